@@ -81,12 +81,17 @@ PROOF_LABEL ?=
 PROOF = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.blind.proof
 PROOF_RUN = --seed $(PROOF_SEED) --label "$(PROOF_LABEL)" --out out/proof
 
+PROOF_READY := $(VENV)/.ready-proof
+$(PROOF_READY): $(READY)
+	@$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[cluster]'
+	@touch $@
+
 .PHONY: proof proof-full
-proof: $(READY)
+proof: $(PROOF_READY)
 	$(PROOF) run --plan fixed $(PROOF_RUN) --workers 2 --baselines
 	$(PROOF) figures --plan fixed $(PROOF_RUN)
 
-proof-full: $(READY)
+proof-full: $(PROOF_READY)
 	$(PROOF) run --plan full $(PROOF_RUN) --workers 2 --baselines
 	$(PROOF) figures --plan full $(PROOF_RUN)
 

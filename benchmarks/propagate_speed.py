@@ -1,16 +1,18 @@
-"""What `pneusma propagate` costs: rows a second, memory, Dask, and SALib with SciPy beside it.
+"""What `pneusma propagate` costs: rows a second, memory, kills, Dask, small probabilities, SALib and SciPy.
 
-    python benchmarks/propagate_speed.py rate --rows 1000000       # PneuSMA2 over all its priors; a process
-    of its own python benchmarks/propagate_speed.py against --rows 20000      # the same rows by SALib and
-    scipy.optimize.root python benchmarks/propagate_speed.py dask --rows 200000        # one process, and a
-    cluster of two workers python benchmarks/propagate_speed.py probability               # 1e-2, 1e-4, 1e-6
-    of a linear Gaussian limit
+    python benchmarks/propagate_speed.py rate --rows 1000000       # PneuSMA2 over all its priors
+    python benchmarks/propagate_speed.py against --rows 20000      # the same rows by SALib and scipy.optimize
+    python benchmarks/propagate_speed.py kills --rows 200000       # killed ten times: the same bytes?
+    python benchmarks/propagate_speed.py dask --rows 200000        # one process, and two workers of a cluster
+    python benchmarks/propagate_speed.py probability --plain 1e8   # of a linear Gaussian limit, 1e-2 to 1e-6
 
-Processor time stands beside wall-clock time, which other work on the machine makes longer.
+`rate`, `kills` and `dask` run the command in processes of their own. Processor time stands beside wall-clock
+time, which other work on the machine makes longer.
 """
 
 import argparse
 import os
+import random
 import resource
 import subprocess
 import sys
@@ -157,6 +159,49 @@ def dask(options):
     print(f"the same bytes: {same}")
 
 
+def kills(options):
+    """Kill a study at random moments, resume it, and compare all bytes with those of an undisturbed run."""
+    chance, hits, last = random.Random(options.seed), 0, 0
+    with tempfile.TemporaryDirectory() as folder:
+        study, whole, broken = (
+            write(folder, options.rows, options.chunk),
+            Path(folder) / "a",
+            Path(folder) / "b",
+        )
+        measured(command(study, whole, "--devices", options.devices))
+        tasks = len(list((whole / "chunks").iterdir()))
+        for chunks in sorted(chance.randrange(tasks) for _ in range(options.kills)):
+            words = command(study, broken, "--devices", options.devices, "--resume")
+            process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            while process.poll() is None and len(list(broken.glob("chunks/chunk*"))) < max(chunks, last + 1):
+                time.sleep(0.002)
+            time.sleep(chance.random() * 0.5)
+            if process.poll() is None:
+                process.kill()
+                hits += 1
+            process.wait()
+            last = len(list(broken.glob("chunks/chunk*")))
+        measured(command(study, broken, "--devices", options.devices, "--resume"))
+        files = [
+            {p.relative_to(place): p.read_bytes() for p in place.rglob("*") if p.is_file()}
+            for place in (whole, broken)
+        ]
+    same = files[0] == files[1]
+    print(f"{hits} kills of {options.kills} hit a run of {tasks} chunks")
+    print(f"the same bytes in {len(files[0])} files: {same}")
+
+
+def plain_samples(limits, count, dimension, chunk=1_000_000):
+    """How many of so many plain samples of a sum of standard normal numbers lie above each limit."""
+    import numpy as np
+
+    random, found = np.random.default_rng(1), np.zeros(len(limits), dtype=int)
+    for first in range(0, count, chunk):
+        total = random.standard_normal((dimension, min(chunk, count - first))).sum(axis=0)
+        found += [int(np.sum(total > limit)) for limit in limits]
+    return found
+
+
 def probability(options):
     import numpy as np
     from scipy import stats
@@ -168,8 +213,9 @@ def probability(options):
     pj.enable_float64()
     inputs = "\n".join(f"x{k} = {{mean = 0.0, sd = 1.0}}" for k in range(20))
     total = " + ".join(f"x{k}" for k in range(20))
-    for exact in (1e-2, 1e-4, 1e-6):
-        limit = np.sqrt(20.0) * stats.norm.isf(exact)
+    levels = (1e-2, 1e-4, 1e-6)
+    limits = [np.sqrt(20.0) * stats.norm.isf(exact) for exact in levels]
+    for exact, limit in zip(levels, limits, strict=True):
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "study.toml"
             path.write_text(
@@ -183,20 +229,33 @@ def probability(options):
             low, high = part.interval
             print(f"{exact:.0e}: {name} {part.probability:.3e}, {low:.2e} to {high:.2e}")
         print(f"       FORM {found.form.by_form:.4e}; {found.rows:,} rows; agree: {found.agree}")
+    count = int(options.plain)
+    if count:
+        began = time.process_time()
+        for exact, failed in zip(levels, plain_samples(limits, count, 20), strict=True):
+            low, high = stats.binomtest(int(failed), count).proportion_ci()
+            print(f"{exact:.0e}: {count:,} plain samples {failed / count:.3e}, {low:.2e} to {high:.2e}")
+        print(f"       {time.process_time() - began:.0f} s of processor")
+
+
+WHAT = {"rate": rate, "against": against, "kills": kills, "dask": dask, "probability": probability}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=["rate", "against", "dask", "probability"])
+    parser.add_argument("what", choices=list(WHAT))
     parser.add_argument("--rows", type=int, default=20_000)
     parser.add_argument("--chunk", type=int, default=20_000)
     parser.add_argument("--keep", default="summary", choices=["summary", "outputs"])
     parser.add_argument("--loop", type=int, default=300, help="rows of SciPy's loop")
     parser.add_argument("--devices", default="1")
+    parser.add_argument("--plain", type=float, default=0.0, help="plain samples beside small probabilities")
+    parser.add_argument("--kills", type=int, default=10)
+    parser.add_argument("--seed", type=int, default=1, help="of the moments of kills")
     parser.add_argument("--cheap", action="store_true", help="an expression in place of the actuator")
     options = parser.parse_args()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    {"rate": rate, "against": against, "dask": dask, "probability": probability}[options.what](options)
+    WHAT[options.what](options)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,21 @@ from pathlib import Path
 
 from .errors import InputError
 
+DRAFT = ".part"
+"""Ending of files that are being written; a killed run may leave one."""
+
+
+@contextmanager
+def _drafted(path: Path) -> Iterator[Path]:
+    """A draft beside a file, which takes the file's name when the block ends without an error."""
+    draft = path.with_name(f".{path.name}.{uuid.uuid4().hex}{DRAFT}")
+    try:
+        yield draft
+        os.replace(draft, path)
+    finally:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
@@ -22,15 +37,23 @@ def replacing(path: str | Path) -> Iterator[Path]:
         InputError: if the place cannot be written.
     """
     path = Path(path)
-    draft = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
     try:
-        yield draft
-        os.replace(draft, path)
+        with _drafted(path) as draft:
+            yield draft
     except OSError as error:
         raise InputError(f"{path}: cannot be written here ({error.strerror or error})") from None
-    finally:
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)
+
+
+def write_durably(path: Path, content: bytes) -> None:
+    """Write or replace a file as `write_whole` does; it is on the disk when this returns.
+
+    Raises:
+        OSError: if the disk refuses; no part of the file is left.
+    """
+    with _drafted(path) as draft, open(draft, "wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def write_whole(path: str | Path, content: str | bytes) -> Path:

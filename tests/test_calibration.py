@@ -20,6 +20,7 @@ from pneusma_jax.calibration import (
     load_calibration,
     write_calibration,
 )
+from pneusma_jax.calibration.toml import parse_calibration, render_calibration
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import WireAlloy
 
@@ -395,3 +396,15 @@ def test_reading_tables_needs_no_jax():
         "assert 'jax' not in sys.modules\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_an_interval_is_read_in_its_unit_and_written_back(tmp_path):
+    text = render_calibration(load_calibration("krl35", "alloy"))
+    line = next(one for one in text.splitlines() if one.startswith("G_m = "))
+    with_interval = text.replace(line, line[:-1] + ", interval90 = [2.5, 3.75]}")
+    table = parse_calibration(with_interval, "krl35.toml")
+    assert table.quantities["G_m"].interval90 == (2.5e9, 3.75e9)
+    assert parse_calibration(render_calibration(table), "krl35.toml") == table
+    for wrong, words in (("[1.0]", "must be"), ("[3.0, 2.0]", "above its end"), ('["a", 1.0]', "finite number")):
+        with pytest.raises(InputError, match=words):
+            parse_calibration(with_interval.replace("[2.5, 3.75]", wrong), "krl35.toml")

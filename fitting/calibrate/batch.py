@@ -5,17 +5,15 @@ With a store each campaign is a task of the engine: what is done stays after a k
 help.
 """
 
-import hashlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fitting.data.recordings import read_campaign, schema
-from fitting.engine import Scheduler, Store, Task, in_this_process, objects, run_tasks
+from fitting.engine import Scheduler, Store, Task, digest, in_this_process, objects, run_results, unique_names
 from fitting.inference.results import Result
 from fitting.specimens.priors import quantity_of
 from fitting.specimens.rows import MARK
@@ -92,7 +90,7 @@ def characterise_batch(
         InputError: if none could be characterised; names the first reason.
     """
     paths = tuple(Path(path) for path in campaigns)
-    names = tuple(_names(paths))
+    names = tuple(unique_names(paths))
     if store is None:
         pairs = zip(names, paths, strict=True)
         members = [_told_of(finished, _member(name, path, progress, options)) for name, path in pairs]
@@ -132,15 +130,11 @@ class BatchJob:
 
     def tasks(self) -> list[Task]:
         """A file for each campaign, named by its content, the options and the program's version."""
-        return [Task(f"{n}-{self._digest(p)}.member") for n, p in zip(self.names, self.paths, strict=True)]
-
-    def _digest(self, path: Path) -> str:
-        found = hashlib.sha256(repr((version("pneusma-jax"), sorted(self.options.items()))).encode())
-        beside = sorted(path.parent.glob("*.toml")) if path.is_file() else []
-        files = [path, *beside] if path.is_file() else sorted(p for p in path.rglob("*") if p.is_file())
-        for file in files:
-            found.update(file.name.encode() + file.read_bytes())
-        return found.hexdigest()[:16]
+        options = sorted(self.options.items())
+        return [
+            Task(f"{name}-{digest([path], options)}.member")
+            for name, path in zip(self.names, self.paths, strict=True)
+        ]
 
 
 def _packed(member: Member) -> bytes:
@@ -152,14 +146,6 @@ def _packed(member: Member) -> bytes:
         return objects.dump(replace(member, result=None, problem=problem))
 
 
-def _stored(store: Store, task: Task) -> Member | None:
-    """The member of a task's file; None where the file is damaged, so that it is fitted again."""
-    try:
-        return objects.load(store.read(task))
-    except InputError:
-        return None
-
-
 def _from_store(
     job: BatchJob,
     store: Store,
@@ -169,41 +155,21 @@ def _from_store(
     progress: Callable[[str], None],
 ) -> list[Member]:
     """Members that are there, and the others as they are done; what failed before is tried again."""
-    tasks = job.tasks()
-    missing, members = set(store.missing(tasks)), {}
-    for number, task in enumerate(tasks):
-        if number not in missing:
-            member = _stored(store, task)
-            if member is None or member.result is None:
-                store.path(task).unlink()
-            else:
-                member = replace(member, name=job.names[number], path=job.paths[number])
-                members[number] = _told_of(kept, member)
 
-    fitted: dict[int, Member] = {}
+    def here(number: int) -> tuple[Member, bytes]:
+        member = _member(job.names[number], job.paths[number], progress, job.options)
+        return member, _packed(member)
 
-    def here(number: int) -> bytes:
-        fitted[number] = _member(job.names[number], job.paths[number], progress, job.options)
-        return _packed(fitted[number])
+    def was_there(number: int, member: Member) -> Member:
+        return _told_of(kept, replace(member, name=job.names[number], path=job.paths[number]))
 
-    def watched(work: Callable[[int], bytes], numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:
-        for number, content in scheduler(work, numbers):
-            member = fitted[number] if number in fitted else objects.load(content)
-            members[number] = _told_of(finished, member)
-            progress(f"{job.names[number]} done")
-            yield number, content
+    def is_done(number: int, member: Member) -> Member:
+        told = _told_of(finished, member)
+        progress(f"{job.names[number]} done")
+        return told
 
-    run_tasks(here if scheduler is in_this_process else job, tasks, store, watched)
-    return [members[number] for number in range(len(tasks))]
-
-
-def _names(paths: Sequence[Path]) -> list[str]:
-    names: list[str] = []
-    for path in paths:
-        own = path.resolve().stem if path.is_file() else path.resolve().name
-        count = sum(known == own or known.rpartition("_")[0] == own for known in names)
-        names.append(own if not count else f"{own}_{count + 1}")
-    return names
+    usable = lambda member: member.result is not None  # noqa: E731
+    return run_results(job, job.tasks(), store, scheduler, here, was_there, is_done, usable)
 
 
 def _member(name: str, path: Path, progress: Callable[[str], None], options: dict[str, Any]) -> Member:

@@ -1,24 +1,29 @@
-"""Profile likelihoods: the misfit over one parameter when all others follow it."""
+"""Profile likelihoods: the misfit over one parameter when all others follow it, and its intervals."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
-from fitting.inference.least_squares import FitResult
-from fitting.inference.least_squares.covariance import Uncertainty
-from fitting.inference.parameters import Parameter, Parameters
-from pneusma_jax.errors import InputError, nearest
+from fitting.inference.parameters import Parameters
 
 ALIKE = 1.0
 """Chi-square within which two fits are as good."""
-STEPS = (-2.0, -1.0, 1.0, 2.0)
-"""Standard errors from the best value at which the others are refitted."""
 CURVED = 0.3
 """Relative departure from a parabola from which the standard error misleads."""
+FLAT = float(np.sqrt(12.0))
+"""Width of a flat prior in its standard deviations."""
+RISES = {50: 0.454936, 68: 1.0, 90: 2.705543}
+"""Chi-square that an interval of so many per cent spans: quantiles of its distribution for one parameter.
 
-Pinned = Callable[[Mapping[str, float], Mapping[str, float]], FitResult]
-"""A fit from values (first) with some parameters held (second), SI, everything decided as at the best fit."""
+The 68 is one standard deviation, 68.27 %."""
+WIDTH_90 = float(np.sqrt(RISES[90]))
+"""Standard errors from the best value to the end of a 90 % interval, of a parabola."""
+NEAR = 0.15
+"""Relative distance of the root of a rise from that of a limit up to which no further point is looked for.
+
+Between points the value is interpolated over the root, in which a parabola is a straight line."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +36,14 @@ class Profile:
         rise: of chi-square, priors included, above its least value, shape (points,).
         stopped: where the others stopped before their end, at a kink of the law's memory: the rise is an
             upper limit there; shape (points,).
-        sd: standard error that a parabola would have, SI.
+        sd: standard error that a parabola would have, SI; NaN of a parameter at a bound.
         below: by how much chi-square is less at its least than at the fit; more than chance says that the fit
             had not reached its end.
         lowest: free parameters there, SI; empty where the fit is the least.
+        told: part of the rise that the recordings alone make, shape (points,); None where nobody asked.
+        bounds: of the parameter, SI.
+        unit: rise that counts as one standard deviation: more than 1 beside noise that lasts.
+        visited: all free parameters at every point, SI; empty where nobody kept them.
     """
 
     name: str
@@ -44,6 +53,10 @@ class Profile:
     sd: float
     below: float = 0.0
     lowest: Mapping[str, float] = field(default_factory=dict)
+    told: np.ndarray | None = None
+    bounds: tuple[float, float] = (-np.inf, np.inf)
+    unit: float = 1.0
+    visited: Sequence[Mapping[str, float]] = ()
 
     @property
     def parabola(self) -> np.ndarray:
@@ -69,81 +82,90 @@ class Profile:
         return np.where(away, self.rise / np.where(away, wanted, 1.0) - 1.0, 0.0)
 
     def interval(self, rise: float = 1.0) -> tuple[float, float]:
-        """Ends of the values whose chi-square rises by less than `rise`; infinite where the profile never
-        does.
+        """Ends of the values whose chi-square rises by less than `rise`, in units of `unit`; infinite where
+        the profile never does.
         """
-        root = np.sqrt(self.rise)
-        middle = int(np.argmin(self.rise))
-        low, high = root[: middle + 1][::-1], root[middle:]
-        values_low, values_high = self.value[: middle + 1][::-1], self.value[middle:]
-        limit = np.sqrt(rise)
-        lower = float(np.interp(limit, low, values_low)) if low.max() >= limit else -np.inf
-        upper = float(np.interp(limit, high, values_high)) if high.max() >= limit else np.inf
-        return lower, upper
+        lower, upper = (self._end(side, rise) for side in (-1, 1))
+        return lower[0], upper[0]
 
+    def quoted(self, percent: int) -> tuple[float, float]:
+        """Interval of 50, 68 or 90 %, SI; a side that never rises enough ends at the parameter's bound."""
+        low, high = self.interval(RISES[percent])
+        return (
+            self.bounds[0] if low == -np.inf else max(low, self.bounds[0]),
+            self.bounds[1] if high == np.inf else min(high, self.bounds[1]),
+        )
 
-def followed(
-    names: Sequence[str],
-    parameters: Mapping[str, Parameter],
-    values: Mapping[str, float],
-    uncertainty: Uncertainty,
-    fit: Pinned,
-) -> dict[str, Profile]:
-    """Profile likelihoods: from the best fit outwards, each point begun at its neighbour's.
+    def brackets(self) -> tuple[bool, bool]:
+        """Whether the recordings themselves make the lower, and the upper, end of the 90 % interval.
 
-    Args:
-        names: of free parameters with a standard error.
-        parameters: at the best fit, SI.
-        values: the same as numbers.
-        uncertainty: of the best fit.
-        fit: with parameters held; called once with none.
+        They do where at least half of the rise there is theirs; elsewhere priors or a bound end it.
+        """
+        lower, upper = (self._end(side, RISES[90]) for side in (-1, 1))
+        return lower[1], upper[1]
 
-    Returns:
-        By parameter.
+    def _end(self, side: int, rise: float) -> tuple[float, bool]:
+        """Where the profile passes a rise for the last time on one side; infinite where it does not.
 
-    Raises:
-        InputError: if one is not free, has no standard error, or the model has no answer at the fit.
-    """
-    for name in names:
-        if name not in parameters:
-            raise InputError(f"there is no free parameter {name!r}, {nearest(name, parameters)}")
-        if parameters[name].standard_error is None:
-            raise InputError(f"{name} has no standard error, so there is nothing to profile it over")
-    least = fit(values, {}).chi_square if names else 0.0
-    if least is None:
-        raise InputError(f"the model has no answer at the fit, so {', '.join(names)} cannot be profiled")
-    return {name: _followed(parameters[name], name, values, uncertainty, fit, least) for name in names}
+        And whether the recordings make it. A fit that stopped early leaves an upper limit, so what lies
+        further out and lower counts.
+        """
+        value, root, told = self._course(side)
+        limit = float(np.sqrt(rise * self.unit))
+        if len(root) < 2 or root[-1] < (1.0 - NEAR) * limit:
+            return side * np.inf, False
+        if root[-1] >= limit:
+            end = float(PchipInterpolator(root, value)(limit))
+        else:  # as the last two points go on, where that is not far
+            further = (limit - root[-1]) * (value[-1] - value[-2]) / (root[-1] - root[-2])
+            if abs(further) > 2.0 * NEAR * abs(value[-1] - value[0]):
+                return side * np.inf, False
+            end = float(value[-1] + further)
+        k = int(np.argmin(np.abs(root - limit)))
+        return end, told is None or bool(told[k] >= 0.5 * root[k] ** 2)
 
+    def _course(self, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """Values of one side outwards, the root of their rise, ascending, and the recordings' part of it.
 
-def _followed(
-    entry: Parameter,
-    name: str,
-    values: Mapping[str, float],
-    uncertainty: Uncertainty,
-    fit: Pinned,
-    least: float,
-) -> Profile:
-    """Profile of one parameter over a fit whose chi-square is `least`."""
-    found, results = [(entry.value, 0.0, False)], {}
-    follow = _followers(uncertainty, name)
-    for side in (-1.0, 1.0):
-        at = dict(values)
-        for step in sorted((s for s in STEPS if s * side > 0.0), key=abs):
-            value = float(np.clip(entry.value + step * entry.standard_error, entry.min, entry.max))
-            if any(value == known for known, _, _ in found):
+        A point with one as low further out is left out.
+        """
+        outwards = slice(int(np.argmin(self.rise)), None, side)
+        value, rise = self.value[outwards], self.rise[outwards]
+        kept = [k for k in range(len(rise)) if k == 0 or 0.0 < rise[k] < rise[k + 1 :].min(initial=np.inf)]
+        told = None if self.told is None else self.told[outwards][kept]
+        return value[kept], np.sqrt(rise[kept]), told
+
+    def joined(self, others: Sequence[tuple[float, float]]) -> "Profile":
+        """The same profile with other fits that are nearly as good, each with the parabola of `sd`.
+
+        Those inside the 90 % interval change nothing: the profile has been there.
+
+        Args:
+            others: value and rise of chi-square above the fit's, SI.
+        """
+        limit, points = RISES[90] * self.unit, []
+        low, high = self.quoted(90)
+        for value, rise in others:
+            if rise >= limit or not np.isfinite(self.sd) or low <= value <= high:
                 continue
-            moved = value - at[name]
-            start = {n: at[n] + moved * slope for n, slope in follow.items()}
-            result = _lowest([{**at, **start}, at], lambda begin, pin={name: value}: fit(begin, pin))
-            if result is None:
-                break
-            found.append((value, result.chi_square - least, not result.success))
-            at = results[value] = result.values
-    found.sort()
-    value, rise, stopped = (np.array(column) for column in zip(*found, strict=True))
-    below = max(-float(rise.min()), 0.0)
-    lowest = results.get(float(value[np.argmin(rise)]), {})
-    return Profile(name, value, rise + below, stopped, float(entry.standard_error), below, lowest)
+            reach = self.sd * np.sqrt(limit - rise) * (1.0 if value > high else -1.0)
+            points += [(value, rise), (value + reach, limit)]
+        ends, known = self.bounds, (self.value.min(), self.value.max())
+        points = [(v, r) for v, r in points if ends[0] <= v <= ends[1] and not known[0] <= v <= known[1]]
+        if not points:
+            return self
+        value = np.concatenate([self.value, [v for v, _ in points]])
+        order = np.argsort(value)
+        more = lambda own, added: np.concatenate([own, added])[order]  # noqa: E731
+        rises = [r for _, r in points]
+        return replace(
+            self,
+            value=value[order],
+            rise=more(self.rise, rises),
+            stopped=more(self.stopped, [False] * len(points)),
+            told=None if self.told is None else more(self.told, rises),
+            visited=(),
+        )
 
 
 def lower_end(found: Mapping[str, Profile]) -> tuple[str, Mapping[str, float]] | None:
@@ -153,33 +175,16 @@ def lower_end(found: Mapping[str, Profile]) -> tuple[str, Mapping[str, float]] |
 
 
 def loosest(parameters: Parameters, names: Sequence[str], count: int) -> list[str]:
-    """Parameters, of those named, that the recordings leave most open, measured by their priors."""
+    """Parameters, of those named, that the recordings leave most open, measured by their priors or ranges.
+
+    One that stopped at a bound has no error and comes last.
+    """
     share = {}
     for name in names:
         entry = parameters[name]
-        if entry.standard_error is not None and entry.prior is not None:
-            share[name] = entry.standard_error / entry.prior.sd
+        size = entry.prior.sd if entry.prior is not None else (entry.max - entry.min) / FLAT
+        if entry.standard_error is not None:
+            share[name] = entry.standard_error / size
+        elif entry.at_bound and entry.prior is not None:
+            share[name] = 0.0
     return sorted(share, key=share.get, reverse=True)[:count]
-
-
-def _lowest(
-    starts: Sequence[Mapping[str, float]], fit: Callable[[Mapping[str, float]], FitResult]
-) -> FitResult | None:
-    """The first fit that ends well, else the lowest of those that stopped early; None if there is none."""
-    found = []
-    for start in starts:
-        result = fit(start)
-        if result.chi_square is not None:
-            found.append(result)
-            if result.success:
-                return result
-    return min(found, key=lambda r: r.chi_square, default=None)
-
-
-def _followers(uncertainty: Uncertainty, name: str) -> dict[str, float]:
-    """How the other parameters move with one, by the covariance of the fit."""
-    names, covariance = uncertainty.names, uncertainty.covariance
-    if name not in names:
-        return {}
-    k = names.index(name)
-    return {n: float(covariance[i, k] / covariance[k, k]) for i, n in enumerate(names) if i != k}

@@ -1,7 +1,8 @@
 """What every pipeline hands back, whatever it has fitted: named parameters with their errors."""
 
 import abc
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from fitting.inference.results import Result, sampler_of
@@ -15,15 +16,25 @@ class Estimate:
 
     Attributes:
         value: the number.
-        sd: its standard error; NaN if the data do not determine it.
+        sd: its standard error; NaN if the data do not determine it. Where the profile likelihood is no
+            parabola it is half of the profile's 90 % interval over 1.645.
         unit: of both.
         at_bound: it stopped at a bound of its search.
+        interval: ends of the quoted intervals by per cent (50, 68, 90); empty where none is known.
+        curved: the intervals are those of a profile likelihood that is no parabola.
+        told: whether the recordings themselves make the lower, and the upper, end of the 90 % interval;
+            elsewhere its prior or the bound of the search ends it.
+        of_prior: width of the 90 % interval over that of the prior; None without a prior.
     """
 
     value: float
     sd: float
     unit: str
     at_bound: bool
+    interval: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    curved: bool = False
+    told: tuple[bool, bool] = (True, True)
+    of_prior: float | None = None
 
 
 class Characterisation(Result, abc.ABC):

@@ -83,17 +83,14 @@ def scheduler(workers: int | None, address: str | None) -> AbstractContextManage
         address: of a running Dask scheduler, or None.
 
     Raises:
-        click.UsageError: if both are given, or Dask is not installed.
+        click.UsageError: if both are given.
+        InputError: if Dask is not installed, or no scheduler answers.
     """
     check_places(workers, address)
-    from fitting.engine import in_this_process
-
     if workers is None and address is None:
+        from fitting.engine import in_this_process
+
         return nullcontext(in_this_process)
-    try:
-        from fitting.engine.cluster import Cluster
-    except ImportError:
-        raise click.UsageError(
-            "--workers and --cluster need Dask: pip install 'pneusma-jax[cluster]'"
-        ) from None
-    return Cluster(address, workers or 1)
+    from fitting.engine.place import place_of  # imports Dask
+
+    return place_of(workers, address)

@@ -40,13 +40,18 @@ def _fixed(context: click.Context, option: click.Parameter, given: tuple[str, ..
     help="Hold a constant, in its unit of files.",
 )
 @click.option("--base", "--alloy", "base", metavar="ALLOY", help="Alloy to start from, a name or a path.")
+@click.option(
+    "--softer",
+    type=click.Choice(["martensite", "austenite"]),
+    help="The softer phase of an alloy that is to be found; martensite unless its tests contradict.",
+)
 @click.option("--material", metavar="SILICONE", help="Silicone to start from, a name or a path.")
 @click.option("--model", metavar="FILE", help="Model to fit, as --model of simulate takes it.")
 @click.option("--starts", type=click.IntRange(min=1), help="Fits in all, from different places.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of scattered starting points.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
 def characterise_command(
-    campaign, out, law, terms, max_strain, weighting, fix, base, material, model, starts, seed, force
+    campaign, out, law, terms, max_strain, weighting, fix, base, softer, material, model, starts, seed, force
 ) -> None:
     """Fit the material of CAMPAIGN (a folder of recordings, or one CSV) and write a report to --out.
 
@@ -78,6 +83,7 @@ def characterise_command(
             weighting=weighting,
             adjust=fix,
             base=base and table_argument(base),
+            softer=softer,
             material=material and table_argument(material),
             model=loaded,
             starts=starts,

@@ -22,15 +22,14 @@ def control_command(design: str, model: Path | None, seed: int, out: Path, force
     """Drive an actuator to a curvature by resistances: a step, then a sine (docs/control.md).
 
     The plant has physics that the controller's model lacks. Each is run twice: with the base model in the
-    controller, and with the found physics in it. Writes control.txt, control.csv, report.json, course.png,
-    rmse.png and step.png.
+    controller, and with the found physics in it. Writes report.html, report.json, control.csv and figures.
     """
     design = design_argument(design)
     prepare()
     from fitting.control.sweep import run_model, run_sweep
-    from fitting.data.publish import check_free, publish
+    from fitting.data.publish import check_free
     from fitting.inference.progress import Steps
-    from fitting.report.control import documents as shown
+    from fitting.report.results import save, text
     from fitting.specimens.saved_models import load_model
 
     check_free(out, force)
@@ -40,7 +39,7 @@ def control_command(design: str, model: Path | None, seed: int, out: Path, force
             result = run_sweep(design, seed=seed, progress=steps)
         else:
             result = run_model(design, augmented, seed, steps)
-    files = publish(out, lambda: shown.documents(result), force)
-    click.echo(shown.text_or_table(result))
+    files = save(result, out, force)
+    click.echo(text(result))
     click.echo()
     done(files)

@@ -1,13 +1,15 @@
 """`pneusma diagnose`: say what physics the model leaves out where recordings contradict it."""
 
-import shlex
 from pathlib import Path
+from typing import Any
 
 import click
 
+SOME_FAILED = 1  # exit code
+
 
 @click.command("diagnose")
-@click.argument("campaign", type=click.Path(path_type=Path))
+@click.argument("campaigns", type=click.Path(path_type=Path), nargs=-1, required=True, metavar="CAMPAIGN...")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
 @click.option("--alloy", metavar="ALLOY", help="Alloy to compare with, a name or a path; fit identifies it.")
@@ -17,57 +19,65 @@ import click
 @click.option("--effect", "asked", metavar="SLUG", multiple=True, help="Ask about an effect; repeatable.")
 @click.option("--json", "as_json", is_flag=True, help="Print report.json to stdout.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
-def diagnose_command(
-    campaign: Path,
-    out: Path,
-    seed: int,
-    alloy: str | None,
-    material: str | None,
-    model: str | None,
-    thorough: bool,
-    asked: tuple[str, ...],
-    as_json: bool,
-    force: bool,
-) -> None:
-    """Compare CAMPAIGN (a folder of recordings, or one CSV) with the model and explain the mismatch.
+@click.option("--resume", is_flag=True, help="Of several campaigns: keep those that are done and unchanged.")
+@click.option(
+    "--workers", type=click.IntRange(1, 256), help="Of several: start that many processes (extra cluster)."
+)
+@click.option(
+    "--cluster", metavar="ADDRESS", help="Of several: a Dask scheduler, tcp://HOST:PORT (extra cluster)."
+)
+def diagnose_command(campaigns: tuple[Path, ...], out: Path, **options: Any) -> None:
+    """Compare each CAMPAIGN (a folder of recordings, or one CSV) with the model and explain the mismatch.
 
     Refits the base model within its tolerances, tells whether what remains is more than noise, tries every
     effect of the catalogue that such recordings can show, and proves what it finds on recordings that were
     not fitted. --alloy and --material take the place of what the recordings name. Writes report.html,
     report.json, augmented.toml (a model that every other command takes with --model) and figures; where a law
     of the silicone was fitted first, material.toml, too.
+
+    Several campaigns get a folder each in --out as they are done, beside a table of all verdicts. One that
+    cannot be used is reported and stops none of the others; the exit code is then 1.
     """
-    from fitting.cli._common import done, notice, prepare, table_argument
+    if len(campaigns) > 1:
+        _several(campaigns, out, options)
+    elif options["resume"] or options["workers"] is not None or options["cluster"] is not None:
+        raise click.UsageError("--resume, --workers and --cluster are for several campaigns")
+    else:
+        _one(campaigns[0], out, options)
+
+
+def _asked(options: dict[str, Any]) -> Any:
+    """What is asked of every campaign."""
+    from fitting.cli._common import table_argument
+    from fitting.diagnose.batch import Asked
+
+    tables = {key: table_argument(options[key]) for key in ("alloy", "material") if options[key]}
+    return Asked(options["seed"], tables, options["model"], options["thorough"], options["asked"])
+
+
+def _one(campaign: Path, out: Path, options: dict[str, Any]) -> None:
+    from fitting.cli._common import done, notice, prepare
     from fitting.data.publish import check_free, publish
     from fitting.data.recordings import read_campaign
     from fitting.inference.progress import Steps
-    from fitting.specimens.saved_models.files import load_model
 
-    named = {key: table_argument(x) for key, x in (("alloy", alloy), ("material", material)) if x}
     recordings = read_campaign(campaign)
-    check_free(out, force)
+    check_free(out, options["force"])
     prepare()
 
-    from fitting.diagnose import diagnose
-    from fitting.diagnose.check import with_tables
     from fitting.report import render
     from fitting.report.diagnosis.report import report_of
 
-    words = ["pneusma", "diagnose", str(campaign), "--out", str(out), "--seed", str(seed)]
-    words += [word for key, x in (("--alloy", alloy), ("--material", material)) if x for word in (key, x)]
-    words += (["--model", model] if model else []) + (["--thorough"] if thorough else [])
-    words += [word for slug in asked for word in ("--effect", slug)]
-    command = shlex.join(words)
-    recordings = with_tables(recordings, named)
-    start = load_model(model) if model else None
+    asked = _asked(options)
+    start = asked.start()
     with Steps("diagnosing", plain=True) as told:
-        conclusion = diagnose(recordings, seed, told, start, thorough, asked)
-    report = report_of(conclusion, recordings.title, command, seed, start)
+        conclusion = asked.of(recordings, start, told)
+    report = report_of(conclusion, recordings.title, asked.command(campaign, out), asked.seed, start)
     documents = render.documents(report)
-    files = publish(out, documents, force)
+    files = publish(out, documents, options["force"])
     for text in recordings.notices + conclusion.notes:
         notice(text)
-    if as_json:
+    if options["as_json"]:
         click.echo(documents["report.json"], nl=False)
         return
     for sentence in report.verdict:
@@ -76,3 +86,64 @@ def diagnose_command(
         click.echo(one["text"])
     click.echo()
     done(files)
+
+
+def _several(campaigns: tuple[Path, ...], out: Path, options: dict[str, Any]) -> None:
+    from tqdm import tqdm
+
+    from fitting.cli._common import check_places, done, notice, prepare, scheduler
+    from fitting.data.publish import MARK, check_free, publish
+    from fitting.engine import Store
+    from fitting.inference.progress import PlainLines
+
+    force, resume = options["force"], options["resume"]
+    check_places(options["workers"], options["cluster"])
+    check_free(out, force or resume)
+    store = Store(out / "diagnosed")
+    if store.holds_any and not (force or resume):
+        raise click.UsageError(
+            f"{store.folder} has diagnoses of an earlier run; go on with --resume, or --force"
+        )
+    prepare()
+
+    from fitting.diagnose.batch import Diagnosed, diagnose_batch, job_of
+    from fitting.report.diagnosis.batch import present
+    from fitting.report.results import save, text
+
+    asked = _asked(options)
+    asked.start()  # a model that is not there is refused at once, and not by every campaign
+    job, files, ended = job_of(campaigns, out, asked, present), [], []
+    lines = PlainLines("diagnosing")
+    with tqdm(total=len(campaigns), desc="campaigns", leave=False, disable=None) as bar:
+
+        def progress(word: str) -> None:
+            bar.set_postfix_str(word)
+            lines.say(f"{len(ended)} of {len(campaigns)} campaigns done; {word}")
+
+        def finished(member: Diagnosed) -> None:
+            bar.update()
+            ended.append(member.name)
+            if member.done:
+                files.extend(publish(out / member.name, member.documents, force or resume))
+
+        def kept(member: Diagnosed) -> None:
+            if (out / member.name / MARK).exists():
+                bar.update()
+                ended.append(member.name)
+            else:
+                finished(member)
+
+        with scheduler(options["workers"], options["cluster"]) as place:
+            if force and not resume:
+                store.clear()
+            result = diagnose_batch(job, store, place, finished, kept, progress)
+    for member in result.members:
+        if member.problem:
+            notice(f"{member.name}: {member.problem}")
+    files += save(result, out, force=True)
+    click.echo((out / MARK).read_text() if options["as_json"] else text(result), nl=not options["as_json"])
+    if not options["as_json"]:
+        click.echo()
+        done(files)
+    if not all(member.done for member in result.members):
+        click.get_current_context().exit(SOME_FAILED)

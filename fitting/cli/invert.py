@@ -57,12 +57,12 @@ def invert_command(**options: Any) -> None:
         )
     design = design_argument(options["design"])
     prepare()
-    from fitting.data.publish import check_free, publish
+    from fitting.data.publish import check_free
     from fitting.invert import Inverse, Limits
     from fitting.invert.lumen import pass_through, read_lumen
     from fitting.invert.targets import read_targets, targets_of
     from fitting.invert.trajectory import follow
-    from fitting.report.invert import documents as shown
+    from fitting.report.results import save, text
 
     if options["out"] is not None:
         check_free(options["out"], options["force"])
@@ -81,16 +81,16 @@ def invert_command(**options: Any) -> None:
     inverse = Inverse(design, limits, *tables, options["seed"])
     if lumen is not None:
         result = pass_through(inverse, lumen, 1e-3 * options["clearance_mm"])
-        text, files, good = shown.passage_text(result), shown.passage_documents, result.passes
+        good = result.passes
     elif targets.time is not None:
         result = follow(inverse, targets.goals, targets.wanted, targets.time)
-        text, files, good = shown.trajectory_text(result), shown.documents, bool(result.inversion.met.all())
+        good = bool(result.inversion.met.all())
     else:
         result = inverse.solve(targets.goals, targets.wanted, all_ways=len(targets.wanted) <= 20)
-        text, files, good = shown.inversion_text(result), shown.documents, bool(result.met.all())
-    click.echo(text)
+        good = bool(result.met.all())
+    click.echo(text(result))
     if options["out"] is not None:
-        done(publish(options["out"], lambda: files(result), options["force"]))
+        done(save(result, options["out"], options["force"]))
     raise SystemExit(0 if good else 1)
 
 

@@ -39,8 +39,8 @@ def wiring_command(**options: Any) -> None:
     """
     design = design_argument(options["design"])
     prepare()
-    from fitting.data.publish import check_free, publish
-    from fitting.report.wiring import documents as shown
+    from fitting.data.publish import check_free
+    from fitting.report.results import save, text
     from fitting.wiring.choose import Bounds, choose_filters, most_segments
     from fitting.wiring.springs import springs_of_design
 
@@ -61,7 +61,7 @@ def wiring_command(**options: Any) -> None:
             raise SystemExit(1)
     else:
         result = choose_filters(springs, bounds, options["springs"])
-    click.echo(shown.text(result))
+    click.echo(text(result))
     if options["out"] is not None:
-        done(publish(options["out"], lambda: shown.documents(result), options["force"]))
+        done(save(result, options["out"], options["force"]))
     raise SystemExit(0 if result.crosstalk <= allowed else 1)

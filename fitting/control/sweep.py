@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
+from fitting.inference.results import Result
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError
@@ -50,14 +52,16 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Result):
     """All cases.
 
     Attributes:
+        design: name of the actuator.
         loop: what was asked.
         cases: the plant that is the model itself comes first.
     """
 
+    design: str
     loop: Loop
     cases: tuple[Case, ...]
 
@@ -111,7 +115,7 @@ def run_sweep(
         cases.append(Case(slug, loop.run(plant, nothing), loop.run(plant, found)))
     progress("unknown load")
     cases.append(Case("unknown load", loop.run(Plant(under(LOAD), all_effects({})), nothing), None))
-    return Sweep(loop, tuple(cases))
+    return Sweep(Path(design).stem, loop, tuple(cases))
 
 
 def run_model(
@@ -129,4 +133,5 @@ def run_model(
     progress("without")
     without = loop.run(plant, base)
     progress("known")
-    return Sweep(loop, (Case(", ".join(e.slug for e in model.effects), without, loop.run(plant, plant)),))
+    name = ", ".join(e.slug for e in model.effects)
+    return Sweep(Path(design).stem, loop, (Case(name, without, loop.run(plant, plant)),))

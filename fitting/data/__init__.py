@@ -1,1 +1,1 @@
-"""Files of laboratories: recordings and campaigns, importers of raw files, protocols."""
+"""Everything about files of laboratories: recordings and campaigns, importers of raw files, protocols."""

@@ -1,4 +1,4 @@
-"""CSV text: one writer for recordings, tables of reports and columns of simulations."""
+"""Writers of CSV text for recordings, report tables and simulation columns."""
 
 import csv
 import io
@@ -9,10 +9,10 @@ import numpy as np
 
 
 def csv_text(columns: Mapping[str, Sequence], comments: Sequence[str] = ()) -> str:
-    """Columns of equal length as CSV; numbers with the digits that read back equal, nothing for NaN.
+    """Columns of equal length as CSV. Numbers have the digits that read back equal; NaN gives an empty field.
 
     Args:
-        columns: by name, in order.
+        columns: columns by name, in order.
         comments: lines before the header, without `#`.
     """
     return csv_rows(list(columns), zip(*columns.values(), strict=True), comments)
@@ -28,10 +28,10 @@ def csv_rows(
 
     Args:
         header: names of the columns.
-        rows: cells; None and NaN give an empty field.
+        rows: cells of each row; None and NaN give an empty field.
         comments: lines before the header, without `#`.
-        digits: number of significant digits; those that read back equal if None. A rounded number that is
-            infinite gives an empty field.
+        digits: number of significant digits; None for as many as read back equal. A rounded infinite number
+            gives an empty field.
     """
     stream = io.StringIO()
     stream.writelines(f"# {comment}\n" for comment in comments)

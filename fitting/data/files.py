@@ -1,4 +1,4 @@
-"""Folders for results, and files that are there whole or not at all."""
+"""Folders for results, and files that are written whole or not at all."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ __all__ = ["check_folder", "write_whole"]
 
 
 def check_folder(path: str | Path) -> None:
-    """Refuse a place where no folder can be, before anything is computed for it.
+    """Refuse a path where no folder can be made, before any computation.
 
     Raises:
         InputError: if a file is in its place.

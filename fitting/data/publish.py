@@ -1,4 +1,4 @@
-"""A set of result files that appears together or not at all."""
+"""Writing of a set of result files that appears together or not at all."""
 
 import os
 import shutil
@@ -9,15 +9,15 @@ from pathlib import Path
 from pneusma_jax.errors import InputError
 
 MARK = "report.json"
-"""The file that says that a folder holds results."""
+"""Name of the file that marks a folder as results."""
 
 
 def check_free(folder: str | Path, force: bool = False) -> Path:
-    """Refuse a folder that cannot take results, before time is spent on them.
+    """Refuse a folder that cannot take results, before any computation.
 
     Args:
-        folder: where results are to go; it need not exist.
-        force: results that are there may be replaced.
+        folder: folder for the results; it need not exist.
+        force: true to allow replacing existing results.
 
     Raises:
         InputError: if it is a file, holds results already, or no folder can be made there.
@@ -43,9 +43,9 @@ def publish(
     """Write files into a draft folder and move them into place once all of them are there.
 
     Args:
-        folder: made if it does not exist.
+        folder: folder for the results; made if it does not exist.
         documents: content by file name, or a function that makes it; text is written as UTF-8.
-        force: replace results that are there already.
+        force: true to replace existing results.
 
     Returns:
         Paths of the files.
@@ -78,7 +78,7 @@ def publish(
 
 
 def _umask() -> int:
-    """Current umask: a temporary folder is private, results should be as readable as any other folder."""
+    """Current umask. A temporary folder is private; results should be as readable as any other folder."""
     mask = os.umask(0)
     os.umask(mask)
     return mask

@@ -90,8 +90,24 @@ def best_of(outcomes: Sequence[Outcome]) -> Outcome:
     return min(kept, key=lambda o: o.objective) if kept else min(seen, key=lambda o: o.violation)
 
 
+@dataclass(frozen=True)
+class Ends:
+    """When SLSQP ends.
+
+    Attributes:
+        precision: relative change of the scaled objective [1]; steps: number of iterations at most.
+    """
+
+    precision: float = PRECISION
+    steps: int = MOST_STEPS
+
+
 def optimise(
-    problems: Sequence[Problem], starts: Sequence[np.ndarray], evaluate: Evaluator, method: str = "slsqp"
+    problems: Sequence[Problem],
+    starts: Sequence[np.ndarray],
+    evaluate: Evaluator,
+    method: str = "slsqp",
+    ends: Ends = Ends(),
 ) -> list[Outcome]:
     """Solve problems side by side, one for each start.
 
@@ -100,17 +116,20 @@ def optimise(
         starts: places in the box.
         evaluate: of the model.
         method: `slsqp` or `trust-constr`.
+        ends: of `slsqp`.
     """
     pairs = zip(problems, starts, strict=True)
-    workers = [lambda ask, p=p, x=x: _Search(p, ask, np.array(x, dtype=float)).run(method) for p, x in pairs]
+    workers = [
+        lambda ask, p=p, x=x: _Search(p, ask, np.array(x, dtype=float), ends).run(method) for p, x in pairs
+    ]
     return run_together(workers, evaluate) if workers else []
 
 
 class _Search:
     """One start of one problem."""
 
-    def __init__(self, problem: Problem, ask: Ask, start: np.ndarray):
-        self.problem, self.ask = problem, ask
+    def __init__(self, problem: Problem, ask: Ask, start: np.ndarray, ends: Ends):
+        self.problem, self.ask, self.ends = problem, ask, ends
         for k, value in problem.held.items():
             start[k] = value
         self.place, self.free = np.clip(start, 0.0, 1.0), problem.free(start.size)
@@ -141,7 +160,7 @@ class _Search:
         first = self.at(self.place[self.free])
         if not first.finite:
             return Outcome(None, np.inf, np.inf, "the start cannot be evaluated", 0)
-        if self.free.size == 0:
+        if self.free.size == 0 or self._stuck(first):
             return self.best
         x = self.place[self.free]
         if self.problem.slack:
@@ -150,6 +169,16 @@ class _Search:
         return Outcome(
             self.best.evaluation, self.best.objective, self.best.violation, str(found.message), int(found.nit)
         )
+
+    def _stuck(self, first: Evaluation) -> bool:
+        """Whether a constraint is violated that no free parameter moves, such as a diameter of held sizes.
+
+        A search could not mend it: its linear model of the constraint has no step to offer.
+        """
+        if self.problem.slack:
+            return False
+        still = np.all(first.jacobian[self.problem.rows][:, self.free] == 0.0, axis=1)
+        return bool(np.any(still & (self.problem.excess(first) > ALLOWED)))
 
     def _value(self, x: np.ndarray) -> float:
         if self.problem.slack:
@@ -191,7 +220,7 @@ class _Search:
         )
         return minimize(
             self._value, x, jac=self._slope, bounds=self._box(x), constraints=rooms, method="SLSQP",
-            options={"maxiter": MOST_STEPS, "ftol": PRECISION},
+            options={"maxiter": self.ends.steps, "ftol": self.ends.precision},
         )  # fmt: skip
 
     def _trust_region(self, x: np.ndarray) -> object:

@@ -10,13 +10,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 from scipy.stats import beta, qmc, truncnorm, uniform
 
+from fitting.data import hdf5
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.calibration.records import Prior
@@ -144,15 +144,13 @@ def _from_prior(prior: Prior, even: np.ndarray) -> np.ndarray:
 def _posterior(path: Path) -> dict[str, np.ndarray]:
     """Draws of a `posterior.nc` that the model knows, by name [SI], shape (draws,)."""
     try:
-        with h5py.File(path, "r") as file:
+        with hdf5.opened(path, str(path), "the `posterior.nc` of `pneusma posterior`") as file:
             group = file["posterior"]
             found = {
                 n: (np.ravel(d[()]), d.attrs.get("unit", "1")) for n, d in group.items() if np.ndim(d) == 2
             }
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
-    except (OSError, KeyError):
-        raise InputError(f"{path}: cannot be read as the `posterior.nc` of `pneusma posterior`") from None
     known = {}
     for name, (values, unit) in found.items():
         plain = name.rpartition(".")[2]

@@ -1,5 +1,6 @@
 """`diagnose`: from a campaign to a conclusion and its documents."""
 
+import dataclasses
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -9,6 +10,7 @@ from fitting.inference.readings import cautions
 from fitting.specimens.reduction import said
 from fitting.specimens.registry import kind_of, specimen_of
 from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.unsampled_turns import with_unsampled_turns
 from fitting.specimens.zeros import offered
 from pneusma_jax.errors import InputError
 from pneusma_jax.model_discrepancy import EDGE
@@ -16,7 +18,7 @@ from pneusma_jax.model_discrepancy import EDGE
 from .check import answers, asked_effects, checked
 from .evaluate.program import Program
 from .evaluate.start import Start, characterised, start_of
-from .fit.base_fit import at_bound
+from .fit.base_fit import at_bound, passes_turns
 from .search.explain import explain
 from .settings import DEFAULT
 from .verdict.conclude import conclude
@@ -61,6 +63,14 @@ def diagnose(
         raise InputError(
             f"{campaign.path}: {count} values to fit are too few to diagnose; {least} are needed"
         )
+
+    turned = [with_unsampled_turns(recording) for recording in program.recordings]
+    if any(one is not other for one, other in zip(turned, program.recordings, strict=True)):
+        progress("trying turning points between rows")
+        other = Program.of(
+            dataclasses.replace(campaign, recordings=turned), kind, model=model, tables=start.tables
+        )
+        program = other if passes_turns(program, other) else program
 
     def further() -> list[np.ndarray]:
         return [] if model is not None else characterised(campaign, program, progress)

@@ -5,8 +5,13 @@ then renamed, so a file that is there is whole. A run that was ended in any way 
 files are missing, and leaves the same bytes.
 """
 
+from .folders import digest, unique_names
 from .progress import Rate
+from .results import run_results
 from .run import Scheduler, in_this_process, run_tasks
 from .store import Store, Task
 
-__all__ = ["Rate", "Scheduler", "Store", "Task", "in_this_process", "run_tasks"]
+__all__ = [
+    "Rate", "Scheduler", "Store", "Task", "digest", "in_this_process", "run_results", "run_tasks",
+    "unique_names",
+]  # fmt: skip

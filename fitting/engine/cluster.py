@@ -6,7 +6,7 @@ gives the tasks of a worker that dies to another one. Needs the extra `cluster`.
 """
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from types import TracebackType
 
 import dask
@@ -21,7 +21,11 @@ AHEAD = 2
 """Tasks under way for each worker: the one that it computes, and the next."""
 CONNECT = 20.0
 """Seconds to wait for the scheduler of a cluster: several times what a slow network takes to answer."""
-_ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+_ONE_THREAD = {
+    name: "1"
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NPROC", "PNEUSMA_THREADS")
+}
+"""Workers fill the cores by themselves: none has a pool of threads of its own, and XLA (`NPROC`) has none."""
 
 
 class Cluster:
@@ -66,7 +70,7 @@ class Cluster:
         """Process ids of the workers that are there now."""
         return sorted(self._client.run(os.getpid).values())
 
-    def __call__(self, job: Job, numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:
+    def __call__(self, job: Job, numbers: Iterable[int]) -> Iterator[tuple[int, bytes]]:
         """Follows `run.Scheduler`.
 
         Raises:

@@ -12,6 +12,7 @@ import pickle
 from types import ModuleType
 from typing import Any
 
+from fitting.data.sealed import check_seal, sealed
 from pneusma_jax.errors import InputError
 
 OWN = ("fitting", "pneusma_jax", "validation")
@@ -77,7 +78,7 @@ def dump(result: Any) -> bytes:
     except (pickle.PicklingError, TypeError, AttributeError) as error:
         raise InputError(f"a result cannot be kept: {error}") from None
     load(content)
-    return content
+    return sealed(content)
 
 
 def load(content: bytes) -> Any:
@@ -86,6 +87,7 @@ def load(content: bytes) -> Any:
     Raises:
         InputError: if they are damaged, or name what no result is made of.
     """
+    check_seal(content, "the stored result")
     try:
         return _Reader(io.BytesIO(content)).load()
     except InputError:

@@ -10,11 +10,12 @@ from .store import Store, Task
 Job = Callable[[int], bytes]
 """Content of a task's file from the task's number. It must depend on nothing else, and be picklable to run in
 other processes."""
-Scheduler = Callable[[Job, Sequence[int]], Iterable[tuple[int, bytes]]]
-"""Does a job for each of some numbers, in any order; yields each number with what came of it."""
+Scheduler = Callable[[Job, Iterable[int]], Iterable[tuple[int, bytes]]]
+"""Does a job for each of some numbers, in any order; yields each number with what came of it. Numbers are
+taken one by one as there is room, so an iterator that ends early ends the run."""
 
 
-def in_this_process(job: Job, numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:
+def in_this_process(job: Job, numbers: Iterable[int]) -> Iterator[tuple[int, bytes]]:
     """The simplest scheduler: one task after the other."""
     for number in numbers:
         yield number, job(number)

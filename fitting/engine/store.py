@@ -1,14 +1,11 @@
 """Files of tasks in a folder: there whole or not at all."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from pneusma_jax.errors import InputError
-
-DRAFT = ".part"
-"""Ending of files that are being written."""
+from pneusma_jax.files import DRAFT, write_durably
 
 
 @dataclass(frozen=True)
@@ -16,7 +13,7 @@ class Task:
     """One piece of work.
 
     Attributes:
-        name: of its file.
+        name: of its file, which may be in a folder of its own: `case/report.json`.
         size: what it counts for in the progress, such as rows.
     """
 
@@ -40,8 +37,9 @@ class Store:
 
     def missing(self, tasks: Sequence[Task]) -> list[int]:
         """Numbers of tasks whose file is not there."""
-        there = {entry.name for entry in self.folder.iterdir()} if self.folder.is_dir() else set()
-        return [number for number, task in enumerate(tasks) if task.name not in there]
+        folders = {self.path(task).parent for task in tasks}
+        there = {path for folder in folders if folder.is_dir() for path in folder.iterdir()}
+        return [number for number, task in enumerate(tasks) if self.path(task) not in there]
 
     def read(self, task: Task) -> bytes:
         """Content of a task's file.
@@ -60,17 +58,9 @@ class Store:
         Raises:
             OSError: if the disk refuses; no part of the file is left.
         """
-        draft = self.folder / f".{task.name}.{os.getpid()}{DRAFT}"
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            with open(draft, "wb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(draft, self.path(task))
-        except OSError:
-            _forget(draft)
-            raise
+        path = self.path(task)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_durably(path, content)
 
     @property
     def holds_any(self) -> bool:
@@ -84,7 +74,7 @@ class Store:
 
     def clear_drafts(self) -> None:
         """Remove what killed runs left half-written."""
-        for draft in self.folder.glob(f".*{DRAFT}") if self.folder.is_dir() else ():
+        for draft in self.folder.rglob(f".*{DRAFT}") if self.folder.is_dir() else ():
             _forget(draft)
 
 

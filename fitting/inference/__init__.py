@@ -1,1 +1,1 @@
-"""What every fit stands on: parameters, least squares, noise, latent trajectories, cached programs."""
+"""Inference that every fit uses: parameters, least squares, noise, latent trajectories, cached programs."""

@@ -1,5 +1,7 @@
-"""Rows that were drawn on straight lines between readings, as loggers and `interp` functions do, and the
-readings that they were drawn from.
+"""Detection of rows that were interpolated on straight lines between readings, and recovery of these
+readings.
+
+Loggers and `interp` functions draw such lines.
 
 Rows between two readings lie exactly on a line. Where one line ends and the next begins, there was a reading.
 Readings come at even intervals, so these corners lie on an even grid: nothing else puts them there.
@@ -8,67 +10,73 @@ Readings come at even intervals, so these corners lie on an even grid: nothing e
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solveh_banded
+
+from pneusma_jax.late import Late
 
 from .noise import common_step
 
+linalg = Late("scipy.linalg")
+
 EXACT = 1e-6
-"""Of the largest reading, a distance from a line that is none: files have seven digits."""
+"""Maximum distance from a line that counts as none, relative to the largest reading. Files have seven
+digits."""
 LEAST_STRAIGHT = 0.02
-"""Share of moving rows on the line between their neighbours below which nothing was drawn: at 2.1 rows from
+"""Minimum share of moving rows on the line between their neighbours for interpolated rows. At 2.1 rows from
 one reading to the next it is 0.05."""
 MOVES = 4.0
-"""Such distances by which a course moves where being on a line means anything."""
+"""Minimum move of the signal, in such distances, at which lying on a line is significant."""
 FARTHER = 10.0
-"""Such distances by which a reading is off that lies beyond the rows of its line: seven times at 2.15 rows
+"""Minimum deviation of a reading beyond the rows of its line, in such distances. It is seven at 2.15 rows
 from one reading to the next."""
 ONE_CORNER = 0.8
-"""Share of neighbouring corners that turn one way: those of one reading between two rows always do, those of
-rounded readings hardly ever."""
+"""Minimum share of neighbouring corners with the same turn. Corners of one reading between two rows always
+have it; those of rounded readings hardly ever."""
 FEWEST = 12
-"""Corners from which a grid is told; that many fall on a grid by chance once in 10,000 searches."""
+"""Minimum number of corners for a grid; so many fall on a grid by chance once in 10,000 searches."""
 ON_GRID, OFF_GRID = 0.9, 0.2
-"""Mean resultant length of the corners' phases (N. I. Fisher, Statistical Analysis of Circular Data, 1993)
-from which they lie on a grid, and rows that nine in ten of them may be off it: corners of rounded readings
-are off by 0.05."""
+"""Minimum mean resultant length of the corners' phases on a grid (N. I. Fisher, Statistical Analysis of
+Circular Data, 1993). Second, maximum distance in rows of nine in ten corners from it; corners of rounded
+readings are off by 0.05."""
+NEAR = 1e-3
+"""Maximum error of a grid's positions, in spacings. It is 0.0007 for 145 readings of seven digits."""
 WIDEST, HEAD, FINE = 100.0, 200, 8
-"""Rows from one reading to the next at most; corners that a first grid is told by; trial grids for each cycle
-that these span."""
+"""Maximum number of rows from one reading to the next; number of corners for the first estimate of a grid;
+number of trial grids for each cycle that these span."""
 END, MOST_RESAMPLED, CLOSE = 48, 3000, 2.5
-"""Rows at either end that a number of readings is tried on first; rows of a recording at most, as every
-number is tried, down to one reading for so many rows."""
+"""Number of rows at either end on which a number of readings is tested first; maximum number of rows of a
+recording, as every number is tested; maximum number of rows per reading."""
 SMOOTHED = 0.95
-"""Ratio of fourth to second differences, normalised, below which it is tried: 0.7 to 0.9 of rows drawn at 1.1
-to 1.4 for each reading, 0.9 to 1.05 of white noise over 150 rows."""
+"""Maximum ratio of fourth to second differences, normalised, for the test. It is 0.7 to 0.9 for rows drawn at
+1.1 to 1.4 per reading, and 0.9 to 1.05 for white noise over 150 rows."""
 ALIKE, SELDOM = 0.95, 0.5
-"""Share of moves of one size from which they are those of a law with straight pieces under an even drive, and
-no readings; share of different ones, or of all numbers of steps, from which they are readings."""
+"""Minimum share of equal moves for a law with straight pieces under an even drive, which has no such
+readings. Second, minimum share of different moves, or of all numbers of steps, for readings."""
 
 
 @dataclass(frozen=True)
-class Taken:
-    """Readings that rows were drawn between.
+class OriginalReadings:
+    """Readings between which rows were interpolated.
 
     Attributes:
-        at: where they were taken, in the unit of the rows' places, shape (m,), ascending.
-        values: what was read, (m,); NaN where no row tells.
+        at: positions of the readings, in the unit of the rows' positions, shape (m,), ascending.
+        values: values of the readings, shape (m,); NaN where no row determines one.
     """
 
     at: np.ndarray
     values: np.ndarray
 
     def nearest(self, x: np.ndarray) -> np.ndarray:
-        """Number of the row nearest to each reading, of rows at ascending places x, without repetition."""
+        """Index of the row nearest to each reading, for ascending row positions x, without repetition."""
         right = np.clip(np.searchsorted(x, self.at), 1, len(x) - 1)
         return np.unique(np.where(self.at - x[right - 1] < x[right] - self.at, right - 1, right))
 
 
-def readings_between(x: np.ndarray, y: np.ndarray) -> Taken | None:
-    """The readings that rows were drawn between, or None where rows are readings themselves.
+def readings_between(x: np.ndarray, y: np.ndarray) -> OriginalReadings | None:
+    """Readings between which rows were interpolated, or None where rows are readings themselves.
 
     Args:
-        x: places of the rows, ascending, about one apart, shape (n,).
-        y: values of the rows, (n,), finite. Readings may have been rounded, and rows after them.
+        x: positions of the rows, ascending, about one apart, shape (n,).
+        y: values of the rows, shape (n,), finite. Readings may have been rounded, and rows after them.
     """
     if len(x) < 2 * FEWEST or not np.ptp(y) > 0.0:
         return None
@@ -76,65 +84,99 @@ def readings_between(x: np.ndarray, y: np.ndarray) -> Taken | None:
     for none in (exact, common_step(y)):
         corners = _corners(x, y, none * (1.0 + EXACT)) if none >= exact else np.zeros(0)
         grid = _grid(corners) if len(corners) >= FEWEST else None
-        found = _read_off(x, y, *grid, none) if grid else None
-        if found is not None and _differ(found.values, none):
+        found = _readings_at(x, y, *grid, none) if grid else None
+        if found is not None and _differ_like_noise(found.values, none):
             return found
     found = _resampled(y, exact) if np.ptp(np.diff(x)) == 0.0 else None
-    return found if found is not None and _differ(found.values, exact) else None
+    return found if found is not None and _differ_like_noise(found.values, exact) else None
 
 
-def _resampled(y: np.ndarray, none: float) -> Taken | None:
-    """Readings of rows that were drawn closer than two to each, from the first reading to the last.
+def _resampled(y: np.ndarray, none: float) -> OriginalReadings | None:
+    """Readings of rows that were drawn closer than two per reading, from the first reading to the last.
 
-    No two rows of such a file tell a line. But there are as many numbers of readings as there may have been,
-    and only the right one leaves nothing of the rows at both ends.
+    No two rows of such a file determine a line. But the number of readings has finitely many candidates, and
+    only the right one reproduces the rows at both ends.
     """
     if len(y) > MOST_RESAMPLED or not _smoothed(y):
         return None
     for count in range(int(len(y) / CLOSE), int(len(y) / 1.05)):
         every = (len(y) - 1) / (count - 1)
-        if all(_left(part, every) < none for part in (y[:END], y[: -END - 1 : -1])):
-            values = _solved(y, every, count)
-            if np.max(np.abs(_drawn(values, every, len(y)) - y)) < none:
-                return Taken(every * np.arange(count), _merged(values, FARTHER * none))
+        if all(_largest_distance(part, every) < none for part in (y[:END], y[: -END - 1 : -1])):
+            values = _fitted_readings(y, np.arange(len(y)) / every, count)
+            if np.max(np.abs(_interpolated_rows(values, every, len(y)) - y)) < none:
+                return OriginalReadings(every * np.arange(count), _merged(values, FARTHER * none))
     return None
 
 
 def _smoothed(y: np.ndarray) -> bool:
-    """Whether fast changes are smaller than slower ones, as lines between readings leave them: fourth
-    differences of white noise are as large as second ones, normalised."""
+    """True if fast changes are smaller than slower ones, as lines between readings leave them. For white
+    noise, normalised fourth differences are as large as second ones."""
     second, fourth = (np.diff(y, order) for order in (2, 4))
     return bool(np.mean(np.abs(fourth)) / np.sqrt(70.0) < SMOOTHED * np.mean(np.abs(second)) / np.sqrt(6.0))
 
 
-def _left(y: np.ndarray, every: float) -> float:
-    """Largest distance of rows from lines between readings, the first row being one."""
-    return float(np.max(np.abs(_drawn(_solved(y, every, int((len(y) - 1) / every) + 2), every, len(y)) - y)))
+def _largest_distance(y: np.ndarray, every: float) -> float:
+    """Largest distance of rows from lines between readings; the first row is a reading."""
+    count = int((len(y) - 1) / every) + 2
+    rows = _interpolated_rows(_fitted_readings(y, np.arange(len(y)) / every, count), every, len(y))
+    return float(np.max(np.abs(rows - y)))
 
 
-def _drawn(values: np.ndarray, every: float, rows: int) -> np.ndarray:
+def _interpolated_rows(values: np.ndarray, every: float, rows: int) -> np.ndarray:
     """Rows on the lines between readings."""
     return np.interp(np.arange(rows), every * np.arange(len(values)), values)
 
 
-def _solved(y: np.ndarray, every: float, count: int) -> np.ndarray:
-    """Readings between which rows lie, by least squares; a trace of weight keeps those that no row tells."""
-    place = np.arange(len(y)) / every
-    left = np.minimum(np.floor(place + EXACT).astype(int), count - 2)
-    part = np.clip(place - left, 0.0, 1.0)
+def readings_at(grid: OriginalReadings, x: np.ndarray, y: np.ndarray) -> OriginalReadings | None:
+    """Readings of a column at the positions of another column's readings; None if its rows are not on lines
+    between them.
+
+    Args:
+        grid: readings of another column of the same file.
+        x: positions of the rows, ascending, shape (n,).
+        y: values of the rows, shape (n,), finite.
+    """
+    count = len(grid.at)
+    if len(x) < 2 * FEWEST or count < FEWEST or not np.ptp(y) > 0.0:
+        return None
+    every = float(np.ptp(grid.at)) / (count - 1)
+    place = (x - grid.at[0]) / every + 1.0  # one reading more on either side of the grid
+    inside = (place >= 0.0) & (place <= count + 1.0)
+    exact = EXACT * float(np.max(np.abs(y)))
+    for none in (exact, common_step(y)):
+        if none >= exact:
+            values = _fitted_readings(y[inside], place[inside], count + 2)
+            drawn = np.interp(place[inside], np.arange(count + 2.0), values)
+            values = values[1:-1]
+            allowed = none + NEAR * float(np.max(np.abs(np.diff(values, 2))))
+            if np.max(np.abs(drawn - y[inside])) < allowed and _differ_like_noise(values, none):
+                return OriginalReadings(grid.at, _merged(values, FARTHER * none))
+    return None
+
+
+def _fitted_readings(y: np.ndarray, place: np.ndarray, count: int) -> np.ndarray:
+    """Readings between which rows lie, by least squares. A tiny weight keeps those that no row determines.
+
+    Args:
+        y: values of the rows, shape (n,).
+        place: positions of the rows in readings, between 0 and `count` - 1, shape (n,).
+        count: number of readings.
+    """
+    reading_before = np.minimum(np.floor(place + EXACT).astype(int), count - 2)
+    part = np.clip(place - reading_before, 0.0, 1.0)
     bands = np.zeros((2, count))
-    np.add.at(bands[1], left, (1.0 - part) ** 2)
-    np.add.at(bands[1], left + 1, part**2)
-    np.add.at(bands[0], left + 1, part * (1.0 - part))
+    np.add.at(bands[1], reading_before, (1.0 - part) ** 2)
+    np.add.at(bands[1], reading_before + 1, part**2)
+    np.add.at(bands[0], reading_before + 1, part * (1.0 - part))
     bands[1] += 1e-12
     right = np.zeros(count)
-    np.add.at(right, left, (1.0 - part) * y)
-    np.add.at(right, left + 1, part * y)
-    return solveh_banded(bands, right)
+    np.add.at(right, reading_before, (1.0 - part) * y)
+    np.add.at(right, reading_before + 1, part * y)
+    return linalg.solveh_banded(bands, right)
 
 
 def _corners(x: np.ndarray, y: np.ndarray, none: float) -> np.ndarray:
-    """Places at which lines between rows end, ascending, where one can be told; none if few rows lie on a
+    """Ascending positions at which lines between rows end, where detectable; empty if few rows lie on a
     line."""
     part = (x[2:] - x[1:-1]) / (x[2:] - x[:-2])
     off = np.concatenate([[0.0], y[1:-1] - part * y[:-2] - (1.0 - part) * y[2:], [0.0]])
@@ -156,7 +198,7 @@ def _corners(x: np.ndarray, y: np.ndarray, none: float) -> np.ndarray:
 
 
 def _crossings(x: np.ndarray, y: np.ndarray, row: np.ndarray) -> np.ndarray:
-    """Where the line through a row and the one before meets that through the next two."""
+    """Intersections of the line through a row and the one before with the line through the next two."""
     before = (y[row] - y[row - 1]) / (x[row] - x[row - 1])
     after = (y[row + 2] - y[row + 1]) / (x[row + 2] - x[row + 1])
     at = (y[row + 1] - y[row] + before * x[row] - after * x[row + 1]) / (before - after)
@@ -164,7 +206,7 @@ def _crossings(x: np.ndarray, y: np.ndarray, row: np.ndarray) -> np.ndarray:
 
 
 def _grid(corners: np.ndarray) -> tuple[float, float] | None:
-    """First place and spacing of the widest even grid that corners lie on; None where they lie on none."""
+    """First position and spacing of the widest even grid through the corners; None if there is none."""
     head = corners[:HEAD]
     span = float(np.ptp(head))
     if not span > 0.0:
@@ -179,7 +221,7 @@ def _grid(corners: np.ndarray) -> tuple[float, float] | None:
     every = 1.0 / best
     begin = float(np.angle(np.exp(2j * np.pi * best * head).mean()) / (2.0 * np.pi * best))
     count = min(FEWEST, len(corners))
-    while True:  # the spacing from more and more of them, so that none is counted wrongly
+    while True:  # the spacing comes from a growing number of corners, so that none is assigned wrongly
         some = corners[:count]
         number = np.round((some - begin) / every)
         if np.ptp(number) > 0.0:
@@ -191,30 +233,31 @@ def _grid(corners: np.ndarray) -> tuple[float, float] | None:
     return (begin, every) if every > 1.0 and np.quantile(off, 0.9) < OFF_GRID else None
 
 
-def _read_off(x: np.ndarray, y: np.ndarray, begin: float, every: float, none: float) -> Taken:
-    """Readings at the places of a grid, by the lines on either side of each, equal ones made equal."""
-    near = 1e-3 * every
+def _readings_at(x: np.ndarray, y: np.ndarray, begin: float, every: float, none: float) -> OriginalReadings:
+    """Readings at the positions of a grid, from the lines on either side of each; equal ones are made
+    equal."""
+    near = NEAR * every
     number = (x[[0, -1]] - begin + np.array([-near, near])) / every
     at = begin + every * np.arange(np.ceil(number[0]), np.floor(number[1]) + 1.0)
     first = np.searchsorted(x, at - near)
     last = np.searchsorted(x, at + every + near) - 1
-    told = (last > first) & (first < len(x))
-    a, b = first[told], last[told]
+    determined = (last > first) & (first < len(x))
+    a, b = first[determined], last[determined]
     slope = (y[b] - y[a]) / (x[b] - x[a])
     sides = np.full((2, len(at) + 1), np.nan)
-    sides[0, :-1][told] = y[a] + slope * (at[told] - x[a])
-    sides[1, 1:][told] = y[a] + slope * (at[told] + every - x[a])
-    known = np.isfinite(sides[:, :-1])
-    total = np.where(known, sides[:, :-1], 0.0).sum(axis=0)
-    there = known.any(axis=0)
+    sides[0, :-1][determined] = y[a] + slope * (at[determined] - x[a])
+    sides[1, 1:][determined] = y[a] + slope * (at[determined] + every - x[a])
+    defined = np.isfinite(sides[:, :-1])
+    total = np.where(defined, sides[:, :-1], 0.0).sum(axis=0)
+    either_side = defined.any(axis=0)
     values = np.full(len(at), np.nan)
-    values[there] = _merged(total[there] / known.sum(axis=0)[there], FARTHER * none)
-    return Taken(at, values)
+    values[either_side] = _merged(total[either_side] / defined.sum(axis=0)[either_side], FARTHER * none)
+    return OriginalReadings(at, values)
 
 
 def _merged(values: np.ndarray, none: float) -> np.ndarray:
-    """Numbers that differ by less than arithmetic does made equal, and those at whole steps put there, so
-    that rounded readings keep their step."""
+    """Numbers with differences of arithmetic removed, and those at whole steps put there, so that rounded
+    readings keep their step."""
     order = np.argsort(values, kind="stable")
     group = np.concatenate([[0], np.cumsum(np.diff(values[order]) > none)])
     means = np.bincount(group, values[order]) / np.bincount(group)
@@ -234,10 +277,9 @@ def _at_steps(values: np.ndarray, none: float) -> np.ndarray:
     return fitted if np.max(np.abs(fitted - values)) < none else values
 
 
-def _differ(values: np.ndarray, none: float) -> bool:
-    """Whether moves between readings differ in size as those of readings with noise do: seldom alike, or, of
-    rounded ones, by all numbers of steps. Those of a law with straight pieces are a few sizes again and
-    again."""
+def _differ_like_noise(values: np.ndarray, none: float) -> bool:
+    """True if moves between readings differ in size like those of noisy readings. They are seldom alike or,
+    for rounded ones, take all numbers of steps. A law with straight pieces repeats a few sizes."""
     values = values[np.isfinite(values)]
     moves, step = np.abs(np.diff(values)), common_step(values)
     if not len(moves) or len(np.unique(np.round(moves / (MOVES * none)))) >= SELDOM * len(moves):

@@ -1,4 +1,5 @@
-"""Measured columns: how much each sample counts, its noise, stated or estimated, and its correlation."""
+"""Measured columns with their noise (stated or estimated), its serial correlation, and the weight of each
+sample."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,15 +12,14 @@ from .noise import GAUSSIAN_MAD, dithered
 from .readings import noise_found, read_values
 
 CORRELATED = 0.25
-"""Serial correlation below which a column's noise is taken as independent: what short recordings tell
-apart."""
+"""Minimum serial correlation that counts; short recordings resolve no less."""
 MOST_CORRELATED = 0.98
 FEW = 40
-"""Samples below which serial correlation is not estimated from themselves alone."""
+"""Minimum number of samples for an estimate of serial correlation from themselves alone."""
 MOST_GUESSED = 0.8
-"""Largest correlation that is read off the samples alone: a course with corners looks like more."""
+"""Maximum correlation that is estimated from the samples alone. A trend with corners looks like more."""
 LEAST_NOISE = 1e-5
-"""Of a column's span: noise that is estimated is never less, a printed number has its rounding."""
+"""Minimum estimated noise, as part of a column's span: the rounding of printed numbers."""
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,10 @@ class Channel:
     """One measured output of one recording.
 
     Attributes:
-        quantity: `curvature`, `force`, ...
-        measured: SI, shape (rows,), zero where missing.
-        sigma: marginal standard deviation of each sample, infinite where it does not count.
-        correlation: of every error with the one before, one number or shape (rows,).
+        quantity: name of the quantity: `curvature`, `force`, ...
+        measured: measured values, SI, shape (rows,), zero where missing.
+        sigma: marginal standard deviation of each sample, shape (rows,); infinite where it does not count.
+        correlation: correlation of every error with the one before, one number or shape (rows,).
     """
 
     quantity: str
@@ -41,7 +41,7 @@ class Channel:
     def whitened(self, difference: np.ndarray) -> np.ndarray:
         """Differences of shape (..., rows) as independent errors of unit size; zero where nothing counts.
 
-        First-order noise: each error is freed of what the one before tells about it.
+        For first-order noise, the part of each error that the one before predicts is subtracted.
         """
         own, before = self.coefficients()
         found = own * difference
@@ -49,39 +49,39 @@ class Channel:
         return found
 
     def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
-        """What `whitened` multiplies each difference by, and what of the one before it takes off, (rows,)."""
-        there = np.isfinite(self.sigma)
-        follows = np.zeros_like(there)
-        follows[1:] = there[1:] & there[:-1]
-        weight = np.where(there, 1.0 / self.sigma, 0.0)
+        """Factors of `whitened` on each difference and on the one before it, shape (rows,) each."""
+        counted = np.isfinite(self.sigma)
+        follows = np.zeros_like(counted)
+        follows[1:] = counted[1:] & counted[:-1]
+        weight = np.where(counted, 1.0 / self.sigma, 0.0)
         free = np.sqrt(1.0 - self.correlation**2)
         before = np.where(follows, self.correlation / free * np.roll(weight, 1), 0.0)
         return np.where(follows, weight / free, weight), before
 
     @property
     def count(self) -> int:
-        """Samples that count."""
+        """Number of samples that count."""
         return int(np.isfinite(self.sigma).sum())
 
 
 def channel_weight(
     recording: Recording, quantity: str, columns: Mapping[str, np.ndarray], block: int
 ) -> np.ndarray:
-    """One over the 1-sigma of every sample; zero where it is missing.
+    """Inverse standard deviation of every sample; zero where it is missing.
 
-    Serially correlated noise is taken as independent noise that is larger: a sample counts for as many
-    independent ones as it is worth to anything that varies slowly, `(1 - r) / (1 + r)`. A scatter smaller
-    than stated alone is no correlation: the samples must show it by themselves, too.
+    Serially correlated noise is replaced by larger independent noise. For a slowly varying quantity, a sample
+    counts as `(1 - r) / (1 + r)` independent ones. A scatter below the stated noise is no evidence of
+    correlation by itself: the samples must show it, too.
 
     Args:
-        recording: states the noise, if anyone does.
-        quantity: column, by quantity.
+        recording: recording that may state the noise.
+        quantity: name of the column's quantity.
         columns: `time` and the quantity, in SI, NaN where missing.
-        block: readings that a row is the mean of.
+        block: number of readings averaged in a row.
     """
     values = columns[quantity]
-    held = np.isfinite(values)
-    if not held.any():
+    finite = np.isfinite(values)
+    if not finite.any():
         return np.zeros(len(values))
     stated = recording.noise_si(quantity)
     raw = read_values(recording, quantity)
@@ -92,15 +92,15 @@ def channel_weight(
         sigma = noise_found(recording, quantity)
         if block > 1:
             sigma = block_noise(*unstated_noise(raw, sigma), block)[0]
-        sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[held])), 1e-12)
-    return np.where(held, 1.0 / sigma, 0.0)
+        sigma = max(sigma, LEAST_NOISE * float(np.ptp(values[finite])), 1e-12)
+    return np.where(finite, 1.0 / sigma, 0.0)
 
 
 def correlation_by_lags(values: np.ndarray) -> float:
-    """Correlation of neighbouring errors by second differences alone, whatever their size.
+    """Correlation of neighbouring errors from second differences alone, independent of their size.
 
-    Over one and two samples their variances are `sigma^2 (6 - 8 r^k + 2 r^2k)` at lag k for first-order noise
-    on a smooth course: the ratio grows with r, from 1 to 2.
+    For first-order noise on a smooth trend their variance at lag k is `sigma^2 (6 - 8 r^k + 2 r^2k)`, here
+    for one and two samples. The ratio grows with r, from 1 to 2.
 
     Args:
         values: samples in their order, shape (n,).
@@ -124,14 +124,15 @@ def correlation_by_lags(values: np.ndarray) -> float:
 
 
 def serial_correlation(values: np.ndarray, sigma: float) -> float:
-    """Correlation of neighbouring errors, from second differences and the instrument's own 1-sigma.
+    """Correlation of neighbouring errors, from second differences and the instrument's own standard
+    deviation.
 
-    For first-order noise on a smooth course their variance is `sigma^2 (6 - 8 r + 2 r^2)`. Residuals of a
+    For first-order noise on a smooth trend their variance is `sigma^2 (6 - 8 r + 2 r^2)`. Residuals of a
     model would mistake misfit for correlation.
 
     Args:
         values: samples in their order, shape (n,).
-        sigma: marginal 1-sigma.
+        sigma: marginal standard deviation.
 
     Returns:
         The correlation; 0 where it is small or negative.
@@ -149,10 +150,10 @@ def unstated_noise(values: np.ndarray, white: float) -> tuple[float, float]:
 
     Args:
         values: samples in their order, shape (n,).
-        white: standard deviation that white noise would have.
+        white: standard deviation under the assumption of white noise.
 
     Returns:
-        Both, see `correlation_by_lags`.
+        Standard deviation and correlation, see `correlation_by_lags`.
     """
     correlation = correlation_by_lags(values)
     return white * float(np.sqrt(6.0 / (6.0 - 8.0 * correlation + 2.0 * correlation**2))), correlation

@@ -1,19 +1,19 @@
-"""Which columns of a recording are predicted, and which drive the model."""
+"""Division of a recording's columns into predicted ones and drivers of the model."""
 
 import numpy as np
 
 from fitting.data.recordings import Recording, schema
 
 STEADIER = 0.5
-"""Ratio of relative ranges of stress and strain below which stress is taken as prescribed."""
+"""Maximum ratio of the relative ranges of stress and strain for a prescribed stress."""
 
 
 def by_stress(recording: Recording) -> bool:
-    """Whether stress drives the wire and strain is predicted."""
+    """True if stress drives the wire and strain is predicted."""
     sizes = []
     for name in ("stress", "strain"):
         if not recording.has(name):
-            sizes.append(np.inf)  # what nobody measured drives nothing
+            sizes.append(np.inf)  # an unmeasured column is no driver
             continue
         values = recording.si(name)
         values = values[np.isfinite(values)]
@@ -24,7 +24,7 @@ def by_stress(recording: Recording) -> bool:
 
 
 def predicted(recording: Recording) -> list[str]:
-    """Columns that the model predicts: of a wire's stress and strain the one that is not prescribed."""
+    """Columns that the model predicts. Of a wire's stress and strain it is the one that is not prescribed."""
     either = schema.KINDS[recording.kind].either
     if either and all(name in recording.columns for name in either):
         return [either[1] if by_stress(recording) else either[0]]
@@ -32,7 +32,7 @@ def predicted(recording: Recording) -> list[str]:
 
 
 def measured(recording: Recording) -> list[str]:
-    """Columns that are read off a specimen: what is predicted, and resistances. Others are set, and stand
-    still or go in straight lines when they are told to."""
+    """Columns that instruments read from a specimen: predicted ones and resistances. Others are prescribed,
+    and so are constant or piecewise linear."""
     read = [n for n in recording.known_columns if schema.quantity_and_unit(n)[0].startswith("resistance")]
     return list(dict.fromkeys([*predicted(recording), *read]))

@@ -1,9 +1,9 @@
-"""How far a model is from data: the source's measures, Eqs. 2.51-2.52, and the root mean square.
+"""Measures of misfit between a model and data: the source's, Eqs. 2.51-2.52, and the root mean square.
 
 Equation 2.52 as printed sums signed differences, so that too high and too low cancel and a wrong model may
-score zero. It is kept as `rpd_signed` to compare with published numbers; `rpd` takes absolute differences
-(correction 11 of the model's list). All are pure functions of arrays of one shape, differentiable where the
-differences are not zero, and return a scalar.
+score zero. It is kept as `rpd_signed` for comparison with published numbers. `rpd` takes absolute differences
+(correction 11 of the model's list). All are pure functions of arrays of one shape and return a scalar. They
+are differentiable where the differences are not zero.
 """
 
 import jax.numpy as jnp

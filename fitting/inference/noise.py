@@ -1,7 +1,7 @@
-"""How noisy a measured curve is, and how many independent samples its misfit holds.
+"""Noise of a measured curve, and number of independent samples in its misfit.
 
-A smooth curve that a law cannot follow leaves residuals that drift slowly: hundreds of samples then say as
-much as a few independent ones. Both numbers below are counted before any standard error is quoted.
+A smooth curve that a law cannot follow leaves residuals that drift slowly. Hundreds of samples then say as
+much as a few independent ones. Every standard error takes both quantities below into account.
 """
 
 import math
@@ -12,66 +12,67 @@ import numpy as np
 GAUSSIAN_MAD = 0.6744897501960817
 """Median absolute deviation of a Gaussian in standard deviations."""
 CHANCE = 1.15
-"""Factor on a variance that white noise may show by chance."""
+"""Maximum factor on a variance that white noise shows by chance."""
 WINDOW = 5.0
-"""Sokal's window: lags are summed up to this many correlation times."""
+"""Number of correlation times up to which lags are summed (Sokal's window)."""
 ORDERS = (2, 3, 4, 5)
-"""Of differences that noise is told by: of 21 points of an S-shaped curve the second shows the curve
-itself."""
+"""Orders of the differences in the noise estimate. For 21 points of an S-shaped curve the second shows the
+curve itself."""
 CLEARLY, LASTING = 0.5, 0.09
-"""A higher order leaves clearly less from the first of these parts, over the root of the number of
-differences: under white noise the ratio of two neighbouring orders spreads by a fifth to a quarter over that
-root. And from the
-second: of first-order noise with a correlation of 0.9 higher orders show 7 % less than the second."""
+"""Minimum relative decreases by a higher order of differences. The first is divided by the root of the number
+of differences. Under white noise the ratio of two neighbouring orders spreads by a fifth to a quarter over
+that root. The second is absolute. For first-order noise with a correlation of 0.9, higher orders show 7 %
+less than the second."""
 HALF = 0.5
-"""Of a step, how wide rounding errors are drawn anew for differences: enough to fill it, and little that has
-to be taken off again."""
+"""Width of the redrawn rounding errors for differences, as part of a step. It fills the step and leaves
+little to subtract."""
 FEWEST_OF_ORDER = 6
-"""Differences of a higher order, and readings, from which they tell anything."""
+"""Minimum number of differences of a higher order, and of readings, for an estimate."""
 HUBER, FAR, ROUNDS = 2.0, 4.0, 50
-"""Standard deviations at which a difference counts no more, and beyond which it is no noise; most rounds."""
+"""Huber's limit for differences in standard deviations; the limit beyond which they are no noise; maximum
+number of rounds."""
 _INSIDE = math.erf(HUBER / math.sqrt(2.0))
 """Part of a Gaussian within `HUBER` standard deviations."""
 _HUBER_MEAN = (
     _INSIDE - 2.0 * HUBER * math.exp(-0.5 * HUBER**2) / math.sqrt(2.0 * math.pi) + HUBER**2 * (1.0 - _INSIDE)
 )
-"""Mean square of a standard Gaussian whose size is held to `HUBER`. Written out: importing `scipy.stats`
-is two fifths of all that `pneusma simulate` imports."""
+"""Mean square of a standard Gaussian clipped at `HUBER`. It is written out because the import of
+`scipy.stats` takes two fifths of the import time of `pneusma simulate`."""
 DRAWS, DRAWN = 32, 10_000
-"""Times that rounding errors are drawn anew, at most, so that the median of 21 rounded points spreads by 2 %
-with the draw; and numbers that are drawn in all, of longer recordings."""
+"""Maximum number of redraws of rounding errors; the median of 21 rounded points then spreads by 2 % with the
+draw. Second, total number of draws for longer recordings."""
 SAME = 1e-9
-"""Of the largest reading, a difference that is the computer's arithmetic: it has sixteen digits, files up to
-nine."""
+"""Maximum difference that is due to computer arithmetic, relative to the largest reading. Arithmetic has
+sixteen digits, files up to nine."""
 EVEN, MOST = 0.02, 0.95
-"""Part of a step that differences may miss whole multiples by, as printed digits do; the share that must
-not."""
+"""Maximum deviation of differences from whole multiples of a step, as part of it, as in printed digits;
+minimum share of differences within it."""
 FEW_STEPS = 5
-"""Steps between the nearest two of a few readings, at most."""
+"""Maximum number of steps between the nearest two of a few readings."""
 ONE_WAY = 0.3
-"""Share of moves within ramps from which these tell whether a course is rounded."""
+"""Minimum share of moves within ramps for these to decide if a trend is rounded."""
 UNEVEN, STANDS, STOOD = 0.1, 4, 0.1
-"""Share of moves that are not as many steps as the one before; or stretches of equal readings, and their
-share: more than turns and changes of rate make of straight courses without noise."""
+"""Minimum share of moves with another number of steps than the one before; or minimum number of stretches of
+equal readings, and their minimum share. Turns and changes of rate make fewer in straight trends without
+noise."""
 FEWEST_OF_SIZE = 10
-"""Different readings of one order of magnitude from which these have a step of their own."""
+"""Minimum number of different readings of one order of magnitude for a step of their own."""
 
 
 def least_step(values: np.ndarray) -> np.ndarray:
-    """Step in which readings were written, at each of them: of a converter, of printed decimals, of a dead
-    band.
+    """Step of the written readings, at each of them: of a converter, of printed decimals, or of a dead band.
 
-    The step is the smallest difference between distinct values, where all others are whole multiples of it:
-    smooth readings differ by anything. So do straight courses without noise, which all moves are one step of.
-    Readings that stand still until they move by more than a dead band have the smallest move as their step.
-    Where values are written with a number of significant digits, large ones have larger steps than small
-    ones.
+    The step is the smallest difference between distinct values, where all others are whole multiples of it.
+    Smooth readings differ by arbitrary amounts. Straight trends without noise have no step either, since all
+    their moves are equal. Readings that stand still until they move by more than a dead band have the
+    smallest move as their step. Where values have a number of significant digits, large ones have larger
+    steps than small ones.
 
     Args:
         values: readings in the order of sampling, shape (n,), finite.
 
     Returns:
-        The step at every reading, shape (n,), in their unit; 0 where readings show none.
+        Step at every reading, shape (n,), in their unit; 0 where readings show none.
     """
     found = np.full(len(values), _step(values))
     digits = np.floor(np.log10(np.where(values == 0.0, np.inf, np.abs(values))) + SAME)
@@ -83,16 +84,16 @@ def least_step(values: np.ndarray) -> np.ndarray:
 
 
 def rounding_noise(values: np.ndarray) -> float:
-    """Standard deviation of the rounding of readings, step / sqrt(12) (W. R. Bennett, Bell Syst. Tech. J. 27
-    (1948) 446), root mean square over readings of shape (n,); 0 where they show no step."""
+    """Standard deviation of the rounding of readings of shape (n,), step / sqrt(12), as root mean square; 0
+    where they show no step. Source: W. R. Bennett, Bell Syst. Tech. J. 27 (1948) 446."""
     return float(np.sqrt(np.mean(least_step(values) ** 2 / 12.0))) if len(values) else 0.0
 
 
 def dithered(values: np.ndarray) -> np.ndarray:
     """Readings with rounding errors added anew, (`DRAWS`, n), or (1, n) where they show no step.
 
-    Rounded readings differ by nothing or by whole steps, of which no median tells a size. With a further
-    uniform error of one step they are spread as readings of their own noise and two rounding errors.
+    Rounded readings differ by nothing or by whole steps, whose median is uninformative. With a further
+    uniform error of one step they spread as readings with their own noise and two rounding errors.
 
     Args:
         values: readings in the order of sampling, shape (n,), finite.
@@ -104,23 +105,23 @@ def dithered(values: np.ndarray) -> np.ndarray:
 
 
 def robust_noise(x: np.ndarray, y: np.ndarray) -> float:
-    """Standard deviation of white noise on a smooth curve, rounding included, by differences of neighbours.
+    """Standard deviation of white noise on a smooth curve, rounding included, from differences of neighbours.
 
-    Each run of three to six samples is compared with the polynomial through its others: differences of second
-    to fifth order, normalised (Gasser, Sroka and Jennen-Steinmetz, Biometrika 73 (1986) 625; Hall, Kay and
-    Titterington, Biometrika 77 (1990) 521). A higher order counts where it leaves clearly less: of few
-    samples the curve itself bends between neighbours. The scale is Huber's (proposal 2), without differences
-    far beyond their median: jumps and turning points do not count. Rounded readings are `dithered` first, and
-    the result is never less than their rounding alone. Serially correlated noise is smooth, too, so for it
-    the result is a lower bound.
+    Each run of three to six samples is compared with the polynomial through its others. These are normalised
+    differences of second to fifth order (Gasser, Sroka and Jennen-Steinmetz, Biometrika 73 (1986) 625; Hall,
+    Kay and Titterington, Biometrika 77 (1990) 521). A higher order counts where it is clearly smaller, since
+    with few samples the curve itself bends between neighbours.
+
+    The scale is Huber's (proposal 2), without differences far beyond their median: jumps and turning points
+    do not count. Rounded readings are `dithered` first, and the result is never less than their rounding
+    alone. Serially correlated noise is smooth, too, so for it the result is a lower bound.
 
     Args:
-        x: where the curve was sampled, in the order of sampling, shape (n,).
-        y: what was measured there, shape (n,).
+        x: positions of the samples, in the order of sampling, shape (n,).
+        y: measured values, shape (n,).
 
     Returns:
-        The standard deviation in the unit of `y`; that of rounding, or 0, with fewer than three usable
-        samples.
+        Standard deviation in the unit of `y`; that of rounding, or 0, with fewer than three usable samples.
     """
     found, rounding = None, rounding_noise(y)
     step = least_step(y)
@@ -144,7 +145,7 @@ def common_step(values: np.ndarray) -> float:
     The smallest difference is the step, or a few steps where readings are few.
 
     Args:
-        values: shape (n,), finite, in any order.
+        values: readings, shape (n,), finite, in any order.
     """
     between = np.diff(np.sort(values))
     between = between[between > SAME * np.max(np.abs(values), initial=0.0)]
@@ -156,22 +157,22 @@ def common_step(values: np.ndarray) -> float:
 
 
 def standing(moves: np.ndarray) -> np.ndarray:
-    """Lengths of the stretches of equal readings, by the moves from each to the next."""
+    """Lengths of the stretches of equal readings, from the moves between neighbours."""
     return np.diff(np.flatnonzero(np.concatenate([[True], np.abs(moves) > 0.0, [True]])))
 
 
-def _uneven(steps: np.ndarray) -> bool:
-    """Whether moves, in steps, change in size from one to the next: on the way, as turns change them anyhow,
-    or everywhere where hardly any four go one way."""
+def _moves_vary(steps: np.ndarray) -> bool:
+    """True if moves, in steps, change in size from one to the next. Only moves within ramps count, since
+    turns change them anyhow. All count where hardly any four go one way."""
     windows = np.lib.stride_tricks.sliding_window_view(steps, 4)
     changes = windows[:, 1] != windows[:, 2]
     one_way = np.all(windows >= 0.0, axis=1) | np.all(windows <= 0.0, axis=1)
-    there = changes[one_way] if one_way.mean() > ONE_WAY else changes
-    return bool(there.mean() > UNEVEN)
+    selected = changes[one_way] if one_way.mean() > ONE_WAY else changes
+    return bool(selected.mean() > UNEVEN)
 
 
-def _often(stands: np.ndarray) -> bool:
-    """Whether readings stand still again and again, by the lengths of all stretches: not at turns only."""
+def _stands_often(stands: np.ndarray) -> bool:
+    """True if readings stand still repeatedly, by the lengths of all stretches, and not at turns only."""
     return bool(np.sum(stands > 1) >= STANDS and np.mean(stands > 1) > STOOD)
 
 
@@ -183,13 +184,13 @@ def _step(values: np.ndarray) -> float:
     moves[moves <= SAME * np.max(np.abs(values))] = 0.0
     stands = standing(moves)
     if least > 0.0:
-        return least if _uneven(np.round(np.diff(values) / least)) or _often(stands) else 0.0
-    slow = _often(stands) and np.median(stands) > 1.0
+        return least if _moves_vary(np.round(np.diff(values) / least)) or _stands_often(stands) else 0.0
+    slow = _stands_often(stands) and np.median(stands) > 1.0
     return float(moves[moves > 0.0].min()) if slow else 0.0
 
 
 def _uniform(*shape: int) -> np.ndarray:
-    """The same uniform numbers within half a unit at every call."""
+    """Uniform random numbers within half a unit, the same at every call."""
     return np.random.default_rng(0).uniform(-0.5, 0.5, shape)
 
 
@@ -198,8 +199,11 @@ def _draws(count: int) -> int:
 
 
 def _differences(x: np.ndarray, y: np.ndarray, step: np.ndarray, order: int) -> tuple[np.ndarray, ...]:
-    """Differences over neighbours among which x goes one way: weights of unit length, (m, order + 1); the
-    differences, (m,); and the steps of their readings, (m, order + 1)."""
+    """Differences over neighbours among which x is monotonic.
+
+    The results are weights of unit length, (m, order + 1); the differences, (m,); the steps of their
+    readings, (m, order + 1).
+    """
     if len(x) <= order:
         return np.zeros((0, order + 1)), np.zeros(0), np.zeros((0, order + 1))
     at, values, steps = (np.lib.stride_tricks.sliding_window_view(z, order + 1) for z in (x, y, step))
@@ -207,8 +211,8 @@ def _differences(x: np.ndarray, y: np.ndarray, step: np.ndarray, order: int) -> 
     usable = np.all(forward > 0.0, axis=1) | np.all(forward < 0.0, axis=1)
     at, values, steps = at[usable], values[usable], steps[usable]
     at = (at - at.mean(axis=1, keepdims=True)) / np.ptp(at, axis=1)[:, None]
-    apart = at[:, :, None] - at[:, None, :] + np.eye(order + 1)
-    weight = 1.0 / np.prod(apart, axis=2)
+    distances = at[:, :, None] - at[:, None, :] + np.eye(order + 1)
+    weight = 1.0 / np.prod(distances, axis=2)
     weight /= np.linalg.norm(weight, axis=1, keepdims=True)
     return weight, np.sum(weight * (values - values.mean(axis=1, keepdims=True)), axis=1), steps
 
@@ -229,7 +233,8 @@ def _scale(differences: np.ndarray) -> float:
 
 
 def autocorrelation(series: Sequence[np.ndarray]) -> np.ndarray:
-    """Autocorrelation of residuals pooled over recordings, their means left in (a misfit's mean is misfit).
+    """Autocorrelation of residuals pooled over recordings. Their means are left in, since a misfit's mean is
+    misfit.
 
     Args:
         series: residuals of each recording in the order of sampling, each of shape (n_i,).
@@ -249,11 +254,11 @@ def autocorrelation(series: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def correlation_time(series: Sequence[np.ndarray]) -> float:
-    """Integrated autocorrelation time: how many samples make one independent one.
+    """Integrated autocorrelation time: number of samples that count as one independent one.
 
     The window grows until it is five times the sum inside it (A. Sokal, Monte Carlo methods in statistical
-    mechanics, 1997). For a first-order process it is `(1 + r) / (1 - r)` of the lag-1 correlation r. The
-    variance of anything smooth that is fitted to the samples grows by about this factor.
+    mechanics, 1997). For a first-order process it is `(1 + r) / (1 - r)`, with the lag-1 correlation r. The
+    variance of a smooth fit to the samples grows by about this factor.
 
     Returns:
         The factor, 1 or more; at most the length of the longest recording.
@@ -266,16 +271,16 @@ def correlation_time(series: Sequence[np.ndarray]) -> float:
 
 
 def inflation_of(reduced: float, series: Sequence[np.ndarray]) -> float:
-    """Factor on standard errors for misfit larger than the noise, and misfit that lasts.
+    """Factor on standard errors for misfit beyond the noise and with serial correlation.
 
-    Noise that lasts, a zero that drifts and a law that is not followed all leave fewer independent samples
-    than there are: the variance grows by the mean square of the misfit times its correlation time. Where
-    noise was taken as larger because it lasts, the mean square is smaller by as much, and the two make one.
-    What a drift does to the numbers themselves is not seen in what is left: beside drift it is too little.
+    Correlated noise, a drifting zero and a wrong law all leave fewer independent samples than there are. The
+    variance grows by the mean square of the misfit times its correlation time. Where the noise was already
+    enlarged for its correlation, the mean square is smaller by as much, and both factors cancel. The bias of
+    the parameters by a drift does not show in the residuals, so beside a drift the factor is too small.
 
     Args:
         reduced: chi-square per degree of freedom.
-        series: misfits over their noise of each recording and output, in the order of sampling.
+        series: misfits in units of their noise, of each recording and output, in the order of sampling.
     """
     product = reduced * correlation_time(series)
     return float(np.sqrt(product)) if product > CHANCE else 1.0

@@ -1,4 +1,4 @@
-"""What was counted while fits ran side by side, and how they run."""
+"""Parallel jobs on threads, and counters of their work."""
 
 import os
 from collections import Counter
@@ -10,35 +10,36 @@ from typing import TypeVar
 from pneusma_jax.errors import InputError
 
 FITS = "fits"
-"""Models that were fitted to all that is to be fitted."""
+"""Counter of models that were fitted to all recordings."""
 RUNS = "runs"
-"""Runs of the compiled program."""
+"""Counter of runs of the compiled program."""
 THREADS = "PNEUSMA_THREADS"
-"""Environment variable: most fits at a time, for those who run several diagnoses at once."""
+"""Environment variable with the maximum number of parallel fits, for users who run several diagnoses at
+once."""
 
 Job, Result = TypeVar("Job"), TypeVar("Result")
 
 
 class Tally:
-    """Counts by name that several threads add to."""
+    """Counters by name that several threads increment."""
 
     def __init__(self) -> None:
         self._counts, self._lock = Counter(), Lock()
 
     def __getitem__(self, name: str) -> int:
-        """How often a name was counted."""
+        """Count of a name."""
         return self._counts[name]
 
     def count(self, name: str) -> None:
-        """Once more."""
+        """Increment a counter."""
         with self._lock:
             self._counts[name] += 1
 
 
 def run_parallel(function: Callable[[Job], Result], jobs: Iterable[Job]) -> list[Result]:
-    """Results of jobs that do not depend on each other, in their order, on all cores that this process has.
+    """Results of independent jobs, in their order, computed on all cores of this process.
 
-    Compiled programs run outside of Python's lock; so threads are enough, and share what was compiled.
+    Compiled programs run outside of Python's lock. So threads are sufficient, and share compiled programs.
 
     Raises:
         InputError: if the environment says how many and it is no number.
@@ -54,7 +55,7 @@ def run_parallel(function: Callable[[Job], Result], jobs: Iterable[Job]) -> list
 def _cores() -> int:
     available = getattr(os, "sched_getaffinity", None)
     cores = len(available(0)) if available else os.cpu_count() or 1
-    told = os.environ.get(THREADS, str(cores))
-    if not told.isdigit() or int(told) < 1:
-        raise InputError(f"{THREADS} must be a whole number of at least 1, but is {told!r}")
-    return min(cores, int(told))
+    setting = os.environ.get(THREADS, str(cores))
+    if not setting.isdigit() or int(setting) < 1:
+        raise InputError(f"{THREADS} must be a whole number of at least 1, but is {setting!r}")
+    return min(cores, int(setting))

@@ -1,8 +1,9 @@
-"""Traced programs kept on disk, beside the compiled ones that JAX keeps.
+"""Cache of traced programs on disk, beside the compiled ones that JAX keeps.
 
-Tracing a program with the laws of every effect takes several times as long as loading its compiled form, and
-JAX's own cache keeps only the latter. A kept program is found by everything that it depends on: the source
-of both packages, the structure and shapes of its arguments, the kind of device and JAX's version.
+Tracing a program with the laws of every effect takes several times as long as loading its compiled form.
+JAX's own cache keeps only the latter. A cached program is identified by everything that it depends on. That
+is the source of both packages, the structure and shapes of its arguments, the kind of device and JAX's
+version.
 """
 
 import contextlib
@@ -23,9 +24,9 @@ from pneusma_jax.files import write_whole
 
 FOLDER = "traced"
 DIGEST = 32
-"""Bytes of the SHA-256 before a stored program."""
+"""Number of bytes of the SHA-256 before a stored program."""
 UNUSED = 90 * 86400.0
-"""Seconds after which a program that nobody asked for is removed."""
+"""Maximum age of an unused program [s]."""
 
 
 def cached_program(function: Callable, name: str, options: dict[str, bool] | None = None) -> Callable:
@@ -35,27 +36,35 @@ def cached_program(function: Callable, name: str, options: dict[str, bool] | Non
     `jax.jit`.
 
     Args:
-        function: pure, of pytrees of arrays; returns dictionaries, tuples and lists of arrays. It must
-            depend on nothing but its arguments, `name` and the source of the two packages.
-        name: says which function this is, with every number that it closes over.
-        options: of the compiler; left out where it does not know them.
+        function: pure function of pytrees of arrays; returns dictionaries, tuples and lists of arrays. It
+            must depend on nothing but its arguments, `name` and the source of the two packages.
+        name: name of the function, with every number that it closes over.
+        options: compiler options; left out where the version or device does not know them.
     """
-    options = _known(tuple(sorted(options.items()))) if options else None
-    plain = jax.jit(function, compiler_options=options)
     ready: dict[tuple, Callable] = {}
+
+    @functools.cache
+    def usable() -> dict[str, Any] | None:
+        """Compiler options that this version accepts. The compiler is asked on first use, which keeps imports
+        fast."""
+        return _known(tuple(sorted(options.items()))) if options else None
+
+    @functools.cache
+    def plain() -> Callable:
+        return jax.jit(function, compiler_options=usable())
 
     def call(*arguments: Any) -> Any:
         leaves, structure = jax.tree.flatten(arguments)
         shapes = [jax.typeof(leaf) for leaf in leaves]
         folder = jax.config.jax_compilation_cache_dir
-        asked = (folder, structure, *shapes)
-        if asked not in ready:
+        key = (folder, structure, *shapes)
+        if key not in ready:
             words = f"{name}|{structure}|{shapes}"
             if not folder or " at 0x" in words:
-                return plain(*arguments)
+                return plain()(*arguments)
             program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
-            ready[asked] = jax.jit(program.call, compiler_options=options)
-        return ready[asked](*leaves)
+            ready[key] = jax.jit(program.call, compiler_options=usable())
+        return ready[key](*leaves)
 
     return call
 
@@ -63,7 +72,7 @@ def cached_program(function: Callable, name: str, options: dict[str, bool] | Non
 def _program(
     folder: Path, words: str, function: Callable, structure: Any, shapes: list[Any]
 ) -> export.Exported:
-    """The traced program, from disk if it is there."""
+    """The traced program, from disk if it is stored."""
     key = hashlib.sha256(f"{jax.__version__}|{jax.default_backend()}|{_source()}|{words}".encode())
     path = folder / f"{key.hexdigest()[:32]}.stablehlo"
     try:
@@ -84,7 +93,7 @@ def _program(
 
 
 def _checked(stored: bytes) -> bytes:
-    """A program without the digest before it; a damaged one could end the process inside the compiler.
+    """A program without its leading digest. A damaged one could end the process inside the compiler.
 
     Raises:
         ValueError: if the digest is not that of the program.
@@ -96,7 +105,7 @@ def _checked(stored: bytes) -> bytes:
 
 
 def _write(path: Path, content: bytes) -> None:
-    """Whole or not at all; a folder that cannot be written to costs only time."""
+    """Write a file whole or not at all. A folder that cannot be written to only costs time."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, content)
@@ -112,7 +121,7 @@ def _known(options: tuple[tuple[str, bool], ...]) -> dict[str, bool]:
     """Compiler options, or none where this version or device refuses them."""
     try:
         jax.jit(lambda x: x + 1.0, compiler_options=dict(options)).lower(0.0).compile()
-    except Exception:  # what is raised differs between versions
+    except Exception:  # the type of the exception differs between versions
         return {}
     return dict(options)
 

@@ -1,19 +1,19 @@
-"""What a person sees while something takes long: a moving line at a terminal, else plain lines at times."""
+"""Progress display of long computations: a moving line at a terminal, else occasional plain lines."""
 
 import sys
 import time
 from types import TracebackType
 
 EVERY_S = 30.0
-"""Seconds between plain lines: often enough to see that it lives, seldom enough for a log."""
+"""Seconds between plain lines, often enough to show progress and seldom enough for a log."""
 
 
 class PlainLines:
     """Plain lines on stderr where it is no terminal, in a log for example.
 
     Args:
-        subject: what every line begins with.
-        shown: whether to write; None: only where stderr is no terminal.
+        subject: beginning of every line.
+        shown: true to write; None only where stderr is no terminal.
         every: seconds between lines.
     """
 
@@ -23,7 +23,7 @@ class PlainLines:
         self._began = self._last = time.monotonic()
 
     def say(self, text: str) -> None:
-        """Write a line, unless one was written a short while ago."""
+        """Write a line, unless one was written within the interval."""
         now = time.monotonic()
         if not self.shown or now - self._last < self._every:
             return
@@ -32,13 +32,13 @@ class PlainLines:
 
 
 class Steps:
-    """Steps of something whose number is not known: a moving line, or a plain one now and then.
+    """Steps of a computation whose number is unknown: a moving line, or an occasional plain one.
 
     Call it with a word for each step.
 
     Args:
-        subject: what is being done.
-        plain: show the time and the word alone, not the count.
+        subject: name of the computation.
+        plain: true to show the time and the word alone, not the count.
         every: seconds between plain lines.
     """
 
@@ -57,7 +57,7 @@ class Steps:
         self._bar.close()
 
     def __call__(self, text: str) -> None:
-        """Say what was done last."""
+        """Show the last step."""
         self._count += 1
         self._show(text)
         self._bar.update()

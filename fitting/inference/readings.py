@@ -1,7 +1,7 @@
-"""Which readings of a column are measurements, and how noisy they are.
+"""Selection of the readings of a column that are measurements, and their noise.
 
-A logger that is faster than its instrument writes a reading again, or draws a straight line to the next one;
-an instrument at full scale says only that there is more. Such rows have a value but tell nothing by it.
+A logger that is faster than its instrument repeats a reading, or draws a straight line to the next one. An
+instrument at full scale gives only a bound. Such rows have a value but carry no information.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,29 +13,29 @@ import numpy as np
 from fitting.data.recordings import Recording, schema
 from pneusma_jax.units import from_si
 
-from .between_readings import Taken, readings_between
+from .between_readings import OriginalReadings, readings_at, readings_between
 from .driven import measured, predicted
 from .full_scale import LONG, saturated
 from .noise import robust_noise, rounding_noise
 from .repeated_readings import copied, everywhere, regular, slower
 
 UNEVEN = 0.5
-"""Usual steps of the clock by which it may be off an even one and still be one with few digits."""
+"""Maximum deviation, in usual steps, of a clock from an even one that was written with few digits."""
 FULL_SCALE = "full scale"
-"""What a recording's memo holds of other recordings' channels."""
+"""Key of a recording's memo with the saturation values of other recordings' channels."""
 FAR_BELOW = 0.5
-"""Part of the error of rounding alone below which a stated noise is said to be too small for the readings."""
+"""Maximum ratio of a stated noise to the rounding error for it to be reported as too small."""
 
 
 @dataclass(frozen=True)
 class Readings:
-    """What the rows of a column are.
+    """Classification of the rows of a column.
 
     Attributes:
-        counted: rows that are measurements, shape (rows,).
-        repeated, interpolated, saturated: how many rows are not, and why.
-        level: value at which the channel stops, SI; NaN where it does not.
-        taken: readings that its rows were drawn between; None where they are readings.
+        counted: mask of the rows that are measurements, shape (rows,).
+        repeated, interpolated, saturated: numbers of rows that are no measurements, by reason.
+        level: saturation value of the channel, SI; NaN where there is none.
+        originals: readings between which its rows were interpolated; None where they are readings.
     """
 
     counted: np.ndarray
@@ -43,24 +43,24 @@ class Readings:
     interpolated: int = 0
     saturated: int = 0
     level: float = np.nan
-    taken: Taken | None = None
+    originals: OriginalReadings | None = None
 
 
 def readings_of(recording: Recording, quantity: str) -> Readings:
-    """What the rows of one column are.
+    """Classification of the rows of one column.
 
     Args:
-        recording: as it was read.
-        quantity: of the column; of one that is set, all that are no copies count.
+        recording: original recording.
+        quantity: name of the column's quantity; for a prescribed one, all rows that are no copies count.
     """
-    return _remembered(recording, quantity, _readings_of)
+    return _memoised(recording, quantity, _readings_of)
 
 
-def _remembered(recording: Recording, quantity: str, told: Callable[[Recording, str], Any]) -> Any:
-    """What `told` says about a column, once for each."""
-    key = told.__name__, quantity, id(recording.columns[recording.column(quantity)])
+def _memoised(recording: Recording, quantity: str, compute: Callable[[Recording, str], Any]) -> Any:
+    """Result of `compute` for a column, computed once."""
+    key = compute.__name__, quantity, id(recording.columns[recording.column(quantity)])
     if key not in recording.memo:
-        recording.memo[key] = told(recording, quantity)
+        recording.memo[key] = compute(recording, quantity)
     return recording.memo[key]
 
 
@@ -68,28 +68,58 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
     values = recording.si(quantity)
     rows = np.flatnonzero(np.isfinite(values))
     if recording.column(quantity) not in measured(recording):
-        once = rows[_not_copied(recording, rows)]
-        drawn = [taken for taken in _drawn(recording) if taken]
-        kept = _nearest(recording, once, drawn) if drawn else once  # a file is interpolated in every column
-        told = np.isin(np.arange(len(values)), kept)
-        return Readings(told, len(rows) - len(once), len(once) - len(kept), taken=drawn[0] if drawn else None)
+        unique = rows[_not_copied(recording, rows)]
+        drawn = [originals for originals in _readings_of_columns(recording) if originals]
+        # a file is interpolated in every column
+        read = _nearest(recording, unique, drawn) if drawn else unique
+        mask = np.isin(np.arange(len(values)), read)
+        first = drawn[0] if drawn else None
+        return Readings(mask, len(rows) - len(unique), len(unique) - len(read), originals=first)
     names = [name for name in _channels(recording) if recording.column(quantity) != name]
     others = [recording.si(name)[rows] for name in names]
     stopped, level = saturated(values[rows], others, recording.memo.get((FULL_SCALE, quantity)))
     below = rows[~stopped]
-    once = below[_not_copied(recording, below)]
-    taken = readings_between(_places(recording)[once], values[once])
-    fresh = once if taken else below[_fresh(recording, below, values[below])]
-    apart = _nearest(recording, once, [taken]) if taken else fresh
+    unique = below[_not_copied(recording, below)]
+    originals = _originals(recording, quantity, unique)
+    new_rows = unique if originals else below[_fresh(recording, below, values[below])]
+    measured_rows = _nearest(recording, unique, [originals]) if originals else new_rows
     counted = np.zeros(len(values), bool)
-    counted[apart] = True
-    repeated, between = len(below) - len(fresh), len(fresh) - len(apart)
-    return Readings(counted, repeated, between, int(stopped.sum()), level, taken)
+    counted[measured_rows] = True
+    repeated, between = len(below) - len(new_rows), len(new_rows) - len(measured_rows)
+    return Readings(counted, repeated, between, int(stopped.sum()), level, originals)
 
 
-def _places(recording: Recording) -> np.ndarray:
-    """Where rows lie between readings: by the clock, in its usual steps, where these are uneven by more than
-    its digits; else by their number."""
+def _originals(recording: Recording, quantity: str, rows: np.ndarray) -> OriginalReadings | None:
+    """Readings between which some rows of a measured column were interpolated.
+
+    A file is interpolated in every column. A column whose own corners are too blunt for a grid lies on lines
+    between the positions of another column's readings.
+    """
+    found = _own_originals(recording, quantity, rows)
+    others = (schema.quantity_and_unit(name)[0] for name in measured(recording))
+    for other in others if found is None else ():
+        grid = None if other == quantity else _memoised(recording, other, _own_originals)
+        if grid is not None:
+            found = readings_at(grid, _positions(recording)[rows], recording.si(quantity)[rows])
+        if found is not None:
+            break
+    return found
+
+
+def _own_originals(
+    recording: Recording, quantity: str, rows: np.ndarray | None = None
+) -> OriginalReadings | None:
+    """Readings of a column that its own rows tell; by default from all finite rows that are no copies."""
+    values = recording.si(quantity)
+    if rows is None:
+        rows = np.flatnonzero(np.isfinite(values))
+        rows = rows[_not_copied(recording, rows)]
+    return readings_between(_positions(recording)[rows], values[rows])
+
+
+def _positions(recording: Recording) -> np.ndarray:
+    """Positions of rows between readings: by the clock, in its usual steps, where these are uneven by more
+    than its digits; else the row number."""
     number = np.arange(float(len(recording)))
     time = recording.si("time") if recording.has("time") else number
     steps = np.diff(time)
@@ -100,43 +130,43 @@ def _places(recording: Recording) -> np.ndarray:
     return number if np.max(np.abs(clock - even)) < UNEVEN else clock
 
 
-def _drawn(recording: Recording) -> list[Taken | None]:
-    """Readings that the rows of each predicted column were drawn between."""
+def _readings_of_columns(recording: Recording) -> list[OriginalReadings | None]:
+    """Readings between which the rows of each predicted column were interpolated."""
     names = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
-    return [readings_of(recording, name).taken for name in names]
+    return [readings_of(recording, name).originals for name in names]
 
 
-def _nearest(recording: Recording, rows: np.ndarray, drawn: Sequence[Taken]) -> np.ndarray:
+def _nearest(recording: Recording, rows: np.ndarray, drawn: Sequence[OriginalReadings]) -> np.ndarray:
     """Those of some rows that are nearest to a reading of any column."""
-    places = _places(recording)[rows]
-    return rows[np.unique(np.concatenate([taken.nearest(places) for taken in drawn]))]
+    places = _positions(recording)[rows]
+    return rows[np.unique(np.concatenate([originals.nearest(places) for originals in drawn]))]
 
 
 def read_rows(recording: Recording) -> np.ndarray:
-    """Rows of a recording that were read, where a logger wrote whole rows again or interpolated the file.
+    """Rows of a recording that were read, where a logger repeated whole rows or interpolated the file.
 
     Args:
-        recording: as it was read.
+        recording: original recording.
     """
     rows = np.arange(len(recording))
-    once = rows[_not_copied(recording, rows)]
-    drawn = _drawn(recording)
-    return _nearest(recording, once, drawn) if drawn and all(drawn) else once
+    unique = rows[_not_copied(recording, rows)]
+    drawn = _readings_of_columns(recording)
+    return _nearest(recording, unique, drawn) if drawn and all(drawn) else unique
 
 
 def share_full_scale(recordings: Sequence[Recording]) -> None:
-    """Let every recording know the values at which its channels stop in others: while a test is held there,
-    its drivers do not go on.
+    """Share the saturation values of each channel among recordings. While a test is saturated throughout, its
+    drivers may not continue, so it cannot show this alone.
 
     Args:
-        recordings: of one campaign, as they were read.
+        recordings: original recordings of one campaign.
     """
     names = dict.fromkeys(name for recording in recordings for name in recording.outputs)
     for quantity in (schema.quantity_and_unit(name)[0] for name in names):
-        held = [r for r in recordings if r.has(quantity)]
-        levels = {readings_of(r, quantity).level for r in held}
+        having = [r for r in recordings if r.has(quantity)]
+        levels = {readings_of(r, quantity).level for r in having}
         levels = {level for level in levels if np.isfinite(level)}
-        for recording in held if len(levels) == 1 else ():
+        for recording in having if len(levels) == 1 else ():
             if not np.isfinite(readings_of(recording, quantity).level):
                 for key in [key for key in recording.memo if key[1] == quantity]:
                     del recording.memo[key]
@@ -144,26 +174,27 @@ def share_full_scale(recordings: Sequence[Recording]) -> None:
 
 
 def noise_found(recording: Recording, quantity: str) -> float:
-    """1-sigma of one reading as its fast changes show it, SI; without a clock, rows count for time.
+    """Standard deviation of one reading's noise, from its high-frequency content, SI. Without a clock, rows
+    count for time.
 
     Args:
-        recording: its readings are those before any reduction.
-        quantity: of the column.
+        recording: recording whose readings before any reduction are used.
+        quantity: name of the column's quantity.
     """
-    return _remembered(recording.whole, quantity, _noise_found)
+    return _memoised(recording.whole, quantity, _noise_found)
 
 
 def _noise_found(whole: Recording, quantity: str) -> float:
-    values, taken = whole.si(quantity), readings_of(whole, quantity).taken
-    if taken and whole.column(quantity) in measured(whole):
-        known = np.isfinite(taken.values)
-        return robust_noise(taken.at[known], taken.values[known])
+    values, originals = whole.si(quantity), readings_of(whole, quantity).originals
+    if originals and whole.column(quantity) in measured(whole):
+        finite = np.isfinite(originals.values)
+        return robust_noise(originals.at[finite], originals.values[finite])
     time = whole.si("time") if whole.has("time") else np.arange(float(len(values)))
-    there = readings_of(whole, quantity).counted & np.isfinite(time)
-    time = time[there]
+    counted = readings_of(whole, quantity).counted & np.isfinite(time)
+    time = time[counted]
     if not np.all(np.diff(time) > 0.0):  # a clock that stands still between some rows
         time = np.arange(float(len(time)))
-    return robust_noise(time, values[there])
+    return robust_noise(time, values[counted])
 
 
 def read_values(recording: Recording, quantity: str) -> np.ndarray:
@@ -184,7 +215,7 @@ def measurements(recording: Recording, quantity: str) -> np.ndarray:
 
 
 def cautions(recordings: Sequence[Recording]) -> list[str]:
-    """What readings are not, and what noise cannot be, a sentence each."""
+    """Warnings about rows that are no measurements and about impossible noise, a sentence each."""
     return [text for recording in recordings for text in _cautions(recording.whole)]
 
 
@@ -192,60 +223,61 @@ def _cautions(recording: Recording) -> list[str]:
     found, rows = [], len(recording)
     for column in predicted(recording):
         quantity, unit = schema.quantity_and_unit(column)
-        told = readings_of(recording, quantity)
+        readings = readings_of(recording, quantity)
         place = f"{recording.name}: {column}"
-        if told.saturated:
-            level = float(from_si(told.level, unit))
+        if readings.saturated:
+            level = float(from_si(readings.level, unit))
             found.append(
                 f"{place} stops at {level:.4g}, its extreme value, while other channels go on: "
-                f"{told.saturated} of {rows} rows there, or too near to it, are not compared with the model"
+                f"{readings.saturated} of {rows} rows there, or too near to it, are not compared with the"
+                " model"
             )
-        if told.repeated:
+        if readings.repeated:
             found.append(
-                f"{place} repeats earlier readings in {told.repeated} of {rows} rows; only new ones count"
+                f"{place} repeats earlier readings in {readings.repeated} of {rows} rows; only new ones count"
             )
-        if told.interpolated:
+        if readings.interpolated:
             found.append(
-                f"{place} is interpolated between readings: {told.interpolated} of {rows} rows add nothing "
-                "to those beside them and do not count"
+                f"{place} is interpolated between readings: {readings.interpolated} of {rows} rows add"
+                " nothing to those beside them and do not count"
             )
-        stated, rounding = recording.noise_si(quantity), rounding_noise(recording.si(quantity)[told.counted])
+        stated = recording.noise_si(quantity)
+        rounding = rounding_noise(recording.si(quantity)[readings.counted])
         if stated and stated < FAR_BELOW * rounding:
-            step, least, said = (
+            step, least, stated_noise = (
                 float(from_si(x, unit, difference=True)) for x in (np.sqrt(12.0) * rounding, rounding, stated)
             )
             found.append(
-                f"{place}: the stated noise of {said:.3g} {unit} is far below the {least:.3g} {unit} that "
-                f"rounding in steps of {step:.3g} {unit} leaves; it stays as stated, so rounding may "
+                f"{place}: the stated noise of {stated_noise:.3g} {unit} is far below the {least:.3g} {unit} "
+                f"that rounding in steps of {step:.3g} {unit} leaves; it stays as stated, so rounding may "
                 "look like misfit"
             )
     return found
 
 
 def _channels(recording: Recording) -> list[str]:
-    """Columns of numbers, the clock and counts left out."""
-    known = [name for name in recording.known_columns if name not in ("time_s", "cycle")]
-    return [name for name in known if np.asarray(recording.columns[name]).dtype.kind == "f"]
+    """Numeric columns, without the clock and counts."""
+    names = [name for name in recording.known_columns if name not in ("time_s", "cycle")]
+    return [name for name in names if np.asarray(recording.columns[name]).dtype.kind == "f"]
 
 
 def _fresh(recording: Recording, rows: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Rows that are no copies: of whole rows, or of a slower channel's reading."""
-    fresh = _not_copied(recording, rows)
-    own = values[fresh]
+    new = _not_copied(recording, rows)
+    own = values[new]
     moves = np.abs(np.diff(own))
     if slower(own, moves):
-        fresh[np.flatnonzero(fresh)[1:]] = moves > 0.0
-    return fresh
-
+        new[np.flatnonzero(new)[1:]] = moves > 0.0
+    return new
 
 
 def _not_copied(recording: Recording, rows: np.ndarray) -> np.ndarray:
     """Rows in which any channel moved, where a logger writes each as often as the last."""
-    fresh = np.ones(len(rows), bool)
+    new = np.ones(len(rows), bool)
     if len(rows) < LONG:
-        return fresh
+        return new
     table = np.stack([recording.columns[name][rows] for name in _channels(recording)])
     moves = np.abs(np.nan_to_num(np.diff(table, axis=1))).max(axis=0)
     if copied(moves) and len(table) > 1 and regular(moves) and everywhere(moves):
-        fresh[1:] = moves > 0.0
-    return fresh
+        new[1:] = moves > 0.0
+    return new

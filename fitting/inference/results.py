@@ -1,7 +1,7 @@
-"""What every result offers its reader.
+"""The interface of every result.
 
-A result is data. How it looks is registered by the layer `report`, how it is sampled by the layer `sample`; a
-result hands the question on. So a layer that computes never imports one that shows.
+A result is data. The layer `report` registers its presentation, the layer `sample` its sampler; a result
+delegates to both. So a layer that computes never imports one that shows.
 """
 
 from collections.abc import Callable
@@ -16,13 +16,13 @@ from fitting.data.publish import publish
 
 @dataclass(frozen=True)
 class Presenter:
-    """How results of one type look; every function takes the result.
+    """Presentation of results of one type. Every function takes the result.
 
     Attributes:
-        verdict: the few sentences to read if nothing else is read.
-        text: the whole result as plain text.
-        figures: figures by name.
-        documents: content of every file, by file name.
+        verdict: function to the few most important sentences.
+        text: function to the whole result as plain text.
+        figures: function to the figures by name.
+        documents: function to the content of every file, by file name.
     """
 
     verdict: Callable[[Any], list[str]]
@@ -36,17 +36,17 @@ _SAMPLERS: dict[type, Callable[..., Any]] = {}
 
 
 def register_presenter(kind: type, presenter: Presenter) -> None:
-    """Say how results of a type look."""
+    """Register the presentation of results of a type."""
     _PRESENTERS[kind] = presenter
 
 
 def register_sampler(kind: type, sampler: Callable[..., Any]) -> None:
-    """Say what samples the posterior of results of a type: `sampler(result, **options)`."""
+    """Register the sampler for the posterior of results of a type: `sampler(result, **options)`."""
     _SAMPLERS[kind] = sampler
 
 
 def sampler_of(result: "Result") -> Callable[..., Any]:
-    """What samples the posterior of a result.
+    """Sampler for the posterior of a result.
 
     Raises:
         RuntimeError: if the layer that knows was never imported.
@@ -62,15 +62,15 @@ def _registered(table: dict[type, Any], result: "Result", layer: str) -> Any:
 
 
 class Result:
-    """Data that were computed; a thin facade over what other layers know about them.
+    """Computed data, with a thin facade over the presentation and the sampler in other layers.
 
-    Every method raises RuntimeError where the layer that knows was never imported; `fitting.characterise`
+    Every method raises RuntimeError if the responsible layer was never imported; `fitting.characterise`
     imports both.
     """
 
     @property
     def verdict(self) -> list[str]:
-        """What was found, in a few sentences, the most important first."""
+        """The findings in a few sentences, the most important first."""
         return self._presenter.verdict(self)
 
     def report(self) -> str:
@@ -89,14 +89,14 @@ class Result:
         """Write all files; they appear together or not at all.
 
         Args:
-            folder: made if it does not exist.
-            force: replace files of these names that are there already.
+            folder: folder for the files, made if it does not exist.
+            force: true to replace existing files of these names.
 
         Returns:
             Paths of the files.
 
         Raises:
-            InputError: if files are in the way, or the place cannot be written.
+            InputError: if files exist already, or the place cannot be written.
         """
         return publish(folder, self.documents, force)
 

@@ -50,13 +50,20 @@ def state_of(body: Body, pressure: Array, fractions: Array, memories: Memories, 
         drives = _apart(body, fractions)
         whole = pj.solve_chain(body.chain, pressure, drives, memories, throw=False)
         return Solved(body, pressure, whole.segments, whole.end_pose, whole)
-    rows = list(zip(body.segments, _apart(body, fractions), memories, guess, strict=True))
-    found = _alike(rows, pressure)
+    found = segments_of(body, pressure, fractions, memories, guess)
     if body.chain is None:
         return Solved(body, pressure, (found[0],), arc_frame(found[0].bend, found[0].length), None)
     bends, lengths = jnp.stack([x.bend for x in found]), jnp.stack([x.length for x in found])
     shape = chain_shape(body.chain, bends, lengths)
     return Solved(body, pressure, tuple(found), shape.end_pose, pj.ChainEquilibrium(tuple(found), shape))
+
+
+def segments_of(
+    body: Body, pressure: Array, fractions: Array, memories: Memories, guess: Array
+) -> list[pj.Equilibrium]:
+    """Every segment in equilibrium, without loads between them; arguments as those of `state_of`."""
+    rows = list(zip(body.segments, _apart(body, fractions), memories, guess, strict=True))
+    return _alike(rows, pressure)
 
 
 def _apart(body: Body, fractions: Array) -> list[tuple[pj.MartensiteFraction, ...]]:

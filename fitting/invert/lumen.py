@@ -13,20 +13,25 @@ from jaxtyping import Array
 from scipy.stats import qmc
 
 import pneusma_jax as pj
-from fitting.design.bodies import Solved
+from fitting.design.bodies import Body, Solved
 from fitting.design.log import Evaluation
-from fitting.design.optimise import ALLOWED, Outcome, Problem, best_of, optimise
+from fitting.design.optimise import ALLOWED, Ends, Outcome, Problem, best_of, optimise
 from fitting.design.quantities import QUANTITIES
+from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si, unit_of_column
 
 from .csv_file import number, records
 from .forward import Memories, first_guess, fresh, state_of
 from .run import Inverse
+from .search import Box
 
 POINTS = 12
 """Number of points on every segment that are held clear: 5 mm apart on a segment of 56 mm."""
 STARTS = 8
+ENDS = Ends(precision=1e-5)
+"""When a search ends. The objective is a mean square distance in radii of the tube, so 1e-5 is 0.02 mm for a
+tube of 10 mm. Smallest distances have kinks, on which an exact search goes to and fro."""
 PICKED = 8_000
 """Number of the atlas' states of which the nearest to the line are searched from."""
 
@@ -57,10 +62,11 @@ class Lumen:
 
 
 @dataclass(frozen=True)
-class Passage:
+class Passage(Result):
     """A chain in a lumen.
 
     Attributes:
+        design: name of the chain.
         lumen: passed through.
         springs: segment and number of every spring.
         pressure: gauge [Pa]; fractions: of all springs [1].
@@ -70,6 +76,7 @@ class Passage:
         solved: the state.
     """
 
+    design: str
     lumen: Lumen
     springs: tuple[tuple[int, int], ...]
     pressure: float
@@ -122,51 +129,87 @@ def distances(points: Array, lumen: tuple[Array, Array]) -> tuple[Array, Array]:
     """
     line, diameter = lumen
     begin, along = line[:-1], jnp.diff(line, axis=0)
-    share = jnp.einsum("psk,sk->ps", points[:, None] - begin, along) / jnp.sum(along**2, axis=1)
-    share = jnp.clip(share, 0.0, 1.0)
-    away = jnp.sqrt(jnp.sum((points[:, None] - begin - share[..., None] * along) ** 2, axis=-1) + 1e-18)
-    nearest = jnp.argmin(away, axis=1)
-    rows = jnp.arange(points.shape[0])
-    local = diameter[:-1] + share * jnp.diff(diameter)
-    return away[rows, nearest], 0.5 * local[rows, nearest]
+    still = jax.lax.stop_gradient(points)  # which piece is nearest has no derivative: it is found without
+    share = jnp.einsum("psk,sk->ps", still[:, None] - begin, along) / jnp.sum(along**2, axis=1)
+    aside = still[:, None] - begin - jnp.clip(share, 0.0, 1.0)[..., None] * along
+    nearest = jnp.argmin(jnp.sum(aside**2, axis=-1), axis=1)
+    begin, along, wide, change = (
+        begin[nearest],
+        along[nearest],
+        diameter[:-1][nearest],
+        jnp.diff(diameter)[nearest],
+    )
+    share = jnp.clip(jnp.sum((points - begin) * along, axis=1) / jnp.sum(along**2, axis=1), 0.0, 1.0)
+    away = jnp.sqrt(jnp.sum((points - begin - share[:, None] * along) ** 2, axis=1) + 1e-18)
+    return away, 0.5 * (wide + share * change)
 
 
+def refined(lumen: Lumen) -> tuple[np.ndarray, np.ndarray]:
+    """The same line and diameters with a power of two of points: few programs serve all lumens.
+
+    The longest pieces are halved: the line between the points stays as it is.
+    """
+    points, diameter = lumen.points, lumen.diameter
+    wanted = 1 << (len(points) - 1).bit_length()
+    for _ in range(wanted - len(points)):
+        k = int(np.argmax(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+        points = np.insert(points, k + 1, points[k : k + 2].mean(axis=0), axis=0)
+        diameter = np.insert(diameter, k + 1, diameter[k : k + 2].mean())
+    return points, diameter
+
+
+class _Task(eqx.Module):
+    """What a chain is to do.
+
+    Attributes:
+        body, box, memories: what is driven, by what, from what.
+        line: points and diameters of the lumen [m].
+        clearance: to keep between the walls [m].
+    """
+
+    body: Body
+    box: Box
+    memories: Memories
+    line: tuple[Array, Array]
+    clearance: Array
+
+
+def _numbers(task: _Task, place: Array) -> Array:
+    """Mean square distance, then violations of the clearances, in radii of the tube [1]."""
+    radius = jnp.max(jnp.stack([s.section.radius for s in task.body.segments]))
+    drives = task.box.drives(place)
+    solved = state_of(task.body, drives[0], drives[1:], task.memories, first_guess(task.body))
+    away, room = distances(_line(solved), task.line)
+    own = QUANTITIES["clearance"].function(solved, 0)
+    return jnp.concatenate(
+        [
+            jnp.mean(away**2)[None] / radius**2,
+            (away + radius + task.clearance - room) / radius,
+            -own[None] / radius,
+        ]
+    )
+
+
+@eqx.filter_jit
+def _evaluated(task: _Task, places: Array) -> tuple[Array, Array]:
+    """The numbers and their exact derivatives; one program for all lumens of as many points."""
+
+    def one(place: Array) -> tuple[Array, Array]:
+        push = lambda tangent: jax.jvp(lambda u: _numbers(task, u), (place,), (tangent,))  # noqa: E731
+        return jax.vmap(push, out_axes=(None, 1))(jnp.eye(place.size))
+
+    return jax.lax.map(one, places, batch_size=STARTS)
+
+
+@dataclass(frozen=True)
 class _Numbers:
-    """Mean square distance, and violations of the clearances, of drives of a chain."""
+    """Evaluates places for the optimiser."""
 
-    def __init__(self, inverse: Inverse, lumen: Lumen, clearance: float):
-        body, box = inverse.body, inverse.box()
-        self.model = None
-        given = (jnp.asarray(lumen.points), jnp.asarray(lumen.diameter))
-        radius = jnp.max(jnp.stack([s.section.radius for s in body.segments]))
-        scale = float(radius)
-
-        def numbers(place: Array, memories: Memories) -> Array:
-            drives = box.drives(place)
-            solved = state_of(body, drives[0], drives[1:], memories, first_guess(body))
-            away, room = distances(_line(solved), given)
-            own = QUANTITIES["clearance"].function(solved, 0)
-            return jnp.concatenate(
-                [
-                    jnp.mean(away**2)[None] / scale**2,
-                    (away + radius + clearance - room) / scale,
-                    -own[None] / scale,
-                ]
-            )
-
-        @eqx.filter_jit
-        def evaluate(places: Array, memories: Memories) -> tuple[Array, Array]:
-            def one(place: Array) -> tuple[Array, Array]:
-                values, push = jax.linearize(lambda u: numbers(u, memories), place)
-                return values, jax.vmap(push)(jnp.eye(place.size)).T
-
-            return jax.lax.map(one, places, batch_size=STARTS)
-
-        self._evaluate, self._memories = evaluate, fresh(body)
+    task: _Task
 
     def __call__(self, places: list[np.ndarray]) -> list[Evaluation]:
         filled = np.stack([*places, *[places[-1]] * (-len(places) % STARTS)])
-        found = [np.asarray(x) for x in self._evaluate(jnp.asarray(filled), self._memories)]
+        found = [np.asarray(x) for x in _evaluated(self.task, jnp.asarray(filled))]
         return [Evaluation(np.array(p), found[0][k], found[1][k]) for k, p in enumerate(places)]
 
 
@@ -190,70 +233,60 @@ def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Pass
         lumen: to pass through; the chain begins at its first point, along z.
         clearance: to keep between the walls [m].
     """
-    evaluate = _Numbers(inverse, lumen, clearance)
-    starts = _starts(inverse, lumen)
+    line = tuple(jnp.asarray(x) for x in refined(lumen))
+    task = _Task(inverse.body, inverse.box(), fresh(inverse.body), line, jnp.asarray(clearance))
+    evaluate, starts = _Numbers(task), _starts(inverse, line)
     size = evaluate(starts[:1])[0].values.size
     rows = np.arange(1, size)
     problem = Problem(np.eye(size)[0], rows, np.zeros(rows.size), np.ones(rows.size))
-    outcomes: list[Outcome] = optimise([problem] * len(starts), starts, evaluate)
+    outcomes: list[Outcome] = optimise([problem] * len(starts), starts, evaluate, ends=ENDS)
     best = best_of(outcomes)
     if not best.kept:
         slack = Problem(np.eye(size)[0], rows, np.zeros(rows.size), np.ones(rows.size), slack=True)
-        best = best_of(optimise([slack] * len(starts), starts, evaluate))
+        best = best_of(optimise([slack] * len(starts), starts, evaluate, ends=ENDS))
         if best.objective <= ALLOWED:  # it can be kept after all: from there
-            again = optimise([problem] * STARTS, [best.evaluation.place] * STARTS, evaluate)
+            again = optimise([problem], [best.evaluation.place], evaluate, ends=ENDS)
             best = best_of([*again, *([] if best_of(again).kept else [best])])
     drives = np.asarray(inverse.box().drives(jnp.asarray(best.evaluation.place)))
-    solved = jax.tree.map(lambda x: x[0], _parts(inverse.verified(drives[None])))
-    state = Solved(inverse.body, *solved)
-    if inverse.body.chain is not None:
-        activations = _activations(inverse, drives)
-        state = Solved(
-            inverse.body, *(lambda c: (jnp.asarray(drives[0]), c.segments, c.end_pose, c))(
-                pj.solve_chain(inverse.body.chain, drives[0], activations)
-            )
-        )  # fmt: skip
-    line = np.asarray(_line(state))
-    away, room = distances(jnp.asarray(line), (jnp.asarray(lumen.points), jnp.asarray(lumen.diameter)))
+    state = jax.tree.map(lambda x: x[0], _parts(inverse.verified(drives[None])))
+    state = Solved(inverse.body, *state)
+    drawn = np.asarray(_line(state))
+    away, room = distances(jnp.asarray(drawn), line)
     radius = max(float(s.section.radius) for s in inverse.body.segments)
     return Passage(
-        lumen, inverse.springs, float(drives[0]), drives[1:], float(np.sqrt(np.mean(np.asarray(away) ** 2))),
-        float(np.min(np.asarray(room - away)) - radius), line, state,
+        inverse.design, lumen, inverse.springs, float(drives[0]), drives[1:],
+        float(np.sqrt(np.mean(np.asarray(away) ** 2))),
+        float(np.min(np.asarray(room - away)) - radius), drawn, state,
     )  # fmt: skip
-
-
-def _activations(inverse: Inverse, drives: np.ndarray) -> list[tuple]:
-    activations, at = [], 1
-    for segment in inverse.body.segments:
-        count = len(segment.springs)
-        activations.append(tuple(pj.MartensiteFraction(x) for x in drives[at : at + count]))
-        at += count
-    return activations
 
 
 def _parts(solved: Solved) -> tuple:
     return solved.pressure, solved.segments, solved.end_pose, solved.chain
 
 
-def _starts(inverse: Inverse, lumen: Lumen) -> list[np.ndarray]:
+def _starts(inverse: Inverse, line: tuple[Array, Array]) -> list[np.ndarray]:
     """Places in the box: states of the atlas whose segments' ends lie nearest to the line, spread out."""
     atlas, box = inverse.atlas, inverse.box()
     some = np.linspace(0, len(atlas.drives) - 1, min(PICKED, len(atlas.drives))).astype(int)
-    given = (jnp.asarray(lumen.points), jnp.asarray(lumen.diameter))
     part = jax.tree.map(lambda x: x[some], (atlas.solved.segments, atlas.solved.end_pose))
-
-    def offset(segments: tuple, end_pose: Array) -> Array:
-        if inverse.body.chain is None:
-            points = _line(Solved(inverse.body, jnp.zeros(()), segments, end_pose, None))
-        else:
-            bends = jnp.stack([x.bend for x in segments])
-            lengths = jnp.stack([x.length for x in segments])
-            shape = pj.serial_chain.segments.chain_shape(inverse.body.chain, bends, lengths)
-            points = shape.polyline(4)
-        return jnp.mean(distances(points, given)[0] ** 2)
-
-    away = np.asarray(jax.jit(lambda p: jax.lax.map(lambda row: offset(*row), p, batch_size=256))(part))
+    away = np.asarray(_offsets(inverse.body, line, part))
     order = some[np.argsort(np.where(np.isfinite(away), away, np.inf))]
     places = [np.asarray(box.place(jnp.asarray(atlas.drives[k]))) for k in order[: STARTS - 2]]
     even = qmc.Sobol(len(places[0]), seed=np.random.default_rng(inverse.seed)).random(2)
     return [*(np.clip(p, 0.0, 1.0) for p in places), *even]
+
+
+@eqx.filter_jit
+def _offsets(body: Body, line: tuple[Array, Array], states: tuple) -> Array:
+    """Mean square distance of states from a line [m2]."""
+
+    def offset(segments: tuple, end_pose: Array) -> Array:
+        if body.chain is None:
+            points = _line(Solved(body, jnp.zeros(()), segments, end_pose, None))
+        else:
+            bends = jnp.stack([x.bend for x in segments])
+            lengths = jnp.stack([x.length for x in segments])
+            points = pj.serial_chain.segments.chain_shape(body.chain, bends, lengths).polyline(4)
+        return jnp.mean(distances(points, line)[0] ** 2)
+
+    return jax.lax.map(lambda row: offset(*row), states, batch_size=256)

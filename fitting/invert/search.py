@@ -10,10 +10,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from fitting.design.bodies import Body, Solved
+from fitting.design.bodies import Body
 
-from .forward import Memories, state_of, unknowns_of
-from .goals import GOALS, sizes
+from .derivatives import values_with_slope
+from .forward import Memories
+from .goals import sizes
 
 MOST_STEPS = 40
 """Maximum of steps from a start; 4 to 12 are taken where the target can be reached."""
@@ -78,14 +79,6 @@ class Found(eqx.Module):
     steps: Array
 
 
-def values_at(
-    body: Body, goals: tuple[str, ...], drives: Array, memories: Memories, guess: Array
-) -> tuple[Array, Solved]:
-    """Values of the goals, and the state."""
-    solved = state_of(body, drives[0], drives[1:], memories, guess)
-    return jnp.concatenate([GOALS[name].function(solved) for name in goals]), solved
-
-
 def search(
     body: Body,
     goals: tuple[str, ...],
@@ -94,6 +87,7 @@ def search(
     begin: Array,
     memories: Memories,
     guess: Array,
+    most: Array | int = MOST_STEPS,
 ) -> Found:
     """One inverse problem from one start.
 
@@ -105,6 +99,7 @@ def search(
         begin: place in the box, shape (drives,).
         memories: of the springs.
         guess: unknowns of a state near the start.
+        most: maximum of steps.
     """
     scale, count = sizes(goals), begin.size
     cost = jnp.concatenate([jnp.full(1, COLD_PRESSURE), jnp.ones(count - 1)])
@@ -112,13 +107,8 @@ def search(
     wide = box.high > box.low
 
     def look(place: Array, guess: Array) -> tuple:
-        def missed(place: Array) -> tuple:
-            values, solved = values_at(body, goals, box.drives(place), memories, guess)
-            return (values - wanted) / scale, (values, unknowns_of(solved))
-
-        push = lambda tangent: jax.jvp(missed, (place,), (tangent,), has_aux=True)  # noqa: E731
-        miss, slope, (values, unknowns) = jax.vmap(push, out_axes=(None, 1, None))(jnp.eye(count))
-        return miss, slope, values, unknowns
+        values, slope, unknowns = values_with_slope(body, goals, box.drives, place, memories, guess)
+        return (values - wanted) / scale, slope / scale[:, None], values, unknowns
 
     def total(miss: Array, place: Array, weight: Array) -> Array:
         return 0.5 * miss @ miss + 0.5 * weight * jnp.sum(cost * (place - rest) ** 2)
@@ -151,7 +141,7 @@ def search(
         still = jnp.where(better, moved < STILL, damping > 1e6) & faint
         damping = jnp.where(better, jnp.maximum(0.1 * damping, 1e-12), 10.0 * jnp.maximum(damping, 1e-6))
         damping = jnp.where(near & ~faint, 1e-6, damping)
-        done = (small & faint) | still | (steps + 1 >= MOST_STEPS)
+        done = (small & faint) | still | (steps + 1 >= most)
         weight = jnp.where(near, LAST_WEIGHT, weight)
         return place, seen, damping, weight, steps + 1, done
 
@@ -174,7 +164,8 @@ def search_all(
     begin: Array,
     memories: Memories,
     guess: Array,
+    most: Array,
 ) -> Found:
-    """Many searches; all arrays but the memories have a leading axis of searches."""
-    one = lambda row: search(body, goals, *row[:3], memories, row[3])  # noqa: E731
+    """Many searches; all arrays but the memories and the number of steps have a leading axis of searches."""
+    one = lambda row: search(body, goals, *row[:3], memories, row[3], most)  # noqa: E731
     return jax.lax.map(one, (boxes, wanted, begin, guess), batch_size=BLOCK)

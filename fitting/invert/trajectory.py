@@ -17,6 +17,7 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved
+from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
 
 from .forward import Memories, fresh, state_of
@@ -29,7 +30,7 @@ STARTS = 2
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class Trajectory(Result):
     """Drives over time.
 
     Attributes:
@@ -153,9 +154,8 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
     held = tuple("" if ok else inverse._held(stand_in, k) for k, ok in enumerate(met))
     resistances, currents = electrical(solved)
     found = Inversion(
-        goals, wanted, inverse.springs, drives[:, 0], drives[:, 1:], resistances, currents, exact, missed,
-        met, held,
-        tuple(np.zeros((0, drives.shape[1])) for _ in met),
+        inverse.design, goals, wanted, inverse.springs, drives[:, 0], drives[:, 1:], resistances, currents,
+        exact, missed, met, held, tuple(np.zeros((0, drives.shape[1])) for _ in met),
     )  # fmt: skip
     return Trajectory(found, np.asarray(time, dtype=float), least, alone.met, off)
 

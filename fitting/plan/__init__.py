@@ -1,4 +1,4 @@
-"""Planning the first campaign on a spring of a new alloy by expected information.
+"""Planning of the first campaign on a spring of a new alloy by expected information.
 
 >>> from fitting.plan import plan_campaign
 >>> plan = plan_campaign(geometry={"active_coils": 40.0})

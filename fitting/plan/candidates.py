@@ -1,4 +1,4 @@
-"""The tests that a first campaign is chosen from: how far, in which steps, at what phase to pull."""
+"""Candidate tests of a first campaign: strains, steps and phase of the loading."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,24 +9,26 @@ from jaxtyping import Array
 
 from fitting.calibrate.spring.reach import HOT_STEPS, STEPS
 
-SHARES = tuple(k / 8.0 for k in range(1, 8))  # of the way from the hot to the cold resistance at rest
-HOT_SHARE = 0.45  # below it a spring whose resistance is held may be heated through at high strain
-LEG_ROWS = 12  # readings of a pull or a return that are taken to be independent
-LATENT_ROWS = 4  # readings that share one unknown deviation of the phase
+SHARES = tuple(k / 8.0 for k in range(1, 8))  # Held resistances, from the hot (0) to the cold one (1) at rest
+HOT_SHARE = 0.45  # Share of the held resistance below which a spring may be fully heated at high strain
+LEG_ROWS = 12  # Number of independent readings of a pull or a return
+LATENT_ROWS = 4  # Number of readings that share one unknown deviation of the phase
 COLD, HOT, HELD, HEATED = range(4)
 HOLDS = ("cold", "hot", "resistance", "heated at length")
-PHASE_SD = (0.003, 0.01, 0.3, 0.3)  # 1-sigma of the martensite fraction by hold, before resistance is read
+PHASE_SD = (0.003, 0.01, 0.3, 0.3)
+"""Standard deviation of the martensite fraction by hold, before resistance is read."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A test that can be done.
+    """A candidate test.
 
     Attributes:
         hold: `COLD` (unheated), `HOT` (full current), `HELD` (resistance held by a controller) or `HEATED`
             (pulled cold, heated through and cooled at that length, released).
         strains: spring strains of the loading cycles, in order [1].
-        share: of the way from the hot resistance at rest to the cold one that is held; 0 where none is.
+        share: position of the held resistance between the hot (0) and the cold one (1) at rest; 0 where none
+            is held.
     """
 
     hold: int
@@ -35,7 +37,7 @@ class Candidate:
 
     @property
     def is_hot(self) -> bool:
-        """Whether the spring is too hot to be stretched far."""
+        """True if the spring is too hot to be stretched far."""
         return self.hold in (HOT, HEATED) or (self.hold == HELD and self.share < HOT_SHARE)
 
     @property
@@ -48,7 +50,7 @@ class Candidate:
 
     @property
     def words(self) -> str:
-        """What is done, in words."""
+        """Description in words."""
         peaks = ", ".join(f"{100.0 * s:.0f}" for s in self.strains)
         pulls = f"pull to {peaks} % of the free length, back to 0 after each"
         if self.hold == HEATED:
@@ -58,11 +60,12 @@ class Candidate:
 
 
 def candidates(steps: tuple[float, ...] = STEPS, shares: Sequence[float] = SHARES) -> list[Candidate]:
-    """At every phase: single pulls to each step, stepwise ones, and these with the last step repeated.
+    """Candidate tests at every phase: single pulls to each step, stepwise ones, and these with the last step
+    repeated.
 
     Args:
         steps: spring strains, ascending.
-        shares: of the way from the hot to the cold resistance at rest, to be held.
+        shares: positions of held resistances between the hot (0) and the cold one (1) at rest.
     """
     tests = []
     for hold, share in [(COLD, 0.0), (HOT, 0.0), *((HELD, s) for s in shares)]:
@@ -76,24 +79,24 @@ def candidates(steps: tuple[float, ...] = STEPS, shares: Sequence[float] = SHARE
 def published_campaign(steps: tuple[float, ...] = STEPS) -> list[Candidate]:
     """The source's seven tests of one spring: cold, hot, and five resistances between."""
     hot, full = steps[:HOT_STEPS], (*steps, steps[-1])
-    held = [k / 6.0 for k in range(1, 6)]
+    shares = [k / 6.0 for k in range(1, 6)]
     return [
         Candidate(COLD, full),
         Candidate(HOT, hot),
-        *(Candidate(HELD, hot if s < HOT_SHARE else full, s) for s in held),
+        *(Candidate(HELD, hot if s < HOT_SHARE else full, s) for s in shares),
     ]
 
 
 class Courses(eqx.Module):
-    """Tests as arrays; padded rows are masked.
+    """Tests as arrays with masked padding.
 
     Attributes:
         strain: spring strain, shape (tests, rows).
-        warmth: of a test that heats at constant length, from 0 cold to 1 hot, shape (tests, rows).
-        mask: rows that count, shape (tests, rows).
-        hold: code, shape (tests,).
-        share: of the resistance to hold, shape (tests,).
-        phase_sd: 1-sigma of the phase before resistance is read, shape (tests,).
+        warmth: heating at constant length, from 0 cold to 1 hot, shape (tests, rows).
+        mask: true in rows that count, shape (tests, rows).
+        hold: code of `Candidate.hold`, shape (tests,).
+        share: position of the held resistance, see `Candidate`, shape (tests,).
+        phase_sd: standard deviation of the phase before the resistance is read, shape (tests,).
     """
 
     strain: Array

@@ -1,9 +1,9 @@
-"""What a test would tell about an alloy: Fisher information from the model's own sensitivities.
+"""Expected information of a test about an alloy: Fisher information from the model's own sensitivities.
 
-A test yields force and resistance at known elongations. The phase is not known: the controller holds it as
-well as it can, and every few readings deviate by an unknown amount, which resistance and force must settle
+A test yields force and resistance at known elongations. The phase is unknown. The controller holds it as well
+as it can. Every few readings it deviates by an unknown amount, which resistance and force must determine
 together with the constants. These deviations are Gaussian unknowns and are integrated out (a Schur
-complement), so that a test in which resistance does not tell the phase is worth as little as it is.
+complement). A test whose resistance does not determine the phase therefore gets its low true worth.
 """
 
 from collections.abc import Mapping
@@ -21,13 +21,13 @@ from .candidates import COLD, HEATED, HOT, LATENT_ROWS, Courses
 def held_phase(alloy: pj.Alloy, gamma: Array, share: Array) -> Array:
     """Martensite fraction of a wire whose resistance a slow, ideal controller holds, shape (rows,).
 
-    A set-point above what the cold wire shows turns the heater off; one below what the hot wire shows turns
-    it on fully (Section 2.4.5: at high strain the set-point is lost).
+    A set-point above the resistance of the cold wire turns the heater off. One below that of the hot wire
+    turns it on fully (Section 2.4.5: at high strain the set-point is lost).
 
     Args:
-        alloy: of the wire.
+        alloy: alloy of the wire.
         gamma: shear strain, shape (rows,).
-        share: of the way from the hot resistance at rest to the cold one.
+        share: position of the set-point between the hot (0) and the cold resistance (1) at rest.
     """
     zero = jnp.asarray(0.0)
     rest = alloy.rho_a(zero) + share * (alloy.rho_m(zero) - alloy.rho_a(zero))
@@ -38,9 +38,9 @@ def held_phase(alloy: pj.Alloy, gamma: Array, share: Array) -> Array:
 
 def phase_course(alloy: pj.Alloy, gamma: Array, test: Courses) -> Array:
     """Martensite fraction over one test, shape (rows,)."""
-    held = held_phase(alloy, gamma, test.share)
+    at_setpoint = held_phase(alloy, gamma, test.share)
     fixed = jnp.where(test.hold == COLD, 1.0, 0.0)
-    course = jnp.where((test.hold == COLD) | (test.hold == HOT), fixed, held)
+    course = jnp.where((test.hold == COLD) | (test.hold == HOT), fixed, at_setpoint)
     return jnp.where(test.hold == HEATED, 1.0 - test.warmth, course)
 
 
@@ -55,18 +55,18 @@ def information(
     misfit: Float[Array, ""],
     repeats: Float[Array, ""],
 ) -> Float[Array, "draws tests unknowns unknowns"]:
-    """Information of each test at each alloy about unknown constants, in units of their scales.
+    """Fisher information of each test at each alloy about unknown constants, in units of their scales.
 
     Args:
-        constants: of the alloys, SI.
-        names: of the unknown constants.
-        scale: prior 1-sigma of each, SI.
-        geometry: of the spring.
-        tests: what is done.
-        noise: 1-sigma of force [N] and of resistance [ohm].
-        misfit: 1-sigma by which the law itself errs, as a share of the force and of the contrast in
-            resistance between both phases at rest [1]; in every repeat alike.
-        repeats: of each test, averaged.
+        constants: constants of the alloys by name, SI, shape (draws,).
+        names: names of the unknown constants.
+        scale: prior standard deviation of each, SI, shape (unknowns,).
+        geometry: geometry of the spring.
+        tests: tests as arrays.
+        noise: standard deviations of force [N] and of resistance [ohm].
+        misfit: standard deviation of the law's own error, as a share of the force and of the contrast in
+            resistance between both phases at rest [1]; equal in every repeat.
+        repeats: number of averaged repeats of each test.
     """
     tests = eqx.tree_at(lambda t: t.phase_sd, tests, tests.phase_sd / jnp.sqrt(repeats))
     noise = noise / jnp.sqrt(repeats)
@@ -87,7 +87,7 @@ def _information(
     noise: Array,
     misfit: Array,
 ) -> Array:
-    """Information of one test at one alloy, shape (unknowns, unknowns)."""
+    """Fisher information of one test at one alloy, shape (unknowns, unknowns)."""
     elongation = geometry.free_length * test.strain
     nominal = pj.Spring(geometry, pj.Alloy(**constants), geometry.free_length)
     course = phase_course(nominal.alloy, nominal.shear_strain(elongation), test)
@@ -98,15 +98,15 @@ def _information(
     sigma = jnp.hypot(noise[0], misfit * force), jnp.hypot(noise[1], misfit * contrast)
 
     def outputs(shift: Array, deviation: Array) -> Array:
-        moved = {name: constants[name] + scale[k] * shift[k] for k, name in enumerate(names)}
-        spring = pj.Spring(geometry, pj.Alloy(**{**constants, **moved}), geometry.free_length)
+        perturbed = {name: constants[name] + scale[k] * shift[k] for k, name in enumerate(names)}
+        spring = pj.Spring(geometry, pj.Alloy(**{**constants, **perturbed}), geometry.free_length)
         xi0 = course + jnp.repeat(deviation, LATENT_ROWS)[:rows]
         found = pj.simulate_spring(spring, elongation, pj.MartensiteFraction(xi0)).rows
         return jnp.concatenate([test.mask * found.force / sigma[0], test.mask * found.resistance / sigma[1]])
 
     at = jnp.zeros(len(names)), jnp.zeros(rows // LATENT_ROWS)
     by_constants, by_phase = jax.jacfwd(outputs, argnums=(0, 1))(*at)
-    known = by_phase.T @ by_phase + jnp.eye(by_phase.shape[1]) / test.phase_sd**2
+    precision = by_phase.T @ by_phase + jnp.eye(by_phase.shape[1]) / test.phase_sd**2
     mixed = by_phase.T @ by_constants
-    told = by_constants.T @ by_constants - mixed.T @ jnp.linalg.solve(known, mixed)
-    return 0.5 * (told + told.T)
+    fisher = by_constants.T @ by_constants - mixed.T @ jnp.linalg.solve(precision, mixed)
+    return 0.5 * (fisher + fisher.T)

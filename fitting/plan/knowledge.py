@@ -1,4 +1,5 @@
-"""What is known of an alloy before its first test: means and spreads of its constants, possible alloys."""
+"""Prior knowledge of an alloy before its first test: means and standard deviations of its constants, possible
+alloys."""
 
 import dataclasses
 import math
@@ -18,9 +19,9 @@ from pneusma_jax.errors import InputError
 
 CONSTANTS = tuple(field.name for field in dataclasses.fields(pj.Alloy) if field.name != "name")
 NOT_SEEN = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")
-"""Constants that tests on a stand do not identify: conventions, and those of heating."""
+"""Constants that tests on a stand do not identify: conventions, and constants of heating."""
 NITINOL = ("c",)
-"""Constants that nitinol does not need: unknown only where a table has a prior for them."""
+"""Optional constants of nitinol; unknown only where a table has a prior for them."""
 BATCH = 64
 MOST_BATCHES = 40
 
@@ -31,9 +32,9 @@ class Knowledge:
 
     Attributes:
         table: nominal constants.
-        names: of the unknown ones.
-        mean, sd: shape (unknowns,).
-        bounds: shape (unknowns, 2).
+        names: names of the unknown constants.
+        mean, sd: mean and standard deviation, shape (unknowns,).
+        bounds: lower and upper bound, shape (unknowns, 2).
     """
 
     table: Calibration
@@ -48,23 +49,23 @@ class Knowledge:
         return {name: self.table.quantities[name].value for name in CONSTANTS}
 
     def draws(self, count: int, seed: int) -> dict[str, np.ndarray]:
-        """Alloys that can exist, each constant of shape (count,); the first is the nominal one.
+        """Physically possible alloys, each constant of shape (count,); the first is the nominal one.
 
         Raises:
             InputError: if next to none of the alloys that the priors allow can exist.
         """
         random = np.random.default_rng(seed)
         nominal = self.nominal
-        kept = [self.mean[None]]
+        batches = [self.mean[None]]
         for _ in range(MOST_BATCHES):
-            if sum(map(len, kept)) >= count:
+            if sum(map(len, batches)) >= count:
                 break
             batch = self.mean + self.sd * random.standard_normal((BATCH, len(self.mean)))
             inside = np.all((batch >= self.bounds[:, 0]) & (batch <= self.bounds[:, 1]), axis=1)
             values = {name: np.full(BATCH, nominal[name]) for name in CONSTANTS}
             values |= {name: np.clip(batch[:, k], *self.bounds[k]) for k, name in enumerate(self.names)}
-            kept.append(batch[inside & np.asarray(_possible(values))])
-        found = np.concatenate(kept)[:count]
+            batches.append(batch[inside & np.asarray(_possible(values))])
+        found = np.concatenate(batches)[:count]
         if len(found) < count:
             raise InputError(
                 f"{self.table.name}: of the alloys that its priors allow next to none can exist (stress must"
@@ -75,14 +76,14 @@ class Knowledge:
 
 
 def knowledge_of(alloy: str | Path | None = None, wire_diameter: float = REFERENCE_WIRE) -> Knowledge:
-    """What is known about an alloy: the priors of its table.
+    """Prior knowledge of an alloy, from the priors of its table.
 
-    A constant without a prior is as uncertain as that of nitinol that nobody has characterised, around its
-    own value: the alloy is new, its table a first guess.
+    A constant without a prior is as uncertain as that of uncharacterised nitinol, around its own value. The
+    alloy is new, and its table is a first guess.
 
     Args:
-        alloy: name or path of a table; None for nitinol that nobody has characterised.
-        wire_diameter: of the spring [m]; where there is no table, resistances are scaled to it.
+        alloy: name or path of a table; None for uncharacterised nitinol.
+        wire_diameter: wire diameter of the spring [m]; where there is no table, resistances are scaled to it.
 
     Raises:
         InputError: if the table cannot be used, or lacks a spring's constant.
@@ -132,7 +133,7 @@ def _prior(table: Calibration, anything: Calibration, name: str) -> Prior:
 
 @eqx.filter_jit
 def _possible(values: dict[str, jax.Array]) -> jax.Array:
-    """Whether alloys can exist, shape (alloys,): stress rises with strain, the cold wire resists more."""
+    """Mask of possible alloys, shape (alloys,): stress rises with strain, the cold wire resists more."""
 
     def one(values: dict[str, jax.Array]) -> jax.Array:
         alloy = pj.Alloy(**values)

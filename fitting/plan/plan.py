@@ -1,4 +1,4 @@
-"""The first campaign on a spring of a new alloy: planned from expected information."""
+"""The plan of the first campaign on a spring of a new alloy, from expected information."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ DRAWS = 8
 MOST_REPEATS = 3
 MISFIT = 0.02
 MOST_TESTS = 9
-KNOWN = 0.25  # relative 1-sigma up to which a constant counts as identified
+KNOWN = 0.25  # Maximum relative standard deviation of an identified constant
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class PlannedTest:
     """One test of the protocol.
 
     Attributes:
-        candidate: what is done.
-        repeats: how often.
-        gain: about the wanted constants [nats], all repeats.
-        rate: of pulling, in spring strain [1/s].
+        candidate: chosen test.
+        repeats: number of repeats.
+        gain: information about the wanted constants from all repeats [nats].
+        rate: rate of pulling, in spring strain [1/s].
         role: `fit` or `validation`.
     """
 
@@ -56,30 +56,44 @@ class PlannedTest:
 
     @property
     def sampling_s(self) -> float:
-        """Longest time between samples that leaves enough of them on the shortest pull [s]."""
+        """Longest sampling interval that leaves enough samples on the shortest pull [s]."""
         shortest = min(self.candidate.strains) / self.rate
         return min(0.5, round(shortest / LEG_ROWS, 2))
 
 
 @dataclass(frozen=True)
-class Plan(Result):
-    """A protocol and what it is expected to give.
+class Teller:
+    """A test that tells a constant.
 
     Attributes:
-        knowledge: about the alloy before the first test.
-        spring: at nominal constants.
-        geometry: what was stated of it, by canonical key.
-        steps: spring strains of its wire's usual steps.
-        tests: in order, the one for validation last.
-        order: names of the single tests of the fit, repeats and all, in the order of `sd`.
-        sd: expected 1-sigma after 0, 1, 2, ... tests in units of the prior's, median over alloys,
+        candidate: what is done.
+        left: 1-sigma of the constant after this test alone, in units of the prior's, median over alloys.
+    """
+
+    candidate: Candidate
+    left: float
+
+
+@dataclass(frozen=True)
+class Plan(Result):
+    """A protocol and its expected result.
+
+    Attributes:
+        knowledge: prior knowledge of the alloy before the first test.
+        spring: spring at nominal constants.
+        geometry: stated geometry by canonical key.
+        steps: spring strains of the usual steps of its wire [1].
+        tests: tests in order, the one for validation last.
+        order: names of the single tests of the fit, repeats included, in the order of `sd`.
+        sd: expected standard deviation after 0, 1, 2, ... tests in units of the prior's, median over alloys,
             shape (1 + tests, unknowns).
-        published_sd: after the source's seven tests, shape (unknowns,).
-        published_minutes: that these take, at speeds that hold their resistances.
-        loose: sentences about what stays unknown after all tests, at the nominal alloy.
+        published_sd: the same after the source's seven tests, shape (unknowns,).
+        published_minutes: duration of those, at rates that hold their resistances [min].
+        loose: sentences about constants that stay unknown after all tests, at the nominal alloy.
         wanted: constants that the tests were chosen for.
-        noise: 1-sigma of force [N] and resistance [ohm].
-        misfit: share by which the law is taken to err [1].
+        noise: standard deviations of force [N] and resistance [ohm].
+        misfit: assumed relative error of the law [1].
+        tellers: by constant, the tests that alone tell it best, the best first.
     """
 
     knowledge: Knowledge
@@ -95,6 +109,7 @@ class Plan(Result):
     wanted: tuple[str, ...]
     noise: tuple[float, float]
     misfit: float
+    tellers: dict[str, tuple["Teller", ...]]
 
     @property
     def minutes(self) -> float:
@@ -102,7 +117,7 @@ class Plan(Result):
         return sum(test.minutes * test.repeats for test in self.tests)
 
     def relative_sd(self, step: int = -1) -> dict[str, float]:
-        """Expected 1-sigma of each constant over its nominal size, after some tests."""
+        """Expected standard deviation of each constant over its nominal magnitude, after some tests."""
         size = np.abs(self.knowledge.mean)
         return dict(zip(self.knowledge.names, self.sd[step] * self.knowledge.sd / size, strict=True))
 
@@ -122,15 +137,15 @@ def plan_campaign(
     """Plan the first campaign on a spring whose alloy is to be characterised.
 
     Args:
-        alloy: table whose priors say what is known; None for nitinol that nobody has characterised.
-        geometry: of the spring, keys of `[geometry]`; the source's where it is silent.
-        tests: to choose at most, validation not counted.
-        wanted: constants that the tests are for.
-        noise: 1-sigma of `force_N` and `resistance_ohm`.
-        misfit: share of force and of the contrast in resistance by which the law itself errs.
-        draws: alloys over which the expectation is taken.
-        seed: of these.
-        progress: called with a few words after each step.
+        alloy: table with priors; None for uncharacterised nitinol.
+        geometry: geometry of the spring, keys of `[geometry]`; the source's where unstated.
+        tests: maximum number of tests, without validation.
+        wanted: constants that the tests are to determine.
+        noise: standard deviations of `force_N` and `resistance_ohm`.
+        misfit: error of the law itself, as a share of the force and of the contrast in resistance [1].
+        draws: number of alloys in the expectation.
+        seed: seed of their draw.
+        progress: function that is called with a few words after each step.
 
     Raises:
         InputError: for tables, dimensions or names that cannot be used.
@@ -139,41 +154,41 @@ def plan_campaign(
     _check(tests, wanted, noise or {}, misfit, draws)
     stated = dict(geometry or {})
     dimensions = _dimensions(stated)
-    known = knowledge_of(alloy, float(dimensions.wire_diameter))
-    spring = pj.Spring(dimensions, pj.Alloy(**known.nominal, name=known.table.name), dimensions.free_length)
+    prior = knowledge_of(alloy, float(dimensions.wire_diameter))
+    spring = pj.Spring(dimensions, pj.Alloy(**prior.nominal, name=prior.table.name), dimensions.free_length)
     sigma = tuple({**NOISE, **(noise or {})}[key] for key in ("force_N", "resistance_ohm"))
     steps = steps_of(dimensions)
     pool, source = candidates(steps), published_campaign(steps)
     rates = choose_rates(spring, [*pool, *source], seed, sigma[1])
     rates, source_rates = rates[: len(pool)], rates[len(pool) :]
     progress("rates")
-    alloys = known.draws(draws, seed)
+    alloys = prior.draws(draws, seed)
     progress("alloys")
 
     values = {name: jnp.asarray(column) for name, column in alloys.items()}
 
-    def told(what: Sequence[Candidate], repeats: int) -> np.ndarray:
+    def information_of(batch: Sequence[Candidate], repeats: int) -> np.ndarray:
         numbers = (jnp.asarray(x, float) for x in (sigma, misfit, repeats))
-        scale = jnp.asarray(known.sd)
-        return np.asarray(information(values, known.names, scale, dimensions, courses(what), *numbers))
+        scale = jnp.asarray(prior.sd)
+        return np.asarray(information(values, prior.names, scale, dimensions, courses(batch), *numbers))
 
-    table = np.stack([told(pool, r) for r in range(1, MOST_REPEATS + 1)], axis=2)
+    table = np.stack([information_of(pool, r) for r in range(1, MOST_REPEATS + 1)], axis=2)
     progress("information")
     times = np.array([minutes(test, rate) for test, rate in zip(pool, rates, strict=True)])
-    chosen = choose(table, times, known.names, wanted, tests)
+    chosen = choose(table, times, prior.names, wanted, tests)
     indices = [choice.index for choice in chosen]
     progress("choice")
-    source_sd = expected_sd(told(source, 1)[:, :, None], range(len(source)))[-1]
+    source_sd = expected_sd(information_of(source, 1)[:, :, None], range(len(source)))[-1]
     progress("comparison")
     merged = _merged(pool, rates, indices, [choice.gain for choice in chosen])
     merged.append(_validation(pool, rates, indices, steps))
     final = covariances(table, indices)[-1, 0]
-    units = [known.table.quantities[name].unit for name in known.names]
+    units = [prior.table.quantities[name].unit for name in prior.names]
     factor = np.array([from_si(1.0, unit, difference=True) for unit in units])
-    scale = factor * known.sd
-    loose = identifiability(known.names, factor * known.mean, final * np.outer(scale, scale))
+    scale = factor * prior.sd
+    loose = identifiability(prior.names, factor * prior.mean, final * np.outer(scale, scale))
     return Plan(
-        knowledge=known,
+        knowledge=prior,
         spring=spring,
         geometry=stated,
         steps=steps,
@@ -186,14 +201,35 @@ def plan_campaign(
         wanted=tuple(wanted),
         noise=sigma,
         misfit=misfit,
+        tellers=_tellers(table, pool, known.names),
     )
+
+
+def _tellers(
+    table: np.ndarray, pool: Sequence[Candidate], names: Sequence[str]
+) -> dict[str, tuple[Teller, ...]]:
+    """For every constant the best test of each kind of hold, by what it leaves of the prior alone.
+
+    Args:
+        table: information of each test, shape (alloys, tests, repeats, unknowns, unknowns).
+        pool: the tests.
+        names: of the unknowns.
+    """
+    alone = np.stack([np.median(expected_sd(table, [k])[-1], axis=0) for k in range(len(pool))])
+    found = {}
+    for place, name in enumerate(names):
+        best: dict[int, Teller] = {}
+        for k in np.argsort(alone[:, place]):
+            best.setdefault(pool[k].hold, Teller(pool[k], float(alone[k, place])))
+        found[name] = tuple(best.values())
+    return found
 
 
 def _dimensions(stated: Mapping[str, Any]) -> pj.SpringGeometry:
     """Dimensions of a spring on a stand.
 
     Raises:
-        InputError: if they cannot be.
+        InputError: if they are impossible.
     """
     geometry = geometry_of(Recording(name="spring", path=None, kind="spring", geometry=dict(stated)))
     names = ("wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length")
@@ -206,7 +242,7 @@ def _dimensions(stated: Mapping[str, Any]) -> pj.SpringGeometry:
 def _merged(
     pool: list[Candidate], rates: list[float], indices: list[int], gains: list[float]
 ) -> list[PlannedTest]:
-    """Equal tests as repeats of the first."""
+    """Tests with equal ones merged as repeats of the first."""
     return [
         PlannedTest(
             pool[index],
@@ -221,7 +257,7 @@ def _merged(
 def _validation(
     pool: list[Candidate], rates: list[float], chosen: list[int], steps: tuple[float, ...]
 ) -> PlannedTest:
-    """A stepwise test at a held resistance far from those that are fitted."""
+    """A stepwise test at a held resistance far from those of the fit."""
     used = [pool[index].share for index in chosen if pool[index].hold == HELD] or [0.0, 1.0]
     full = [k for k, test in enumerate(pool) if test.hold == HELD and test.strains == steps]
     best = max(full, key=lambda k: min(abs(pool[k].share - share) for share in used))
@@ -241,7 +277,7 @@ def _check(tests: int, wanted: Sequence[str], noise: Mapping[str, float], misfit
         if not 0.0 < value < np.inf:
             raise InputError(f"--noise {name}={value:g}: must be more than 0")
 
-    known = [name for name in CONSTANTS if name not in NOT_SEEN]
+    names = [name for name in CONSTANTS if name not in NOT_SEEN]
     for name in wanted:
-        if name not in known:
-            raise InputError(f"--for {name}: no constant that such tests show, {nearest(name, known)}")
+        if name not in names:
+            raise InputError(f"--for {name}: no constant that such tests show, {nearest(name, names)}")

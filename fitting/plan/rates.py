@@ -1,4 +1,4 @@
-"""How fast to pull: the fastest rate at which a controller still holds a spring's resistance."""
+"""Choice of the rate of pulling: the fastest at which a controller still holds a spring's resistance."""
 
 from collections.abc import Sequence
 
@@ -21,17 +21,17 @@ from fitting.synthesise.spring import COLD_WIDTHS
 from .candidates import HEATED, HELD, Candidate
 from .information import held_phase
 
-SECONDS = (4.0, 8.0, 16.0, 32.0)  # for a pull to the first step, of the rates that are compared
-LOST = 0.02  # of the contrast at rest: an error of the held resistance that still counts as held
-MOST_LOST = 0.1  # share of the time in which it may be larger
+SECONDS = (4.0, 8.0, 16.0, 32.0)  # Candidate durations of a pull to the first step
+LOST = 0.02  # Maximum error of a held resistance, as part of the contrast at rest
+MOST_LOST = 0.1  # Maximum share of the time with a larger error
 REST_S = 20.0
-READ_S = 0.5  # between the readings that are judged
-SETUP_MIN = 5.0  # to mount, cool and settle a spring before a test
-HEATING_S = 120.0  # of a test that heats at constant length, there and back
+READ_S = 0.5  # Interval between the judged readings
+SETUP_MIN = 5.0  # Time to mount, cool and settle a spring before a test
+HEATING_S = 120.0  # Duration of heating and cooling at constant length
 
 
 def minutes(test: Candidate, rate: float) -> float:
-    """Time that a test takes with its set-up [min], at a rate in spring strain per second."""
+    """Duration of a test with its set-up [min], at a rate in spring strain per second."""
     travel = 2.0 * sum(test.strains) / rate
     return SETUP_MIN + (travel + (HEATING_S if test.hold == HEATED else 0.0)) / 60.0
 
@@ -39,25 +39,26 @@ def minutes(test: Candidate, rate: float) -> float:
 def choose_rates(spring: pj.Spring, tests: Sequence[Candidate], seed: int, read_noise: float) -> list[float]:
     """Spring strain per second for each test.
 
-    Tests that hold a resistance get the fastest rate at which it is held wherever heating can hold it, by a
-    simulation of controller and heat balance over the longest of them; the others the median of these.
+    Tests that hold a resistance get the fastest rate at which it is held wherever heating can hold it. A
+    simulation of controller and heat balance over the longest of them decides. The others get the median of
+    these rates.
 
     Args:
-        spring: as far as it is known.
-        tests: what can be done.
-        seed: of the controller's readings.
-        read_noise: their 1-sigma [ohm].
+        spring: spring with its presumed constants.
+        tests: candidate tests.
+        seed: seed of the controller's readings.
+        read_noise: standard deviation of these readings [ohm].
     """
-    held = [test for test in tests if test.hold == HELD]
-    shares = sorted({test.share for test in held})
-    longest = [max((t for t in held if t.share == share), key=_travel) for share in shares]
+    held_tests = [test for test in tests if test.hold == HELD]
+    shares = sorted({test.share for test in held_tests})
+    longest = [max((t for t in held_tests if t.share == share), key=_travel) for share in shares]
     rates = dict(zip(shares, _held_rates(spring, longest, seed, read_noise), strict=True))
     usual = float(np.median(list(rates.values()))) if rates else _rates(tests)[1]
     return [rates[test.share] if test.hold == HELD else usual for test in tests]
 
 
 def _rates(tests: Sequence[Candidate]) -> list[float]:
-    """Rates that are compared, the fastest first [1/s]."""
+    """Candidate rates, the fastest first [1/s]."""
     first = min(strain for test in tests for strain in test.strains)
     return [first / seconds for seconds in SECONDS]
 
@@ -88,8 +89,8 @@ def _held_rates(spring: pj.Spring, tests: list[Candidate], seed: int, read_noise
     rows = slice(steps_of(REST_S), None, steps_of(READ_S))
     share = jnp.asarray([test.share for test, _ in cases])
     ideal = np.asarray(_ideal_phase(spring, jnp.asarray(elongation[:, rows]), share))
-    there = np.arange(longest)[rows] < np.array([len(travel) for travel in travels])[:, None]
-    possible = there & (ideal > 0.0) & (ideal < 1.0)
+    in_test = np.arange(longest)[rows] < np.array([len(travel) for travel in travels])[:, None]
+    possible = in_test & (ideal > 0.0) & (ideal < 1.0)
     error = np.abs(np.asarray(resistance)[:, rows] - setpoints[:, None]) / abs(cold - hot)
     lost = np.sum(possible & (error > LOST), axis=1) / np.maximum(possible.sum(axis=1), 1)
     good = (lost <= MOST_LOST).reshape(len(tests), len(speeds))

@@ -1,4 +1,4 @@
-"""What a person says of the spring and its alloy, from the command line."""
+"""The user's description of the spring and its alloy, from the command line."""
 
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ def described(
         geometry: a TOML with `[geometry]` beside an alloy.
 
     Returns:
-        The table (None for nitinol that nobody has characterised) and canonical keys of `[geometry]`.
+        The table (None for uncharacterised nitinol) and canonical keys of `[geometry]`.
 
     Raises:
         InputError: for a name that is no alloy's, or a file that is neither.

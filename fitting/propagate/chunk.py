@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import h5py
 import numpy as np
 
+from fitting.data import hdf5
+from fitting.data.sealed import sealed
 from pneusma_jax.errors import InputError
 from pneusma_jax.precision import enable_float64
 
@@ -83,7 +85,7 @@ def chunk_bytes(problem: Problem, sampler: Sampler, index: int) -> bytes:
             file.create_dataset("status", data=status)
         for name, array in summary.arrays().items():
             file.create_dataset(f"summary/{name}", data=array)
-    return stream_.getvalue()
+    return sealed(stream_.getvalue())
 
 
 def compute_chunk(problem: Problem, sampler: Sampler, index: int) -> tuple[Summary, np.ndarray, np.ndarray]:
@@ -124,16 +126,11 @@ def read_summary(content: bytes, fingerprint: str, name: str) -> Summary:
     Raises:
         InputError: if it is of another study, or damaged.
     """
-    try:
-        with h5py.File(io.BytesIO(content)) as file:
-            if file.attrs["fingerprint"] != fingerprint:
-                raise InputError(f"{name}: this chunk is of another study; choose another folder, or --force")
-            arrays: dict[str, np.ndarray] = {}
-            file["summary"].visititems(
-                lambda key, part: arrays.update({key: part[()]}) if isinstance(part, h5py.Dataset) else None
-            )
-    except (OSError, KeyError) as error:
-        raise InputError(
-            f"{name}: this chunk is damaged ({error}); remove it, then go on with --resume"
-        ) from None
-    return Summary.from_arrays(arrays)
+    with hdf5.opened(content, name, "a chunk of a study", "; remove it, then go on with --resume") as file:
+        if file.attrs["fingerprint"] != fingerprint:
+            raise InputError(f"{name}: this chunk is of another study; choose another folder, or --force")
+        arrays: dict[str, np.ndarray] = {}
+        file["summary"].visititems(
+            lambda key, part: arrays.update({key: part[()]}) if isinstance(part, h5py.Dataset) else None
+        )
+        return Summary.from_arrays(arrays)

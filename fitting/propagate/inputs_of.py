@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
+from fitting.data import hdf5
 from fitting.inference.parameters.ties import RESERVED
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import UNITS, dimension_of, to_si
@@ -166,19 +166,16 @@ def read_draws(place: Path) -> Draws:
     file = place / FILE if place.is_dir() else place
     if not file.exists():
         raise InputError(f"{file}: there is no such file; `pneusma posterior` leaves one")
-    try:
-        with h5py.File(file) as content:
-            group = content["posterior"]
-            columns = {
-                name: to_si(
-                    np.asarray(group[name]).ravel(), str(group[name].attrs.get("unit", "1")),
-                    difference=str(group[name].attrs.get("unit", "1")) == "K",
-                )
-                for name in group if group[name].ndim == 2
-            }  # fmt: skip
-    except (OSError, KeyError) as error:
-        raise InputError(f"{file}: this is no posterior of `pneusma posterior` ({error})") from None
-    table = np.stack(list(columns.values()), axis=1)
+    with hdf5.opened(file, str(file), "a posterior of `pneusma posterior`") as content:
+        group = content["posterior"]
+        columns = {
+            name: to_si(
+                np.asarray(group[name]).ravel(), str(group[name].attrs.get("unit", "1")),
+                difference=str(group[name].attrs.get("unit", "1")) == "K",
+            )
+            for name in group if group[name].ndim == 2
+        }  # fmt: skip
+        table = np.stack(list(columns.values()), axis=1)
     if len(table) < 10 or not np.all(np.isfinite(table)):
         raise InputError(f"{file}: {len(table)} draws are too few, or some are not finite")
     return Draws(tuple(columns), table, str(file))

@@ -1,7 +1,7 @@
 """Points of a study by their index: any block of rows can be made anywhere, without those before it."""
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from jaxtyping import Float
@@ -103,11 +103,8 @@ class Plain:
 
 
 @dataclass(frozen=True)
-class Saltelli:
-    """Blocks A, B, and A with the inputs of one group from B: for Sobol indices of groups.
-
-    A. Saltelli et al., Computer Physics Communications 181 (2010) 259, doi:10.1016/j.cpc.2009.09.018. Inputs
-    of different groups must be independent.
+class InBlocks:
+    """What designs share whose base points are pairs of independent rows, A and B, with groups of inputs.
 
     Attributes:
         members: numbers of the inputs of each group.
@@ -115,60 +112,62 @@ class Saltelli:
 
     inputs: Inputs
     members: tuple[tuple[int, ...], ...]
+    beside: ClassVar[int]
+    """Rows of a block beside one for each group."""
 
     @property
     def block(self) -> int:
         """See `Design`."""
-        return len(self.members) + 2
+        return len(self.members) + self.beside
 
     @property
     def dimension(self) -> int:
         """See `Design`."""
         return 2 * len(self.inputs.names)
 
+    def pairs(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Independent scores of A and of B, each of shape (points, inputs)."""
+        z, count = normal_scores(points), len(self.inputs.names)
+        return z[:, :count], z[:, count:]
+
+
+@dataclass(frozen=True)
+class Saltelli(InBlocks):
+    """Blocks A, B, and A with the inputs of one group from B: for Sobol indices of groups.
+
+    A. Saltelli et al., Computer Physics Communications 181 (2010) 259, doi:10.1016/j.cpc.2009.09.018. Inputs
+    of different groups must be independent.
+    """
+
+    beside = 2
+
     def rows(self, points: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """See `Design`."""
-        count = len(self.inputs.names)
-        z = normal_scores(points)
-        a, b = (part @ self.inputs.lower.T for part in (z[:, :count], z[:, count:]))
+        a, b = (part @ self.inputs.lower.T for part in self.pairs(points))
         rows = np.repeat(a[:, None], self.block, axis=1)
         rows[:, 1] = b
         for k, members in enumerate(self.members):
             rows[:, k + 2, list(members)] = b[:, list(members)]
-        return rows.reshape(-1, count), np.zeros((len(points), 0), int)
+        return rows.reshape(-1, a.shape[1]), np.zeros((len(points), 0), int)
 
 
 @dataclass(frozen=True)
-class Shapley:
+class Shapley(InBlocks):
     """Blocks that let go of one group after the other, in random order: for Shapley effects.
 
     The first row is A. In row k the first k - 1 groups of the order keep A's values, and all others are drawn
     again given these, by the copula. The order is that of the block. In the last but one row all groups but
     one are kept; in the second row none is. E. Song, B. L. Nelson, J. Staum, SIAM/ASA J. Uncertainty
     Quantification 4 (2016) 1060, doi:10.1137/15M1048070, with one inner draw.
-
-    Attributes:
-        members: numbers of the inputs of each group.
     """
 
-    inputs: Inputs
-    members: tuple[tuple[int, ...], ...]
-
-    @property
-    def block(self) -> int:
-        """See `Design`."""
-        return len(self.members) + 1
-
-    @property
-    def dimension(self) -> int:
-        """See `Design`."""
-        return 2 * len(self.inputs.names)
+    beside = 1
 
     def rows(self, points: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """See `Design`; beside the rows the order of groups, shape (points, groups)."""
         groups, count = len(self.members), len(self.inputs.names)
         orders = random.permuted(np.tile(np.arange(groups), (len(points), 1)), axis=1)
-        z = normal_scores(points)
+        first, second = self.pairs(points)
         rows = np.empty((len(points), self.block, count))
         kinds, which = np.unique(orders, axis=0, return_inverse=True)
         which = which.ravel()
@@ -176,7 +175,7 @@ class Shapley:
             mine = which == k
             places = np.concatenate([list(self.members[group]) for group in order])
             lower = np.linalg.cholesky(self.inputs.correlation[np.ix_(places, places)])
-            a, b = z[mine, :count], z[mine, count:]
+            a, b = first[mine], second[mine]
             sizes = np.cumsum([0, *(len(self.members[group]) for group in order)])
             for row, kept in enumerate((count, *sizes[:-1])):
                 new = np.concatenate([a[:, :kept], b[:, kept:]], axis=1)

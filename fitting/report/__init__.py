@@ -1,1 +1,1 @@
-"""Words, figures, pages and files, made from results; nothing here fits or simulates."""
+"""Presentation of results as words, figures, pages and files. Nothing here fits or simulates."""

@@ -1,4 +1,4 @@
-"""The report of a batch: one table over specimens, what they say together, which of them failed."""
+"""The report of a batch: one table over specimens, joint conclusions, and failed specimens."""
 
 from typing import Any
 
@@ -16,31 +16,31 @@ from .table import Table
 
 SCHEMA = "pneusma-characterisation-batch/1"
 UNALIKE = 0.01
-"""p-value below which specimens are said to differ by more than their error bars."""
+"""Maximum p-value for specimens to be reported as different by more than their error bars."""
 MOST_PANELS = 12
 
 
 def verdict(batch: Batch) -> list[str]:
-    """The few sentences to read if nothing else is read."""
+    """The few most important sentences."""
     failed = [member for member in batch.members if member.result is None]
-    said = [f"{len(batch.done)} of {len(batch.members)} campaigns were characterised."]
-    said += [f"{member.name} was not: {member.problem}" for member in failed]
-    said += [f"{member.name}: {member.problem}" for member in batch.done if member.problem]
+    sentences = [f"{len(batch.done)} of {len(batch.members)} campaigns were characterised."]
+    sentences += [f"{member.name} was not: {member.problem}" for member in failed]
+    sentences += [f"{member.name}: {member.problem}" for member in batch.done if member.problem]
     unlike = [name for name, p in batch.pooled.items() if p.differ < UNALIKE]
     if unlike:
-        said.append(
+        sentences.append(
             f"Specimens differ by more than their error bars in {', '.join(unlike)}: take the spread, not "
             "the error of the mean, for a further specimen."
         )
     elif batch.pooled:
-        said.append(
+        sentences.append(
             "The specimens are alike within their error bars in every constant that two or more inform."
         )
-    return said
+    return sentences
 
 
 def specimen_table(batch: Batch) -> Table:
-    """Every estimate of every campaign."""
+    """Table of every estimate of every campaign."""
     names = list(dict.fromkeys(n for member in batch.done for n in member.result.parameters))
     rows = []
     for member in batch.members:
@@ -52,7 +52,7 @@ def specimen_table(batch: Batch) -> Table:
 
 
 def pooled_table(batch: Batch) -> Table:
-    """Every constant across specimens."""
+    """Table of every constant across specimens."""
     rows = []
     for name, p in batch.pooled.items():
         ends = f"{number(p.next_low)} to {number(p.next_high)}"
@@ -78,7 +78,7 @@ CAPTION = (
 
 
 def report_of(batch: Batch) -> Report:
-    """Everything that is said about the batch."""
+    """The report of the batch."""
     across = [NOTE, pooled_table(batch), Picture("specimens", CAPTION, lambda: figure(batch))]
     return Report(
         title="Batch",

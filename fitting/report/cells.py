@@ -1,6 +1,6 @@
-"""Numbers as cells of tables and words of sentences: one way to write each.
+"""Formatting of numbers as cells of tables and words of sentences.
 
-None stands for what does not apply and gives an empty text. A number that was computed and is not finite is
+None stands for a number that does not apply and gives an empty text. A computed number that is not finite is
 never silent: it reads `n/a` or `infinite`.
 """
 
@@ -10,17 +10,17 @@ from collections.abc import Sequence
 from fitting.inference.parameters import format_estimate
 
 UNKNOWN = "n/a"
-"""Text of a number that is not known (NaN)."""
+"""Text of an unknown number (NaN)."""
 LARGE = 1e6
 """Minimum of numbers that are written with a power of ten."""
 
 
 def number(value: float | None, form: str = ".3g") -> str:
-    """A number.
+    """Text of a number.
 
     Args:
-        value: the number, or None for an empty text.
-        form: how Python formats it; three significant digits by default.
+        value: number, or None for an empty text.
+        form: Python format; three significant digits by default.
     """
     if value is None:
         return ""
@@ -41,8 +41,8 @@ def with_error(value: float, sd: float | None) -> str:
     """A number with its standard error, in the digits that the error supports.
 
     Args:
-        value: the number.
-        sd: its standard error; None or zero where no error belongs to it, NaN where it is not known.
+        value: number to format.
+        sd: standard error; None or zero where no error belongs to the number, NaN where it is unknown.
     """
     if not math.isfinite(value):
         return number(value)
@@ -54,7 +54,7 @@ def with_error(value: float, sd: float | None) -> str:
 
 
 def relative(value: float, sd: float | None) -> str:
-    """A standard error in percent of its number; nothing where one of them says nothing."""
+    """A standard error in percent of its number; empty where one of them is unknown."""
     known = sd is not None and math.isfinite(sd) and sd > 0.0 and math.isfinite(value) and value != 0.0
     return f"{100.0 * abs(sd / value):.2g} %" if known else ""
 

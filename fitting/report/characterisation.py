@@ -1,16 +1,24 @@
-"""What reports on every characterised specimen share: parameters as table, CSV and JSON."""
+"""Shared parts of the reports on all characterised specimens: parameters as table, CSV and JSON."""
 
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from fitting.calibrate.combinations import Combination
+from fitting.calibrate.quoted import MERELY_PRIOR, merely_prior
 from fitting.calibrate.result import SCHEMA, Estimate
 from fitting.data.csv_text import csv_rows
+from fitting.inference.lasting_noise import Lasting
 
-from .cells import number, percent, relative, with_error
+from .cells import joined, number, percent, relative, with_error
 from .table import Table
 
 ERRORS = "± one standard error."
+QUOTED = (
+    "± one standard error; where the misfit is no parabola, the errors to either side (68 %). The 90 % "
+    "interval is that of the profile likelihood. Of prior's: its width over that of the prior."
+)
+COMBINED = "What the recordings tell whatever single constants are. Stresses are those of a first pull."
 CSV_DIGITS = 10
 """Number of significant digits in CSV files of results."""
 MOST_NAMES = 12
@@ -20,53 +28,152 @@ MOST_NAMES = 12
 def parameter_table(
     parameters: Mapping[str, Estimate], start: Mapping[str, float], share: Mapping[str, float | None]
 ) -> Table:
-    """Parameters with their errors.
+    """Table of parameters with their errors.
 
     Args:
-        parameters: by name.
-        start: where each began, in the unit of files.
-        share: standard error over the prior's 1-sigma, where there is one.
+        parameters: parameters by name.
+        start: start value by name, in the unit of files.
+        share: width of the 90 % interval over that of the prior by name, where there is a prior.
     """
     rows = [
         [
-            name, estimate_text(e), e.unit, relative(e.value, e.sd), percent(share.get(name)),
-            number(start.get(name), ".4g"), remark(e),
+            name, estimate_text(e), e.unit, relative(e.value, e.sd), interval_text(e),
+            percent(share.get(name)), number(start.get(name), ".4g"), remark(e),
         ]
         for name, e in parameters.items()
     ]  # fmt: skip
-    return Table(["parameter", "value", "unit", "relative error", "of prior's sd", "start", ""], rows, ERRORS)
+    header = ["parameter", "value", "unit", "relative error", "90 % interval", "of prior's", "start", ""]
+    return Table(header, rows, QUOTED)
 
 
 def estimate_text(estimate: Estimate) -> str:
-    """Value and standard error; a value that stopped at a bound usually has none."""
+    """Value and standard error, or errors to either side; a value at a bound usually has none."""
+    if estimate.curved and 68 in estimate.interval:
+        low, high = estimate.interval[68]
+        below, above = max(estimate.value - low, 0.0), max(high - estimate.value, 0.0)
+        value = _ends(estimate.value, low, high)[0]
+        return f"{value} (-{number(below, '.2g')} +{number(above, '.2g')})"
     without = estimate.at_bound and not math.isfinite(estimate.sd)
     return with_error(estimate.value, None if without else estimate.sd)
 
 
+def interval_text(estimate: Estimate) -> str:
+    """The 90 % interval, or the bound that the recordings give."""
+    if 90 not in estimate.interval:
+        return ""
+    low, high = _ends(*estimate.interval[90])
+    if estimate.told == (True, False):
+        return f"above {low}"
+    return f"below {high}" if estimate.told == (False, True) else f"{low} to {high}"
+
+
+def _ends(*numbers: float) -> list[str]:
+    """Numbers with as many digits as tell them apart: two of half the distance between the extremes."""
+    width = 0.5 * (max(numbers) - min(numbers))
+    size = max(map(abs, numbers))
+    if not (math.isfinite(size) and width > 0.0):
+        return [number(one, ".4g") for one in numbers]
+    digits = max(4, math.floor(math.log10(size)) - math.floor(math.log10(width)) + 2)
+    return [number(one, f".{digits}g") for one in numbers]
+
+
 def remark(estimate: Estimate) -> str:
     """What is to be known about an estimate beside its numbers."""
-    return "at bound" if estimate.at_bound else ""
+    if estimate.at_bound:
+        return "at bound"
+    if merely_prior(estimate):
+        return "merely its prior"
+    limits = {
+        (True, False): "lower limit only",
+        (False, True): "upper limit only",
+        (False, False): "by priors",
+    }
+    return limits.get(estimate.told, "")
+
+
+def combination_table(found: Sequence[Combination]) -> Table:
+    """Quantities that are known better than single constants, with their 90 % intervals."""
+    rows = [
+        [one.name, _ends(one.value, one.low, one.high)[0], " to ".join(_ends(one.low, one.high)), one.unit]
+        for one in found
+    ]
+    return Table(["quantity", "value", "90 % interval", "unit"], rows, COMBINED)
+
+
+def combinations_json(found: Sequence[Combination]) -> list[dict[str, Any]]:
+    """The same as `report.json` has it."""
+    return [{"name": c.name, "value": c.value, "interval90": [c.low, c.high], "unit": c.unit} for c in found]
+
+
+def zeros_json(found: Lasting | None) -> dict[str, dict[str, float]]:
+    """Zeros of instruments as `report.json` has them, in units of the noise, by output."""
+    if found is None:
+        return {}
+    return {n: {"off": found.offset[n], "wanders": found.drift[n]} for n in found.drift}
+
+
+def limits(parameters: Mapping[str, Estimate]) -> list[str]:
+    """Which constants the recordings do not bracket, and which are merely their priors, in sentences."""
+    told = lambda ends: [n for n, e in parameters.items() if e.told == ends and not merely_prior(e)]  # noqa: E731
+    said = []
+    prior = [name for name, e in parameters.items() if merely_prior(e)]
+    if prior:
+        are = "is merely its prior" if len(prior) == 1 else "are merely their priors"
+        said.append(
+            f"{joined(prior)} {are}: the quoted interval is more than {100.0 * MERELY_PRIOR:.0f} % as wide "
+            "as the prior's."
+        )
+    for ends, word in (((True, False), "lower"), ((False, True), "upper")):
+        if told(ends):
+            each = "; ".join(f"{n} {interval_text(parameters[n])}{_unit(parameters[n])}" for n in told(ends))
+            said.append(
+                f"Of {joined(told(ends))} the recordings give only {'an' if word == 'upper' else 'a'} {word} "
+                f"limit ({each}). The other end is the prior's or the search's."
+            )
+    if told((False, False)):
+        said.append(
+            f"Both ends of the interval of {joined(told((False, False)))} are made by priors or bounds more "
+            "than by the recordings."
+        )
+    return said
+
+
+def _unit(estimate: Estimate) -> str:
+    return "" if estimate.unit == "1" else f" {estimate.unit}"
 
 
 def estimate_json(estimate: Estimate) -> dict[str, Any]:
     """An estimate as `report.json` has it."""
-    return {"value": estimate.value, "sd": estimate.sd, "unit": estimate.unit, "at_bound": estimate.at_bound}
+    found = {"value": estimate.value, "sd": estimate.sd, "unit": estimate.unit, "at_bound": estimate.at_bound}
+    if not estimate.interval:
+        return found
+    low, high = estimate.told
+    return found | {
+        **{f"interval{percent}": list(ends) for percent, ends in estimate.interval.items()},
+        "profile_is_no_parabola": estimate.curved,
+        "recordings_bound": "both" if low and high else "below" if low else "above" if high else "none",
+        "width_over_prior": estimate.of_prior,
+        "merely_prior": merely_prior(estimate),
+    }
 
 
 def estimates_json(parameters: Mapping[str, Estimate]) -> dict[str, dict[str, Any]]:
-    """Estimates by name as `report.json` has them."""
+    """Estimates by name for `report.json`."""
     return {name: estimate_json(estimate) for name, estimate in parameters.items()}
 
 
 def estimate_cells(estimate: Estimate) -> list[object]:
-    """Value, standard error, unit and bound of an estimate, as CSV files have them."""
+    """Value, standard error, unit and bound of an estimate for CSV files."""
     return [estimate.value, estimate.sd, estimate.unit, "yes" if estimate.at_bound else "no"]
 
 
 def parameters_csv(parameters: Mapping[str, Estimate]) -> str:
     """`parameters.csv`: one row for each parameter."""
-    header = ["parameter", "value", "sd", "unit", "at_bound"]
-    rows = [[name, *estimate_cells(estimate)] for name, estimate in parameters.items()]
+    header = ["parameter", "value", "sd", "unit", "at_bound", "low90", "high90"]
+    rows = [
+        [name, *estimate_cells(estimate), *estimate.interval.get(90, (math.nan, math.nan))]
+        for name, estimate in parameters.items()
+    ]
     return csv_rows(header, rows, digits=CSV_DIGITS)
 
 
@@ -80,7 +187,7 @@ def content(
     seed: int,
     more: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """The content of `report.json`: what all kinds have, around what is special to one (`more`)."""
+    """The content of `report.json`: entries of all kinds, around those of one kind (`more`)."""
     return {
         "schema": SCHEMA,
         "kind": kind,
@@ -95,13 +202,13 @@ def content(
 
 
 def subtitle(what: str, recordings: str, fitted: Sequence[str], held_out: Sequence[str]) -> str:
-    """What was fitted to which recordings.
+    """Subtitle: specimen and fitted recordings.
 
     Args:
-        what: the specimen, `"Wire"`.
-        recordings: such recordings in words, `"test"`; the plural is made with an s.
-        fitted: names of those that were fitted.
-        held_out: names of those that only score.
+        what: name of the specimen, `"Wire"`.
+        recordings: word for such recordings, `"test"`; the plural is made with an s.
+        fitted: names of the fitted recordings.
+        held_out: names of the recordings that only score.
     """
     plural = "" if len(fitted) == 1 else "s"
     rest = f", {len(held_out)} held out ({_names(held_out)})" if held_out else ""
@@ -114,5 +221,5 @@ def _names(names: Sequence[str]) -> str:
 
 
 def footer(seed: int) -> str:
-    """What made the report."""
+    """Footer with program and version."""
     return f"pneusma characterise, seed {seed}"

@@ -1,4 +1,4 @@
-"""The report of a custom base model: what it misses, the numbers found, errors before and after."""
+"""The report of a custom base model: misfit, fitted parameters, errors before and after."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ CAPTION = (
 
 
 def report_of(explained: Explained) -> Report:
-    """Everything that is said about the result."""
+    """The report of the result."""
     recordings = explained.problem.recordings
     fitted = sum(recording.role == "fit" for recording in recordings)
     return Report(
@@ -46,14 +46,14 @@ def _verdict(explained: Explained) -> list[str]:
     found = f"The base misses {named}." if named else (
         "None of the candidates is missing from the base: it stays as it is."
     )  # fmt: skip
-    said = [found, f"{LEFT_OUT}: chi-square per value {explained.before:.1f} -> {explained.after:.1f}"]
+    sentences = [found, f"{LEFT_OUT}: chi-square per value {explained.before:.1f} -> {explained.after:.1f}"]
     if any(recording.role == "validation" for recording in explained.problem.recordings):
         before, after = explained.errors()
-        said += [
+        sentences += [
             f"never fitted: RMSE of {output} {number(before[output])} -> {number(after[output])}"
             for output in before
         ]
-    return [f"{sentence[0].upper()}{sentence[1:].rstrip('.')}." for sentence in said]
+    return [f"{sentence[0].upper()}{sentence[1:].rstrip('.')}." for sentence in sentences]
 
 
 def _named(explained: Explained, name: str) -> str:
@@ -61,7 +61,7 @@ def _named(explained: Explained, name: str) -> str:
 
 
 def _parameters(explained: Explained) -> Table:
-    """Parameters of the terms that entered, then those of the base."""
+    """Parameters of the accepted terms, then those of the base."""
     rows, terms = [], {}
     for name in explained.named:
         term = explained.problem.model.term(name)
@@ -82,15 +82,15 @@ def _estimate(explained: Explained, name: str) -> str:
 
 
 def _steps(explained: Explained) -> list[str]:
-    said = []
+    sentences = []
     for step in explained.stages:
         best = step.candidates[0]
         close = f" Not told from it: {joined(step.close)}." if step.chosen and step.close else ""
-        said.append(
+        sentences.append(
             f"After {', '.join(('the base', *step.present))}: {step.chosen or 'nothing'} enters "
             f"(best: {best.name}, log Bayes factor {number(best.log_bayes_factor, '.1f')}).{close}"
         )
-    return said
+    return sentences
 
 
 def _errors(explained: Explained) -> Table:
@@ -143,7 +143,8 @@ def content(explained: Explained) -> dict[str, Any]:
 
 
 def figure(explained: Explained) -> Figure:
-    """Prediction over measurement for every output: the refitted base, and with the terms that entered."""
+    """Figure of prediction over measurement for every output: the refitted base, and with the accepted
+    terms."""
     data = explained.problem.data
     models = {"base, refitted": (explained.base, house.ORANGE)}
     if explained.named:
@@ -151,11 +152,11 @@ def figure(explained: Explained) -> Figure:
     drawn = Figure(figsize=(1.0 + 4.0 * len(data.measured), 4.2), layout="constrained")
     panels = drawn.subplots(1, len(data.measured), squeeze=False)[0]
     for panel, (output, measured) in zip(panels, data.measured.items(), strict=True):
-        there = data.weight[output] > 0.0
+        counted = data.weight[output] > 0.0
         for label, (fit, colour) in models.items():
             predicted = explained.problem.outputs(fit.result.values)[output]
-            panel.plot(measured[there], predicted[there], ".", color=colour, markersize=3, label=label)
-        ends = [measured[there].min(), measured[there].max()]
+            panel.plot(measured[counted], predicted[counted], ".", color=colour, markersize=3, label=label)
+        ends = [measured[counted].min(), measured[counted].max()]
         panel.plot(ends, ends, color=house.BLACK, linewidth=0.8)
         panel.set_xlabel(f"{output}, measured")
         panel.set_ylabel(f"{output}, predicted")

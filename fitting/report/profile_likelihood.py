@@ -1,4 +1,4 @@
-"""Profile likelihoods as every report shows them: a figure, what they say in words, their numbers."""
+"""Profile likelihoods in every report: a figure, sentences, numbers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
@@ -6,9 +6,9 @@ from typing import Any, Protocol
 import numpy as np
 from matplotlib.figure import Figure
 
-from fitting.calibrate.profile_likelihood import ALIKE, Profile
+from fitting.calibrate.profile_likelihood import ALIKE, RISES, Profile
+from fitting.calibrate.quoted import KELVIN
 from fitting.calibrate.result import Estimate
-from fitting.calibrate.spring.alloy_table import KELVIN
 from pneusma_jax.units import from_si
 
 from . import figures as house
@@ -16,12 +16,17 @@ from .report import Picture
 
 CAPTION = (
     "Chi-square above its least value over one parameter when all others follow it; dashed: the "
-    "parabola of its standard error. Open: the others stopped at a kink, so that it may lie lower."
+    "parabola of its standard error; upright lines: the quoted 90 % interval. Open: the others stopped at a "
+    "kink, so that it may lie lower. Profiles that are parabolas are left out where others are none."
 )
+FEW = 4
+"""Number of profiles that are drawn where all are parabolas."""
+HIGH = 3.0
+"""Standard errors up to which the parabola is drawn: chi-square rises by nine there."""
 
 
 class Profiled(Protocol):
-    """What is read of a result: profiles by parameter, SI, and estimates in the unit of files."""
+    """Inputs from a result: profiles by parameter, SI, and estimates in the unit of files."""
 
     profiles: Mapping[str, Profile]
     parameters: Mapping[str, Estimate]
@@ -32,52 +37,65 @@ def pictures(result: Profiled) -> list[Picture]:
     return [Picture("profiles", CAPTION, lambda: figure(result))] if result.profiles else []
 
 
+def shown(result: Profiled) -> list[str]:
+    """Profiles that are drawn: those that are no parabolas, or the first few where all are."""
+    curved = [name for name, estimate in result.parameters.items() if estimate.curved]
+    return [name for name in curved if name in result.profiles] or list(result.profiles)[:FEW]
+
+
 def figure(result: Profiled) -> Figure:
-    """Chi-square over each profiled parameter, beside the parabola of its standard error."""
-    with house.style():
-        drawn = Figure(figsize=(3.8 * len(result.profiles), 3.2), layout="constrained")
-        panels = drawn.subplots(1, len(result.profiles), squeeze=False).ravel()
-        for panel, (name, profile) in zip(panels, result.profiles.items(), strict=True):
-            unit = result.parameters[name].unit
-            centre = profile.value[np.argmin(profile.rise)]
-            fine = np.linspace(profile.value.min(), profile.value.max(), 60)
-            panel.plot(_in_file(profile.value, unit), profile.rise, "o-", color=house.BLUE)
-            late = profile.stopped
-            panel.plot(
-                _in_file(profile.value[late], unit), profile.rise[late], "o", color="white", mec=house.BLUE
-            )
+    """Chi-square over profiled parameters, beside the parabola of the standard error."""
+    names = shown(result)
+    drawn, panels = house.panel_grid(len(names), 3.4, 2.7, (0.0, 0.0))
+    for panel, name in zip(panels, names, strict=True):
+        profile, unit = result.profiles[name], result.parameters[name].unit
+        centre = profile.value[np.argmin(profile.rise)]
+        panel.plot(_in_file(profile.value, unit), profile.rise, "o-", color=house.BLUE)
+        late = profile.stopped
+        panel.plot(
+            _in_file(profile.value[late], unit), profile.rise[late], "o", color="white", mec=house.BLUE
+        )
+        if np.isfinite(profile.sd):
+            reach = min(max(np.ptp(profile.value), 1e-12 * abs(centre)), HIGH * profile.sd)
+            fine = centre + np.linspace(-reach, reach, 121)
+            fine = fine[(fine >= profile.value.min()) & (fine <= profile.value.max())]
             panel.plot(_in_file(fine, unit), ((fine - centre) / profile.sd) ** 2, "--", color=house.GREY)
-            panel.set_xlabel(f"{name} [{unit}]")
-            panel.set_ylabel("rise of chi-square [1]")
+        for end in profile.quoted(90):
+            panel.axvline(_in_file(end, unit), color=house.GREY, linewidth=0.8)
+        panel.set_xlabel(f"{name} [{unit}]")
+        panel.set_ylabel("rise of chi-square [1]")
+        panel.set_ylim(bottom=-0.2)
+        panel.locator_params(axis="x", nbins=5)
     return drawn
 
 
 def warnings(result: Profiled) -> list[str]:
-    """Where profiles say that the fit is not at its end, or that standard errors mislead.
+    """Warnings where profiles show that the fit is not at its minimum, or that standard errors mislead.
 
-    Parameters of which the same is to be said share a sentence.
+    Parameters with the same finding share a sentence.
     """
-    found, said = result.profiles, []
+    found, sentences = result.profiles, []
     lower = [name for name, profile in found.items() if profile.below > ALIKE]
     if lower:
         below = max(found[name].below for name in lower)
-        said.append(
+        sentences.append(
             f"Where {_or(lower)} is held elsewhere the others reach a chi-square lower by {below:.2g}. "
             "The fit is not at its end: trust neither its values nor its errors."
         )
     curved = [name for name, profile in found.items() if profile.curved]
     if curved:
-        said.append(
-            f"Over {_or(curved)} the misfit does not rise as the standard error says. That error spans other "
-            f"fits, or takes the misfit for a parabola. The profile says {_intervals(result, curved)}."
+        where = f": {_intervals(result, curved)}" if len(curved) <= FEW else ", as the table has them"
+        sentences.append(
+            f"Over {_or(curved)} the misfit is no parabola. What is quoted is the profile likelihood's "
+            f"interval (90 %){where}."
         )
     unsure = [name for name, profile in found.items() if profile.unsure]
     if unsure:
-        said.append(
+        sentences.append(
             f"Where {_or(unsure)} is held elsewhere the others stop at kinks of the misfit. Whether the "
             f"standard error holds is not known. The profile leaves at least {_intervals(result, unsure)}."
         )
-    return said
+    return sentences
 
 
 def _or(names: Sequence[str]) -> str:
@@ -91,9 +109,9 @@ def _intervals(result: Profiled, names: Sequence[str]) -> str:
 
 
 def interval(result: Profiled, name: str) -> str:
-    """What a profile leaves of a parameter, in its unit of files."""
+    """Interval of a parameter from its profile, in its unit of files."""
     unit = result.parameters[name].unit
-    low, high = (float(_in_file(end, unit)) for end in result.profiles[name].interval())
+    low, high = (float(_in_file(end, unit)) for end in result.profiles[name].interval(RISES[90]))
     shown = "" if unit == "1" else f" {unit}"
     if np.isfinite(low) and np.isfinite(high):
         return f"{low:.4g} to {high:.4g}{shown}"
@@ -103,9 +121,10 @@ def interval(result: Profiled, name: str) -> str:
 
 
 def document(result: Profiled) -> dict[str, Any]:
-    """Numbers of every profile, as `report.json` has them."""
+    """Numbers of every profile, for `report.json`."""
     return {
         name: {"value_SI": list(p.value), "rise": list(p.rise), "interval_68_SI": list(p.interval()),
+               "interval_90_SI": list(p.quoted(90)), "rise_per_sd": p.unit,
                "stopped": [bool(x) for x in p.stopped], "curved": p.curved, "below_the_fit": p.below}
         for name, p in result.profiles.items()
     }  # fmt: skip

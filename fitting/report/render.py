@@ -1,4 +1,4 @@
-"""A `Report` for its readers: text for a terminal, a page for a browser, JSON, files for a folder."""
+"""Rendering of a `Report`: text for a terminal, a page for a browser, JSON, files for a folder."""
 
 import base64
 import json
@@ -16,7 +16,7 @@ from .report import Code, Picture, Points, Report, Section
 from .table import WIDTH, Cell, Table, numeric_columns, table_text
 
 LONG = 40
-"""Number of characters from which a cell of a page may break into lines."""
+"""Minimum number of characters from which a cell of a page may break into lines."""
 
 
 def text(report: Report) -> str:
@@ -79,7 +79,7 @@ def page(report: Report) -> str:
 
 @cache
 def _templates() -> jinja2.Environment:
-    """Templates of this package: every text that goes through them is escaped."""
+    """Templates of this package. They escape every text."""
     templates = jinja2.Environment(
         loader=jinja2.PackageLoader("fitting.report"), autoescape=True, undefined=jinja2.StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,
@@ -104,12 +104,12 @@ def data_uri(picture: Picture) -> str:
 
 
 def json_text(content: Mapping[str, Any]) -> str:
-    """The content of `report.json` as it stands in the file; null for what is not finite."""
+    """The content of `report.json` as in the file, with null for numbers that are not finite."""
     return json.dumps(plain(content), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def plain(value: Any) -> Any:
-    """Nested content as JSON knows it: no NumPy numbers, null for what is not finite."""
+    """Nested content in JSON types: no NumPy numbers, null for numbers that are not finite."""
     if isinstance(value, Mapping):
         return {key: plain(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""What is said about a result, as data: text, page and files are all made from one `Report`.
+"""The interface of reports: a `Report` is data, from which text, page and files are made.
 
 A new type of result needs one function `report_of(result) -> Report`; `render.py` does the rest.
 """
@@ -16,12 +16,12 @@ from .table import Table
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure, drawn when it is first needed: a report as text draws nothing.
+    """A figure that is drawn on first use, so that a report as text draws nothing.
 
     Attributes:
-        name: of its PNG file, without the ending.
-        caption: what it shows.
-        draw: makes it.
+        name: name of its PNG file, without the ending.
+        caption: caption of the figure.
+        draw: function that makes the figure.
     """
 
     name: str
@@ -40,7 +40,7 @@ class Points:
     """A list of sentences.
 
     Attributes:
-        items: the sentences.
+        items: sentences.
     """
 
     items: Sequence[str]
@@ -51,7 +51,7 @@ class Code:
     """Text to copy, such as a command.
 
     Attributes:
-        text: the text, its lines kept.
+        text: text with its lines.
     """
 
     text: str
@@ -62,8 +62,8 @@ class Section:
     """A part of a report under a heading; a section inside another has a smaller heading.
 
     Attributes:
-        title: the heading; a section without one continues the part before it.
-        blocks: what stands below it, in order; a string is a paragraph.
+        title: heading; a section without one continues the part before it.
+        blocks: content below the heading, in order; a string is a paragraph.
     """
 
     title: str
@@ -71,12 +71,12 @@ class Section:
 
     @property
     def empty(self) -> bool:
-        """Whether there is nothing to show: only empty lists, tables without rows, empty sections."""
+        """True if there is nothing to show: only empty lists, tables without rows, empty sections."""
         return all(map(_is_empty, self.blocks))
 
 
 Block = str | Points | Table | Picture | Code | Section
-"""What a section is made of."""
+"""Building block of a section."""
 
 
 def _is_empty(block: Block) -> bool:
@@ -95,20 +95,20 @@ def _nothing() -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Report:
-    """Everything that is said about a result.
+    """The report of a result.
 
     Attributes:
-        title: of what was studied; the heading.
-        subtitle: what was done with it.
-        verdict: the few sentences to read if nothing else is read.
-        sections: the rest, in order.
-        warnings: what to be careful about.
-        real: measured (True), simulated (False), or nobody said (None).
+        title: name of the subject; the heading.
+        subtitle: method and data.
+        verdict: the few most important sentences.
+        sections: further content, in order.
+        warnings: sentences of caution.
+        real: true if measured, false if simulated, None if unstated.
         window: title of the browser's window; the report's title by default.
-        footer: what made the report.
-        page_name: file of the page.
-        content: makes the content of `report.json`.
-        files: makes further files by name: constants that other commands load, CSV.
+        footer: program and version.
+        page_name: file name of the page.
+        content: function that makes the content of `report.json`.
+        files: function that makes further files by name: constants for other commands, CSV.
     """
 
     title: str
@@ -129,7 +129,7 @@ class Report:
         return [section for section in self.sections if not section.empty]
 
     def pictures(self) -> list[Picture]:
-        """Every picture, in order; nothing is drawn."""
+        """Every picture, in order, not drawn yet."""
         return [picture for section in self.sections for picture in _pictures(section)]
 
 

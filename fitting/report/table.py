@@ -12,17 +12,17 @@ NARROWEST = 24
 MOSTLY = 0.7
 """Minimum share of numbers among the cells of a column that is aligned to the right."""
 _NUMERIC = re.compile(r"\(?[+-]?\.?\d.*|n/a|-?infinite|-")
-"""Cells that make their column one of numbers: aligned to the right."""
+"""Pattern of cells that make their column numeric: aligned to the right."""
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of a table that is more than its text.
+    """A cell of a table with a note or a mark.
 
     Attributes:
-        text: of the cell.
-        note: a second line, in small print.
-        tone: how it is marked: `good`, `fair`, `bad`, or nothing.
+        text: text of the cell.
+        note: second line, in small print.
+        tone: mark: `good`, `fair`, `bad`, or empty.
     """
 
     text: str
@@ -37,8 +37,8 @@ class Table:
     Attributes:
         header: names of the columns.
         rows: cells, as many in each row as in the header.
-        note: what is to be known about the table, in a sentence or two.
-        chosen: row to emphasise.
+        note: remark on the table, in a sentence or two.
+        chosen: index of the row to emphasise.
 
     Raises:
         ValueError: if a row has another number of cells than the header.
@@ -56,10 +56,10 @@ class Table:
 
 
 def table_text(table: Table, indent: int = 2, width: float = WIDTH) -> str:
-    """A table in aligned columns: numbers to the right, words to the left, long words wrapped.
+    """Text of a table in aligned columns: numbers to the right, words to the left, long words wrapped.
 
     Args:
-        table: what to write; the chosen row is marked with an asterisk.
+        table: table to write; the chosen row is marked with an asterisk.
         indent: number of blanks before every row.
         width: number of columns of the terminal; infinite where a row must stay a line.
     """
@@ -76,7 +76,7 @@ def table_text(table: Table, indent: int = 2, width: float = WIDTH) -> str:
 
 
 def numeric_columns(table: Table) -> list[bool]:
-    """Whether each column holds numbers, which are aligned to the right; the first never does.
+    """True for each column of numbers, which is aligned to the right. The first column is always false.
 
     A column of numbers may have a word or two, such as `cold` in place of a fraction.
     """
@@ -96,15 +96,15 @@ def _plain_cell(cell: str | Cell) -> str:
 
 
 def _widths(rows: Sequence[Sequence[str]], right: Sequence[bool], room: float) -> list[int]:
-    """Widths of columns; columns of words shrink, the widest first, until the rows fit or none is wide."""
+    """Widths of columns. Columns of words shrink, the widest first, until the rows fit or none is wide."""
     columns = list(zip(*rows, strict=True))
     widths = [max(map(len, column)) for column in columns]
     least = [max([NARROWEST, *(len(word) for cell in column for word in cell.split())]) for column in columns]
     while sum(widths) + 2 * (len(widths) - 1) > room:
-        wide = [i for i, width in enumerate(widths) if width > least[i] and not right[i]]
-        if not wide:
+        shrinkable = [i for i, width in enumerate(widths) if width > least[i] and not right[i]]
+        if not shrinkable:
             break
-        widths[max(wide, key=lambda i: widths[i])] -= 1
+        widths[max(shrinkable, key=lambda i: widths[i])] -= 1
     return widths
 
 

@@ -1,5 +1,5 @@
-"""Posteriors by affine-invariant ensembles on one compiled log-probability, with a Laplace approximation
-beside them.
+"""Bayesian posteriors by Markov chain Monte Carlo on one compiled log-probability, with a Laplace
+approximation beside them.
 
 >>> target = Target.from_residual(residual, parameters, data)
 >>> posterior = sample(target, parameters)

@@ -1,4 +1,4 @@
-"""The posterior of a characterised campaign: words, figures and files, as a characterisation has them."""
+"""The posterior of a characterised campaign, with the data that reports need."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -20,16 +20,16 @@ from .sampling import sample
 from .settings import Settings
 
 PREDICTED = 400
-"""Draws behind a predictive band."""
+"""Number of draws for a predictive band."""
 
 
 @dataclass(frozen=True)
 class CampaignPosterior(Result):
-    """A posterior and the campaign that it is about.
+    """A posterior and the campaign that it belongs to.
 
     Attributes:
-        problem: what was asked.
-        posterior: the draws.
+        problem: sampled density and its campaign.
+        posterior: draws and their diagnostics.
     """
 
     problem: Problem
@@ -37,7 +37,7 @@ class CampaignPosterior(Result):
 
     @property
     def converged(self) -> bool:
-        """Whether the numbers may be quoted."""
+        """True if the numbers may be quoted."""
         return self.posterior.converged
 
     @cached_property
@@ -52,9 +52,9 @@ def posterior_of(
     """Sample the posterior of a characterisation, starting from its fit; float64 must be on.
 
     Args:
-        fit: of any kind that can be sampled.
+        fit: characterisation of any kind that can be sampled.
         model: table whose priors the parameters get.
-        **options: of `sample_problem`.
+        **options: arguments of `sample_problem`.
 
     Raises:
         InputError: if this kind cannot be sampled, or `sample_problem` refuses.
@@ -71,13 +71,13 @@ def sample_problem(
     progress: bool | None = None,
     **settings: Any,
 ) -> CampaignPosterior:
-    """Sample what a campaign asks.
+    """Sample the posterior of a campaign.
 
     Args:
-        problem: the question, with the values to start from.
+        problem: density to sample, with the values to start from.
         file: HDF5 file for the chains, so that a run can be resumed; None keeps them in memory.
-        resume: continue the chains in `file`.
-        progress: show a bar; None shows it at a terminal, and plain lines now and then elsewhere.
+        resume: true to continue the chains in `file`.
+        progress: true to show a bar; None shows it at a terminal, and occasional plain lines elsewhere.
         **settings: `walkers`, `ensembles`, `max_steps`, `seed`, `chunk`; see `Settings`.
 
     Raises:
@@ -91,11 +91,11 @@ def sample_problem(
 
 
 def _check_settings(given: Mapping[str, Any]) -> None:
-    """Refuse a mistyped setting before anything is computed."""
-    known = [field.name for field in fields(Settings)]
+    """Refuse a mistyped setting before any computation."""
+    names = [field.name for field in fields(Settings)]
     for name in given:
-        if name not in (*known, "file", "resume", "progress"):
-            raise InputError(f"there is no setting {name!r} of a posterior, {nearest(name, known)}")
+        if name not in (*names, "file", "resume", "progress"):
+            raise InputError(f"there is no setting {name!r} of a posterior, {nearest(name, names)}")
 
 
 register_sampler(Characterisation, posterior_of)

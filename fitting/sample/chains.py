@@ -1,4 +1,4 @@
-"""What every sampler offers to the entry point: chains that grow, are judged and can be put away."""
+"""The interface of every sampler: chains that advance, are judged and can be stored."""
 
 from abc import ABC, abstractmethod
 from typing import Any
@@ -12,12 +12,12 @@ from .laplace import Laplace
 class Chains(ABC):
     """Independent chains of one target.
 
-    `ensembles` counts the chains that agreement is judged between; `walkers` those that one of them holds.
+    `ensembles` is the number of chains whose agreement is judged; `walkers` is the number of walkers in each.
     """
 
     @abstractmethod
     def begin(self, found: Laplace) -> None:
-        """Put chains around the fit, adapt to what is there.
+        """Start chains around the fit and adapt the sampler.
 
         Raises:
             InputError: if no usable starting points are found there.
@@ -25,7 +25,7 @@ class Chains(ABC):
 
     @abstractmethod
     def resume(self) -> None:
-        """Take up the chains in the file where they were left.
+        """Continue the chains of the file.
 
         Raises:
             InputError: if the file is none, or of other data, another model or other settings.
@@ -33,27 +33,27 @@ class Chains(ABC):
 
     @abstractmethod
     def advance(self, steps: int) -> None:
-        """Run every chain for some steps, then put the chains on disk."""
+        """Advance every chain by some steps, then store the chains."""
 
     @property
     @abstractmethod
     def steps(self) -> int:
-        """Steps that every chain has made."""
+        """Number of steps of every chain."""
 
     @property
     @abstractmethod
     def judged(self) -> list[Float[ndarray, "steps walkers n"]]:
-        """Positions in the sampler's own coordinates, in which convergence is judged; burn-in included."""
+        """Positions in the coordinates in which convergence is judged, burn-in included."""
 
     @property
     @abstractmethod
     def coordinates(self) -> Float[ndarray, "ensembles steps walkers n"]:
-        """The same in the target's coordinates."""
+        """Positions in the target's coordinates."""
 
     @property
     @abstractmethod
     def log_probabilities(self) -> Float[ndarray, "ensembles steps walkers"]:
-        """Of the same points, as densities of the target's coordinates."""
+        """Log-densities of the same points, in the target's coordinates."""
 
     @property
     @abstractmethod
@@ -63,14 +63,15 @@ class Chains(ABC):
     @property
     @abstractmethod
     def evaluations(self) -> int:
-        """Points at which the model was asked; for a sampler that uses gradients, with its gradient."""
+        """Number of evaluations of the model; with its gradient for a sampler that uses gradients."""
 
     @property
     @abstractmethod
     def failures(self) -> int:
-        """Points inside the bounds at which the model had no finite answer; they count as impossible."""
+        """Number of points inside the bounds without a finite answer of the model; they count as
+        impossible."""
 
     @property
     @abstractmethod
     def diagnostics(self) -> dict[str, Any]:
-        """What only this sampler can say of its chains, as `report.json` has it."""
+        """Diagnostics of this sampler alone, as in `report.json`."""

@@ -1,10 +1,11 @@
-"""Coordinates in which walkers move: a parameter's own, or its logarithm where the posterior is rounder in
-that.
+"""Coordinates in which walkers move: a parameter, or its logarithm where that makes the posterior rounder.
 
-Moduli, wall thicknesses and stiffness factors multiply each other, so that what the data determine is a
-product: a curved, thin valley in the values, a straight one in their logarithms. Exponents are the other way
-round. Affine invariant samplers forgive any linear change of coordinates but no bend, so the chart is worth
-choosing. The density carries the Jacobian: what is sampled stays the same, priors included.
+Moduli, wall thicknesses and stiffness factors multiply each other, so the data determine a product. That is a
+curved, thin valley in the values and a straight one in their logarithms. For exponents it is the other way
+round.
+
+Affine invariant samplers are insensitive to any linear change of coordinates, but not to a curvature, so the
+chart matters. The density carries the Jacobian: the sampled distribution stays the same, priors included.
 """
 
 from collections.abc import Callable
@@ -15,17 +16,18 @@ from jaxtyping import Float, Int
 from .laplace import Laplace
 from .target import Evaluator, Target
 
-CLEAR = 4.0  # standard errors between the mode and zero, for a logarithm to be considered
+CLEAR = 4.0  # Minimum distance of the mode from zero for a logarithm, in standard errors
 PROBES = 64
-WORTH = 0.9  # a bend must shrink at least to this fraction for another coordinate
-WORST = 1e6  # difference of log-densities of a probe that is not possible at all
+WORTH = 0.9  # Maximum ratio of the new to the old distance from a Gaussian for another coordinate
+WORST = 1e6  # Difference of log-densities that stands for an impossible probe
 
 
 class Chart:
-    """Which parameters move by their logarithm, and the way there and back.
+    """Choice of the parameters that move by their logarithm, and both conversions.
 
     Args:
-        sign: (n,) 0 for a parameter's own coordinate, 1 for its logarithm, -1 for that of minus its value.
+        sign: 0 for a parameter's own coordinate, 1 for its logarithm, -1 for that of minus its value; shape
+            (n,).
     """
 
     def __init__(self, sign: Int[np.ndarray, " n"]):
@@ -33,11 +35,11 @@ class Chart:
         self._bent = self.sign != 0
 
     def forth(self, vector: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... n"]:
-        """Coordinates of walkers from those of the target; values must have the chart's signs."""
+        """Walkers' coordinates from those of the target; values must have the chart's signs."""
         return np.where(self._bent, np.log(np.where(self._bent, self.sign * vector, 1.0)), vector)
 
     def back(self, point: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... n"]:
-        """Coordinates of the target from those of walkers."""
+        """Target's coordinates from those of walkers."""
         with np.errstate(over="ignore"):  # infinite is outside any bound
             return np.where(self._bent, self.sign * np.exp(np.where(self._bent, point, 0.0)), point)
 
@@ -58,18 +60,18 @@ class Chart:
 def choose_chart(
     target: Target, found: Laplace, spread: Float[np.ndarray, "n n"], evaluator: Evaluator, seed: int
 ) -> Chart:
-    """The chart in which the posterior is nearest to its own Gaussian approximation, found greedily.
+    """The chart in which the posterior is closest to its own Gaussian approximation, found greedily.
 
-    Nearness is the mean of `log(1 + |difference of log-densities|)` over draws from the approximation, zero
-    for a Gaussian. The descent begins both from plain coordinates and from logarithms wherever they are
-    possible.
+    The distance is the mean of `log(1 + |difference of log-densities|)` over draws from the approximation; it
+    is zero for a Gaussian. The descent starts both from plain coordinates and from logarithms wherever they
+    are possible.
 
     Args:
-        target: what is sampled.
-        found: its Laplace approximation.
-        spread: root of the covariance to probe.
-        evaluator: of its log-probability.
-        seed: of the probes.
+        target: target to sample.
+        found: Laplace approximation of the target.
+        spread: root of the covariance of the probes.
+        evaluator: evaluator of its log-probability.
+        seed: seed of the probes.
     """
     normal = np.random.default_rng(seed).standard_normal((PROBES, target.dimension))
 
@@ -96,7 +98,7 @@ def choose_chart(
 def _descend(
     bend: Callable[[np.ndarray], float], sign: np.ndarray, candidates: dict[int, int]
 ) -> tuple[np.ndarray, float]:
-    """Change one coordinate at a time, the best first, while that is worth it."""
+    """Change one coordinate at a time, the best first, while that reduces the distance enough."""
     least = bend(sign)
     while candidates:
         trials = [np.where(np.arange(len(sign)) == i, s - sign[i], sign) for i, s in candidates.items()]
@@ -108,8 +110,8 @@ def _descend(
 
 
 def _candidates(target: Target, found: Laplace) -> list[tuple[int, int]]:
-    """Parameters of one sign that stay clear of zero, with that sign; not those fitted by their logarithm
-    already."""
+    """Parameters whose values have one sign and stay clear of zero, with that sign. Parameters that are
+    already fitted by their logarithm are left out."""
     lower, upper = np.asarray(target.lower), np.asarray(target.upper)
     sd = np.sqrt(np.diag(found.covariance))
     clear = found.known & (np.abs(found.mode) > CLEAR * sd) & ~np.asarray(target.layout.logarithmic, bool)

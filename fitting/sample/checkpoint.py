@@ -1,18 +1,20 @@
-"""Chains on disk, in an HDF5 file that is never half-written.
+"""Storage of chains in an HDF5 file that is never half-written.
 
-A kill while HDF5 writes would leave a file that nothing opens, so each checkpoint is written beside the last
-one and takes its name when it is complete.
+A kill while HDF5 writes would leave an unreadable file. So each checkpoint is written beside the last one and
+renamed when it is complete.
 """
 
 import json
 import os
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import h5py
 
+from fitting.data import hdf5, sealed
 from pneusma_jax.errors import InputError
 from pneusma_jax.files import replacing
 
@@ -23,12 +25,12 @@ SAMPLER = "sampler"
 
 @dataclass(frozen=True)
 class Header:
-    """What every chain file says of itself.
+    """Metadata of every chain file.
 
     Attributes:
-        fingerprint: of the target that was sampled.
-        settings: that must stay the same.
-        counters: evaluations and failures so far.
+        fingerprint: hash of the sampled target.
+        settings: settings that must stay the same.
+        counters: numbers of evaluations and failures so far.
     """
 
     fingerprint: str
@@ -37,12 +39,12 @@ class Header:
 
 
 def write(path: Path, header: Header, fill: Callable[[h5py.File], None]) -> None:
-    """Replace the chain file; it is the old one or the new one, whenever the machine stops.
+    """Replace the chain file atomically: it is the old one or the new one, whenever the machine stops.
 
     Args:
-        path: of the file.
-        header: what it says of itself.
-        fill: writes the chains into the open file.
+        path: path of the file.
+        header: metadata of the file.
+        fill: function that writes the chains into the open file.
 
     Raises:
         InputError: if the place cannot be written.
@@ -56,30 +58,41 @@ def write(path: Path, header: Header, fill: Callable[[h5py.File], None]) -> None
             file.attrs["counters"] = json.dumps(header.counters)
             fill(file)
             file.flush()
+        sealed.seal_file(draft)
         with open(draft, "rb") as file:
             os.fsync(file.fileno())
 
 
-def header_of(path: Path) -> Header:
-    """What a chain file says of itself.
+def opened(path: Path) -> AbstractContextManager[h5py.File]:
+    """A chain file, open for reading; whatever fails in the `with` block ends in one line.
 
     Raises:
-        InputError: if the file is no chain.
+        FileNotFoundError: if there is none.
+        InputError: if it was damaged or is no chain.
+    """
+    again = "; start over in another folder, or replace it with --force"
+    return hdf5.opened(path, str(path), "a chain", again)
+
+
+def header_of(path: Path) -> Header:
+    """Metadata of a chain file.
+
+    Raises:
+        InputError: if the file is no chain, or was damaged.
     """
     try:
-        with h5py.File(path, "r") as file:
+        with opened(path) as file:
             if file.attrs.get("schema") != SCHEMA:
                 raise InputError(f"{path}: this is no chain of `pneusma posterior`; start in another folder")
             settings = {SAMPLER: "emcee", **json.loads(file.attrs["settings"])}
-            return Header(str(file.attrs["fingerprint"]), settings, json.loads(file.attrs["counters"]))
+            counters = {name: int(count) for name, count in json.loads(file.attrs["counters"]).items()}
+            return Header(str(file.attrs["fingerprint"]), settings, counters)
     except FileNotFoundError:
         raise InputError(f"{path}: there is no chain to resume; run once without --resume") from None
-    except (OSError, KeyError) as error:
-        raise InputError(f"{path}: cannot be read as a chain ({error})") from None
 
 
 def settings_of(path: Path) -> dict[str, Any]:
-    """Settings that a chain was begun with.
+    """Settings of a stored chain.
 
     Raises:
         InputError: if the file is no chain.
@@ -88,7 +101,7 @@ def settings_of(path: Path) -> dict[str, Any]:
 
 
 def other_model(path: Path) -> str:
-    """Sentence for a chain whose stored probabilities the present model does not give."""
+    """Sentence about a chain whose stored probabilities differ from the present model's."""
     return (
         f"{path}: this chain was sampled with another model: the same parameters now have other "
         "probabilities; start over in another folder, or replace it with --force"
@@ -96,12 +109,12 @@ def other_model(path: Path) -> str:
 
 
 def same_settings(path: Path, stored: dict[str, Any], wanted: dict[str, Any]) -> None:
-    """Refuse to continue a chain with other settings than it was begun with.
+    """Refuse to continue a chain with other settings.
 
     Args:
-        path: of the chain file.
-        stored: its settings.
-        wanted: those asked for; None where nothing was.
+        path: path of the chain file.
+        stored: settings of the stored chain.
+        wanted: requested settings; None where nothing was requested.
 
     Raises:
         InputError: if one of them differs.
@@ -115,7 +128,7 @@ def same_settings(path: Path, stored: dict[str, Any], wanted: dict[str, Any]) ->
 
 
 def same_chain(path: Path, stored: Header, fingerprint: str, wanted: dict[str, Any]) -> None:
-    """Refuse to continue a chain of something else.
+    """Refuse to continue a chain of another target.
 
     Raises:
         InputError: if data, priors or settings differ.

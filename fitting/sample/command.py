@@ -1,4 +1,4 @@
-"""What `pneusma posterior` decides before it fits: where the chains go, which model is asked for."""
+"""Preparations of `pneusma posterior` before the fit: the file of the chains, the model to sample."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -23,17 +23,17 @@ STARTS = {"base": "alloy", "material": "silicone"}
 
 
 def chain_file(folder: Path, resume: bool, force: bool, wanted: Mapping[str, Any]) -> Path:
-    """Path of the chains, checked against what is there before anything is fitted.
+    """Path of the chains, checked against existing files before any fit.
 
     Args:
-        folder: of the results.
-        resume: whether chains are continued.
-        force: whether they may be replaced.
-        wanted: settings of the chains that were asked for; None where nothing was.
+        folder: folder of the results.
+        resume: true if chains are continued.
+        force: true if they may be replaced.
+        wanted: requested settings of the chains; None where nothing was requested.
 
     Raises:
-        InputError: if chains would be overwritten without leave, or there are none to resume, or only those
-            of other settings.
+        InputError: if chains would be overwritten without `force`, or if there are none to resume with these
+            settings.
     """
     path = folder / CHAIN
     if resume and not path.exists():
@@ -48,17 +48,17 @@ def chain_file(folder: Path, resume: bool, force: bool, wanted: Mapping[str, Any
 
 
 def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: int) -> Problem:
-    """What is to be sampled, fitted first where a pipeline of the kind knows how.
+    """Problem to sample; fitted first where the kind has a pipeline.
 
     Args:
         campaign: recordings of one kind.
-        model: table of constants whose priors are used, by name or path, or a model on disk whose numbers and
-            effects are sampled; None for none.
-        law: of elastomers, to fit and sample; None for the one that predicts best.
-        seed: of the fit.
+        model: table of constants whose priors are used, by name or path, or a model on disk whose parameters
+            are sampled; None for none.
+        law: law of elastomers to fit and sample; None for the one that predicts best.
+        seed: seed of the fit.
 
     Raises:
-        InputError: if the campaign or the table cannot be used, or a law is given for what has none.
+        InputError: if the campaign or the table cannot be used, or a law is given for a kind without laws.
     """
     kind = kind_of(campaign)
     specimen = specimen_of(kind)
@@ -78,7 +78,7 @@ def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: in
 
 
 def _start_table(model: str, kind: str) -> dict[str, str]:
-    """The option of the fit by which recordings of a kind start from a table of constants."""
+    """Option of the fit by which recordings of a kind start from a table of constants."""
     table = load_calibration(model)
     option = "material" if table.kind == STARTS["material"] else "base"
     options = specimen_of(kind).options
@@ -92,7 +92,7 @@ def _start_table(model: str, kind: str) -> dict[str, str]:
 
 
 def _law_and_table(model: str | None, law: str | None) -> tuple[Calibration | None, dict[str, Any]]:
-    """The table of `--model`, and the options of the fit that it and `--law` ask for."""
+    """Table of `--model`, and the options of the fit that follow from it and `--law`."""
     if model is None:
         return None, {} if law is None else {"law": law}
     table = load_calibration(model, kind="silicone")

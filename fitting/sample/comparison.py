@@ -1,20 +1,21 @@
-"""Where the Gaussian approximation and the draws disagree, and what that means for an error bar."""
+"""Disagreements of the Gaussian approximation with the draws, and their meaning for an error bar."""
 
 import math
 from dataclasses import dataclass
 
 SHIFT, RATIO, SKEWNESS = 0.25, 1.15, 0.5
-"""Disagreement that is worth a sentence: of means in standard deviations, of widths, of the symmetry."""
+"""Minimum disagreement to be reported: of means in standard deviations, of the ratio of widths, of
+skewness."""
 
 
 @dataclass(frozen=True)
 class Disagreement:
-    """One parameter.
+    """Disagreement about one parameter.
 
     Attributes:
         shift: mean of the draws less the mode, in Laplace's standard deviations; NaN without one.
         ratio: standard deviation of the draws over Laplace's; NaN without one.
-        skewness: of the draws.
+        skewness: skewness of the draws.
     """
 
     shift: float
@@ -23,12 +24,12 @@ class Disagreement:
 
     @property
     def notable(self) -> bool:
-        """Whether the approximation would mislead."""
+        """True if the approximation would mislead."""
         return bool(self.reasons)
 
     @property
     def reasons(self) -> list[str]:
-        """In what respects, as ends of a sentence."""
+        """Ends of a sentence, one for each kind of disagreement."""
         if math.isnan(self.ratio):
             return ["has no Laplace approximation (on a bound, or not determined by the data)"]
         found = []
@@ -48,7 +49,7 @@ class Disagreement:
 
 
 def compare(mean: float, sd: float, skewness: float, mode: float, laplace_sd: float) -> Disagreement:
-    """Compare draws with the approximation of the same parameter, all in one unit."""
+    """Compare draws with the approximation of the same parameter, both in one unit."""
     if not laplace_sd > 0.0:
         return Disagreement(math.nan, math.nan, skewness)
     return Disagreement((mean - mode) / laplace_sd, sd / laplace_sd, skewness)

@@ -1,5 +1,4 @@
-"""Whether chains can be believed: autocorrelation time, effective samples, R-hat between independent
-ensembles."""
+"""Convergence of chains: autocorrelation time, effective samples, R-hat between independent ensembles."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,25 +10,26 @@ from scipy.special import ndtri
 from scipy.stats import rankdata
 
 LENGTHS = 50.0
-"""Autocorrelation times that a chain must be longer than (emcee's own recommendation)."""
+"""Minimum length of a chain in autocorrelation times (emcee's own recommendation)."""
 R_HAT = 1.01
-"""A. Vehtari and others, Bayesian Analysis 16 (2021) 667."""
+"""Maximum R-hat (A. Vehtari and others, Bayesian Analysis 16 (2021) 667)."""
 EFFECTIVE = 1000.0
 """Minimum number of effective samples: the probability beyond a 5 % quantile is then known to 0.7 %."""
 BURN_LENGTHS = 5.0
-MOST_PER_HALF = 4000  # samples of half a chain that R-hat ranks
+MOST_PER_HALF = 4000  # Maximum number of samples of half a chain that R-hat ranks
 
 
 @dataclass(frozen=True)
 class Convergence:
-    """State of several ensembles of one length.
+    """Convergence of several ensembles of one length.
 
     Attributes:
-        steps: of each ensemble.
-        burn_in: steps at the beginning that are left out.
-        tau: (ensembles, n) integrated autocorrelation time in steps; infinite for walkers that never moved.
-        r_hat: (n,) split, rank-normalised, the larger of location and scale.
-        effective: (n,) effective samples of all ensembles together.
+        steps: number of steps of each ensemble.
+        burn_in: number of initial steps that are left out.
+        tau: integrated autocorrelation time in steps, shape (ensembles, n); infinite for walkers that never
+            moved.
+        r_hat: split, rank-normalised R-hat, the larger of location and scale, shape (n,).
+        effective: effective samples of all ensembles together, shape (n,).
     """
 
     steps: int
@@ -40,45 +40,45 @@ class Convergence:
 
     @property
     def kept(self) -> int:
-        """Steps after burn-in."""
+        """Number of steps after burn-in."""
         return self.steps - self.burn_in
 
     @property
     def lengths(self) -> float:
-        """Length of the worst chain in its autocorrelation times, burn-in left out."""
+        """Length of the worst chain in its autocorrelation times, without burn-in."""
         return float(self.kept / np.max(self.tau)) if np.all(np.isfinite(self.tau)) else 0.0
 
     @property
     def long_enough(self) -> bool:
-        """Every chain is longer than `LENGTHS` autocorrelation times."""
+        """True if every chain is longer than `LENGTHS` autocorrelation times."""
         return self.lengths > LENGTHS
 
     @property
     def agree(self) -> bool:
-        """The ensembles agree on every parameter."""
+        """True if the ensembles agree on every parameter."""
         return bool(np.all(self.r_hat < R_HAT))
 
     @property
     def enough(self) -> bool:
-        """There are effective samples enough to quote quantiles."""
+        """True if there are enough effective samples to quote quantiles."""
         return bool(np.all(self.effective >= EFFECTIVE))
 
     @property
     def converged(self) -> bool:
-        """All three."""
+        """True if all three criteria hold."""
         return self.long_enough and self.agree and self.enough
 
     @property
     def thin(self) -> int:
-        """Steps between samples that are worth keeping: half the shortest autocorrelation time."""
+        """Number of steps between retained samples: half the shortest autocorrelation time."""
         shortest = float(np.min(self.tau))
         return max(int(0.5 * shortest), 1) if np.isfinite(shortest) else 1
 
 
 def assess(chains: Sequence[Float[np.ndarray, "steps walkers n"]]) -> Convergence:
-    """Judge ensembles that were run independently for the same number of steps.
+    """Judge ensembles that ran independently for the same number of steps.
 
-    Burn-in is five autocorrelation times of what is left, at most half of the chain.
+    Burn-in is five autocorrelation times of the remainder, at most half of the chain.
     """
     steps, walkers, dimension = chains[0].shape
     burn_in, tau = 0, np.full((len(chains), dimension), np.inf)
@@ -108,8 +108,8 @@ def _autocorrelation_time(chain: Float[np.ndarray, "steps walkers n"]) -> Float[
 def split_r_hat(chains: Sequence[Float[np.ndarray, "steps walkers n"]]) -> Float[np.ndarray, " n"]:
     """Potential scale reduction between the halves of all ensembles, on ranks, for location and for scale.
 
-    Each half of an ensemble counts as one chain, all its walkers together: walkers of one ensemble are not
-    independent, ensembles are.
+    Each half of an ensemble counts as one chain, with all its walkers. Walkers of one ensemble are not
+    independent; ensembles are.
     """
     half = len(chains[0]) // 2
     if half < 2:

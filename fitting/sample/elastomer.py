@@ -1,5 +1,4 @@
-"""The posterior of an elastomer's law: constants and the stiffness of each specimen, from a
-characterisation."""
+"""The posterior of an elastomer's law: its constants and each specimen's stiffness factor."""
 
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
@@ -24,14 +23,14 @@ if TYPE_CHECKING:
 
 
 def problem_of(fit: "ElastomerCharacterisation", model: Calibration | None = None) -> Problem:
-    """Posterior of the law that a characterisation has taken.
+    """Posterior of the law that a characterisation selected.
 
-    The likelihood is the fit's own: residuals over the noise, which is inflated by the fit's factor for
+    The likelihood is that of the fit: residuals over the noise. The noise is inflated by the fit's factor for
     misfit and serial correlation, so that the samples count as many times as they are independent.
 
     Args:
-        fit: the characterisation.
-        model: table whose priors the constants get; without one they are flat within the bounds of the law.
+        fit: characterisation of the elastomer.
+        model: table whose priors the constants get; None for flat priors within the bounds of the law.
 
     Raises:
         InputError: if the table is of another law.
@@ -52,7 +51,7 @@ def problem_of(fit: "ElastomerCharacterisation", model: Calibration | None = Non
         density = -0.5 * jnp.sum(residual(values, data) ** 2)
         return jnp.where(in_order(values), density, -jnp.inf)
 
-    in_order = _ordered(law, parameters)
+    in_order = _keeps_order(law, parameters)
     return Problem(
         title=fit.title,
         kind="elastomer",
@@ -68,7 +67,7 @@ def problem_of(fit: "ElastomerCharacterisation", model: Calibration | None = Non
 
 
 def _parameters(best: LawFit, priors: Mapping[str, Prior]) -> Parameters:
-    """Constants in the order of reports, then the specimens' factors; names as files have them."""
+    """Constants in the order of reports, then the specimens' factors, with the names of files."""
     law, fitted = best.law, best.result.parameters
     raw = [fitted[name] for name in law.names]
     order = law.order(np.array([p.value for p in raw]))
@@ -102,9 +101,8 @@ def _priors(model: Calibration, law: CurveLaw) -> dict[str, Prior]:
     return {name: model.quantities[name].prior for name in law.names if model.quantities[name].prior}
 
 
-def _ordered(law: CurveLaw, parameters: Parameters) -> Callable[[dict[str, Array]], Array]:
-    """Whether Ogden's exponents keep the order of the fit: terms that change places are the same law
-    twice."""
+def _keeps_order(law: CurveLaw, parameters: Parameters) -> Callable[[dict[str, Array]], Array]:
+    """True if Ogden's exponents keep the order of the fit. Terms in another order are the same law twice."""
     exponents = [name for name in law.names if name.startswith("alpha_")] if law.law == "ogden" else []
     exponents.sort(key=lambda name: parameters[name].value)
 
@@ -116,7 +114,7 @@ def _ordered(law: CurveLaw, parameters: Parameters) -> Callable[[dict[str, Array
 
 
 def _in_curves(samples: Samples, data: dict) -> dict:
-    """Samples recording by recording, as the curves have them."""
+    """Samples in the order of the curves, recording by recording."""
     rows = np.concatenate([np.flatnonzero(samples.of(k)) for k in range(len(samples.curves))])
     return {name: column[rows] for name, column in data.items()}
 

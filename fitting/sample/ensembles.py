@@ -1,4 +1,4 @@
-"""Several independent emcee ensembles that advance together, chunk by chunk, and can be put away between."""
+"""Independent emcee ensembles that advance together, chunk by chunk, and can be stored in between."""
 
 from pathlib import Path
 from typing import Any
@@ -19,16 +19,16 @@ from .starts import dispersed_ball
 from .target import Evaluator, Target
 from .tempered import PARTICLES, temper
 
-SAME_MODEL = 1e-6  # relative difference of log-probabilities beyond which a stored chain is of another model
+SAME_MODEL = 1e-6  # Maximum relative difference of log-probabilities for a stored chain of the same model
 
 
 class Ensembles(Chains):
     """Independent ensembles of one target.
 
     Args:
-        target: what is sampled.
-        settings: resolved.
-        file: where chains are kept after every chunk, or None to keep them in memory only.
+        target: target to sample.
+        settings: resolved settings.
+        file: HDF5 file that is written after every chunk, or None to keep the chains in memory.
     """
 
     def __init__(self, target: Target, settings: Settings, file: Path | None = None):
@@ -41,7 +41,7 @@ class Ensembles(Chains):
         self._evidence: list[float] = []
 
     def begin(self, found: Laplace) -> None:
-        """Put walkers around the fit.
+        """Start walkers around the fit.
 
         Raises:
             InputError: if no usable starting points are found there.
@@ -62,7 +62,7 @@ class Ensembles(Chains):
             self._add(backend, emcee.State(points, random_state=random.get_state()))
 
     def _from_prior(self, run: int, random: np.random.RandomState) -> np.ndarray:
-        """Walkers among the points of a run from the prior, in the chart; its evidence is kept."""
+        """Walkers from the points of a run from the prior, in the chart. The run's evidence is stored."""
         found = temper(self.target, self.settings.seed, run, max(PARTICLES, 2 * self.settings.walkers))
         self.evaluator.evaluations += found.evaluations
         self._evidence.append(found.log_evidence)
@@ -70,7 +70,7 @@ class Ensembles(Chains):
         return self.chart.forth(found.points[chosen])
 
     def resume(self) -> None:
-        """Take up the chains in the file where they were left.
+        """Continue the chains of the file.
 
         Raises:
             InputError: if the file is none, or of other data, another model or other settings.
@@ -79,15 +79,15 @@ class Ensembles(Chains):
         checkpoint.same_chain(self.file, stored, self.target.fingerprint(), self.settings.chain_identity())
         self.evaluator.evaluations = stored.counters["evaluations"]
         self.evaluator.failures = stored.counters["failures"]
-        with h5py.File(self.file, "r") as file:
+        with checkpoint.opened(self.file) as file:
             self.chart = Chart(np.asarray(file.attrs["logarithm"], int))
             self._evidence = [float(value) for value in file.attrs.get("log_evidence", [])]
+            backends = [_read(self.file, f"ensemble_{k}") for k in range(1, self.settings.ensembles + 1)]
         density = self.chart.density(Evaluator(self.target, self.settings.walkers // 2))
-        for k in range(1, self.settings.ensembles + 1):
-            backend = _read(self.file, f"ensemble_{k}")
+        for backend in backends:
             self._add(backend, backend.get_last_sample())
-            known, again = backend.log_prob[-1], density(backend.chain[-1])
-            if not np.allclose(known, again, rtol=SAME_MODEL, atol=SAME_MODEL):
+            on_file, again = backend.log_prob[-1], density(backend.chain[-1])
+            if not np.allclose(on_file, again, rtol=SAME_MODEL, atol=SAME_MODEL):
                 raise InputError(checkpoint.other_model(self.file))
 
     def _add(self, backend: emcee.backends.Backend, state: emcee.State) -> None:
@@ -101,39 +101,39 @@ class Ensembles(Chains):
 
     @property
     def steps(self) -> int:
-        """Steps that every ensemble has made."""
+        """Number of steps of every ensemble."""
         return min((backend.iteration for backend in self._backends), default=0)
 
     @property
     def judged(self) -> list[Float[np.ndarray, "steps walkers n"]]:
-        """Coordinates of walkers in every ensemble so far, in the chart in which they move."""
+        """Coordinates of all walkers so far, in the chart in which they move."""
         return [backend.chain[: self.steps] for backend in self._backends]
 
     @property
     def coordinates(self) -> Float[np.ndarray, "ensembles steps walkers n"]:
-        """The same in the target's coordinates."""
+        """Coordinates of all walkers so far, in the target's coordinates."""
         return self.chart.back(np.stack(self.judged))
 
     @property
     def log_probabilities(self) -> Float[np.ndarray, "ensembles steps walkers"]:
-        """Of the same points, as densities of the target's coordinates."""
+        """Log-densities of the same points, in the target's coordinates."""
         return np.stack(
             [b.log_prob[: self.steps] - self.chart.log_slope(b.chain[: self.steps]) for b in self._backends]
         )
 
     @property
     def evaluations(self) -> int:
-        """Points at which the model was asked."""
+        """Number of evaluations of the model."""
         return self.evaluator.evaluations
 
     @property
     def failures(self) -> int:
-        """Points inside the bounds at which the model had no finite answer."""
+        """Number of points inside the bounds without a finite answer of the model."""
         return self.evaluator.failures
 
     @property
     def diagnostics(self) -> dict[str, Any]:
-        """The evidence where chains started from the prior."""
+        """Evidence, for chains that started from the prior."""
         if not self._evidence:
             return {}
         return {"log_evidence": [float(value) for value in self._evidence]}
@@ -144,7 +144,7 @@ class Ensembles(Chains):
         return [float(np.mean(b.accepted) / max(b.iteration, 1)) for b in self._backends]
 
     def advance(self, steps: int) -> None:
-        """Run every ensemble for some steps, then put the chains on disk."""
+        """Advance every ensemble by some steps, then store the chains."""
         for k, sampler in enumerate(self._samplers):
             for state in sampler.sample(self._states[k], iterations=steps, skip_initial_state_check=True):
                 self._states[k] = state
@@ -152,7 +152,7 @@ class Ensembles(Chains):
         self.keep(self.file)
 
     def keep(self, file: Path | None) -> None:
-        """Put the chains on disk, now and from now on; None keeps them in memory only."""
+        """Store the chains now and after every chunk; None keeps them in memory only."""
         self.file = file
         if file is not None:
             self._write()

@@ -1,9 +1,11 @@
-"""Chains that follow gradients: the no-U-turn sampler of blackjax, for curved but smooth posteriors.
+"""Chains of the no-U-turn sampler (blackjax), which follow gradients, for curved but smooth posteriors.
 
 Every chain moves in the whitened coordinates of `unbounded`. Its warm-up adapts the step and a metric of
-diagonal plus low rank (A. Seyboldt and others, 2026, as blackjax has it). Chains are independent, warm-up
-included, and run side by side in threads. Each draw's random key follows from the seed, the chain and the
-number of the draw, so that a chain that was stopped goes on to the same bytes.
+diagonal plus low rank (A. Seyboldt and others, 2026, as in blackjax). Chains are independent, warm-up
+included, and run side by side in threads.
+
+The random key of each draw follows from the seed, the chain and the number of the draw. A resumed chain
+therefore continues to the same bytes.
 """
 
 import functools
@@ -35,15 +37,15 @@ from .target import Evaluator, Target
 from .unbounded import Unbounded, differentiation, with_gradient
 
 SAME_MODEL = 1e-6
-"""Maximum relative difference of a log-density that is computed again, for a stored chain to be of this
+"""Maximum relative difference between stored and recomputed log-density of a chain that belongs to this
 model."""
 ACCEPTANCE = 0.9
-"""Mean acceptance along trajectories that the warm-up aims at. Curved valleys want more than the usual 0.8:
-there a banana's transitions diverged in 0.6 % of all cases."""
+"""Target of the warm-up for the mean acceptance along trajectories. Curved valleys need more than the usual
+0.8, at which 0.6 % of a banana's transitions diverged."""
 TRIES = 40
-"""Number of draws of a starting point for one chain before the target is given up."""
+"""Maximum number of draws of a starting point for one chain before the target is given up."""
 ENERGY = 0.3
-"""Minimum of the energy's Bayesian fraction of missing information: below it a chain moves too slowly between
+"""Minimum of the energy's Bayesian fraction of missing information. Below it a chain moves too slowly between
 levels of energy (M. Betancourt, arXiv:1604.00695)."""
 
 
@@ -51,12 +53,12 @@ class Draws(NamedTuple):
     """One chain so far; the first axis is the draw.
 
     Attributes:
-        u: (draws, n) positions in the target's coordinates.
-        log_probability: (draws,) of u.
-        energy: (draws,) of the transition.
-        evaluations: (draws,) gradients that the transition took.
-        divergent: (draws,) whether its integration went astray.
-        acceptance: (draws,) mean acceptance along its trajectory.
+        u: positions in the target's coordinates, shape (draws, n).
+        log_probability: log-density at u, shape (draws,).
+        energy: energy of the transition, shape (draws,).
+        evaluations: gradients of the transition, shape (draws,).
+        divergent: true if the integration diverged, shape (draws,).
+        acceptance: mean acceptance along the trajectory, shape (draws,).
     """
 
     u: np.ndarray
@@ -82,9 +84,9 @@ class HamiltonianChains(Chains):
     """Independent chains of the no-U-turn sampler.
 
     Args:
-        target: what is sampled.
-        settings: resolved.
-        file: where chains are kept after every chunk, or None to keep them in memory only.
+        target: target to sample.
+        settings: resolved settings.
+        file: HDF5 file that is written after every chunk, or None to keep the chains in memory.
     """
 
     def __init__(self, target: Target, settings: Settings, file: Path | None = None):
@@ -98,7 +100,7 @@ class HamiltonianChains(Chains):
         return jax.random.key(self.settings.seed)
 
     def begin(self, found: Laplace) -> None:
-        """Put chains around the fit and warm them up."""
+        """Start chains around the fit and warm them up."""
         chart = choose_chart(
             self.target, found, start_spread(self.target, found), Evaluator(self.target, PROBES),
             self.settings.seed,
@@ -139,19 +141,19 @@ class HamiltonianChains(Chains):
         )
 
     def advance(self, steps: int) -> None:
-        """Run every chain for some steps, then put the chains on disk."""
+        """Advance every chain by some steps, then store the chains."""
         leaves, programs = self._programs()
 
         def one(job: tuple[int, _Chain]) -> _Chain:
             k, chain = job
             key = jax.random.fold_in(jax.random.fold_in(self._key, k), 2)
-            state, parts, left = chain.state, [chain.draws], steps
+            state, parts, remaining = chain.state, [chain.draws], steps
             done = len(chain.draws.energy)
-            while left > 0:
-                count = min(left, self.settings.chunk)
+            while remaining > 0:
+                count = min(remaining, self.settings.chunk)
                 state, new = programs.advance(leaves, key, state, chain.step, chain.metric, done, count)
                 parts.append(Draws(*(np.asarray(column)[:count] for column in new)))
-                done, left = done + count, left - count
+                done, remaining = done + count, remaining - count
             draws = Draws(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
             return _Chain(state, chain.step, chain.metric, chain.warm_up, draws)
 
@@ -161,7 +163,7 @@ class HamiltonianChains(Chains):
 
     @property
     def steps(self) -> int:
-        """Draws that every chain has made."""
+        """Number of draws of every chain."""
         return min((len(chain.draws.energy) for chain in self._chains), default=0)
 
     def _stacked(self, name: str) -> np.ndarray:
@@ -169,7 +171,7 @@ class HamiltonianChains(Chains):
 
     @property
     def judged(self) -> list[Float[np.ndarray, "steps 1 n"]]:
-        """Positions in the target's coordinates: mirrors make those of the sampler ambiguous."""
+        """Positions in the target's coordinates. The sampler's own are ambiguous because of the mirrors."""
         return list(self.coordinates)
 
     @property
@@ -179,22 +181,22 @@ class HamiltonianChains(Chains):
 
     @property
     def log_probabilities(self) -> Float[np.ndarray, "ensembles steps 1"]:
-        """Of the same points."""
+        """Log-densities of the same points."""
         return self._stacked("log_probability")[:, :, None]
 
     @property
     def acceptance(self) -> list[float]:
-        """Mean acceptance along trajectories, chain by chain."""
+        """Mean acceptance along trajectories of every chain."""
         return [float(value) for value in self._stacked("acceptance").mean(axis=1)]
 
     @property
     def evaluations(self) -> int:
-        """Gradients, warm-up included."""
+        """Number of gradients, warm-up included."""
         return int(self._stacked("evaluations").sum()) + sum(chain.warm_up for chain in self._chains)
 
     @property
     def failures(self) -> int:
-        """Divergent transitions."""
+        """Number of divergent transitions."""
         return int(self._stacked("divergent").sum())
 
     @property
@@ -231,10 +233,10 @@ class HamiltonianChains(Chains):
         checkpoint.write(self.file, header, fill)
 
     def resume(self) -> None:
-        """Take up the chains in the file where they were left."""
+        """Continue the chains of the file."""
         header = checkpoint.header_of(self.file)
         checkpoint.same_chain(self.file, header, self.target.fingerprint(), self.settings.chain_identity())
-        with h5py.File(self.file, "r") as file:
+        with checkpoint.opened(self.file) as file:
             maps = (jnp.asarray(file[f"maps/{name}"][()]) for name in Unbounded.__dataclass_fields__)
             self._maps = Unbounded(*maps)
             self._chains = [_read(file[f"chain_{k}"]) for k in range(1, self.settings.ensembles + 1)]
@@ -270,7 +272,7 @@ class _Programs(NamedTuple):
 def _programs(
     functions: tuple, static: Any, structure: Any, how: str, chunk: int, warm_up_steps: int
 ) -> _Programs:
-    """Programs that are fed the numbers of a target."""
+    """Programs whose arguments are the numbers of a target."""
 
     def parts(leaves: list[Array]) -> tuple[Target, Unbounded]:
         return eqx.combine(jax.tree.unflatten(structure, leaves), jax.tree.unflatten(static, functions))
@@ -291,13 +293,13 @@ def _programs(
             blackjax.nuts, lambda p: density(p, leaves), adaptation_info_fn=keep,
             max_rank=min(10, z.size), gradient_based_init=True, target_acceptance_rate=ACCEPTANCE,
         )  # fmt: skip
-        found, told = adapt.run(key, z, num_steps=warm_up_steps)
-        last = jax.tree.map(lambda column: column[-1], told.state)
+        found, adaptation = adapt.run(key, z, num_steps=warm_up_steps)
+        last = jax.tree.map(lambda column: column[-1], adaptation.state)
         return (
             last,
             found.parameters["step_size"],
             found.parameters["inverse_mass_matrix"],
-            jnp.sum(told.info.num_integration_steps),
+            jnp.sum(adaptation.info.num_integration_steps),
         )
 
     @jax.jit
@@ -307,13 +309,13 @@ def _programs(
 
         def one(i: Array, carry: tuple) -> tuple:
             state, rows = carry
-            state, told = kernel(
+            state, info = kernel(
                 jax.random.fold_in(key, done + i), state, lambda p: density(p, leaves), step, metric
             )
             u = maps.coordinates(state.position)
             row = Draws(
-                u, state.logdensity - maps.log_slope(state.position), told.energy,
-                told.num_integration_steps, told.is_divergent, told.acceptance_rate,
+                u, state.logdensity - maps.log_slope(state.position), info.energy,
+                info.num_integration_steps, info.is_divergent, info.acceptance_rate,
             )  # fmt: skip
             return state, jax.tree.map(lambda column, value: column.at[i].set(value), rows, row)
 

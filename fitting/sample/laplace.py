@@ -1,4 +1,4 @@
-"""The Gaussian approximation at the most probable point: what standard errors of a fit mean."""
+"""The Gaussian approximation at the most probable point, which is the basis of a fit's standard errors."""
 
 from dataclasses import dataclass
 
@@ -17,25 +17,27 @@ from .likelihood import UnknownNoise
 from .target import Target
 
 NEGLIGIBLE = 1e-11
-"""Eigenvalues of the scaled precision below this fraction of the largest count as no knowledge."""
+"""Maximum eigenvalue of the scaled precision, relative to the largest, that counts as undetermined."""
 SCALE_ROUNDS = 20
 AT_BOUND = 1e-9
 
 
 @dataclass(frozen=True)
 class Laplace:
-    """A Gaussian over the coordinates of a target.
+    """Gaussian approximation over the coordinates of a target.
 
     Attributes:
-        mode: (n,) the most probable point, as a density of the parameters' values.
-        covariance: (n, n); rows of parameters that it says nothing about are zero.
-        known: (n,) whether it says anything: not for parameters on a bound, nor for what the data do not
-            determine.
-        at_bound: (n,) whether the mode lies on a bound; the others' covariance holds if it is truly there.
-        alone: (n,) standard deviation of each coordinate if all others were known; infinite without slope.
-        value: of every parameter at the mode, tied ones included.
-        sd: of the same by linear propagation; NaN where nothing is known.
-        log_probability: at the mode, of the coordinates.
+        mode: most probable point, as a density of the parameters' values, shape (n,).
+        covariance: covariance, shape (n, n); rows of undetermined parameters are zero.
+        known: true for determined parameters, shape (n,); false on a bound and where the data determine
+            nothing.
+        at_bound: true if the mode lies on a bound, shape (n,); the others' covariance assumes that it is
+            truly there.
+        alone: standard deviation of each coordinate if all others were known, shape (n,); infinite without
+            slope.
+        value: value of every parameter at the mode, tied ones included.
+        sd: standard deviation of the same by linear propagation; NaN for undetermined parameters.
+        log_probability: log-density at the mode, in the coordinates.
     """
 
     mode: Float[np.ndarray, " n"]
@@ -49,15 +51,15 @@ class Laplace:
 
 
 def laplace(target: Target, start: Float[Array, " n"]) -> Laplace:
-    """Find the mode near a start, and the curvature there.
+    """Find the mode near a start, and the curvature at it.
 
-    For a residual the mode is that of the fit with its priors, and the precision is `J^T J`, Gauss and
-    Newton's, in units of the noise: exactly the fit's standard errors. For a log-likelihood it is minus its
-    second derivative.
+    For a residual the mode is that of the fit with its priors. The precision is Gauss and Newton's `J^T J` in
+    units of the noise, exactly as in the fit's standard errors. For a log-likelihood it is minus its second
+    derivative.
 
     Args:
-        target: what is approximated.
-        start: (n,) within the bounds.
+        target: target to approximate.
+        start: start within the bounds, shape (n,).
 
     Raises:
         InputError: if the log-probability is not finite at the start or no mode is found.
@@ -148,27 +150,28 @@ def _slopes(target: Target, mode: np.ndarray) -> dict[str, Array]:
 
 
 def _inverse(precision: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Covariance of the free coordinates, and which of them it knows; others are held where they are."""
+    """Covariance of the determined free coordinates, and their mask. Others are held at their values."""
     covariance, known = np.zeros_like(precision), np.zeros(len(precision), bool)
-    kept = np.flatnonzero(free & (np.diag(precision) > 0.0))
-    if not len(kept):
+    indices = np.flatnonzero(free & (np.diag(precision) > 0.0))
+    if not len(indices):
         return covariance, known
-    norm = np.sqrt(np.diag(precision)[kept])
-    eigenvalues, axes = np.linalg.eigh(precision[np.ix_(kept, kept)] / np.outer(norm, norm))
-    seen = eigenvalues > NEGLIGIBLE * eigenvalues[-1]
-    scaled = axes[:, seen] / np.sqrt(eigenvalues[seen])
-    known[kept] = np.linalg.norm(axes[:, ~seen], axis=1) < 1e-6
-    root = np.where(known[kept, None], scaled / norm[:, None], 0.0)
-    covariance[np.ix_(kept, kept)] = root @ root.T
+    norm = np.sqrt(np.diag(precision)[indices])
+    eigenvalues, axes = np.linalg.eigh(precision[np.ix_(indices, indices)] / np.outer(norm, norm))
+    determined = eigenvalues > NEGLIGIBLE * eigenvalues[-1]
+    scaled = axes[:, determined] / np.sqrt(eigenvalues[determined])
+    known[indices] = np.linalg.norm(axes[:, ~determined], axis=1) < 1e-6
+    root = np.where(known[indices, None], scaled / norm[:, None], 0.0)
+    covariance[np.ix_(indices, indices)] = root @ root.T
     return covariance, known
 
 
 def start_spread(target: Target, found: Laplace) -> Float[np.ndarray, "n n"]:
-    """Matrix L of `mode + L z`, z standard normal: the approximation where it knows, else prior or bounds.
+    """Matrix L of `mode + L z`, z standard normal: the approximation where it is determined, else prior or
+    bounds.
 
     Args:
-        target: what is sampled.
-        found: its approximation.
+        target: target to sample.
+        found: Laplace approximation of the target.
     """
     root = np.zeros_like(found.covariance)
     known = np.flatnonzero(found.known)

@@ -1,5 +1,4 @@
-"""How probable data are, given a weighted residual: with noise of known size, or of a size that nobody
-knows."""
+"""Likelihoods of data, given a weighted residual, for noise of known or of unknown size."""
 
 from collections.abc import Callable
 
@@ -13,11 +12,11 @@ Residual = Callable[[dict[str, Array], PyTree], Array]
 class KnownNoise(eqx.Module):
     """Independent Gaussian errors of known size.
 
-    Serially correlated errors come in through the residual: divided by sigma times the root of the
-    correlation time they count as often as independent ones would.
+    Serial correlation enters through the residual. Divided by sigma times the root of the correlation time,
+    correlated errors count as often as independent ones would.
 
     Attributes:
-        residual: `residual(values, data)` in units of sigma, any shape.
+        residual: function `residual(values, data)` in units of sigma, any shape.
     """
 
     residual: Residual
@@ -31,12 +30,12 @@ class UnknownNoise(eqx.Module):
     """Independent Gaussian errors whose common size is integrated out under the scale-free prior 1 / sigma.
 
     The integral of `sigma^-(N + 1) exp(-S / 2 sigma^2)` is proportional to `S^(-N/2)`, S the sum of squared
-    residuals: Student's t, with the tails that an estimated noise brings (A. Gelman and others, Bayesian Data
+    residuals. This is Student's t, with the tails of an estimated noise (A. Gelman and others, Bayesian Data
     Analysis, 3rd ed., section 3.2). The same expression is the likelihood profiled over sigma.
 
     Attributes:
-        residual: `residual(values, data)`, right up to one common factor.
-        observations: residuals that count as independent, N.
+        residual: function `residual(values, data)`, right up to one common factor.
+        observations: number of residuals that count as independent, N.
     """
 
     residual: Residual
@@ -48,12 +47,13 @@ class UnknownNoise(eqx.Module):
 
 
 class GivenLikelihood(eqx.Module):
-    """A log-likelihood that somebody has written.
+    """A user's log-likelihood.
 
     Attributes:
-        function: `function(values, data)` to a scalar; -inf where it rules something out.
-        residual: weighted residual that it is nearly minus half the sum of squares of, for the most probable
-            point and the Gaussian approximation; None to take those from the function's own derivatives.
+        function: function `function(values, data)` to a scalar; -inf for the impossible.
+        residual: weighted residual whose sum of squares is nearly minus twice the function. It serves the
+            most probable point and the Gaussian approximation. None takes those from the function's own
+            derivatives.
     """
 
     function: Callable[[dict[str, Array], PyTree], Array]

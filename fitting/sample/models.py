@@ -17,7 +17,7 @@ from .target import Target
 
 NOISE = "Gaussian noise as the recordings state it or as it was estimated"
 HORIZONTAL = ("elongation", "pressure", "strain")
-"""Inputs that outputs are drawn over, the first that a model has; time where it has none."""
+"""Candidate inputs for the horizontal axis, in order; time where a model has none of them."""
 
 
 def campaign_problem(campaign: Campaign, **options) -> Problem:
@@ -25,7 +25,7 @@ def campaign_problem(campaign: Campaign, **options) -> Problem:
 
     Args:
         campaign: recordings of one kind.
-        **options: of the model's `parameters_for` and `rows_for`, such as `base`.
+        **options: arguments of the model's `parameters_for` and `rows_for`, such as `base`.
 
     Raises:
         InputError: if there is no model of this kind, or the campaign cannot be used.
@@ -46,17 +46,17 @@ def model_problem(
 ) -> Problem:
     """Posterior of recordings of one kind.
 
-    The likelihood is that of the model's residual, whose weights carry noise and serial correlation; latent
-    courses are profiled. Recordings for validation are predicted only.
+    The likelihood is that of the model's residual, whose weights carry noise and serial correlation. Latent
+    trajectories are profiled. Recordings for validation are predicted only.
 
     Args:
-        title: of the campaign.
-        recordings: of one kind.
-        rows: each of them as arrays, with whatever a fit has decided about them.
-        parameters: free numbers with priors, at the values to start from; SI, `unit` the one of files.
-        notes: further sentences on how noise and priors enter.
-        notices: what else a reader should know.
-        model: what predicts; that of the kind by default.
+        title: title of the campaign.
+        recordings: recordings of one kind.
+        rows: recordings as arrays, with the decisions of a fit.
+        parameters: free parameters with priors, at the start values; SI, `unit` the one of files.
+        notes: further sentences about noise and priors.
+        notices: further sentences for the reader.
+        model: model that predicts; that of the kind by default.
     """
     kind = recordings[0].kind
     model, everything = model or specimen_of(kind), stack(rows)
@@ -108,18 +108,18 @@ def _unit(column: str) -> str:
 
 def _curve(recording: Recording, rows: Rows, quantity: str) -> Curve:
     column, weight = _column(recording.kind, quantity), np.asarray(rows.weight[quantity])
-    held = weight > 0.0
+    counted = weight > 0.0
     over = next((name for name in HORIZONTAL if name in rows.inputs), None)
     x_column = "time_s" if over is None else _column(recording.kind, over)
     x = np.asarray(rows.time if over is None else rows.inputs[over])
     measured = from_si(np.asarray(rows.measured[quantity]), _unit(column))
-    sigma = from_si(1.0 / np.where(held, weight, 1.0), _unit(column), difference=True)
+    sigma = from_si(1.0 / np.where(counted, weight, 1.0), _unit(column), difference=True)
     return Curve(
         recording=recording.name,
         role=recording.role,
         x_column=x_column,
         y_column=column,
         x=np.asarray(from_si(x, _unit(x_column))),
-        measured=np.where(held, measured, np.nan),
-        sigma=np.where(held, sigma, np.nan),
+        measured=np.where(counted, measured, np.nan),
+        sigma=np.where(counted, sigma, np.nan),
     )

@@ -1,11 +1,12 @@
-"""Which sampler a posterior gets: a short pilot, before anything long is run.
+"""Choice of the sampler by a short pilot run.
 
-The choice counts evaluations instead of seconds, so that the same data and seed give the same choice on
-every machine. emcee is asked first. Its pilot tells the autocorrelation time, and so the evaluations until
-it is long enough. If those are few, it goes on where the pilot ended. Otherwise the gradient is tried:
-along segments through the pilot's points, Simpson's rule over the slope must give the change of the
-log-density. Where it does, chains that follow gradients take over; where it does not, the posterior has
-kinks or steps and emcee stays.
+The choice counts evaluations instead of seconds, so that the same data and seed give the same choice on every
+machine.
+
+First emcee runs. The pilot estimates its autocorrelation time, and so the evaluations until the chains are
+long enough. If those are few, emcee continues from the pilot. Otherwise the gradient is tested along segments
+through the pilot's points: Simpson's rule over the slope must give the change of the log-density. If it does,
+chains that follow gradients take over. If not, the posterior has kinks or steps, and emcee stays.
 """
 
 from dataclasses import dataclass, replace
@@ -35,26 +36,26 @@ COST = 3.0
 """Factor of a gradient's cost on that of an evaluation within a batch (measured: 1.7 for wires, 2.3 for
 tubes)."""
 GAIN = 2.0
-"""Minimum factor by which gradients must be cheaper, because another program has to be compiled for them."""
+"""Minimum factor by which gradients must be cheaper. It pays for the compilation of another program."""
 SEGMENTS = 8
-"""Number of segments on which the gradient is tried."""
+"""Number of segments on which the gradient is tested."""
 LENGTH = 0.5
 """Length of a segment in standard deviations; a trajectory's step is about as long."""
 ERROR = 0.1
-"""Maximum error of the integrated slope, in nats, for a segment to be smooth: acceptance then suffers by
-less than a tenth."""
+"""Maximum error of the integrated slope on a smooth segment, in nats. Acceptance then suffers by less than a
+tenth."""
 SMOOTH = 7
 """Minimum number of smooth segments."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What the pilot chose.
+    """Result of the pilot.
 
     Attributes:
-        settings: with the sampler decided.
-        why: one sentence.
-        chains: of the pilot, to go on with; None where another sampler was chosen.
+        settings: settings with the sampler decided.
+        why: reason, one sentence.
+        chains: chains of the pilot to continue; None where another sampler was chosen.
     """
 
     settings: Settings
@@ -66,9 +67,9 @@ def pilot(target: Target, found: Laplace, settings: Settings) -> Choice:
     """Choose between emcee and chains that follow gradients.
 
     Args:
-        target: what is sampled.
-        found: its Laplace approximation.
-        settings: resolved, with sampler "auto".
+        target: target to sample.
+        found: Laplace approximation of the target.
+        settings: resolved settings, with sampler "auto".
 
     Raises:
         InputError: if no usable starting points are found.
@@ -101,7 +102,7 @@ def pilot(target: Target, found: Laplace, settings: Settings) -> Choice:
 def _smooth_segments(
     target: Target, found: Laplace, points: Float[np.ndarray, "m n"], settings: Settings
 ) -> int:
-    """Segments on which Simpson's rule over the slope gives the change of the log-density."""
+    """Number of segments on which Simpson's rule over the slope gives the change of the log-density."""
     chart = choose_chart(target, found, start_spread(target, found), Evaluator(target, PROBES), settings.seed)
     maps = Unbounded.around(target, found, chart)
     random = np.random.default_rng(settings.seed)

@@ -1,4 +1,4 @@
-"""A campaign's question to the sampler: the density, and what its draws are to be compared with."""
+"""The problem of sampling a campaign: the density, and the measured curves that its draws predict."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,11 +20,12 @@ class Curve:
     """One measured output of one recording, in the units of files.
 
     Attributes:
-        recording: its name.
+        recording: name of the recording.
         role: `fit` or `validation`.
         x_column, y_column: canonical columns, `strain` and `stress_kPa`.
         x, measured: values, shape (rows,); NaN where missing.
-        sigma: 1-sigma of a measured value around the model's, shape (rows,): noise, and what else varies.
+        sigma: standard deviation of a measured value around the model's, shape (rows,): noise, and further
+            variation.
     """
 
     recording: str
@@ -38,20 +39,20 @@ class Curve:
 
 @dataclass(frozen=True)
 class Problem:
-    """What is sampled and what it predicts.
+    """A density to sample and its predictions.
 
     Attributes:
-        title: of the campaign.
-        kind: of its recordings.
-        real: measured (True), simulated (False) or not said (None).
-        target: the density; SI inside.
-        parameters: those of the target, `unit` being the one of files.
-        predict: `predict(values, data)` to the curves' values one after the other, in their units; may be
-            mapped.
-        data: for `predict`.
-        curves: in the order of `predict`.
-        notes: how noise and priors enter, in sentences.
-        notices: what else a reader should know.
+        title: title of the campaign.
+        kind: kind of its recordings.
+        real: true if measured, false if simulated, None if unstated.
+        target: density; SI inside.
+        parameters: parameters of the target, `unit` being the one of files.
+        predict: function `predict(values, data)` to the curves' values one after the other, in their units;
+            may be mapped.
+        data: data for `predict`.
+        curves: measured curves in the order of `predict`.
+        notes: sentences about noise and priors.
+        notices: further sentences for the reader.
     """
 
     title: str
@@ -70,7 +71,7 @@ class Problem:
         return self.parameters[name].unit
 
     def shown(self, name: str, value: Float[np.ndarray, "..."] | float, spread: bool = False) -> np.ndarray:
-        """Values of a parameter in the unit of files; of a standard deviation, with `spread`."""
+        """Values of a parameter in the unit of files, or a standard deviation with `spread`."""
         unit = self.unit(name)  # kelvin are widths and gaps, whose zero stays zero
         return np.asarray(from_si(value, unit, difference=spread or unit == KELVIN))
 

@@ -1,4 +1,4 @@
-"""The question that each type of characterisation puts to the sampler."""
+"""The sampling problem of each type of characterisation."""
 
 import functools
 
@@ -17,10 +17,10 @@ from .problem import Problem
 
 @functools.singledispatch
 def sampling_problem(fit: Characterisation, model: Calibration | None = None) -> Problem:
-    """What the sampler is asked about a characterisation.
+    """Sampling problem of a characterisation.
 
     Args:
-        fit: of any type.
+        fit: characterisation of any type.
         model: table whose priors the parameters get.
 
     Raises:
@@ -31,15 +31,15 @@ def sampling_problem(fit: Characterisation, model: Calibration | None = None) ->
 
 @sampling_problem.register
 def _(fit: ElastomerCharacterisation, model: Calibration | None = None) -> Problem:
-    """The law that was taken, with its constants and the stiffness of the specimens."""
+    """The selected law, with its constants and the stiffness of the specimens."""
     return problem_of(fit, model)
 
 
 @sampling_problem.register
 def _(fit: SpringCharacterisation, model: Calibration | None = None) -> Problem:
-    """The joint posterior from the fit's own values, the martensite fractions profiled out.
+    """The joint posterior from the fit's own values, with the martensite fractions profiled out.
 
-    What the rule of the residual strain decided at the fit is taken as known.
+    The decisions of the residual strain's rule at the fit are held.
     """
     if model is not None:
         raise InputError(f"{model.name}: priors of springs come from their campaign, not from a table")

@@ -1,4 +1,4 @@
-"""What a person sees while chains grow: steps, effective samples, time left."""
+"""Progress display of sampling: steps, effective samples, time left."""
 
 import time
 from types import TracebackType
@@ -11,12 +11,12 @@ from .convergence import BURN_LENGTHS, LENGTHS, Convergence
 
 
 class SamplingBar:
-    """A progress bar over steps whose end moves with what is known of the autocorrelation time.
+    """A progress bar over steps. Its end moves with the estimate of the autocorrelation time.
 
     Args:
-        shown: True or False, or None to show it at a terminal, and plain lines now and then elsewhere.
-        budget: steps at most.
-        done: steps that were there already.
+        shown: true or false, or None to show it at a terminal, and occasional plain lines elsewhere.
+        budget: maximum number of steps.
+        done: number of stored steps.
     """
 
     def __init__(self, shown: bool | None, budget: int, done: int = 0):
@@ -35,14 +35,14 @@ class SamplingBar:
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self._bar.close()
 
-    def moved(self, steps: int) -> None:
-        """All ensembles have made this many steps."""
+    def advance_to(self, steps: int) -> None:
+        """Record the number of steps of all ensembles."""
         self._lines.say(f"{steps} steps of at most {self._budget}{self._judged}")
         self._bar.total = max(self._bar.total, steps)
         self._bar.update(steps - self._bar.n)
 
     def judged(self, state: Convergence) -> None:
-        """Show effective samples and when the chains should be long enough."""
+        """Show effective samples and the predicted end."""
         if self._bar.disable and not self._lines.shown:
             return
         expected = self._budget
@@ -50,10 +50,10 @@ class SamplingBar:
             expected = min(int((LENGTHS + BURN_LENGTHS) * state.kept / state.lengths) + 1, self._budget)
         self._bar.total = max(expected, state.steps)
         pace = (time.monotonic() - self._began) / max(state.steps - self._first, 1)
-        left = pace * max(expected - state.steps, 0)
-        told = (
+        remaining = pace * max(expected - state.steps, 0)
+        status = (
             f"{state.effective.min():.0f} effective samples, {state.lengths:.0f} of {LENGTHS:.0f} "
-            f"autocorrelation times, R-hat {state.r_hat.max():.3f}, about {duration(left)} left"
+            f"autocorrelation times, R-hat {state.r_hat.max():.3f}, about {duration(remaining)} left"
         )
-        self._judged = f"; when last judged: {told}"
-        self._bar.set_postfix_str(told)
+        self._judged = f"; when last judged: {status}"
+        self._bar.set_postfix_str(status)

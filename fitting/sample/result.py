@@ -1,4 +1,4 @@
-"""A sampled posterior: draws, what they say of each parameter, and whether they may be believed."""
+"""A sampled posterior: draws, summaries of each parameter, and the judgement of convergence."""
 
 import math
 from dataclasses import dataclass, field
@@ -24,12 +24,12 @@ class Summary:
     """One parameter's posterior.
 
     Attributes:
-        mean, sd: of the draws.
+        mean, sd: mean and standard deviation of the draws.
         low, median, high: quantiles at 5, 50 and 95 %.
         skewness: third standardised moment.
-        effective: independent draws that the chains are worth; NaN for a tied parameter.
+        effective: effective number of independent draws; NaN for a tied parameter.
         mcse: Monte Carlo standard error of the mean; NaN for a tied parameter.
-        r_hat: between ensembles; NaN for a tied parameter.
+        r_hat: R-hat between ensembles; NaN for a tied parameter.
     """
 
     mean: float
@@ -48,19 +48,19 @@ class Posterior:
     """Draws from a target.
 
     Attributes:
-        target: what was sampled.
-        settings: how.
-        chains: (ensembles, steps, walkers, n) coordinates, burn-in included.
-        log_probabilities: (ensembles, steps, walkers) of the same points, up to a constant.
+        target: sampled target.
+        settings: settings of the run.
+        chains: coordinates, burn-in included, shape (ensembles, steps, walkers, n).
+        log_probabilities: log-densities of the same points, up to a constant, shape (ensembles, steps,
+            walkers).
         convergence: judgement of the chains.
-        laplace: the Gaussian approximation beside it.
+        laplace: Gaussian approximation for comparison.
         acceptance: accepted fraction of each ensemble's proposals.
-        evaluations: points at which the model was asked.
-        failures: of these, points inside the bounds at which it had no finite answer; they count as
-            impossible.
-        seconds: spent sampling in this session.
-        why: sentence on which sampler was used, and why.
-        diagnostics: of the sampler, by name.
+        evaluations: number of evaluations of the model.
+        failures: number of points inside the bounds without a finite answer; they count as impossible.
+        seconds: sampling time in this session [s].
+        why: sentence about the choice of the sampler.
+        diagnostics: diagnostics of the sampler, by name.
     """
 
     target: Target
@@ -78,17 +78,17 @@ class Posterior:
 
     @property
     def converged(self) -> bool:
-        """Chains are long enough and agree."""
+        """True if the chains are long enough and agree."""
         return self.convergence.converged
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Sampled parameters."""
+        """Names of the sampled parameters."""
         return self.target.names
 
     @property
     def verdict(self) -> list[str]:
-        """Whether the chains may be believed, in sentences."""
+        """Judgement of the chains, in sentences."""
         state = self.convergence
         worst = self.names[int(np.argmax(np.max(state.tau, axis=0)))]
         length = f"{state.lengths:.1f} autocorrelation times after a burn-in of {state.burn_in} steps"
@@ -133,7 +133,7 @@ class Posterior:
         return f"{count} independent ensembles of {self.settings.walkers} walkers"
 
     def _of_gradients(self) -> list[str]:
-        """What a reader must know of chains that follow gradients."""
+        """Warnings about chains that follow gradients."""
         draws, sentences = self.chains.shape[0] * self.chains.shape[1], []
         if self.failures:
             sentences.append(
@@ -160,11 +160,11 @@ class Posterior:
 
     @property
     def thinned_log_probabilities(self) -> Float[np.ndarray, "ensembles draws walkers"]:
-        """Of the thinned draws."""
+        """Log-densities of the thinned draws."""
         return self.log_probabilities[:, self.convergence.burn_in :: self.convergence.thin]
 
     def flat(self, most: int | None = None) -> Float[np.ndarray, "draws n"]:
-        """Thinned coordinates of all ensembles in one table, evenly spaced ones if there are more than
+        """Thinned coordinates of all ensembles in one table; evenly spaced ones if there are more than
         `most`."""
         table = self.thinned.transpose(1, 0, 2, 3).reshape(-1, self.target.dimension)
         if most is None or len(table) <= most:
@@ -173,7 +173,7 @@ class Posterior:
 
     @cached_property
     def summary(self) -> dict[str, Summary]:
-        """Every parameter's posterior, from all draws after burn-in."""
+        """Summary of every parameter, from all draws after burn-in."""
         values = self.target.all_values(self.chains[:, self.convergence.burn_in :])
         return {name: self._summary(name, found.ravel()) for name, found in values.items()}
 
@@ -190,14 +190,14 @@ class Posterior:
 
     @cached_property
     def disagreements(self) -> dict[str, Disagreement]:
-        """The Laplace approximation against the draws, parameter by parameter."""
+        """Comparison of the Laplace approximation with the draws, parameter by parameter."""
         return {
             name: compare(s.mean, s.sd, s.skewness, self.laplace.value[name], self.laplace.sd[name])
             for name, s in self.summary.items()
         }
 
     def log_likelihoods(self) -> Float[np.ndarray, "ensembles draws walkers"]:
-        """Of the thinned draws, up to a constant: what is left of the log-probability without the prior."""
+        """Log-likelihoods of the thinned draws, up to a constant: log-probability without the prior."""
         points = self.thinned.reshape(-1, self.target.dimension)
         prior = np.asarray(jax.vmap(self.target.log_prior)(points))
         return self.thinned_log_probabilities - prior.reshape(self.thinned.shape[:-1])

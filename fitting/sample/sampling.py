@@ -1,4 +1,5 @@
-"""The entry point: from a target to a posterior, in as many steps as it needs, or as it is given."""
+"""The entry point of sampling: from a target to a posterior, with the necessary or the given number of
+steps."""
 
 import math
 import time
@@ -24,7 +25,7 @@ from .result import Posterior
 from .settings import Settings
 from .target import Target
 
-GROWTH = 1.1  # between two judgements of convergence
+GROWTH = 1.1  # Factor on the number of steps between two judgements of convergence
 CHAINS = {"emcee": Ensembles, "tempered": Ensembles, "nuts": HamiltonianChains}
 
 
@@ -40,26 +41,27 @@ def sample(
     """Sample a posterior with independent chains until they agree, or the budget is spent.
 
     The sampler is that of the settings, or the one that a pilot chooses. The log-probability of half an
-    ensemble of emcee is one call of one compiled program; there is no process pool. Sampling ends once every
-    chain is longer than 50 integrated autocorrelation times after burn-in, 1,000 effective samples are there,
-    and the split, rank-normalised R-hat between chains is below 1.01 for every parameter; otherwise the
-    result says that it has not converged.
+    ensemble of emcee is one call of one compiled program; there is no process pool.
+
+    Sampling ends when three criteria hold. Every chain is longer than 50 integrated autocorrelation times
+    after burn-in. There are 1,000 effective samples. The split, rank-normalised R-hat between chains is below
+    1.01 for every parameter. Otherwise the result says that it has not converged.
 
     Args:
-        target: what is sampled.
-        start: values of the free parameters near which the most probable point is searched.
+        target: target to sample.
+        start: values of the free parameters; the search for the most probable point starts there.
         settings: walkers, ensembles, budget, seed; see `Settings`.
         file: HDF5 file for the chains, replaced after every chunk; None keeps them in memory.
-        resume: continue the chains in `file`. With the same seed the result is the one of an uninterrupted
-            run.
-        progress: show a bar; None shows it at a terminal, and plain lines now and then elsewhere.
+        resume: true to continue the chains in `file`. With the same seed the result equals that of an
+            uninterrupted run.
+        progress: true to show a bar; None shows it at a terminal, and occasional plain lines elsewhere.
 
     Returns:
-        The posterior; look at its `converged`.
+        The posterior; check its `converged`.
 
     Raises:
         InputError: if the start has no finite log-probability, nothing bounds an undetermined parameter, or
-            the chain in the file is of something else.
+            the file holds a chain of another target.
     """
     require_float64()
     settings = settings.resolved(target.dimension)
@@ -76,7 +78,7 @@ def sample(
                 continue
             while chains.steps < goal:
                 chains.advance(min(settings.chunk, goal - chains.steps))
-                bar.moved(chains.steps)
+                bar.advance_to(chains.steps)
             state = assess(chains.judged)
             bar.judged(state)
             if state.converged:
@@ -100,14 +102,15 @@ def sample(
 def _chains(
     target: Target, found: Laplace, settings: Settings, file: Path | None, resume: bool
 ) -> tuple[Chains, str]:
-    """Chains that have begun, or go on, and a sentence that says why with this sampler: that of a stored
-    chain, the one that was asked for, or the one that a pilot chooses."""
+    """New or continued chains, and a sentence about the choice of the sampler. It is that of a stored chain,
+    the requested one, or the one that a pilot chooses."""
     if resume:
-        known = settings_of(file)["sampler"]
-        asked = known if settings.sampler == "auto" else settings.sampler  # another one is refused on reading
-        chains = CHAINS[asked](target, replace(settings, sampler=asked), file)
+        stored = settings_of(file)["sampler"]
+        # another sampler than the stored one is refused on reading
+        wanted = stored if settings.sampler == "auto" else settings.sampler
+        chains = CHAINS[wanted](target, replace(settings, sampler=wanted), file)
         chains.resume()
-        return chains, f"{known}, with which these chains were begun."
+        return chains, f"{stored}, with which these chains were begun."
     if settings.sampler == "auto":
         choice = pilot(target, found, settings)
         if choice.chains is not None:
@@ -122,8 +125,8 @@ def _chains(
 
 
 def _judgements(chunk: int, budget: int) -> Iterator[int]:
-    """Steps at which convergence is judged: a fixed series, so that an interrupted run stops where another
-    would."""
+    """Steps at which convergence is judged. The series is fixed, so that an interrupted run stops where
+    another would."""
     goal = chunk
     while goal < budget:
         yield goal
@@ -146,8 +149,8 @@ def _vector(target: Target, start: Parameters | Mapping[str, float]) -> np.ndarr
 
 
 def _check_proper(target: Target, found: Laplace) -> None:
-    """Refuse a posterior that cannot be normalised: something unbounded that neither data nor a prior
-    determine."""
+    """Refuse a posterior that cannot be normalised, because neither data nor prior nor bounds determine a
+    parameter."""
     for i, name in enumerate(target.names):
         bounded = np.isfinite(target.lower[i]) and np.isfinite(target.upper[i])
         if not (found.known[i] or found.at_bound[i] or bounded or name in target.prior_names):

@@ -1,4 +1,4 @@
-"""How a posterior is sampled; every choice that changes the chain, and the budget that ends it."""
+"""Settings of sampling: all choices that change the chain, and the budget that ends it."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -19,14 +19,14 @@ class Settings:
 
     Attributes:
         sampler: "emcee" (ensembles around the fit), "nuts" (chains that follow gradients), "tempered"
-            (ensembles that start from the prior), or "auto": a short pilot chooses between the first two.
-        walkers: of each ensemble of emcee, even; None for the larger of 32 and four times the number of
-            parameters.
-        ensembles: that run independently, for R-hat.
-        max_steps: budget of each ensemble; a run that has not converged by then says so.
-        seed: of everything random.
-        chunk: steps between two checkpoints, the most that a kill loses.
-        warm_up: steps in which a chain that follows gradients adapts; they are thrown away.
+            (ensembles that start from the prior), or "auto". A short pilot chooses between the first two.
+        walkers: number of walkers of each ensemble of emcee, even; None for the larger of 32 and four times
+            the number of parameters.
+        ensembles: number of independent ensembles, for R-hat.
+        max_steps: maximum number of steps of each ensemble; a run that has not converged by then says so.
+        seed: seed of everything random.
+        chunk: number of steps between two checkpoints, the most that a kill loses.
+        warm_up: number of adaptation steps of a chain that follows gradients; they are discarded.
     """
 
     walkers: int | None = None
@@ -57,7 +57,7 @@ class Settings:
         return dataclasses.replace(self, walkers=walkers)
 
     def chain_identity(self) -> dict[str, Any]:
-        """What must stay the same for a chain to be continued; the budget may change."""
+        """Settings that must be equal for a chain to be continued; the budget may change."""
         own = {"warm_up": self.warm_up} if self.sampler == "nuts" else {"walkers": self.walkers}
         return {
             "sampler": self.sampler,
@@ -69,11 +69,11 @@ class Settings:
 
 
 def moves() -> list[tuple[emcee.moves.Move, float]]:
-    """How walkers move: mostly by differential evolution, which forgets about three times faster than
+    """Moves of walkers: mostly by differential evolution, which decorrelates about three times faster than
     stretches.
 
-    One step in ten has `gamma0 = 1`, a whole difference of two walkers, which lets them change between modes
-    (C. ter Braak, Statistics and Computing 16 (2006) 239); one is a stretch, which no pattern of differences
+    One step in ten has `gamma0 = 1`, a whole difference of two walkers. It lets them change between modes (C.
+    ter Braak, Statistics and Computing 16 (2006) 239). One step is a stretch, which no pattern of differences
     can trap.
     """
     return [

@@ -1,4 +1,4 @@
-"""Where walkers begin: around the fit, each ensemble with a centre of its own."""
+"""Starting points of walkers: around the fit, with another centre for each ensemble."""
 
 import numpy as np
 from jaxtyping import Float
@@ -21,21 +21,21 @@ def dispersed_ball(
     walkers: int,
     random: np.random.RandomState,
 ) -> Float[np.ndarray, "walkers n"]:
-    """Points around the mode from which one ensemble starts, in the coordinates of walkers.
+    """Starting points of one ensemble around the mode, in the coordinates of walkers.
 
-    The ensemble's centre lies about one standard error from the mode, its walkers another one around that, so
-    that ensembles start apart by as much as the posterior is wide and their agreement means something. What
-    falls outside the bounds is mirrored inside; where the model has no answer the point is drawn again,
-    closer to the mode.
+    The ensemble's centre lies about one standard error from the mode, its walkers another one around the
+    centre. Ensembles thus start as far apart as the posterior is wide, which makes their agreement
+    meaningful. Points outside the bounds are mirrored inside. Points without an answer of the model are drawn
+    again, closer to the mode.
 
     Args:
-        target: what is sampled.
-        found: its Laplace approximation.
+        target: target to sample.
+        found: Laplace approximation of the target.
         spread: root of the covariance of the target's coordinates, see `start_spread`.
-        chart: in which walkers move.
-        evaluator: of the log-probability.
-        walkers: points wanted.
-        random: of this ensemble.
+        chart: chart in which walkers move.
+        evaluator: evaluator of the log-probability.
+        walkers: number of points.
+        random: random number generator of this ensemble.
 
     Raises:
         InputError: if no starting points with a finite log-probability are found.

@@ -1,15 +1,14 @@
-"""The density that is sampled: priors and likelihood over the fitting coordinates of
-`fitting.inference.parameters`.
+"""The sampled density: priors and likelihood over the fitting coordinates of `fitting.inference.parameters`.
 
 Coordinates are the parameters' own (the logarithm of those with `scale="log"`), inside the box of their
-bounds; outside it the probability is zero. A truncated Gaussian posterior then stays one, so that the Laplace
-approximation is exact where it should be, and scales need no care because the samplers are affine invariant.
-A logistic map to an unbounded line would bend such a posterior for nothing.
+bounds. Outside it the probability is zero. A truncated Gaussian posterior stays one, so that the Laplace
+approximation is exact for it. Scales need no care because the samplers are affine invariant. A logistic map
+to an unbounded line would bend such a posterior for nothing.
 
-Priors: a parameter's Gaussian, cut at its bounds, is a density of its *value*; for one fitted by its
-logarithm u the Jacobian `exp(u)` is applied. Without a prior a parameter is flat between its bounds in the
-coordinate that is fitted: in its value, or in its logarithm. A tied parameter's prior multiplies in as one
-more observation, as in the fit.
+A parameter's Gaussian prior, truncated at its bounds, is a density of its *value*. For a parameter fitted by
+its logarithm u the Jacobian `exp(u)` is applied. Without a prior a parameter is flat between its bounds in
+the fitted coordinate: its value, or its logarithm. A tied parameter's prior multiplies in as one more
+observation, as in the fit.
 """
 
 import functools
@@ -31,17 +30,17 @@ from .likelihood import GivenLikelihood, KnownNoise, Residual, UnknownNoise
 
 
 class Target(eqx.Module):
-    """Numbers (traced) and structure (static) of a posterior.
+    """A posterior, as numbers (traced) and structure (static).
 
     Make one with `from_residual` or `from_log_likelihood`.
 
     Attributes:
-        likelihood: log-likelihood of `(values, data)`.
-        data: passed on to it.
-        stored: (all,) values of the parameters that are not free, in the layout's order.
-        lower, upper: (n,) bounds of the coordinates, infinite for none.
-        prior_mean, prior_sd: (p,) of the parameters `prior_names`.
-        layout: how coordinates become values.
+        likelihood: log-likelihood, a function of `(values, data)`.
+        data: data for the likelihood.
+        stored: values of the parameters that are not free, in the layout's order, shape (all,).
+        lower, upper: bounds of the coordinates, infinite for none, shape (n,).
+        prior_mean, prior_sd: priors of the parameters `prior_names`, shape (p,).
+        layout: conversion of coordinates to values.
         prior_names: parameters with a prior, free or tied.
     """
 
@@ -67,11 +66,12 @@ class Target(eqx.Module):
         """Posterior of a least-squares problem, as `fit_least_squares` takes it.
 
         Args:
-            residual: `residual(values, data)`, weighted; differentiable by JAX.
-            parameters: free ones are sampled; their priors and bounds count.
-            data: passed on to the residual.
+            residual: function `residual(values, data)`, weighted; differentiable by JAX.
+            parameters: parameters; the free ones are sampled, and their priors and bounds count.
+            data: data for the residual.
             noise: `"known"` for residuals in units of sigma; `"unknown"` to integrate one common factor out.
-            observations: residuals that count as independent, for unknown noise; by default all of them.
+            observations: number of residuals that count as independent, for unknown noise; by default all of
+                them.
 
         Raises:
             InputError: if nothing is free, there are no residuals, or unknown noise has too few of them.
@@ -106,10 +106,10 @@ class Target(eqx.Module):
         """Posterior of any log-likelihood.
 
         Args:
-            log_likelihood: `log_likelihood(values, data)` to a scalar; twice differentiable unless there is a
-                residual.
-            parameters, data: as for `from_residual`.
-            residual: see `GivenLikelihood`.
+            log_likelihood: function `log_likelihood(values, data)` to a scalar; twice differentiable unless
+                there is a residual.
+            parameters, data: parameters and data as for `from_residual`.
+            residual: weighted residual, see `GivenLikelihood`.
 
         Raises:
             InputError: if nothing is free.
@@ -139,7 +139,7 @@ class Target(eqx.Module):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The sampled parameters, in the order of the coordinates."""
+        """Names of the sampled parameters, in the order of the coordinates."""
         return self.layout.free
 
     @property
@@ -163,7 +163,7 @@ class Target(eqx.Module):
         return (jnp.stack([values[name] for name in self.prior_names]) - self.prior_mean) / self.prior_sd
 
     def inside(self, vector: Float[Array, " n"]) -> Array:
-        """Whether a point is within all bounds."""
+        """True if a point is within all bounds."""
         return jnp.all((vector >= self.lower) & (vector <= self.upper))
 
     def log_prior(self, vector: Float[Array, " n"]) -> Float[Array, ""]:
@@ -180,14 +180,14 @@ class Target(eqx.Module):
         """Log-density of the posterior over the coordinates, up to a constant; NaN where the model has no
         answer.
 
-        Outside the bounds the model is not asked: it sees the nearest point inside.
+        Outside the bounds the model is evaluated at the nearest point inside.
         """
         nearest = jnp.clip(vector, self.lower, self.upper)
         likelihood = self.likelihood(self.values(nearest), self.data)
         return jnp.where(self.inside(vector), self.log_prior(nearest) + likelihood, -jnp.inf)
 
     def all_values(self, coordinates: Float[Array, "... n"]) -> dict[str, np.ndarray]:
-        """Every parameter that depends on the coordinates, at many points: arrays of the points' shape."""
+        """All parameters that depend on the coordinates, at many points: arrays of the points' shape."""
         points = jnp.reshape(jnp.asarray(coordinates), (-1, self.dimension))
         shape = np.shape(coordinates)[:-1]
         tied = [name for name, _ in self.layout.ties]
@@ -195,7 +195,7 @@ class Target(eqx.Module):
         return {name: np.asarray(values[name]).reshape(shape) for name in (*self.names, *tied)}
 
     def fingerprint(self) -> str:
-        """Hash of everything that makes this posterior this one, the code of the model apart."""
+        """Hash of everything that defines this posterior, except the code of the model."""
         digest = hashlib.sha256(
             repr((self.layout, self.prior_names, type(self.likelihood).__name__)).encode()
         )
@@ -208,7 +208,7 @@ class Target(eqx.Module):
 
 @functools.lru_cache(maxsize=64)
 def _program(functions: tuple, static: Any, structure: Any) -> Callable:
-    """Compiled log-probability of a block of points: one for each structure of a target."""
+    """Compiled log-probability of a block of points; one program for each structure of a target."""
 
     def block(leaves: list[Array], points: Array) -> Array:
         fixed = jax.tree.unflatten(static, functions)
@@ -219,15 +219,15 @@ def _program(functions: tuple, static: Any, structure: Any) -> Callable:
 
 
 class Evaluator:
-    """The log-probability as emcee's `vectorize=True` wants it: one compiled program, fed blocks of one
+    """The log-probability in the form of emcee's `vectorize=True`: one compiled program for blocks of one
     shape.
 
-    Both halves of an ensemble have the same size, so nothing but the last block of a larger call is ever
-    padded. What is not a number, or infinitely probable, counts as impossible and is counted.
+    Both halves of an ensemble have the same size, so only the last block of a larger call is ever padded. NaN
+    and +inf count as impossible, and as failures.
 
     Args:
-        target: what is sampled.
-        block: points for which the program is compiled, half an ensemble.
+        target: target to sample.
+        block: number of points for which the program is compiled, half an ensemble.
     """
 
     def __init__(self, target: Target, block: int):
@@ -240,7 +240,7 @@ class Evaluator:
         self.failures = 0
 
     def __call__(self, points: Float[np.ndarray, "m n"]) -> Float[np.ndarray, " m"]:
-        """Log-probabilities; -inf for what is impossible."""
+        """Log-probabilities; -inf for the impossible."""
         points = np.asarray(points, float)
         count = len(points)
         padded = -(-count // self.block) * self.block

@@ -1,10 +1,9 @@
-"""Starts from the prior: sequential Monte Carlo from the prior to the posterior, which also gives the
-evidence.
+"""Sequential Monte Carlo from the prior to the posterior, for starting points and the evidence.
 
-Points drawn from the prior are moved and chosen again while the likelihood enters little by little
-(blackjax' adaptive tempering). Where a posterior has several modes each gets as many points as it weighs,
-whichever mode a fit has found. Each ensemble of emcee starts from its own run and goes on until all agree,
-so that a run that has missed a mode is caught by R-hat.
+Points drawn from the prior are moved and resampled while the likelihood enters gradually (blackjax' adaptive
+tempering). Each mode of a posterior gets points in proportion to its weight, whichever mode a fit has found.
+Each ensemble of emcee starts from its own run, and all continue until they agree. R-hat thereby reveals a run
+that has missed a mode.
 """
 
 import functools
@@ -27,28 +26,26 @@ from .target import Target
 PARTICLES = 512
 """Number of points of a run. The error of the log-evidence is then about 0.1 (measured: 0.1, two modes)."""
 LEVEL = 0.5
-"""Effective share of the points that a step of the temperature leaves (the usual choice of adaptive
-tempering)."""
+"""Effective share of the points after a step of the temperature (the usual choice of adaptive tempering)."""
 SCALE = 2.38
 """Factor of the random walk's steps on the points' spread, divided by the root of the dimension (A. Gelman,
 G. Roberts and W. Gilks, 1996)."""
 MOVES = 8
-"""Number of moves after each choice, times the dimension, plus ten."""
+"""Number of moves after each resampling, times the dimension, plus ten."""
 BATCH = 64
-"""Number of points that the model sees at once; it bounds the memory."""
+"""Number of points that the model evaluates at once; it bounds the memory."""
 MOST_LEVELS = 400
 """Maximum number of temperatures before a run is given up."""
 
 
 class Tempered(NamedTuple):
-    """The end of a run.
+    """Result of a run.
 
     Attributes:
-        points: (particles, n) coordinates, each worth the same.
-        log_evidence: logarithm of the mean of the likelihood over the prior; the likelihood as the target
-            has it, up to its constant.
-        levels: temperatures that it took.
-        evaluations: points at which the model was asked.
+        points: coordinates of equal weight, shape (particles, n).
+        log_evidence: logarithm of the prior mean of the likelihood, up to the target's constant.
+        levels: number of temperatures.
+        evaluations: number of evaluations of the model.
     """
 
     points: Float[np.ndarray, "particles n"]
@@ -61,9 +58,9 @@ def draw_prior(target: Target, count: int, seed: Any) -> Float[np.ndarray, "coun
     """Coordinates drawn from the priors of the free parameters.
 
     Args:
-        target: whose priors are meant; those of tied parameters count as data.
-        count: draws.
-        seed: of NumPy's generator.
+        target: target whose free parameters have the priors; those of tied parameters count as data.
+        count: number of draws.
+        seed: seed of NumPy's generator.
 
     Raises:
         InputError: if a parameter has neither a prior nor two bounds.
@@ -91,17 +88,17 @@ def draw_prior(target: Target, count: int, seed: Any) -> Float[np.ndarray, "coun
 
 
 def temper(target: Target, seed: int, run: int, particles: int = PARTICLES) -> Tempered:
-    """Bring points from the prior to the posterior.
+    """Move points from the prior to the posterior.
 
     Args:
-        target: what is sampled.
-        seed: of everything random.
+        target: target to sample.
+        seed: seed of everything random.
         run: number of the run, which makes it independent of the others of this seed.
-        particles: points, a multiple of the batch.
+        particles: number of points, a multiple of the batch.
 
     Raises:
-        InputError: if the prior cannot be drawn from, the model has an answer nowhere, or the temperature
-            does not rise.
+        InputError: if the prior cannot be drawn from, the model never has an answer, or the temperature does
+            not rise.
     """
     particles = max(particles // BATCH, 1) * BATCH
     arrays, fixed = eqx.partition(target, eqx.is_array)
@@ -127,13 +124,13 @@ def temper(target: Target, seed: int, run: int, particles: int = PARTICLES) -> T
 
 @functools.lru_cache(maxsize=16)
 def _program(functions: tuple, static: Any, structure: Any, dimension: int, particles: int) -> tuple:
-    """Compiled: one temperature; the likelihoods of points."""
+    """Compiled programs: one temperature step, and the likelihoods of points."""
 
     def whole(leaves: list[Array]) -> Target:
         return eqx.combine(jax.tree.unflatten(structure, leaves), jax.tree.unflatten(static, functions))
 
     def likelihood(target: Target, point: Array) -> Array:
-        """Data and priors of tied parameters, -inf where the model has no answer."""
+        """Log-likelihood of data and priors of tied parameters, -inf where the model has no answer."""
         nearest = jnp.clip(point, target.lower, target.upper)
         tied = jnp.asarray([name not in target.names for name in target.prior_names], bool)
         rows = jnp.where(tied, target.prior_rows(nearest), 0.0)
@@ -160,8 +157,8 @@ def _program(functions: tuple, static: Any, structure: Any, dimension: int, part
             batch_size=BATCH,
         )
         root = SCALE / jnp.sqrt(dimension) * _root(state.particles)
-        state, told = kernel(key, state, MOVES * dimension + 10, {"root": root[None]})
-        return state, told.log_likelihood_increment
+        state, info = kernel(key, state, MOVES * dimension + 10, {"root": root[None]})
+        return state, info.log_likelihood_increment
 
     @jax.jit
     def likelihoods(leaves: list[Array], points: Array) -> Array:

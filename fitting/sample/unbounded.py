@@ -1,13 +1,16 @@
 """Coordinates for gradient-based samplers: without bounds, and whitened by the Gaussian approximation.
 
-A coordinate u of a target is first taken into the chart that `chart` chooses, in which its posterior is
-nearest to a Gaussian: w is u itself or its logarithm. Bounds are mirrors: w is y folded at them as often as
-needed, so that a straight valley stays straight up to the bound. A logistic map between bounds would bend
-it: on the shipped tubes, whose walls have a tolerance of five standard errors, trajectories then took 57
-gradients. Then `y = centre + root z`, with the root of the approximation's covariance, so that z has about
-unit variance in every direction. The density of z carries the Jacobian of the chart; mirrors keep the
-density, and the linear map changes it by a constant only. Between two mirrors z is no random variable but u
-is: judge chains by u.
+A coordinate u of a target first enters the chart of `chart`, in which its posterior is closest to a Gaussian.
+There, w is u itself or its logarithm.
+
+Bounds are mirrors: w is y folded at them as often as needed, so that a straight valley stays straight up to
+the bound. A logistic map between bounds would bend it. On the shipped tubes, whose walls have a tolerance of
+five standard errors, trajectories then took 57 gradients.
+
+Then `y = centre + root z`, with the root of the approximation's covariance, so that z has about unit variance
+in every direction. The density of z carries the Jacobian of the chart. Mirrors keep the density, and the
+linear map changes it by a constant only. Between two mirrors z is no random variable but u is: judge chains
+by u.
 """
 
 from collections.abc import Callable
@@ -28,10 +31,11 @@ class Unbounded(eqx.Module):
     """The maps between z, y, w and u.
 
     Attributes:
-        sign: (n,) of the chart: 0 for a coordinate itself, 1 for its logarithm, -1 for that of its negative.
-        lower, upper: (n,) bounds of w, infinite for none.
-        centre: (n,) of y.
-        root: (n, n) of y's covariance.
+        sign: chart of each coordinate, shape (n,): 0 for itself, 1 for its logarithm, -1 for that of its
+            negative.
+        lower, upper: bounds of w, infinite for none, shape (n,).
+        centre: centre of y, shape (n,).
+        root: root of y's covariance, shape (n, n).
     """
 
     sign: Float[Array, " n"]
@@ -77,7 +81,7 @@ class Unbounded(eqx.Module):
 
 
 def _log_ends(chart: Chart, ends: np.ndarray) -> np.ndarray:
-    """Bounds in the chart; that at zero, or beyond it, becomes minus infinity."""
+    """Bounds in the chart; a bound at zero, or beyond it, becomes minus infinity."""
     bent = chart.sign != 0
     with np.errstate(divide="ignore", invalid="ignore"):  # zero times an infinite bound, where unused
         inside = np.maximum(np.where(bent, chart.sign * ends, 1.0), 0.0)
@@ -85,14 +89,14 @@ def _log_ends(chart: Chart, ends: np.ndarray) -> np.ndarray:
 
 
 def differentiation(density: Callable[..., Array], *arguments: Array) -> Literal["reverse", "forward"]:
-    """How a density can be differentiated.
+    """Mode of differentiation that a density allows.
 
-    Reverse differentiation costs a few evaluations in any number of dimensions, but a program that iterates
-    until it has converged has none. Then the derivative is taken forwards, one direction beside the other.
+    Reverse differentiation costs a few evaluations in any number of dimensions, but is impossible for a
+    program that iterates until convergence. There, forward derivatives are taken, one for each direction.
 
     Args:
-        density: `density(z, *arguments)` to a scalar.
-        *arguments: examples of z and of what follows it.
+        density: function `density(z, *arguments)` to a scalar.
+        *arguments: examples of z and of the further arguments.
     """
     try:
         jax.eval_shape(jax.grad(density), *arguments)
@@ -102,13 +106,13 @@ def differentiation(density: Callable[..., Array], *arguments: Array) -> Literal
 
 
 def with_gradient(density: Callable[..., Array], how: Literal["reverse", "forward"]) -> Callable[..., Array]:
-    """A density whose reverse derivative exists whatever its own program allows.
+    """A density with a reverse derivative, whatever its own program allows.
 
-    A derivative that is not finite becomes zero: the step is judged by the density alone, and refused.
+    A derivative that is not finite becomes zero. The step is then judged by the density alone, and refused.
 
     Args:
-        density: `density(z, *arguments)` to a scalar.
-        how: see `differentiation`.
+        density: function `density(z, *arguments)` to a scalar.
+        how: mode of differentiation, see `differentiation`.
     """
 
     @jax.custom_vjp
@@ -123,8 +127,8 @@ def with_gradient(density: Callable[..., Array], how: Literal["reverse", "forwar
             slope = jax.vmap(forward)(jnp.eye(z.size, dtype=z.dtype))
         return value, (jnp.where(jnp.isfinite(slope), slope, 0.0), rest)
 
-    def back(kept: tuple, cotangent: Array) -> tuple:
-        slope, rest = kept
+    def back(saved: tuple, cotangent: Array) -> tuple:
+        slope, rest = saved
         return (cotangent * slope, *jax.tree.map(_no_tangent, rest))
 
     safe.defvjp(forth, back)
@@ -132,7 +136,7 @@ def with_gradient(density: Callable[..., Array], how: Literal["reverse", "forwar
 
 
 def _no_tangent(leaf: Array) -> Array | np.ndarray:
-    """The cotangent of what is not differentiated."""
+    """The cotangent of an argument that is not differentiated."""
     if jnp.issubdtype(leaf.dtype, jnp.inexact):
         return jnp.zeros_like(leaf)
     return np.zeros(leaf.shape, jax.dtypes.float0)

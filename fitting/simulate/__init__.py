@@ -1,4 +1,4 @@
-"""What the model predicts for recordings and single states: specimens, histories, cautions."""
+"""Predictions of the model for recordings and single states: specimens, histories, cautions."""
 
 from fitting.inference.latent_trajectory.denoise import martensite_fraction
 from fitting.specimens.cautions import actuator_cautions, silicone_cautions, spring_cautions

@@ -1,4 +1,4 @@
-"""One state of a chain of segments: each segment's own, and the shape that they make."""
+"""One state of a chain of segments: each segment's own state, and the shape of the chain."""
 
 import functools
 from collections.abc import Mapping, Sequence
@@ -24,10 +24,10 @@ class ChainState:
     """A solved chain.
 
     Attributes:
-        design: what its file says.
-        chain: what was solved.
-        segments: from base to tip.
-        found: the equilibrium; its shape is NaN beyond a segment that has none.
+        design: content of its file.
+        chain: solved chain.
+        segments: segments from base to tip.
+        found: equilibrium; its shape is NaN beyond a segment that has none.
     """
 
     design: ChainDesign
@@ -37,12 +37,12 @@ class ChainState:
 
     @property
     def status(self) -> str:
-        """Name of the outcome: that of the segment which tells most about why there is no result, if any."""
+        """Name of the outcome: that of the segment that best explains a missing result, if any."""
         return pj.Status(int(self.found.status)).name
 
     @property
     def converged(self) -> bool:
-        """Whether every segment has a result."""
+        """True if every segment has a result."""
         return all(segment.converged for segment in self.segments)
 
     @property
@@ -60,27 +60,27 @@ class ChainState:
 
     @property
     def stable(self) -> bool:
-        """Whether the chain would stay in this equilibrium; without loads that is not looked at."""
+        """True if the equilibrium is stable; None without loads, for which it is not examined."""
         return self.found.stable is None or bool(self.found.stable)
 
     @property
     def tip(self) -> np.ndarray:
-        """Place of the tip in the frame of the base [mm], shape (3,)."""
+        """Position of the tip in the frame of the base [mm], shape (3,)."""
         return from_si(np.asarray(self.found.end_pose)[:3, 3], "mm")
 
     @property
     def clearance(self) -> float:
-        """The tightest place of the chain [mm]; negative where parts would overlap."""
+        """The smallest clearance of the chain [mm]; negative where parts would overlap."""
         return float(from_si(np.asarray(self.found.shape.clearance().smallest), "mm"))
 
     @property
     def notices(self) -> list[str]:
-        """What to read with care, with the segments that it is about."""
-        told: dict[str, list[int]] = {}
+        """Warnings, with the segments that they concern."""
+        whose: dict[str, list[int]] = {}
         for number, segment in enumerate(self.segments, 1):
             for sentence in segment.notices:
-                told.setdefault(sentence, []).append(number)
-        named = {s: "all segments" if len(k) == len(self.segments) else _listed(k) for s, k in told.items()}
+                whose.setdefault(sentence, []).append(number)
+        named = {s: "all segments" if len(k) == len(self.segments) else _listed(k) for s, k in whose.items()}
         sentences = [f"{where}: {sentence}" for sentence, where in named.items()]
         if self.converged and not self.stable:
             sentences.append(
@@ -93,7 +93,7 @@ class ChainState:
         return sentences
 
     def contract(self) -> dict[str, Any]:
-        """The object of `simulate --json` for a chain; null for what is not there."""
+        """The object of `simulate --json` for a chain; null for missing values."""
         pose = np.asarray(self.found.end_pose)
         solved = bool(np.all(np.isfinite(pose)))
         return {
@@ -112,14 +112,14 @@ def _listed(numbers: Sequence[int]) -> str:
 
 
 def chain_specimens(design: ChainDesign, overrides: Mapping[str, Any]) -> dict[str, Recording]:
-    """Each design of a chain as a recording would describe it, by its name or path.
+    """Each design of a chain as the geometry of a recording, by its name or path.
 
     Args:
-        design: from its file.
+        design: chain from its file.
         overrides: keys of `[geometry]` that hold for all segments, such as `alloy`.
 
     Raises:
-        InputError: for anything that cannot be.
+        InputError: for impossible input.
     """
     names = dict.fromkeys(design.designs)
     return {name: described_actuator(None, {**overrides, "design": name}) for name in names}
@@ -128,7 +128,7 @@ def chain_specimens(design: ChainDesign, overrides: Mapping[str, Any]) -> dict[s
 def build_chain(
     design: ChainDesign, specimens: Mapping[str, Recording], model: AugmentedModel = BASE
 ) -> pj.SegmentChain:
-    """The chain of a design with a model's numbers.
+    """The chain of a design with a model's constants.
 
     Raises:
         InputError: if it cannot be built, or the model has effects, which a chain does not carry.
@@ -148,7 +148,7 @@ def build_chain(
 def _solve_once(
     chain: pj.SegmentChain, pressure: Any, activations: tuple, states: tuple
 ) -> pj.ChainEquilibrium:
-    """One state. It takes milliseconds however it is compiled, and to optimise its program takes seconds."""
+    """One state. Solving takes milliseconds without compiler optimisation, which would take seconds."""
     return pj.solve_chain(chain, pressure, activations, states, throw=False)
 
 
@@ -162,14 +162,14 @@ def chain_state(
     """Solve one state of a chain.
 
     Args:
-        design: from its file.
+        design: chain from its file.
         overrides: keys of `[geometry]` that hold for all segments.
-        pressure: gauge [Pa], in all segments.
-        given: for each segment what `drive_of` takes.
-        model: with numbers of its own.
+        pressure: gauge pressure in all segments [Pa].
+        given: input of each segment, as `drive_of` takes it.
+        model: model with constants of its own.
 
     Raises:
-        InputError: for what cannot be.
+        InputError: for impossible input.
     """
     specimens = chain_specimens(design, overrides)
     chain = build_chain(design, specimens, model)

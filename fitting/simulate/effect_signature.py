@@ -1,4 +1,4 @@
-"""What an effect does to a typical recording: the same protocol simulated without it and with it."""
+"""Influence of an effect on a typical recording: the same protocol simulated without it and with it."""
 
 import functools
 from collections.abc import Callable, Mapping
@@ -26,9 +26,10 @@ class Signature:
     """One effect on one protocol.
 
     Attributes:
-        slug: of the effect; kind: of the recording, in words.
-        parameters: of the effect, SI.
-        drive: what was done, by canonical column, shape (rows,); the first is the horizontal axis of a loop.
+        slug: slug of the effect; kind: kind of the recording, in words.
+        parameters: parameters of the effect, SI.
+        drive: prescribed inputs by canonical column, shape (rows,); the first is the horizontal axis of a
+            loop.
         without, present: outputs by canonical column, shape (rows,).
     """
 
@@ -67,9 +68,9 @@ def signature(slug: str, kind: str | None = None, values: Mapping[str, float] | 
     """Simulate the typical protocol of a kind without an effect and with it.
 
     Args:
-        slug: of the effect.
+        slug: slug of the effect.
         kind: letter of a kind that it concerns; its first where None.
-        values: parameters that are not to be typical, SI.
+        values: parameter values that replace the typical ones, SI.
 
     Raises:
         InputError: for an unknown effect, a kind that it does not concern, or impossible parameters.
@@ -78,8 +79,8 @@ def signature(slug: str, kind: str | None = None, values: Mapping[str, float] | 
     kind = kind or effect.kinds[0]
     specimen = by_letter(kind)
     if kind not in effect.kinds:
-        known = ", ".join(named_by(effect.kinds))
-        raise pj.InputError(f"{slug} does not concern recordings of kind {specimen.kind}, only: {known}")
+        kinds_text = ", ".join(named_by(effect.kinds))
+        raise pj.InputError(f"{slug} does not concern recordings of kind {specimen.kind}, only: {kinds_text}")
     parameters = chosen(slug, kind, values or {})
     drive, simulate = typical(specimen)
     plain, present = simulate(()), simulate((effect(**parameters),))
@@ -94,12 +95,12 @@ def _ramps(*points: tuple[float, float]) -> np.ndarray:
 
 
 def _in_units(seen: Mapping[str, object], columns: Mapping[str, tuple[str, str]]) -> dict[str, np.ndarray]:
-    """Outputs by canonical column: `columns` gives the name in the model and the unit."""
+    """Outputs by canonical column; `columns` gives the name in the model and the unit."""
     return {column: np.asarray(from_si(seen[name], unit)) for column, (name, unit) in columns.items()}
 
 
 Protocol = tuple[dict[str, np.ndarray], Simulate]
-"""What is done, by canonical column, and a simulation of it with effects."""
+"""Prescribed inputs by canonical column, and a function that simulates them with effects."""
 
 
 @functools.singledispatch

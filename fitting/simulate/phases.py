@@ -1,9 +1,9 @@
 """Martensite fractions of an actuator's springs from their measured resistances, all rows together.
 
-The fractions wander slowly and the resistances are noisy. So the trajectory of all fractions is smoothed
-about the answer of the whole actuator: a heated spring pulls the other one longer, and both resistances
+The fractions change slowly and the resistances are noisy. So the trajectory of all fractions is smoothed
+about the answer of the whole actuator. A heated spring pulls the other one longer, and both resistances
 change. A row by itself may have several equilibria or, with noise, none. A trajectory has one most likely
-course.
+solution.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,17 +20,19 @@ from pneusma_jax.actuator.balance import Problem, configuration, spring_response
 from pneusma_jax.actuator.root_find import attached
 
 ROUNDS = 12
-"""Maximum of linearisations. Most recordings take three to six."""
+"""Maximum number of linearisations. Most recordings take three to six."""
 CLOSE = 1e-4
 """Maximum change of a fraction at which the rounds end [1]."""
 LONGEST = 0.1
-"""Longest step of a fraction in a round [1]; a tangent near full heat would throw it anywhere."""
+"""Maximum step of a fraction in a round [1]. Near full heat the tangent is almost flat, and a full step would
+leave its range of validity."""
 LEAST_NOISE = 2e-6
-"""Minimum noise of a resistance, relative; below it lie the digits that files keep."""
+"""Minimum relative noise of a resistance; files keep no smaller digits."""
 WANDER = 10.0 ** np.arange(-9.0, 0.0, 1.0)
-"""Tried variances of a fraction's change [1/s]. From a cold spring, which stays, to one heated in seconds."""
+"""Candidate variances of a fraction's change [1/s], from a cold spring, which stays, to one heated in
+seconds."""
 FIRST = 1.0
-"""Variance of a fraction before the first reading [1]: nothing is known of it."""
+"""Variance of a fraction before the first reading [1], when it is unknown."""
 
 
 def fractions_behind(
@@ -41,19 +43,19 @@ def fractions_behind(
     given: Sequence[pj.MartensiteFraction],
     states: tuple[pj.SpringState, ...],
 ) -> list[pj.MartensiteFraction]:
-    """The fractions of all springs.
+    """Martensite fractions of all springs.
 
     Args:
-        actuator: what is loaded.
-        time: [s], ascending, shape (rows,).
-        pressure: gauge [Pa], shape (rows,).
-        measured: resistance of the springs that have one [ohm], shape (rows,), by index.
-        given: fractions to begin with, one per spring, of shape (rows,) or (); those of springs that are not
-            measured are kept.
+        actuator: loaded actuator.
+        time: time [s], ascending, shape (rows,).
+        pressure: gauge pressure [Pa], shape (rows,).
+        measured: resistances by index of the measured springs [ohm], shape (rows,).
+        given: initial fractions, one per spring, of shape (rows,) or (); springs that are not measured keep
+            theirs.
         states: memories before the first row.
 
     Returns:
-        One per spring; of shape (rows,) where measured.
+        Fractions, one array per spring; of shape (rows,) where measured.
     """
     wired = sorted(measured)
     rows = len(time)
@@ -61,16 +63,16 @@ def fractions_behind(
     noise = np.array([max(robust_noise(time, r), LEAST_NOISE * np.median(r)) for r in read.T])
     begun = np.stack([np.broadcast_to(np.asarray(given[k].value), rows) for k in wired], axis=1)
     starts = [begun]
-    for column in range(len(wired)):  # noise may have led a spring astray that is cold throughout
+    for column in range(len(wired)):  # noise may have heated a spring that is cold throughout
         cold = begun.copy()
         cold[:, column] = 1.0
         starts += [cold] if np.min(begun[:, column]) < 1.0 - CLOSE else []
-    tried = [_followed(actuator, time, pressure, read, noise, x, wired, given, states) for x in starts]
+    tried = [_smoothed(actuator, time, pressure, read, noise, x, wired, given, states) for x in starts]
     best, _ = max(tried, key=lambda one: one[1])
-    return list(_with(given, wired, np.clip(best, 0.0, 1.0)))
+    return list(_with_fractions(given, wired, np.clip(best, 0.0, 1.0)))
 
 
-def _followed(
+def _smoothed(
     actuator: pj.Actuator,
     time: np.ndarray,
     pressure: np.ndarray,
@@ -84,9 +86,9 @@ def _followed(
     """Fractions of the measured springs from a start, shape (rows, wired), and their log-likelihood."""
     wander, likelihood = None, -np.inf
     for _ in range(ROUNDS):
-        held = _with(given, wired, np.clip(x, 0.0, 1.0))
-        history = pj.simulate_history(actuator, pressure, held, states)
-        found = _read_off(actuator, pressure, held, states, history, tuple(wired))
+        fractions = _with_fractions(given, wired, np.clip(x, 0.0, 1.0))
+        history = pj.simulate_history(actuator, pressure, fractions, states)
+        found = _predicted_resistances(actuator, pressure, fractions, states, history, tuple(wired))
         ohms, slope = (np.asarray(part) for part in found)
         good = np.all(np.isfinite(slope), axis=(1, 2)) & np.all(np.isfinite(ohms), axis=1)
         ohms, slope = np.where(good[:, None], ohms, read), np.where(good[:, None, None], slope, 0.0)
@@ -95,7 +97,7 @@ def _followed(
         target = read - ohms + np.einsum("tij,tj->ti", slope, x)
         slope, target = slope / noise[:, None], target / noise
         if wander is None:
-            wander = _wander_of(time, target, slope)
+            wander = _process_noise_of(time, target, slope)
         after, likelihood = _smooth(time, target, slope, wander)
         step = np.clip(after - x, -LONGEST, LONGEST)
         x = x + step
@@ -104,18 +106,18 @@ def _followed(
     return x, likelihood
 
 
-def _with(
+def _with_fractions(
     given: Sequence[pj.MartensiteFraction], wired: Sequence[int], x: np.ndarray
 ) -> tuple[pj.MartensiteFraction, ...]:
     """Activations with the fractions of the measured springs replaced."""
-    held = list(given)
+    fractions = list(given)
     for column, k in enumerate(wired):
-        held[k] = pj.MartensiteFraction(x[:, column])
-    return tuple(held)
+        fractions[k] = pj.MartensiteFraction(x[:, column])
+    return tuple(fractions)
 
 
 @eqx.filter_jit
-def _read_off(
+def _predicted_resistances(
     actuator: pj.Actuator,
     pressure: Array,
     given: tuple[pj.MartensiteFraction, ...],
@@ -129,22 +131,22 @@ def _read_off(
     begun = lambda first, later: jnp.concatenate([jnp.broadcast_to(first, (1,)), later[:-1]])  # noqa: E731
     before = jax.tree.map(begun, states, history.states)
 
-    def ohms_at(moved: Array, row: tuple) -> Array:
+    def ohms_at(followed: Array, row: tuple) -> Array:
         pressure, fractions, states, root = row
-        fractions = fractions.at[jnp.asarray(wired)].set(moved)
+        fractions = fractions.at[jnp.asarray(wired)].set(followed)
         activations = tuple(pj.MartensiteFraction(x) for x in fractions)
         problem = Problem(actuator, pressure, activations, states)
         responses = spring_responses(problem, *configuration(actuator, attached(problem, root)))
         return jnp.stack([responses[k].resistance for k in wired])
 
     def one(row: tuple) -> tuple[Array, Array]:
-        moved = row[1][jnp.asarray(wired)]
-        return ohms_at(moved, row), jax.jacfwd(ohms_at)(moved, row)
+        followed = row[1][jnp.asarray(wired)]
+        return ohms_at(followed, row), jax.jacfwd(ohms_at)(followed, row)
 
     return jax.vmap(one)((jnp.asarray(pressure), whole, before, history.rows.unknowns))
 
 
-def _wander_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray) -> np.ndarray:
+def _process_noise_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray) -> np.ndarray:
     """Most likely variance of each fraction's change [1/s], one spring after the other, twice."""
     count = target.shape[1]
     wander = np.full(count, 1e-4)
@@ -162,9 +164,9 @@ def _smooth(
     """Kalman filter and Rauch-Tung-Striebel smoother of a random walk.
 
     Args:
-        time: [s], ascending, shape (n,).
+        time: time [s], ascending, shape (n,).
         target: readings in units of their noise, shape (n, m).
-        slope: of the readings over the fractions, shape (n, m, m).
+        slope: slope of the readings over the fractions, shape (n, m, m).
         wander: variance of each fraction's change [1/s], shape (m,).
 
     Returns:

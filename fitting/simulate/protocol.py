@@ -1,4 +1,4 @@
-"""A protocol done to a specimen: drives in, the model's course out, as columns of a table."""
+"""A protocol applied to a specimen: inputs and the model's response as columns of a table."""
 
 import functools
 from collections.abc import Sequence
@@ -41,15 +41,15 @@ UNITS = {
 
 @dataclass
 class Course:
-    """What the model says happens in a protocol.
+    """Response of the model to a protocol.
 
     Attributes:
-        title: protocol and specimen.
-        inputs: by column, in that column's unit, `time_s` first; shape (rows,).
-        outputs: the same for what the model predicts, `model_...`.
-        states: what else is known of each row.
-        notices: in words, what to read with care.
-        chain: the chain and its history, where there is one.
+        title: names of protocol and specimen.
+        inputs: inputs by column, in that column's unit, `time_s` first; shape (rows,).
+        outputs: predicted outputs by column, `model_...`; shape (rows,).
+        states: further states of each row by column.
+        notices: warnings in words.
+        chain: chain and its history, where there is one.
     """
 
     title: str
@@ -62,20 +62,20 @@ class Course:
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
-        """All of them, as `model.csv` has them."""
+        """All columns, as in `model.csv`."""
         return self.inputs | self.outputs | self.states
 
 
 def run_protocol(protocol: Protocol, specimen: Recording, model: AugmentedModel = BASE) -> Course:
-    """Do a protocol to a specimen.
+    """Apply a protocol to a specimen.
 
     Args:
-        protocol: of the specimen's kind.
-        specimen: as a recording would describe it.
-        model: used instead of the base model.
+        protocol: protocol of the specimen's kind.
+        specimen: recording that describes the specimen.
+        model: model in place of the base model.
 
     Raises:
-        InputError: for a channel of a spring that is not there, or a specimen that cannot be.
+        InputError: for a channel of a missing spring, or an impossible specimen.
     """
     check_resistances(protocol, specimen)
     course = _run(specimen_of(protocol.kind), protocol, specimen, model)
@@ -84,7 +84,7 @@ def run_protocol(protocol: Protocol, specimen: Recording, model: AugmentedModel 
 
 
 def check_resistances(protocol: Protocol, specimen: Recording) -> None:
-    """Refuse resistances that the specimen's springs cannot show.
+    """Refuse resistances that the specimen's springs cannot have.
 
     Raises:
         InputError: for one outside half to twice the alloy's range; names the channel.
@@ -103,7 +103,7 @@ def check_resistances(protocol: Protocol, specimen: Recording) -> None:
 
 
 def _inputs(protocol: Protocol) -> dict[str, np.ndarray]:
-    """The channels as columns of a recording."""
+    """Channels of a protocol as columns of a recording."""
     columns = {"time_s": protocol.time}
     for name, values in protocol.channels.items():
         segment, _, rest = name.rpartition(".")
@@ -117,7 +117,7 @@ def _inputs(protocol: Protocol) -> dict[str, np.ndarray]:
 
 @functools.singledispatch
 def _run(kind: Specimen, protocol: Protocol, specimen: Recording, model: AugmentedModel) -> Course:
-    """The course of a protocol.
+    """Response of the specimen to a protocol.
 
     Raises:
         InputError: for a kind of specimen that no protocol is for.
@@ -150,7 +150,7 @@ def _short(name: str) -> str:
 
 
 def drives(protocol: Protocol, actuator: pj.Actuator, segment: int | None = None) -> tuple[Any, ...]:
-    """What drives each spring of an actuator, or of one segment of a chain; cold where nothing does."""
+    """Drive of each spring of an actuator, or of one segment of a chain; cold where none is prescribed."""
     return tuple(_drive(protocol, spring, n, segment) for spring, n in zip(
         actuator.springs, actuator.spring_numbers, strict=True
     ))  # fmt: skip
@@ -189,17 +189,17 @@ def _pulsed(protocol: Protocol, duty: np.ndarray) -> np.ndarray:
 
 
 def _check_springs(protocol: Protocol, actuators: Sequence[pj.Actuator]) -> None:
-    """Refuse channels of springs and segments that are not there."""
+    """Refuse channels of springs and segments that do not exist."""
     for name in protocol.channels:
         segment, _, rest = name.rpartition(".")
         stem, _, number = rest.partition("_")
         if segment and int(segment) > len(actuators):
-            there = f"there are {len(actuators)} segments" if len(actuators) > 1 else "this is no chain"
-            raise InputError(f"{protocol.path}: channel {name!r}, but {there}")
+            available = f"there are {len(actuators)} segments" if len(actuators) > 1 else "this is no chain"
+            raise InputError(f"{protocol.path}: channel {name!r}, but {available}")
         bodies = [actuators[int(segment) - 1]] if segment else list(actuators)
-        there = sorted({n for body in bodies for n in body.spring_numbers})
-        if stem in PHASE and int(number) not in there:
-            listed = ", ".join(map(str, there)) or "none"
+        available = sorted({n for body in bodies for n in body.spring_numbers})
+        if stem in PHASE and int(number) not in available:
+            listed = ", ".join(map(str, available)) or "none"
             raise InputError(
                 f"{protocol.path}: channel {name!r}, but the springs that are there are: {listed}"
             )
@@ -231,16 +231,16 @@ def _described(actuator: pj.Actuator, history: pj.History, before: str = "") -> 
 def run_chain_protocol(
     protocol: Protocol, name: str, chain: pj.SegmentChain, specimens: Sequence[Recording]
 ) -> Course:
-    """Do a protocol to a chain.
+    """Apply a protocol to a chain.
 
     Args:
-        protocol: of kind actuator.
-        name: of the chain.
-        chain: the segments.
-        specimens: each segment as a recording would describe it.
+        protocol: protocol of kind actuator.
+        name: name of the chain.
+        chain: solved chain of segments.
+        specimens: recordings that describe the segments.
 
     Raises:
-        InputError: for a channel of a spring or segment that is not there.
+        InputError: for a channel of a missing spring or segment.
     """
     if specimen_of(protocol.kind) is not ACTUATOR:
         raise InputError(f"{protocol.path}: this protocol is for a {protocol.kind}, not for a chain")
@@ -260,8 +260,8 @@ def run_chain_protocol(
     states: dict[str, np.ndarray] = {}
     notices = []
     for k, (body, part) in enumerate(zip(chain.segments, history.segments, strict=True), 1):
-        told, known = _described(body, part, f"segment_{k}_")
-        outputs, states = outputs | told, states | known
+        segment_outputs, segment_states = _described(body, part, f"segment_{k}_")
+        outputs, states = outputs | segment_outputs, states | segment_states
         notices += [f"segment {k}: {sentence}" for sentence in actuator_cautions(body, part.rows)]
     title = f"{protocol.name}: {name}"
     return Course(title, _inputs(protocol), outputs, states, notices, (chain, history), pressure)

@@ -1,4 +1,4 @@
-"""The model's answer to a recording: its inputs drive the model, its outputs are predicted."""
+"""The model's prediction of a recording: its inputs drive the model, its outputs are predicted."""
 
 import functools
 from collections.abc import Sequence
@@ -25,15 +25,15 @@ from .unmodelled import marked
 
 @dataclass
 class Prediction:
-    """Rows of a recording as the model has them.
+    """Predicted rows of a recording.
 
     Attributes:
-        outputs: by canonical column (`curvature_1pm`, ...) in that column's unit, shape (rows,); NaN where a
-            row could not be computed.
-        states: what else the model knows of each row: `xi0_2`, `gamma_R_2` (no unit), `status` (its name).
-        notices: in words, what to read with care.
-        marks: by column, what of the outputs is an unmodelled remainder, and where that is beyond what was
-            seen; see `unmodelled.marked`.
+        outputs: outputs by canonical column (`curvature_1pm`, ...) in that column's unit, shape (rows,); NaN
+            where a row could not be computed.
+        states: further states of each row: `xi0_2`, `gamma_R_2` (no unit), `status` (its name).
+        notices: warnings in words.
+        marks: contribution of a model discrepancy to the outputs, and its range flag, by column; see
+            `unmodelled.marked`.
     """
 
     outputs: dict[str, np.ndarray]
@@ -46,14 +46,14 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
     """Predict the outputs that a recording holds.
 
     Args:
-        recording: checked data of any kind.
-        denoise: recover the martensite fraction from the whole course of a resistance; otherwise from each
-            sample alone, noise and all. Where a model has effects, the resistance itself is smoothed.
-        model: used instead of the base model; outputs are what its instruments show.
+        recording: checked recording of any kind.
+        denoise: true to find the martensite fraction from the whole history of a resistance. False takes each
+            sample alone, noise included. Where a model has effects, the resistance itself is smoothed.
+        model: model in place of the base model; outputs are instrument readings.
 
     Raises:
-        InputError: if the recording leaves its alloy or material open, a wire's has no temperature, or no row
-            has all that drives the model.
+        InputError: if the recording leaves its alloy or material open, a wire has no temperature, or no row
+            has all drivers.
     """
     specimen = specimen_of(recording.kind)
     drivers = [name for name in ("time", *specimen.drivers(recording)) if recording.has(name)]
@@ -62,9 +62,9 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
         raise pj.InputError(f"{place(recording)}: no row has all of {', '.join(drivers)}")
     prediction = _predicted(specimen, recording, complete, denoise, model)
     outputs = {name: prediction.outputs[name] for name in recording.outputs if name in prediction.outputs}
-    prediction.outputs = {name: _spread(values, complete) for name, values in outputs.items()}
-    prediction.states = {name: _spread(values, complete) for name, values in prediction.states.items()}
-    prediction.marks = {name: _spread(values, complete) for name, values in prediction.marks.items()}
+    prediction.outputs = {name: _at_all_rows(values, complete) for name, values in outputs.items()}
+    prediction.states = {name: _at_all_rows(values, complete) for name, values in prediction.states.items()}
+    prediction.marks = {name: _at_all_rows(values, complete) for name, values in prediction.marks.items()}
     if not complete.all():
         gaps = f"{int(np.sum(~complete))} of {len(complete)} rows lack one of {', '.join(drivers)}"
         prediction.notices.append(f"{gaps}: they are passed over")
@@ -75,10 +75,10 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
 def _predicted(
     specimen: Specimen, recording: Recording, complete: np.ndarray, denoise: bool, model: AugmentedModel
 ) -> Prediction:
-    """The model's answer in the complete rows of a recording, by the forward model of its kind.
+    """Prediction in the complete rows of a recording, by the forward model of its kind.
 
-    Springs and actuators have answers of their own below: a fit takes their martensite fractions from all
-    columns together, and a prediction may not look at what it predicts.
+    Springs and actuators have predictions of their own below. A fit takes their martensite fractions from all
+    columns together, but a prediction must not use the columns that it predicts.
     """
     found = simulated(specimen, recording, model, denoise)
     outputs = {}
@@ -92,7 +92,7 @@ def _predicted(
 
 
 def _inputs(recording: Recording, complete: np.ndarray, names: Sequence[str], model: AugmentedModel) -> dict:
-    """Inputs of the complete rows, SI, by quantity; what only effects ask for where the model has any."""
+    """Inputs of the complete rows, SI, by quantity; those that only effects use where the model has any."""
     inputs = {name: recording.si(name)[complete] for name in names if recording.has(name)}
     return inputs | (_read_by_effects(recording, complete, inputs) if model.added else {})
 
@@ -105,14 +105,14 @@ def _read_by_effects(
     found = {}
     for name in names:
         values = recording.si(name)[complete]
-        held = np.isfinite(values)
-        if name not in inputs and held.any():
-            found[name] = np.interp(inputs["time"], inputs["time"][held], values[held])
+        finite = np.isfinite(values)
+        if name not in inputs and finite.any():
+            found[name] = np.interp(inputs["time"], inputs["time"][finite], values[finite])
     return found
 
 
-def _spread(values: np.ndarray, complete: np.ndarray) -> np.ndarray:
-    """Values of the complete rows in their places; NaN, or no word, in the others."""
+def _at_all_rows(values: np.ndarray, complete: np.ndarray) -> np.ndarray:
+    """Values of the complete rows at their positions; NaN, or an empty word, in the others."""
     values = np.asarray(values)
     words = values.dtype.kind == "U"
     result = np.full(complete.shape, "", values.dtype) if words else np.full(complete.shape, np.nan)
@@ -178,7 +178,7 @@ def _denoised_history(
     activations: list,
     states: tuple[pj.SpringState, ...],
 ) -> tuple[pj.Equilibrium, pj.Equilibrium]:
-    """The history at the fractions behind the resistances, and the one at smoothed resistances."""
+    """History at the fractions behind the resistances, and the one at smoothed resistances."""
     measured = {k: np.asarray(a.value) for k, a in enumerate(activations) if isinstance(a, pj.Resistance)}
     smoothed = [
         pj.Resistance(denoised(time, measured[k]), np.full(len(time), robust_noise(time, measured[k])))
@@ -189,14 +189,14 @@ def _denoised_history(
     begun = []
     for k, activation in enumerate(activations):
         xi0 = np.asarray(read.springs[k].xi0)
-        known = np.isfinite(xi0)
+        finite = np.isfinite(xi0)
         if k in measured:
             rows = np.arange(len(xi0))
-            xi0 = np.interp(rows, rows[known], xi0[known]) if known.any() else np.ones(len(xi0))
+            xi0 = np.interp(rows, rows[finite], xi0[finite]) if finite.any() else np.ones(len(xi0))
             activation = pj.MartensiteFraction(xi0)
         begun.append(activation)
-    given = fractions_behind(actuator, time, pressure, measured, begun, states)
-    return pj.simulate_history(actuator, pressure, tuple(given), states).rows, read
+    fractions = fractions_behind(actuator, time, pressure, measured, begun, states)
+    return pj.simulate_history(actuator, pressure, tuple(fractions), states).rows, read
 
 
 @_predicted.register

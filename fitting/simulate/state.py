@@ -1,34 +1,35 @@
-"""One state of an actuator: from dimensions, pressure and what is known of the springs to a result."""
+"""One state of an actuator, from dimensions, pressure and the state of the springs."""
 
-import functools
+import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import equinox as eqx
 import jax
 import numpy as np
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording, check_recording, resistance_range, schema, sidecar
+from fitting.inference.program_cache import cached_program
 from fitting.specimens.cautions import actuator_cautions
 from fitting.specimens.model_objects import BASE, actuator_of, full_geometry, gravity_of, place
 from fitting.specimens.saved_models import AugmentedModel
+from pneusma_jax.nitinol import SpringResponse
 from pneusma_jax.units import from_si
 
 from .unmodelled import marked
 
 
 def read_geometry(path: str | Path) -> dict[str, Any]:
-    """The `[geometry]` table of a TOML file; a file that has nothing but its keys is one, too.
+    """The `[geometry]` table of a TOML file. A file that has nothing but its keys is one, too.
 
     Returns:
-        Canonical keys, numbers in the units that these name.
+        Numbers by canonical key, in the units of the keys.
 
     Raises:
-        InputError: if the file cannot be read, or a key, unit or number in it cannot be.
+        InputError: if the file cannot be read, or has a wrong key, unit or number.
     """
     path = Path(path)
     document = sidecar.read_toml(path)
@@ -42,20 +43,20 @@ def read_geometry(path: str | Path) -> dict[str, Any]:
 
 
 def described_actuator(geometry: str | Path | None, overrides: Mapping[str, Any]) -> Recording:
-    """An actuator as a recording would describe it, checked; see `described_specimen`."""
+    """A checked recording that describes an actuator; see `described_specimen`."""
     return described_specimen("actuator", geometry, overrides)
 
 
 def described_specimen(kind: str, geometry: str | Path | None, overrides: Mapping[str, Any]) -> Recording:
-    """A specimen as a recording would describe it, checked.
+    """A checked recording that describes a specimen.
 
     Args:
-        kind: of recording.
+        kind: kind of recording.
         geometry: TOML file with dimensions, or None for the nominal ones.
         overrides: keys of `[geometry]` that take precedence.
 
     Raises:
-        InputError: for anything that cannot be, naming the file or the command line.
+        InputError: for impossible input, naming the file or the command line.
     """
     stated = {} if geometry is None else read_geometry(geometry)
     stated |= sidecar.check_settings({"geometry": dict(overrides)}, sidecar.COMMAND_LINE, ("geometry",))[
@@ -74,15 +75,15 @@ def described_specimen(kind: str, geometry: str | Path | None, overrides: Mappin
 
 @dataclass
 class ActuatorState:
-    """A solved state, and how it was asked for.
+    """A solved state and its inputs.
 
     Attributes:
-        title: design, alloy and silicone.
-        actuator: what was solved.
-        found: the equilibrium, NumPy arrays; NaN where there is none.
-        given: what was said of each spring, `"given"`, `"from resistance"` or `"cold"`.
-        notices: in words, what to read with care.
-        seen: `curvature`, `bend_angle` and `length` as the instruments show them, where effects change them.
+        title: names of design, alloy and silicone.
+        actuator: solved actuator.
+        found: equilibrium as NumPy arrays; NaN where there is none.
+        given: origin of each spring's state: `"given"`, `"from resistance"` or `"cold"`.
+        notices: warnings in words.
+        seen: instrument readings of `curvature`, `bend_angle` and `length`, where effects change them.
     """
 
     title: str
@@ -94,12 +95,12 @@ class ActuatorState:
 
     @property
     def numbers(self) -> tuple[int, ...]:
-        """Of the springs that are there."""
+        """Numbers of the springs that the design has."""
         return self.actuator.spring_numbers
 
     @property
     def planar(self) -> bool:
-        """Whether it bends in one plane only."""
+        """True if it bends in one plane only."""
         return self.actuator.planar
 
     @property
@@ -114,11 +115,11 @@ class ActuatorState:
 
     @property
     def converged(self) -> bool:
-        """Whether there is a result."""
+        """True if there is a result."""
         return int(self.found.status) <= pj.Status.several_equilibria
 
     def quantities(self) -> list[tuple[str, float, str]]:
-        """What describes the configuration: key without unit, value, unit."""
+        """Quantities that describe the configuration: key without unit, value, unit."""
         found = self.found
         sides = {1: found.delta_1, 2: found.delta_2}
         if not self.planar and self.numbers:  # springs, whose places are the sides
@@ -134,7 +135,7 @@ class ActuatorState:
         return rows
 
     def contract(self) -> dict[str, Any]:
-        """The object of `simulate --json`; null for what is not there."""
+        """The object of `simulate --json`; null for missing values."""
         result: dict[str, Any] = {"status": self.status}
         for name, value, unit in self.quantities():
             result[f"{name}_{unit.replace('1/m', '1pm')}"] = _or_none(value)
@@ -167,12 +168,12 @@ def _or_none(value: float) -> float | None:
 
 @dataclass
 class Drive:
-    """What drives the springs of one actuator in one state.
+    """Drive of the springs of one actuator in one state.
 
     Attributes:
-        activations, states: one per spring.
-        given: what was said of each, for people.
-        notices: in words.
+        activations, states: activation and memory of each spring.
+        given: origin of each spring's state, for people.
+        notices: warnings in words.
     """
 
     activations: tuple[Any, ...]
@@ -187,10 +188,10 @@ def drive_of(
     """Activations and memories of a specimen's springs.
 
     Args:
-        specimen: the actuator, from `described_actuator`.
-        actuator: built from it.
-        given: `xi0_K` [1] or `resistance_K` [ohm] for spring K; a spring that nothing is said of is cold.
-        model: with numbers of its own.
+        specimen: recording from `described_actuator`.
+        actuator: actuator built from it.
+        given: `xi0_K` [1] or `resistance_K` [ohm] for spring K; other springs are cold.
+        model: model with constants of its own.
 
     Raises:
         InputError: for a resistance that the alloy cannot show.
@@ -200,9 +201,9 @@ def drive_of(
     for name in given:
         number = int(name.rpartition("_")[2])
         if number not in actuator.spring_numbers:
-            there = ", ".join(map(str, actuator.spring_numbers)) or "none"
+            available = ", ".join(map(str, actuator.spring_numbers)) or "none"
             design = _word(specimen, "design")
-            notices.append(f"{design} has no spring {number} (it has: {there}); {name} is left out")
+            notices.append(f"{design} has no spring {number} (it has: {available}); {name} is left out")
     for number in actuator.spring_numbers:
         if f"resistance_{number}" in given:
             activations.append(pj.Resistance(given[f"resistance_{number}"]))
@@ -221,19 +222,18 @@ def actuator_state(
     """Solve one state.
 
     Args:
-        specimen: the actuator, from `described_actuator`.
-        pressure: gauge [Pa].
-        given: as for `drive_of`.
-        model: used instead of the base model; its effects act as at the start of a recording.
+        specimen: recording from `described_actuator`.
+        pressure: gauge pressure [Pa].
+        given: spring inputs as for `drive_of`.
+        model: model in place of the base model; its effects act as at the start of a recording.
 
     Raises:
-        InputError: for a resistance that the alloy cannot show, or dimensions that cannot be.
+        InputError: for a resistance that the alloy cannot show, or impossible dimensions.
     """
     actuator = actuator_of(specimen, model)
     drive = drive_of(specimen, actuator, given, model)
     if not model.added:
-        solved = _solve_once(actuator, np.asarray(pressure), drive.activations, drive.states)
-        found = jax.tree.map(np.asarray, solved)  # JAX would compile every small conversion that follows
+        found = _solved(actuator, np.asarray(pressure), drive.activations, drive.states)
         return described_state(specimen, actuator, found, drive)
     history = pj.simulate_history(
         actuator, np.array([pressure]), drive.activations, drive.states,
@@ -242,15 +242,35 @@ def actuator_state(
     found, seen = jax.tree.map(lambda x: np.asarray(x)[0], (history.rows, history.seen))
     bent = () if actuator.planar else ("curvature", "bend_angle")
     drive.notices += marked(model, seen, "actuator", bent)[1]
-    if not actuator.planar:  # the instruments show the plane of sides 1 and 2; free bending has a size
+    if not actuator.planar:  # instruments read the plane of sides 1 and 2; free bending has a magnitude
         seen = {"length": seen["length"]}
     return described_state(specimen, actuator, found, drive, seen)
 
 
-@functools.partial(eqx.filter_jit, compiler_options={"xla_backend_optimization_level": 0})
-def _solve_once(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tuple) -> pj.Equilibrium:
-    """One state. It takes milliseconds however it is compiled, and to optimise its program takes seconds."""
-    return pj.solve(actuator, pressure, activations, states, throw=False)
+def _solved(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tuple) -> pj.Equilibrium:
+    """One state, as NumPy arrays: JAX would compile every small conversion that follows."""
+    leaves = _solve_once(actuator, pressure, activations, states)
+    response = SpringResponse(**dict.fromkeys(_names(SpringResponse), 0.0))
+    apart = ("springs", "validity", "side_direction")
+    others = {name: 0.0 for name in _names(pj.Equilibrium) if name not in apart}
+    like = pj.Equilibrium(
+        **others, springs=(response,) * len(actuator.springs), validity=pj.Validity(0.0, 0.0, 0.0),
+        side_direction=tuple(float(x) for x in actuator.side_direction),
+    )  # fmt: skip
+    return jax.tree.unflatten(jax.tree.structure(like), [np.asarray(leaf) for leaf in leaves])
+
+
+def _names(module: type) -> list[str]:
+    return [field.name for field in dataclasses.fields(module)]
+
+
+def _leaves(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tuple) -> list[Any]:
+    """Arrays of the equilibrium, in the order of its fields."""
+    return jax.tree.leaves(pj.solve(actuator, pressure, activations, states, throw=False))
+
+
+_solve_once = cached_program(_leaves, "one state of an actuator", {"xla_backend_optimization_level": 0})
+"""Solving takes milliseconds without compiler optimisation, which would take seconds."""
 
 
 def described_state(
@@ -260,12 +280,12 @@ def described_state(
     drive: Drive,
     seen: dict[str, Any] | None = None,
 ) -> ActuatorState:
-    """A solved state with its words.
+    """A solved state with its texts.
 
     Args:
-        specimen, actuator, drive: what was solved.
-        found: NumPy arrays.
-        seen: see `ActuatorState`.
+        specimen, actuator, drive: specimen, actuator and drive that were solved.
+        found: equilibrium as NumPy arrays.
+        seen: instrument readings, see `ActuatorState`.
     """
     clearance = specimen.full_geometry().get("tip_to_base_clearance_deg")
     notices = drive.notices + actuator_cautions(actuator, found, clearance)

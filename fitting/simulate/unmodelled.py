@@ -1,4 +1,4 @@
-"""What of a simulation rests on an `unmodelled` remainder, and where that goes beyond what was seen."""
+"""Contribution of a model discrepancy (`unmodelled`) to a simulation, and flags where it leaves its range."""
 
 from collections.abc import Mapping, Sequence
 
@@ -10,23 +10,23 @@ from fitting.specimens.saved_models import AddedDiscrepancy, AugmentedModel
 from pneusma_jax.units import from_si
 
 BEYOND = "model_beyond_range"
-"""Column that is 1 in rows where a remainder is held at its end value or unknown, else 0."""
+"""Column that is 1 in rows where a discrepancy is held at its end value or unknown, else 0."""
 
 
 def marked(
     model: AugmentedModel, seen: Mapping[str, Array], kind: str, left_out: Sequence[str] = ()
 ) -> tuple[dict[str, np.ndarray], list[str]]:
-    """Columns and sentences about a model's remainders; nothing for a model without any.
+    """Columns and sentences about a model's discrepancies; empty for a model without any.
 
     Args:
-        model: that was simulated.
+        model: simulated model.
         seen: channels of the simulation, SI, shape (rows,) each.
-        kind: of recording.
-        left_out: quantities that the result shows without what a remainder adds.
+        kind: kind of recording.
+        left_out: quantities that the result shows without the discrepancy.
 
     Returns:
-        `model_unmodelled_<column>`, what is added to an output, in its column's unit, and `BEYOND`; and what
-        to read with care.
+        `model_unmodelled_<column>`, the part added to an output in its column's unit, and `BEYOND`; then
+        warnings.
     """
     columns: dict[str, np.ndarray] = {}
     notices = []

@@ -1,13 +1,15 @@
-"""Recordings of each kind as pure functions of named parameters: what fits, samplers and diagnoses stand on.
+"""Forward models of recordings: for each kind of specimen, outputs as pure functions of named parameters.
+Fits, samplers and diagnoses all use them.
 
     >>> specimen = specimen_of("spring")
     >>> parameters = specimen.parameters_for(campaign)          # free numbers with their priors
     >>> data = stack(specimen.rows_for(campaign))               # arrays of one shape
     >>> fit_least_squares(residual_of("spring"), parameters, data=data, use_priors=True)
 
-Values are in SI under the names of calibration tables and of `[geometry]` without units (`G_m`,
-`wire_diameter`, `silicone_stiffness`); those of one specimen of several carry its number, `wire_diameter__2`.
-Importing this package registers the five kinds of the project; `register` adds one (`docs/new_kind.md`).
+Values are in SI. Their names are those of calibration tables and of `[geometry]`, without units (`G_m`,
+`wire_diameter`, `silicone_stiffness`). A value of one specimen among several carries its number:
+`wire_diameter__2`. Importing this package registers the five kinds of the project. `register` adds another
+kind (`docs/new_kind.md`).
 """
 
 from .actuator import ACTUATOR

@@ -1,7 +1,9 @@
-"""Bending actuators: pressure and resistances in; curvature, bend angle and direction, length out.
+"""Forward model of bending actuators: pressure and resistances in; curvature, bend angle, bend direction and
+length out.
 
-Without effects the rows of a recording are solved side by side (`actuator_rows`), at phases that were read
-from the resistances before (`actuator_phase`). With effects one row follows the other (`actuator_history`).
+Without effects all rows of a recording are solved at once (`actuator_rows`). Their martensite fractions were
+read from the resistances beforehand (`actuator_phase`). With effects the rows are solved one after the other
+(`actuator_history`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,11 +30,11 @@ from .rows import Rows
 from .specimen import FITTED, RowOptions, Specimen
 
 OPPOSING = "opposing_spring_heating"
-"""Effect that acts in the spring that is not driven."""
+"""Slug of the effect that acts in the spring that is not driven."""
 
 
 class BendingActuator(Specimen):
-    """An actuator of any design."""
+    """A bending actuator of any design."""
 
     recording = kinds.ACTUATOR
     outputs = OUTPUTS
@@ -46,18 +48,18 @@ class BendingActuator(Specimen):
     starts_with_model = 1
     element = "actuator"
     wall_drivers = ("time", "current_1", "current_2", "current_3")
-    most_rows_with_effects = 128  # every one is an equilibrium
+    most_rows_with_effects = 128  # every row is an equilibrium
     compiler_options = COMPILER_OPTIONS
     explained = EXPLAINED
     latent = SpringPhases()
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
-        """Pressure, and the resistances of springs that are there."""
-        there = pj.layout(recording.full_geometry()["design"]).spring_numbers
-        return ("pressure", *(f"resistance_{n}" for n in there if recording.has(f"resistance_{n}")))
+        """Pressure, and the resistances of the springs that the design has."""
+        springs = pj.layout(recording.full_geometry()["design"]).spring_numbers
+        return ("pressure", *(f"resistance_{n}" for n in springs if recording.has(f"resistance_{n}")))
 
     def influences(self, recording: Recording) -> tuple[str, ...]:
-        """Pressure, resistances and currents, and the temperature of the air."""
+        """Pressure, resistances, currents and air temperature, as far as the recording has them."""
         springs = (f"{stem}_{n}" for n in (1, 2, 3) for stem in ("resistance", "current"))
         return tuple(name for name in ("pressure", *springs, "temperature") if recording.has(name))
 
@@ -68,13 +70,15 @@ class BendingActuator(Specimen):
         base: str | Path | None = None,
         material: str | Path | None = None,
     ) -> list[Rows]:
-        """See `Specimen.rows_for`; phases are as they are at the stated numbers.
+        """Recordings as arrays, see `Specimen.rows_for`. Martensite fractions are those at the stated
+        parameters.
 
         Args:
             campaign: recordings of kind actuator, of one design.
-            options: which rows are taken.
-            base: alloy to start from where `alloy = "fit"`; see `specimens.priors.alloy_quantities`.
-            material: silicone to start from, instead of the one that is named.
+            options: selection of rows.
+            base: name or path of the alloy's prior table, where `alloy = "fit"`; see
+                `specimens.priors.alloy_quantities`.
+            material: name or path of the silicone's table, in place of the one that the recordings name.
 
         Raises:
             InputError: if they name several designs, alloys or materials, or one has too few complete rows.
@@ -84,11 +88,12 @@ class BendingActuator(Specimen):
     def parameters_for(
         self, campaign: Campaign, base: str | Path | None = None, material: str | Path | None = None
     ) -> Parameters:
-        """Free numbers with their priors: the alloy's, the silicone's, each specimen's factor and dimensions.
+        """Free parameters with their priors: the alloy's, the silicone's, each specimen's stiffness factor
+        and dimensions.
 
         Args:
             campaign: recordings of kind actuator, of one design.
-            base, material: as for `rows_for`.
+            base, material: names or paths of tables, as for `rows_for`.
         """
         parameters, layout = Parameters(), layout_of(campaign)
         if layout.spring_numbers:
@@ -96,19 +101,19 @@ class BendingActuator(Specimen):
         law, identify = silicones.law_of(campaign, material)
         table = silicones.table_name(campaign, material)
         parameters.update(silicones.material_parameters(campaign, law, identify, table))
-        seen = {silicones.FACTOR, *(GEOMETRY_KEYS if layout.spring_numbers else TUBE)}
-        known = {
-            specimen: {name: value for name, value in dimensions(members[0]).items() if name in seen}
+        free_names = {silicones.FACTOR, *(GEOMETRY_KEYS if layout.spring_numbers else TUBE)}
+        sizes = {
+            specimen: {name: value for name, value in dimensions(members[0]).items() if name in free_names}
             for specimen, members in campaign.specimens().items()
         }
-        own = priors.geometry_parameters(campaign, known, silicones.UNITS, silicones.always_open(identify))
+        own = priors.geometry_parameters(campaign, sizes, silicones.UNITS, silicones.always_open(identify))
         parameters.update(own)
         return parameters
 
     def answer(
         self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
     ) -> tuple[dict[str, Array], dict[str, Any]]:
-        """See `Specimen.answer`; NaN where there is no equilibrium."""
+        """Outputs and drivers, see `Specimen.answer`; NaN where there is no equilibrium."""
         if effects or "gain" not in rows.extra:  # fractions are free: nothing was read before
             return with_effects(values, rows, effects)
         found, layout = trajectory(values, rows), rows.extra["layout"]
@@ -119,7 +124,7 @@ class BendingActuator(Specimen):
         return {name: getattr(found, name) for name in OUTPUTS}, drivers
 
     def misfit(self, found: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-        """What predictions miss, in standard deviations; directions differ by half a turn at most."""
+        """Weighted residual, in standard deviations. Bend directions differ by at most half a turn."""
         turned = dict(found)
         if "bend_direction" in found:
             measured = rows.measured["bend_direction"]
@@ -128,15 +133,17 @@ class BendingActuator(Specimen):
         return super().misfit(turned, rows)
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
-        """Whether phases are read from resistances, anew as parameters change."""
+        """True if martensite fractions are read from resistances, since they change with the parameters."""
         return any(np.any(sd) for rows in recordings for sd in rows.extra["sd"])
 
     def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Recordings with phases as their resistances have them at these parameters; see `actuator_phase`."""
+        """Recordings with the martensite fractions that their resistances imply at these parameters; see
+        `actuator_phase`."""
         return actuator_phase.decided(values, recordings)
 
     def located(self, component: str, recordings: Sequence[Recording], slug: str) -> str:
-        """Springs by their number: the one that is heated, where an effect says no other."""
+        """Name of the misfitting component. A spring is named by its number: the heated one, unless the
+        effect names another."""
         if component != "spring":
             return component
         if not slug:
@@ -151,7 +158,7 @@ class BendingActuator(Specimen):
     def alloy_quantities(
         self, campaign: Campaign, base: str | Path | None = None, material: str | Path | None = None
     ) -> dict[str, Quantity]:
-        """Constants of the springs' alloy; empty without springs."""
+        """Constants of the springs' alloy with their priors; empty without springs."""
         wound = layout_of(campaign).spring_numbers
         return priors.alloy_quantities(campaign, ALLOY, base)[0] if wound else {}
 

@@ -1,4 +1,5 @@
-"""Recordings of an actuator as arrays, with what only effects ask for: currents, air temperature, gravity."""
+"""Recordings of an actuator as arrays, with the inputs that only effects use: currents, air temperature,
+gravity."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,16 +23,16 @@ from .specimen import FITTED, RowOptions
 
 OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
 FIXED = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")
-"""Constants that a pressurised actuator does not identify: conventions, and those of heating."""
+"""Constants that a pressurised actuator does not identify: conventions, and constants of heating."""
 TUBE = ("outer_diameter", "wall_thickness", "length")
 RECORDED = ("current_1", "current_2", "current_3", "temperature")
-"""Quantities that only effects ask for."""
+"""Recorded quantities that only effects use."""
 AIR = 22.0
-"""Temperature of the air that nobody recorded [degC]."""
+"""Assumed temperature of the air where none was recorded [degC]."""
 
 
 def layout_of(campaign: Campaign) -> pj.Layout:
-    """The one arrangement of a campaign's actuators.
+    """Arrangement that all actuators of a campaign share.
 
     Raises:
         InputError: if there are several designs.
@@ -44,7 +45,7 @@ def layout_of(campaign: Campaign) -> pj.Layout:
 
 
 def dimensions(recording: Recording) -> dict[str, float]:
-    """Every dimension of a recording's actuator in SI, and the factor on its silicone."""
+    """Dimensions of a recording's actuator, SI, and the factor on its silicone's stress [1]."""
     geometry = geometry_of(recording)
     return {name: float(getattr(geometry, name)) for name in GEOMETRY_KEYS} | {silicones.FACTOR: 1.0}
 
@@ -55,13 +56,14 @@ def undecided_rows_for(
     material: str | Path | None = None,
     options: RowOptions = FITTED,
 ) -> list[Rows]:
-    """Every recording of a campaign as arrays, in its order; every spring cold.
+    """Recordings of a campaign as arrays, in their order, with every spring fully martensitic (cold).
 
     Args:
         campaign: recordings of kind actuator, of one design.
-        options: which rows are taken.
-        base: alloy to start from where `alloy = "fit"`; see `specimens.priors.alloy_quantities`.
-        material: silicone to start from, instead of the one that is named.
+        options: selection of rows.
+        base: name or path of the alloy's prior table, where `alloy = "fit"`; see
+            `specimens.priors.alloy_quantities`.
+        material: name or path of the silicone's table, in place of the one that the recordings name.
 
     Raises:
         InputError: if they name several designs, alloys or materials, or one has too few complete rows.
@@ -94,15 +96,15 @@ def _rows_of(
     specimen: int,
     options: RowOptions,
 ) -> Rows:
-    there = [f"resistance_{n}" for n in wired if recording.has(f"resistance_{n}")]
-    columns, block = columns_of(recording, ("pressure", *there), OUTPUTS, options)
+    recorded = [f"resistance_{n}" for n in wired if recording.has(f"resistance_{n}")]
+    columns, block = columns_of(recording, ("pressure", *recorded), OUTPUTS, options)
     measured, weight = measured_and_weight(recording, OUTPUTS, columns, block, options)
     inputs = {"pressure": smooth(columns, "pressure", options)}
     noise = {}
     for name in (f"resistance_{n}" for n in wired):
         inputs[name] = columns.get(name, np.ones(len(columns["time"])))
         noise[f"noise_{name}"] = np.asarray(0.0)  # not measured: taken as cold
-        if name in there:
+        if name in recorded:
             sigma = recording.noise_si(name) or noise_found(recording, name)
             noise[f"noise_{name}"] = np.asarray(max(sigma, 1e-12) / np.sqrt(block))
     base = dimensions(recording) | dict(common)
@@ -132,8 +134,8 @@ def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, n
         column = np.full(len(rows.mask), nominal)
         if recording.has(name):
             values, time = recording.si(name), recording.si("time")
-            held = np.isfinite(values) & np.isfinite(time)
-            if held.any():
-                column = np.interp(np.asarray(rows.time), time[held], values[held])
+            finite = np.isfinite(values) & np.isfinite(time)
+            if finite.any():
+                column = np.interp(np.asarray(rows.time), time[finite], values[finite])
         found[f"recorded_{name}"] = column
     return found

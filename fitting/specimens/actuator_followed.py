@@ -1,6 +1,8 @@
-"""Phases of an actuator whose model has effects: read from the resistances under the whole answer, then
-followed while parameters change. Fits and samplers of a model on disk use them; a diagnosis has hidden
-courses.
+"""Martensite fractions of an actuator whose model has effects.
+
+They are read from the resistances under the whole model, then corrected to first order while parameters
+change. Fits and samplers of a model on disk use them. A diagnosis treats the fractions as latent trajectories
+instead.
 """
 
 from collections.abc import Callable
@@ -21,23 +23,27 @@ from .actuator_rows import body_of
 from .rows import Rows, numbers
 
 ROUNDS = 3
-"""Rounds of smoothing from phases that were read under a similar model."""
+"""Number of smoothing rounds, starting from fractions that were read under a similar model."""
 FOLD = 0.08
-"""Slope of the whole answer over that at a fixed strain below which a resistance is not followed: two
-configurations of one resistance meet there."""
+"""Minimum ratio of two slopes of the resistance over the fraction: with all couplings, over the one at fixed
+strain. Below it the resistance is not followed, since two configurations share one resistance there."""
 
 
 class FollowedPhase(eqx.Module):
-    """A martensite fraction known from a smoothed resistance, that follows sensors, resistivities and
-    strain as far as the resistance tells it: not at all where a hot wire's resistance is blind to it.
+    """A martensite fraction that is read from a smoothed resistance.
 
-    Strain moves the reading only in the last step of a row: iterated, strain and fraction would chase
-    each other to another configuration of the same resistance. `settled` starts that step near its end.
+    It is corrected to first order for changes of sensors, resistivities and strain. The correction vanishes
+    where a hot wire's resistance no longer depends on the fraction.
+
+    Strain changes the reading only in the last iteration of a row. Otherwise strain and fraction could drift
+    to another configuration of the same resistance. `settled` gives that iteration a start close to its
+    solution.
 
     Attributes:
-        xi0: smoothed fraction [1]; ohms: its resistance [ohm]; gain: fraction per resistance [1/ohm].
-        gamma: strain at which it was read [1].
-        strained: whether strain moves the reading.
+        xi0: smoothed martensite fraction [1]; ohms: its resistance [ohm]; gain: change of fraction per
+            resistance [1/ohm].
+        gamma: shear strain at which the fraction was read [1].
+        strained: true if strain changes the reading.
     """
 
     xi0: Array
@@ -47,11 +53,11 @@ class FollowedPhase(eqx.Module):
     strained: bool = eqx.field(static=True, default=True)
 
     def held(self) -> "FollowedPhase":
-        """The same at the strain at which it was read."""
+        """The same fraction, read at its original strain."""
         return FollowedPhase(self.xi0, self.ohms, self.gain, self.gamma, False)
 
     def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
-        """Fraction by one step from the smoothed one."""
+        """Martensite fraction after one linear correction of the smoothed one."""
         wire = chain.through("wire_resistance", self.ohms)
         at = gamma if self.strained else self.gamma
         surplus = wire - alloy.resistivity(self.xi0, at) * wire_length
@@ -60,45 +66,46 @@ class FollowedPhase(eqx.Module):
 
 
 def settled(recordings: list[Rows], evaluate: Callable[[list[Rows]], dict[str, np.ndarray]]) -> list[Rows]:
-    """Recordings whose phases are read anew under a model: smoothed about its whole answer, as
+    """Recordings whose martensite fractions are read anew, smoothed about the predictions of a model, as in
     `actuator_phase`.
 
     Args:
-        recordings: before.
-        evaluate: drivers of the model for recordings, by name, shape (recordings, rows).
+        recordings: recordings with earlier fractions.
+        evaluate: function from recordings to the model's drivers, by name, each of shape (recordings, rows).
     """
     layout = recordings[0].extra["layout"]
     wired = [(k, n) for k, n in enumerate(layout.spring_numbers) if f"resistance_{n}" in recordings[0].inputs]
     if not wired:
         return recordings
     slopes: dict[int, np.ndarray] = {}
-    held = [
+    fixed = [
         replaced(rows, gain=tuple(0.0 * np.asarray(g) for g in rows.extra["gain"])) for rows in recordings
     ]
     for _ in range(ROUNDS):
-        here = evaluate(held)
+        base = evaluate(fixed)
         for k, n in wired:
-            there = evaluate([_moved(rows, k) for rows in held])
-            slope = (there[f"ohms_{n}"] - here[f"ohms_{n}"]) / (there[f"xi0_{n}"] - here[f"xi0_{n}"])
-            held = [_read(rows, k, n, here[f"ohms_{n}"][j], slope[j]) for j, rows in enumerate(held)]
+            perturbed = evaluate([_perturbed(rows, k) for rows in fixed])
+            slope = (perturbed[f"ohms_{n}"] - base[f"ohms_{n}"]) / (perturbed[f"xi0_{n}"] - base[f"xi0_{n}"])
+            fixed = [_smoothed(rows, k, n, base[f"ohms_{n}"][j], slope[j]) for j, rows in enumerate(fixed)]
             slopes[k] = slope
-    here = evaluate(held)
+    base = evaluate(fixed)
     found = []
-    for j, rows in enumerate(held):
+    for j, rows in enumerate(fixed):
         count = len(rows.mask)
-        told = {
-            name: tuple(np.nan_to_num(here[f"{name}_{n}"][j, :count]) for n in layout.spring_numbers)
+        reading = {
+            name: tuple(np.nan_to_num(base[f"{name}_{n}"][j, :count]) for n in layout.spring_numbers)
             for name in ("ohms", "gamma")
         }
         gain = [np.zeros(count) for _ in layout.spring_numbers]
         for k, n in wired:
-            gain[k] = _gain(rows, k, n, told["gamma"][k], np.nan_to_num(slopes[k][j, :count]))
-        found.append(replaced(rows, gain=tuple(gain), **told))
+            gain[k] = _gain(rows, k, n, reading["gamma"][k], np.nan_to_num(slopes[k][j, :count]))
+        found.append(replaced(rows, gain=tuple(gain), **reading))
     return found
 
 
 def _gain(rows: Rows, k: int, number: int, gamma: np.ndarray, total: np.ndarray) -> np.ndarray:
-    """Fraction per resistance at a fixed strain, less where noise or a fold of the whole answer blinds it."""
+    """Change of fraction per resistance at a fixed strain [1/ohm]; reduced where noise or a fold hides the
+    fraction."""
     noise = float(rows.extra[f"noise_resistance_{number}"])
     if not noise > 0.0:
         return np.zeros(len(gamma))
@@ -111,15 +118,15 @@ def _gain(rows: Rows, k: int, number: int, gamma: np.ndarray, total: np.ndarray)
     return trust / np.where(partial == 0.0, np.inf, partial)
 
 
-def _moved(rows: Rows, k: int) -> Rows:
-    """The recording with the fraction of spring k a little different."""
+def _perturbed(rows: Rows, k: int) -> Rows:
+    """The recording with the martensite fraction of spring k shifted by `NUDGE`."""
     xi0 = [np.asarray(x) for x in rows.extra["xi0"]]
     xi0[k] = xi0[k] + np.where(xi0[k] > 0.5, -NUDGE, NUDGE)
     return replaced(rows, xi0=tuple(xi0))
 
 
-def _read(rows: Rows, k: int, number: int, ohms: np.ndarray, slope: np.ndarray) -> Rows:
-    """One round of smoothing of spring k's fraction; rows without an equilibrium keep theirs."""
+def _smoothed(rows: Rows, k: int, number: int, ohms: np.ndarray, slope: np.ndarray) -> Rows:
+    """One round of smoothing of spring k's fraction. Rows without an equilibrium keep their fraction."""
     if not float(rows.extra[f"noise_resistance_{number}"]) > 0.0:
         return rows
     count = len(rows.mask)

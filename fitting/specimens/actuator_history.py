@@ -1,7 +1,8 @@
-"""Actuators with effects: pressure in; curvature, bend angle, length and the measured resistances out.
+"""Forward model of actuators with effects: pressure in; curvature, bend angle, length and measured
+resistances out.
 
-Martensite fractions are latent trajectories in a diagnosis; they follow resistances where a model on disk is
-fitted.
+In a diagnosis the martensite fractions are latent trajectories. Where a model on disk is fitted, they follow
+the resistances.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,19 +28,20 @@ from .latent import Drivers, LatentStates
 from .rows import Rows, numbers
 
 EXPLAINED = ("curvature", "bend_angle", "length")
-"""Outputs that effects act on: all but the direction of the bend."""
+"""Outputs that effects change: all but the direction of the bend."""
 REMAINDER = ("unmodelled_", "beyond_")
-"""How channels begin that say what a remainder adds."""
+"""Prefixes of the channels that hold a model discrepancy."""
 READINGS = ("resistance_1", "resistance_2", "resistance_3")
-"""Outputs of latent trajectories."""
+"""Outputs that are measured to find the latent trajectories."""
 FOLLOWING = ("gain", "ohms", "gamma", "sd")
-"""Columns of phases that follow resistances."""
+"""Columns of martensite fractions that follow resistances."""
 COMPILER_OPTIONS = {"xla_cpu_use_fusion_emitters": False}
-"""A run is a long loop over small arrays; the older code generation takes a fifth less time for it."""
+"""Compiler options of a history, a long loop over small arrays. The older code generation needs a fifth less
+time for it."""
 
 
 def hidden_rows_for(campaign: Campaign, **tables: Any) -> list[Rows]:
-    """Recordings whose fractions are latent trajectories, and resistances outputs."""
+    """Recordings whose martensite fractions are latent trajectories and whose resistances are outputs."""
     rows = undecided_rows_for(campaign, **tables)
     return [_hidden(*pair) for pair in zip(rows, campaign.recordings, strict=True)]
 
@@ -53,25 +55,25 @@ def _hidden(rows: Rows, recording: Recording) -> Rows:
     read = {name: np.asarray(x) for name, x in rows.inputs.items() if name in READINGS}
     noise = {name: float(rows.extra[f"noise_{name}"]) for name in read}
     weight = {name: _counted(rows, recording, name) / sd if sd > 0.0 else still for name, sd in noise.items()}
-    own = extra.pop("clean", rows.weight)  # without what an uncertain phase adds
+    own = extra.pop("clean", rows.weight)  # without the variance of an uncertain phase
     return eqx.tree_at(
         lambda r: (r.extra, r.measured, r.weight), rows, (extra, rows.measured | read, dict(own) | weight)
     )
 
 
 def _counted(rows: Rows, recording: Recording, name: str) -> np.ndarray:
-    """One in rows whose resistance is a measurement, else zero."""
-    there = np.isfinite(recording.si("time"))
+    """One in rows whose resistance is a measurement, zero in the others."""
+    finite = np.isfinite(recording.si("time"))
     measured = np.isfinite(measurements(recording, name))
-    return np.isin(np.asarray(rows.time), recording.si("time")[there & measured]).astype(float)
+    return np.isin(np.asarray(rows.time), recording.si("time")[finite & measured]).astype(float)
 
 
 def with_effects(
     values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...]
 ) -> tuple[dict[str, Array], dict[str, Any]]:
     """All outputs under effects; see `Specimen.answer`."""
-    known = numbers(values, rows)
-    body = body_of(known, rows)
+    parameters = numbers(values, rows)
+    body = body_of(parameters, rows)
     extra = rows.extra
     if "gain" in extra:
         following = zip(extra["xi0"], extra["ohms"], extra["gain"], extra["gamma"], strict=True)
@@ -79,7 +81,7 @@ def with_effects(
     else:
         phases = tuple(MartensiteFraction(x) for x in extra["xi0"])
     one = jnp.ones(())
-    states = tuple(SpringState(known["prestrain"], one) for _ in body.springs)
+    states = tuple(SpringState(parameters["prestrain"], one) for _ in body.springs)
     pressure = rows.inputs["pressure"]
     known_rows = {"gravity": jnp.broadcast_to(extra["gravity"], (pressure.size, 3))}
     currents = {
@@ -103,32 +105,33 @@ def with_effects(
 
 
 class SpringPhases(LatentStates):
-    """The martensite fractions of an actuator's springs, solved for outside of `answer`."""
+    """Martensite fractions of an actuator's springs, solved for outside of `answer`."""
 
     readings = READINGS
 
     def rows_for(self, campaign: Campaign, **tables: Any) -> list[Rows]:
-        """See `hidden_rows_for`."""
+        """Recordings as arrays; see `hidden_rows_for`."""
         return hidden_rows_for(campaign, **tables)
 
     def count(self, stacked: Rows) -> int:
-        """One for each spring."""
+        """Number of latent trajectories: one for each spring."""
         return len(stacked.extra["xi0"])
 
     def prepared(
         self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None
     ) -> Rows:
-        """The same: how fast they wander is found where they are solved for."""
+        """The same stack. The process-noise variance is found by the code that solves for the
+        trajectories."""
         return stacked
 
     def begun(self, stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
-        """The same: the trajectories stand in the stack."""
+        """The same stack, which already holds the trajectories."""
         return stacked
 
     def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
-        """Phases read anew under a model with effects; see `actuator_followed`."""
+        """Recordings with fractions read anew under a model with effects; see `actuator_followed`."""
         return settled(recordings, drivers)
 
     def spent(self, recordings: Sequence[Rows]) -> int:
-        """None: resistances are inputs where a model on disk is fitted."""
+        """Zero: resistances are inputs where a model on disk is fitted."""
         return 0

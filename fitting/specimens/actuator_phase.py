@@ -1,11 +1,12 @@
-"""Martensite fractions behind the measured resistances of an actuator, and what their uncertainty costs.
+"""Martensite fractions of an actuator from its measured resistances, with their uncertainty.
 
-A resistance says much about a cold wire and hardly anything about a hot one, and a spring that is a little
-colder is also longer, which its resistance shows too. So the fraction is taken to wander slowly behind the
-resistance and is smoothed as in `inference.latent_trajectory.denoise`, about the whole answer of the
-actuator, by repeated linearisation. Beside it go a gain, by which the fraction follows other parameters as
-far as the resistance really tells it, and weights of outputs that are smaller where an uncertain fraction
-makes them uncertain.
+The resistance determines the fraction of a cold wire well, and that of a hot wire hardly at all. A colder
+spring is also longer, which changes its resistance too. So the fraction is modelled as a random walk. It is
+smoothed as in `inference.latent_trajectory.denoise`, about the predictions of the whole actuator, by repeated
+linearisation.
+
+Each fraction has a gain: its first-order change with the resistance, as far as the resistance determines it.
+Outputs get smaller weights where an uncertain fraction makes them uncertain.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,24 +25,26 @@ from .actuator_rows import Solved, body_of, trajectory
 from .rows import Rows, numbers, stack
 
 ROUNDS = 25
-"""Most rounds of smoothing."""
+"""Maximum number of smoothing rounds."""
 SETTLED = 1e-3
-"""Largest change of a fraction at which the rounds end."""
+"""Maximum change of a fraction at which the rounds end [1]."""
 LONGEST = 0.1
-"""Longest step of a fraction in one round; near full heat the tangent would throw it anywhere."""
+"""Maximum change of a fraction in one round [1]. Near full heat the tangent is almost flat, and a full step
+would leave its range of validity."""
 FLATTEST = 1e-6
-"""Of a wire's resistance: least slope over the fraction, relative."""
+"""Minimum slope of a wire's resistance over the fraction, relative to the resistance [1]."""
 UNKNOWN = 0.3
-"""1-sigma of a fraction of which the resistance says nothing [1]."""
+"""Standard deviation of a fraction that the resistance does not determine [1]."""
 LEAST_NOISE = 2e-6
-"""Of a wire's resistance: 1-sigma that any reading has, relative."""
+"""Minimum standard deviation of a reading, relative to the wire's resistance [1]."""
 BLIND = 0.05
-"""1-sigma of a fraction from which its error is the same along a recording, not new in each row."""
+"""Standard deviation of a fraction above which its error counts as common to a recording, not as new in each
+row [1]."""
 NUDGE = 0.02
-"""Change of a fraction by which slopes over it are taken."""
+"""Change of a fraction for slopes by finite differences [1]."""
 NARROWEST = 1e-9
 BEGIN = 0.9
-"""Fraction at which the rounds begin; further from full heat than any tangent is flat."""
+"""Fraction at which the rounds begin [1]. It is so far from full heat that no tangent is flat there."""
 DECIDED = ("xi0", "gain", "ohms", "sd")
 
 _rows = cached_program(
@@ -55,11 +58,11 @@ def _solve(values: Mapping[str, Array], stacked: Rows) -> Solved:
 
 
 def undecided(rows: Rows, count: int) -> Rows:
-    """A recording whose springs are all cold, to begin with.
+    """A recording whose springs are all fully martensitic (cold), as a start.
 
     Args:
-        rows: one recording without decisions.
-        count: springs of the actuator.
+        rows: recording without fractions.
+        count: number of springs of the actuator.
     """
     fill = {"xi0": 1.0, "gain": 0.0, "ohms": 1.0, "sd": 0.0}
     blank = {name: tuple(np.full(len(rows.mask), fill[name]) for _ in range(count)) for name in DECIDED}
@@ -68,34 +71,34 @@ def undecided(rows: Rows, count: int) -> Rows:
 
 
 def decided(values: Mapping[str, float], recordings: Sequence[Rows]) -> list[Rows]:
-    """The same recordings with fractions, gains and weights as they are at these parameters.
+    """Recordings with the fractions, gains and weights that hold at these parameters.
 
     Args:
         values: free parameters by name, SI.
-        recordings: of `undecided`, or of an earlier decision.
+        recordings: recordings from `undecided` or from an earlier call.
     """
     values = {name: jnp.asarray(float(value)) for name, value in values.items()}
     numbers_ = recordings[0].extra["layout"].spring_numbers
     wired = [k for k, n in enumerate(numbers_) if f"resistance_{n}" in recordings[0].inputs]
-    found = [_begun(rows, wired) for rows in recordings]
+    found = [_with_start(rows, wired) for rows in recordings]
     if not wired:
         return found
     for _ in range(ROUNDS):
-        stacked = _held(stack(found))
-        here = jax.device_get(_solve(values, stacked))
-        slopes = [_slopes(values, stacked, here, k) for k in wired]
+        stacked = _without_gains(stack(found))
+        current = jax.device_get(_solve(values, stacked))
+        slopes = [_slopes(values, stacked, current, k) for k in wired]
         change = 0.0
         for k, (_, slope) in zip(wired, slopes, strict=True):
             for number, rows in enumerate(found):
-                found[number], moved = _smoothed(rows, k, here.ohms[number][k], slope[number])
-                change = max(change, moved)
+                found[number], largest_step = _smoothed(rows, k, current.ohms[number][k], slope[number])
+                change = max(change, largest_step)
         if change < SETTLED:
             break
-    return _finished(values, found, wired)
+    return _with_gains(values, found, wired)
 
 
-def _begun(rows: Rows, wired: Sequence[int]) -> Rows:
-    """A recording whose measured springs start from what was decided before, or from `BEGIN`."""
+def _with_start(rows: Rows, wired: Sequence[int]) -> Rows:
+    """A recording whose measured springs start from earlier fractions, or from `BEGIN`."""
     xi0 = list(rows.extra["xi0"])
     for k in wired:
         if _noise(rows, k) > 0.0 and not np.any(rows.extra["sd"][k] > 0.0):
@@ -104,7 +107,7 @@ def _begun(rows: Rows, wired: Sequence[int]) -> Rows:
 
 
 def _noise(rows: Rows, k: int) -> float:
-    """1-sigma of a reading of spring k's resistance [ohm]; 0 where it was not measured."""
+    """Standard deviation of a reading of spring k's resistance [ohm]; 0 where it was not measured."""
     number = rows.extra["layout"].spring_numbers[k]
     stated = float(rows.extra[f"noise_resistance_{number}"])
     typical = float(np.median(np.asarray(rows.inputs[f"resistance_{number}"])))
@@ -112,21 +115,21 @@ def _noise(rows: Rows, k: int) -> float:
 
 
 def _slopes(
-    values: Mapping[str, Array], stacked: Rows, here: Solved, k: int
+    values: Mapping[str, Array], stacked: Rows, base: Solved, k: int
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Slopes of the outputs and of spring k's resistance over its fraction, shape (recordings, rows)."""
     xi0 = stacked.extra["xi0"][k]
     nudge = jnp.where(xi0 > 0.5, -NUDGE, NUDGE)
-    there = jax.device_get(_solve(values, _with_phase(stacked, k, xi0 + nudge)))
-    outputs = {name: (getattr(there, name) - getattr(here, name)) / np.asarray(nudge) for name in OUTPUTS}
-    return outputs, (there.ohms[:, k] - here.ohms[:, k]) / np.asarray(nudge)
+    perturbed = jax.device_get(_solve(values, _with_phase(stacked, k, xi0 + nudge)))
+    outputs = {name: (getattr(perturbed, name) - getattr(base, name)) / np.asarray(nudge) for name in OUTPUTS}
+    return outputs, (perturbed.ohms[:, k] - base.ohms[:, k]) / np.asarray(nudge)
 
 
 OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
 
 
 def _smoothed(rows: Rows, k: int, ohms: np.ndarray, slope: np.ndarray) -> tuple[Rows, float]:
-    """One round for one spring of one recording, and the largest change of its fraction."""
+    """One smoothing round for one spring of one recording, and the largest change of its fraction."""
     if _noise(rows, k) == 0.0:
         return rows, 0.0
     count = len(rows.mask)
@@ -140,37 +143,37 @@ def _smoothed(rows: Rows, k: int, ohms: np.ndarray, slope: np.ndarray) -> tuple[
     return replaced(rows, xi0=xi0), float(np.max(np.abs(after - before)))
 
 
-def _finished(values: Mapping[str, Array], found: list[Rows], wired: Sequence[int]) -> list[Rows]:
-    """Gains, resistances and weights at the fractions that were found."""
-    stacked = _held(stack(found))
-    here = jax.device_get(_solve(values, stacked))
+def _with_gains(values: Mapping[str, Array], found: list[Rows], wired: Sequence[int]) -> list[Rows]:
+    """Recordings with gains, resistances and weights at the final fractions."""
+    stacked = _without_gains(stack(found))
+    current = jax.device_get(_solve(values, stacked))
     variance = [
         {name: 1.0 / np.where(w > 0.0, w, np.inf) ** 2 for name, w in r.extra["clean"].items()} for r in found
     ]
     for k in wired:
-        outputs, slopes = _slopes(values, stacked, here, k)
+        outputs, slopes = _slopes(values, stacked, current, k)
         for number, rows in enumerate(found):
-            found[number] = _told(values, rows, k, here, slopes[number], number)
+            found[number] = _with_gain(values, rows, k, current, slopes[number], number)
             sd = found[number].extra["sd"][k]
             share = np.where(sd > BLIND, max(np.sum(sd > BLIND), 1), 1.0)
             for name, known in variance[number].items():
                 slope = outputs[name][number][: len(sd)]
                 known += np.where(np.isfinite(slope), share * (slope * sd) ** 2, 0.0)
-    return [_weighed(rows, known) for rows, known in zip(found, variance, strict=True)]
+    return [_reweighted(rows, known) for rows, known in zip(found, variance, strict=True)]
 
 
-def _told(
-    values: Mapping[str, Array], rows: Rows, k: int, here: Solved, slope: np.ndarray, number: int
+def _with_gain(
+    values: Mapping[str, Array], rows: Rows, k: int, current: Solved, slope: np.ndarray, number: int
 ) -> Rows:
-    """A recording with what spring k's resistance tells of its fraction."""
+    """A recording with the gain and uncertainty of spring k's fraction."""
     noise, count = _noise(rows, k), len(rows.mask)
-    ohms = tuple(np.asarray(here.ohms[number][j][:count]) for j in range(len(rows.extra["xi0"])))
+    ohms = tuple(np.asarray(current.ohms[number][j][:count]) for j in range(len(rows.extra["xi0"])))
     if noise == 0.0:
         return replaced(rows, ohms=ohms)
     spring = body_of(numbers(values, rows), rows).springs[k]
-    gamma = jnp.asarray(here.gamma[number][k][:count])
-    told = np.asarray(_mean_slope(spring, jnp.asarray(rows.extra["xi0"][k]), gamma, jnp.asarray(noise)))
-    sd = noise / np.sqrt(told**2 + (noise / UNKNOWN) ** 2)
+    gamma = jnp.asarray(current.gamma[number][k][:count])
+    mean_slope = np.asarray(_mean_slope(spring, jnp.asarray(rows.extra["xi0"][k]), gamma, jnp.asarray(noise)))
+    sd = noise / np.sqrt(mean_slope**2 + (noise / UNKNOWN) ** 2)
     total = slope[:count]
     gain = np.where(sd < BLIND, total / (total**2 + (noise / UNKNOWN) ** 2), 0.0)
     put = lambda name, column: tuple(  # noqa: E731
@@ -181,10 +184,10 @@ def _told(
 
 @eqx.filter_jit
 def _mean_slope(spring: pj.Spring, xi0: Array, gamma: Array, noise: Array) -> Array:
-    """Mean slope of the resistance over the fractions that one noisy reading leaves open [ohm].
+    """Mean slope of the resistance over the fractions that agree with one noisy reading [ohm].
 
-    Near full heat the tangent is flat and curved at once: a fraction of 0.4 has one, but any smaller fraction
-    has almost the same resistance.
+    Near full heat the tangent is flat but curved. At a fraction of 0.4 it has a slope, yet any smaller
+    fraction has almost the same resistance.
     """
     length = spring.geometry.wire_length
     ohms = spring.alloy.resistivity(xi0, gamma) * length
@@ -192,8 +195,8 @@ def _mean_slope(spring: pj.Spring, xi0: Array, gamma: Array, noise: Array) -> Ar
     return 2.0 * noise / jnp.maximum(jnp.abs(ends[0] - ends[1]), NARROWEST)
 
 
-def _weighed(rows: Rows, variance: Mapping[str, np.ndarray]) -> Rows:
-    """A recording whose outputs have these variances, where they count."""
+def _reweighted(rows: Rows, variance: Mapping[str, np.ndarray]) -> Rows:
+    """A recording with these added variances of its outputs, in the rows that count."""
     clean = rows.extra["clean"]
     weight = {name: np.where(clean[name] > 0.0, variance[name] ** -0.5, 0.0) for name in clean}
     return eqx.tree_at(lambda r: r.weight, rows, weight)
@@ -204,8 +207,8 @@ def replaced(rows: Rows, **columns: tuple[np.ndarray, ...]) -> Rows:
     return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **columns})
 
 
-def _held(stacked: Rows) -> Rows:
-    """The same stack with fractions that do not follow anything."""
+def _without_gains(stacked: Rows) -> Rows:
+    """The same stack with fixed fractions, which follow no resistance."""
     return replaced(stacked, gain=tuple(0.0 * gain for gain in stacked.extra["gain"]))
 
 

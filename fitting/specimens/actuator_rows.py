@@ -1,8 +1,8 @@
-"""Every row of an actuator's recording in equilibrium, solved side by side instead of one after the other.
+"""Equilibria of all rows of an actuator's recording, solved at once instead of one after the other.
 
-What a spring remembers in a row depends on strains and phases of earlier rows. So rows are solved at phases
-and memories that were decided before; the strains found say how far those really are from that, by the
-resistance and by the memory's rule; and the rows are solved again.
+A spring's memory in one row depends on strains and phases of earlier rows. So the rows are first solved at
+given phases and memories. The resulting strains correct both, by the resistance and by the rule of the
+memory. Then the rows are solved again.
 """
 
 import dataclasses
@@ -24,13 +24,14 @@ from .rows import Rows, numbers
 
 ALLOY = tuple(field.name for field in dataclasses.fields(Alloy) if field.name != "name")
 PASSES = 2
-"""Solutions of all rows; the first is at what was decided."""
+"""Number of passes over all rows; the first uses the given phases and memories."""
 TINY = 1e-24
-"""Square of a bend angle below which it has no direction."""
+"""Minimum square of a bend angle [rad2]; a smaller bend has no direction."""
 
 
 class Solved(eqx.Module):
-    """All rows; arrays of shape (rows,), those of springs (springs, rows); NaN where there is no equilibrium.
+    """Solutions of all rows. Arrays have shape (rows,), those of springs (springs, rows); NaN where there is
+    no equilibrium.
 
     Attributes:
         curvature [1/m], bend_angle [rad], bend_direction [rad], length [m]: of the centre line.
@@ -46,26 +47,26 @@ class Solved(eqx.Module):
     ohms: Array
 
 
-def body_of(known: Mapping[str, Array], rows: Rows) -> pj.Actuator:
-    """The actuator that numbers describe."""
+def body_of(parameters: Mapping[str, Array], rows: Rows) -> pj.Actuator:
+    """The actuator with these parameters."""
     layout = rows.extra["layout"]
-    alloy = Alloy(**{name: known[name] for name in ALLOY}) if layout.spring_numbers else None
-    geometry = pj.Geometry(**{name: known[name] for name in GEOMETRY_KEYS})
-    return pj.round_actuator(layout, geometry, alloy, silicones.law_with(rows.extra["law"], known))
+    alloy = Alloy(**{name: parameters[name] for name in ALLOY}) if layout.spring_numbers else None
+    geometry = pj.Geometry(**{name: parameters[name] for name in GEOMETRY_KEYS})
+    return pj.round_actuator(layout, geometry, alloy, silicones.law_with(rows.extra["law"], parameters))
 
 
 def trajectory(values: Mapping[str, Array], rows: Rows) -> Solved:
-    """A recording as the model has it.
+    """Solutions of one recording.
 
     Args:
         values: free parameters by name, SI.
         rows: one recording.
     """
-    known = numbers(values, rows)
-    body, count = body_of(known, rows), rows.time.size
-    fresh = SpringState.fresh(jnp.asarray(known["prestrain"], float))
-    xi0 = _of_springs(rows, "xi0")
-    states = tuple(SpringState(jnp.broadcast_to(fresh.prestrain, (count,)), _hottest(x)) for x in xi0)
+    parameters = numbers(values, rows)
+    body, count = body_of(parameters, rows), rows.time.size
+    fresh = SpringState.fresh(jnp.asarray(parameters["prestrain"], float))
+    xi0 = _spring_columns(rows, "xi0")
+    states = tuple(SpringState(jnp.broadcast_to(fresh.prestrain, (count,)), _earlier_minimum(x)) for x in xi0)
     guess = jnp.broadcast_to(start(body), (count, body.basis.shape[1]))
     for _ in range(PASSES - 1 if body.springs else 0):
         guess, _ = _solve(body, rows, xi0, states, guess)
@@ -76,19 +77,19 @@ def trajectory(values: Mapping[str, Array], rows: Rows) -> Solved:
     return _solved(body, xi0, *_solve(body, rows, xi0, states, guess))
 
 
-def _of_springs(rows: Rows, name: str) -> Array:
-    """What was decided of every spring, shape (springs, rows)."""
+def _spring_columns(rows: Rows, name: str) -> Array:
+    """Given phases and memories of every spring, shape (springs, rows)."""
     columns = rows.extra[name]
     return jnp.stack(columns) if columns else jnp.zeros((0, rows.time.size))
 
 
-def _hottest(xi0: Array) -> Array:
-    """Smallest fraction of the rows before each one, 1 before the first [1]."""
+def _earlier_minimum(xi0: Array) -> Array:
+    """Smallest martensite fraction of all earlier rows, 1 for the first row [1]."""
     return jnp.concatenate([jnp.ones(1), jax.lax.cummin(xi0)[:-1]])
 
 
 def _solve(body: pj.Actuator, rows: Rows, xi0: Array, states: tuple, guess: Array) -> tuple[Array, Array]:
-    """Scaled unknowns of every row, shape (rows, freedoms), and which rows balance."""
+    """Scaled unknowns of every row, shape (rows, freedoms), and a mask of the rows that balance."""
 
     def one(pressure: Array, xi0: Array, states: tuple, guess: Array) -> tuple[Array, Array]:
         phases = tuple(pj.MartensiteFraction(xi0[k]) for k in range(len(body.springs)))
@@ -107,12 +108,13 @@ def _strains(body: pj.Actuator, unknowns: Array) -> Array:
 
 
 def _corrected(body: pj.Actuator, rows: Rows, gamma: Array) -> Array:
-    """Phases at these strains, shape (springs, rows): those decided, moved as far as resistance tells."""
-    decided = _of_springs(rows, "xi0")
+    """Martensite fractions at these strains, shape (springs, rows): the given ones, corrected to first
+    order."""
+    decided = _spring_columns(rows, "xi0")
     springs = zip(body.springs, decided, gamma, strict=True)
     ohms = jnp.stack([s.alloy.resistivity(x, g) * s.geometry.wire_length for s, x, g in springs])
-    moved = decided + _of_springs(rows, "gain") * (_of_springs(rows, "ohms") - ohms)
-    return jnp.clip(moved, 0.0, 1.0)
+    corrected = decided + _spring_columns(rows, "gain") * (_spring_columns(rows, "ohms") - ohms)
+    return jnp.clip(corrected, 0.0, 1.0)
 
 
 def _memories(spring: Spring, first: SpringState, gamma: Array, xi0: Array) -> SpringState:

@@ -1,4 +1,4 @@
-"""Sentences about results that rest on extrapolation or on a reading that says nothing."""
+"""Warnings about results that rest on extrapolation or on an uninformative reading."""
 
 import numpy as np
 
@@ -8,49 +8,49 @@ from pneusma_jax.silicone import PolynomialFit, RegularisedSilicone, SiliconeLaw
 
 from .silicones import Scaled
 
-CLEARANCE_DEG = 270.0  # bend past which the source saw the tip touch the clamp (Section 3.7.2)
+CLEARANCE_DEG = 270.0  # Bend angle beyond which the source saw the tip touch the clamp (Section 3.7.2)
 
 
-def _where(mask: np.ndarray) -> str:
-    """Which rows, in words; nothing for a single state."""
+def _rows_text(mask: np.ndarray) -> str:
+    """List of rows in words; empty for a single state."""
     mask = np.atleast_1d(mask)
     return "" if mask.size == 1 else f" in {int(mask.sum())} of {mask.size} rows"
 
 
-def _say(conditions: dict[str, np.ndarray]) -> list[str]:
-    return [sentence + _where(mask) for sentence, mask in conditions.items() if np.any(mask)]
+def _warnings(conditions: dict[str, np.ndarray]) -> list[str]:
+    return [sentence + _rows_text(mask) for sentence, mask in conditions.items() if np.any(mask)]
 
 
 def spring_cautions(
     spring: pj.Spring, response: SpringResponse, name: str, read: SpringResponse | None = None
 ) -> list[str]:
-    """Where a spring's martensite fraction does not follow from its resistance, or a law is extrapolated.
+    """Warnings where a resistance does not determine the martensite fraction, or where a law is extrapolated.
 
     Args:
-        spring: the element.
-        response: of one state or of rows.
-        name: what to call it, such as `"spring 2"`.
-        read: the response to the resistance as it was measured, where `response` is to a denoised one.
+        spring: the spring element.
+        response: response of one state or of rows.
+        name: name of the spring in the sentence, such as `"spring 2"`.
+        read: response to the resistance as measured, where `response` belongs to a denoised one.
     """
     gamma = np.asarray(response.gamma)
     source = response if read is None else read
     clipped, degenerate = np.asarray(source.clipped), np.asarray(source.degenerate)
     limit = float(spring.alloy.gamma_max)
-    known = np.isfinite(gamma)
+    finite = np.isfinite(gamma)
     noise = "" if gamma.ndim == 0 else " (near xi0 = 0 and 1 its noise is enough)"
-    return _say({
+    return _warnings({
         f"blind: the resistance of {name} lies outside what its phases allow at that strain{noise}, so the"
-        " reading was held at 0 or 1": clipped & known,
+        " reading was held at 0 or 1": clipped & finite,
         f"blind: both phases of {name} conduct alike at that strain, so its resistance does not tell its"
-        " martensite fraction": degenerate & ~clipped & known,
+        " martensite fraction": degenerate & ~clipped & finite,
         f"extrapolated: {name} is strained beyond gamma = {limit:g}, to which its resistivity is known"
-        : known & (gamma > limit),
-        f"extrapolated: {name} is pushed shorter than its free length": known & (gamma < 0.0),
+        : finite & (gamma > limit),
+        f"extrapolated: {name} is pushed shorter than its free length": finite & (gamma < 0.0),
     })  # fmt: skip
 
 
-def _tested(law: SiliconeLaw) -> tuple[float, float] | None:
-    """Strains that a law was fitted to, where it knows them."""
+def _tested_range(law: SiliconeLaw) -> tuple[float, float] | None:
+    """Range of strains that a law was fitted to; None where the law does not state it."""
     law = law.law if isinstance(law, Scaled) else law
     if isinstance(law, RegularisedSilicone):
         return float(law.lower), float(law.upper)
@@ -60,18 +60,18 @@ def _tested(law: SiliconeLaw) -> tuple[float, float] | None:
 
 
 def silicone_cautions(law: SiliconeLaw, least: np.ndarray, most: np.ndarray) -> list[str]:
-    """Where the silicone is strained beyond its tests.
+    """Warnings where the silicone is strained beyond its tests.
 
     Args:
-        law: of the wall.
-        least, most: smallest and largest strain in each state [1].
+        law: law of the wall's silicone.
+        least, most: smallest and largest strain of each state [1].
     """
-    limits = _tested(law)
+    limits = _tested_range(law)
     if limits is None:
         return []
     low, high = limits
     least, most = np.asarray(least), np.asarray(most)
-    return _say({
+    return _warnings({
         f"extrapolated: the silicone is compressed beyond the strain {low:g} to which its law is fitted"
         : least < low,
         f"extrapolated: the silicone is stretched beyond the strain {high:g} to which it was tested"
@@ -85,36 +85,36 @@ def actuator_cautions(
     clearance_deg: float | None = None,
     read: pj.Equilibrium | None = None,
 ) -> list[str]:
-    """Everything about an actuator's states that should be read with care.
+    """All warnings about an actuator's states.
 
     Args:
-        actuator: what was solved.
-        found: one state or rows.
-        clearance_deg: bend angle at which the tip meets the base; the source's 270 degrees if None.
-        read: the states at the resistances as measured, where `found` is at denoised ones.
+        actuator: actuator that was solved.
+        found: equilibrium of one state or of rows.
+        clearance_deg: bend angle at which the tip meets the base [deg]; the source's 270 if None.
+        read: equilibria at the resistances as measured, where `found` belongs to denoised ones.
     """
-    said = _unsolved(statuses(found, read))
+    sentences = _unsolved_sentences(statuses(found, read))
     source = found if read is None else read
     for number, spring, response, reading in zip(
         actuator.spring_numbers, actuator.springs, found.springs, source.springs, strict=True
     ):
-        said += spring_cautions(spring, response, f"spring {number}", reading)
+        sentences += spring_cautions(spring, response, f"spring {number}", reading)
     bend = np.linalg.norm(np.asarray(found.bend), axis=-1)
     mean, swing = np.asarray(found.delta_centre), bend * float(actuator.section.radius)
     length = float(actuator.length)
-    said += silicone_cautions(actuator.silicone, (mean - swing) / length, (mean + swing) / length)
+    sentences += silicone_cautions(actuator.silicone, (mean - swing) / length, (mean + swing) / length)
     limit = CLEARANCE_DEG if clearance_deg is None else clearance_deg
     touching = f"bent past {limit:g} degrees, where the tip may touch the base: contact is not modelled"
-    said += _say({touching: np.rad2deg(bend) > limit})
-    return said
+    sentences += _warnings({touching: np.rad2deg(bend) > limit})
+    return sentences
 
 
 def statuses(found: pj.Equilibrium, read: pj.Equilibrium | None = None) -> np.ndarray:
-    """Status of every state; a solved row whose measured resistances had several equilibria says so.
+    """Status of every state. A solved row is marked where its measured resistances had several equilibria.
 
     Args:
-        found: one state or rows.
-        read: the states at the resistances as measured, where `found` is at denoised ones.
+        found: equilibrium of one state or of rows.
+        read: equilibria at the resistances as measured, where `found` belongs to denoised ones.
     """
     status = np.asarray(found.status)
     if read is None or not status.ndim:
@@ -123,18 +123,18 @@ def statuses(found: pj.Equilibrium, read: pj.Equilibrium | None = None) -> np.nd
     return np.where((status == pj.Status.converged) & several, pj.Status.several_equilibria, status)
 
 
-def _unsolved(status: np.ndarray) -> list[str]:
-    """How many rows of a batch have no solution or several, and why."""
+def _unsolved_sentences(status: np.ndarray) -> list[str]:
+    """Sentence with the number of rows without a solution, or with several, and the reason."""
     if status.ndim == 0:
         return []
-    said = []
+    sentences = []
     for code in pj.Status:
         count = int(np.sum(status == code))
         if code == pj.Status.several_equilibria and count:
-            said.append(
+            sentences.append(
                 f"{count} of {status.size} rows have several equilibria with these resistances:"
                 " the one on the way of the history is given"
             )
         elif code != pj.Status.converged and count:
-            said.append(f"{count} of {status.size} rows have no result: {code.sentence}")
-    return said
+            sentences.append(f"{count} of {status.size} rows have no result: {code.sentence}")
+    return sentences

@@ -1,6 +1,6 @@
-"""Elastomer coupons: strain in, engineering stress out.
+"""Forward model of elastomer coupons: strain in, engineering stress out.
 
-The law is the one that the recordings state; `fitting.calibrate.elastomer` is what compares laws.
+The law is the one that the recordings state. `fitting.calibrate.elastomer` compares several laws.
 """
 
 import dataclasses
@@ -22,10 +22,10 @@ from .cautions import silicone_cautions
 from .registry import register
 from .rows import MARK, Rows, numbers
 from .specimen import FITTED, Courses, RowOptions, Specimen
-from .zeros import taut, zeros_of
+from .zeros import strain_from_taut, zeros_of
 
 ZEROS = {"strain": "1", "stress": "kPa"}
-"""Quantities whose zero a fit may find, with the unit in which it is shown."""
+"""Quantities whose zero a fit may find, with the unit that reports show."""
 
 
 class Coupon(Specimen):
@@ -53,26 +53,27 @@ class Coupon(Specimen):
     def rows_for(
         self, campaign: Campaign, options: RowOptions = FITTED, material: str | Path | None = None
     ) -> list[Rows]:
-        """See `Specimen.rows_for`.
+        """Recordings as arrays; see `Specimen.rows_for`.
 
         Args:
             campaign: recordings of kind elastomer.
-            options: which rows are taken.
-            material: table to start from, instead of the one that is named or, for one that is to be fitted,
-                the source's silicone.
+            options: selection of rows.
+            material: name or path of a table, in place of the one that the recordings name. By default a
+                material that is to be fitted starts from the source's silicone.
 
         Raises:
             InputError: if they name several materials, or one has too few complete rows.
         """
-        made = silicones.rows_of_silicone(campaign, options, material, self, _none_off)
+        made = silicones.rows_of_silicone(campaign, options, material, self, _exact_zeros)
         return [_with_zeros(*pair) for pair in zip(made, campaign.recordings, strict=True)]
 
     def parameters_for(self, campaign: Campaign, material: str | Path | None = None) -> Parameters:
-        """Free numbers with their priors: constants of the silicone, each specimen's factor, then zeros.
+        """Free parameters with their priors: constants of the silicone, each specimen's stiffness factor,
+        then zeros.
 
         Args:
             campaign: recordings of kind elastomer.
-            material: as for `rows_for`.
+            material: name or path of a table, as for `rows_for`.
         """
         parameters = silicones.parameters_of_silicone(campaign, material, lambda recording: {})
         for parameter in _zeros(campaign):
@@ -82,30 +83,32 @@ class Coupon(Specimen):
     def answer(
         self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
     ) -> tuple[dict[str, Array], dict[str, Any]]:
-        """See `Specimen.answer`. Without effects no row depends on another, and all are computed at once."""
-        known = numbers(values, rows)
-        law = silicones.law_with(rows.extra["law"], known)
-        strain = taut(rows.inputs["strain"], known["strain_zero"], rows.extra["flat"])
+        """Stress and strain; see `Specimen.answer`. Without effects the rows are independent and are computed
+        at once."""
+        parameters = numbers(values, rows)
+        law = silicones.law_with(rows.extra["law"], parameters)
+        strain = strain_from_taut(rows.inputs["strain"], parameters["strain_zero"], rows.extra["flat"])
         seen = {"stress": law(strain)}
         if effects:
             seen = simulate_coupon(law, strain, time=rows.time, effects=effects).seen
-        seen = seen | {"stress": seen["stress"] + known["stress_zero"]}
+        seen = seen | {"stress": seen["stress"] + parameters["stress_zero"]}
         rate = jnp.gradient(strain) / jnp.maximum(jnp.gradient(rows.time), 1e-9)
         return seen, {"strain": strain, "strain_rate": rate, "max_strain": jnp.maximum.accumulate(strain)}
 
     def cautions(self, recording: Recording, rows: Rows, outputs: Courses, drivers: Courses) -> list[str]:
-        """Where the silicone is strained beyond its tests."""
+        """Warnings where the silicone is strained beyond its tests."""
         law = silicones.law_with(rows.extra["law"], numbers({}, rows))
         return silicone_cautions(law, drivers["strain"], drivers["strain"])
 
 
-def _none_off(recording: Recording) -> dict[str, float]:
-    """Zeros as a recording states them: exact."""
+def _exact_zeros(recording: Recording) -> dict[str, float]:
+    """Zeros of both quantities at none, exactly as the recording states them."""
     return {f"{quantity}_zero": 0.0 for quantity in ZEROS}
 
 
 def _with_zeros(rows: Rows, recording: Recording) -> Rows:
-    """A recording that knows where its coupon hung slack; rows of which that cannot be told do not count."""
+    """A recording with the mask of rows at which its coupon hung slack. Rows that cannot be assigned do not
+    count."""
     zeros, strain = zeros_of(recording), rows.inputs["strain"]
     weight = {name: np.where(zeros.unsure(strain), 0.0, w) for name, w in rows.weight.items()}
     extra = rows.extra | {"flat": zeros.flat(strain)}
@@ -113,12 +116,12 @@ def _with_zeros(rows: Rows, recording: Recording) -> Rows:
 
 
 def _zeros(campaign: Campaign) -> list[Parameter]:
-    """Zeros of each specimen's recordings that the fit is to find: one of each, by the widest doubt."""
+    """Zeros that the fit is to find, per specimen; each has the widest prior among its recordings."""
     specimens, found = campaign.specimens(), []
     for number, recordings in enumerate(specimens.values(), start=1):
-        known = [zeros_of(recording) for recording in recordings]
+        stated = [zeros_of(recording) for recording in recordings]
         for quantity, unit in ZEROS.items():
-            doubt = [zeros for zeros in known if quantity in zeros.sd]
+            doubt = [zeros for zeros in stated if quantity in zeros.sd]
             if doubt:
                 widest = max(doubt, key=lambda zeros: zeros.sd[quantity])
                 name = f"{quantity}_zero" + (f"{MARK}{number}" if len(specimens) > 1 else "")

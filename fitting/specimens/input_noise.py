@@ -1,9 +1,10 @@
-"""Errors in variables: what noise of measured drivers adds to that of the outputs (effective variance, Orear,
-Am. J. Phys. 50 (1982) 912).
+"""Errors in variables: noise of measured drivers, propagated to the weights of the outputs.
 
-The model says by how much: its outputs with a driver moved by its 1-sigma, up and down. Smoothing a driver
-leaves its slow errors as large as those of white noise, so that the whole variance counts, as if it were new
-in every row.
+The method is the effective variance (Orear, Am. J. Phys. 50 (1982) 912).
+
+Sensitivities come from the model: its outputs with a driver shifted by one standard deviation, up and down.
+Smoothing a driver leaves its slow errors as large as those of white noise. So the whole variance counts, as
+if it were new in every row.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,17 +22,17 @@ from .rows import Rows, stack
 from .specimen import Model
 
 CLEAN, SIGMA = "clean", "sigma"
-"""Entries of `Rows.extra`: weights by the outputs' own noise, and every driver's 1-sigma."""
+"""Entries of `Rows.extra`: weights by the outputs' own noise, and the standard deviation of every driver."""
 
 
 def with_drivers(rows: Rows, recording: Recording, drivers: Sequence[str], block: int) -> Rows:
-    """A recording that knows the noise of its drivers: as it is stated, or as their fast changes show it.
+    """A recording with the noise of its drivers, as stated or as estimated from their high-frequency content.
 
     Args:
-        rows: the recording as arrays, weighted by the noise of its outputs.
-        recording: as it was read.
-        drivers: inputs of the model that drive it in this recording; the others count as exact.
-        block: samples that a row is the mean of.
+        rows: recording as arrays, weighted by the noise of its outputs.
+        recording: recording as read from its file.
+        drivers: measured inputs with noise; other inputs count as exact.
+        block: number of samples averaged in a row.
     """
     sigma = {name: np.zeros(()) for name in rows.inputs}
     for name in drivers:
@@ -41,27 +42,27 @@ def with_drivers(rows: Rows, recording: Recording, drivers: Sequence[str], block
 
 
 def noisy(recordings: Sequence[Rows]) -> bool:
-    """Whether any driver of these recordings has noise that is known."""
+    """True if any driver of these recordings has a known noise."""
     return any(float(sigma) > 0.0 for rows in recordings for sigma in rows.extra.get(SIGMA, {}).values())
 
 
 def carried_over(model: Model, values: Mapping[str, float], recordings: Sequence[Rows]) -> list[Rows]:
-    """The same recordings, weighted by the noise of their outputs and of their drivers at these values.
+    """Recordings weighted by the noise of their outputs and of their drivers, at these parameters.
 
     Args:
-        model: what predicts them.
+        model: model that predicts the outputs.
         values: free parameters by name, SI.
-        recordings: of `with_drivers`, or of an earlier call.
+        recordings: recordings from `with_drivers` or from an earlier call.
     """
-    held = {name: jnp.asarray(float(value)) for name, value in values.items()}
+    fixed = {name: jnp.asarray(float(value)) for name, value in values.items()}
     predict, stacked = predictor_of(model), stack(recordings)
-    here, more = predict(held, stacked), {}
+    current, more = predict(fixed, stacked), {}
     for driver, sigma in stacked.extra[SIGMA].items():
         for sign in (1.0, -1.0):
-            moved = stacked.inputs[driver] + sign * jnp.asarray(sigma)[:, None]
-            there = predict(held, eqx.tree_at(lambda r, d=driver: r.inputs[d], stacked, moved))
-            for name in there:
-                change = jnp.nan_to_num(there[name] - here[name]) ** 2
+            shifted_driver = stacked.inputs[driver] + sign * jnp.asarray(sigma)[:, None]
+            shifted = predict(fixed, eqx.tree_at(lambda r, d=driver: r.inputs[d], stacked, shifted_driver))
+            for name in shifted:
+                change = jnp.nan_to_num(shifted[name] - current[name]) ** 2
                 more[name, driver] = jnp.maximum(more.get((name, driver), 0.0), change)
     found = jax.device_get(more)
     return [_weighted(rows, found, k) for k, rows in enumerate(recordings)]

@@ -1,5 +1,8 @@
-"""Hidden states of a specimen under effects: trajectories that no column holds and that have to explain
-several columns together, such as a martensite fraction."""
+"""Interface for hidden states of a specimen under effects.
+
+A latent trajectory, such as a martensite fraction, is in no column and has to explain several columns
+together.
+"""
 
 import abc
 from collections.abc import Callable, Mapping, Sequence
@@ -14,16 +17,16 @@ from fitting.inference.channels import Channel
 from .rows import Rows
 
 Drivers = Callable[[list[Rows]], dict[str, np.ndarray]]
-"""What drives the outputs of recordings under a model, by name, each of shape (recordings, rows)."""
+"""Drivers of recordings under a model, by name, each of shape (recordings, rows)."""
 
 
 class LatentStates(abc.ABC):
-    """The latent trajectories of one kind of specimen.
+    """Latent trajectories of one kind of specimen.
 
     Attributes:
-        present: whether there are any.
-        inside: whether the specimen's own `answer` finds them; else whoever evaluates it solves for them.
-        readings: outputs beside the specimen's own that show them.
+        present: true if the kind has latent trajectories.
+        inside: true if the specimen's own `answer` finds them; otherwise the caller solves for them.
+        readings: outputs, beside the specimen's own, that depend on the trajectories.
     """
 
     present: bool = True
@@ -32,43 +35,43 @@ class LatentStates(abc.ABC):
 
     @abc.abstractmethod
     def rows_for(self, campaign: Campaign, **tables: Any) -> list[Rows]:
-        """Every recording as arrays whose latent trajectories are free; arguments as `Specimen.rows_for`."""
+        """Recordings as arrays whose latent trajectories are free; arguments as for `Specimen.rows_for`."""
 
     @abc.abstractmethod
     def count(self, stacked: Rows) -> int:
-        """Trajectories of a recording that are solved for outside of `answer`."""
+        """Number of trajectories per recording that are solved for outside of `answer`."""
 
     @abc.abstractmethod
     def prepared(
         self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None
     ) -> Rows:
-        """A stack whose trajectories wander as fast as the recordings say at these base constants.
+        """A stack with the process-noise variance that its recordings imply at these base constants.
 
         Args:
             values: base constants by name, SI.
-            stacked: recordings.
-            channels: the noise of every column as a diagnosis weighs it; as the rows do, if there are none.
+            stacked: stack of recordings.
+            channels: noise of every column as a diagnosis weights it; None for the weights of the rows.
         """
 
     @abc.abstractmethod
     def begun(self, stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
-        """A stack whose searches for trajectories begin where those of an evaluation ended, by its
+        """A stack whose searches for trajectories start at the end of an earlier evaluation, given by its
         drivers."""
 
     @abc.abstractmethod
     def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
-        """Recordings whose trajectories are read anew under a model with effects."""
+        """Recordings whose trajectories are found anew under a model with effects."""
 
     @abc.abstractmethod
     def spent(self, recordings: Sequence[Rows]) -> int:
-        """Measured values that trajectories take up."""
+        """Number of measured values that the trajectories use up as degrees of freedom."""
 
 
 class NoLatentStates(LatentStates):
     """A specimen whose state follows from its inputs.
 
     Args:
-        rows_for: the specimen's own.
+        rows_for: row builder of the specimen.
     """
 
     present = False
@@ -77,11 +80,11 @@ class NoLatentStates(LatentStates):
         self._rows_for = rows_for
 
     def rows_for(self, campaign: Campaign, **tables: Any) -> list[Rows]:
-        """The specimen's own rows."""
+        """Recordings from the specimen's own row builder."""
         return self._rows_for(campaign, **tables)
 
     def count(self, stacked: Rows) -> int:
-        """None."""
+        """Zero."""
         return 0
 
     def prepared(
@@ -99,5 +102,5 @@ class NoLatentStates(LatentStates):
         return recordings
 
     def spent(self, recordings: Sequence[Rows]) -> int:
-        """None."""
+        """Zero."""
         return 0

@@ -1,4 +1,4 @@
-"""From what a recording states about its specimen to the model's objects."""
+"""Objects of the physics (alloy, law, spring, actuator) from the statements of a recording."""
 
 from pathlib import Path
 from typing import Any
@@ -15,17 +15,18 @@ from pneusma_jax.units import to_si
 from .saved_models import AugmentedModel
 
 BASE = AugmentedModel()
-"""The base model, which changes nothing."""
+"""The base model, which changes no constant and adds no effect."""
 _SPRING_CONSTANTS = ("G_m", "G_a", "gamma_L", "rho_mean")
 
 
 def place(recording: Recording) -> str:
-    """The name by which messages call a recording."""
+    """Name of a recording in error messages."""
     return str(recording.path or recording.name)
 
 
 def geometry_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Geometry:
-    """Dimensions of a recording's specimen, in SI; what its kind does not have keeps the source's value."""
+    """Dimensions of a recording's specimen, SI. Dimensions that its kind does not have keep the source's
+    value."""
     values = {}
     for key, value in full_geometry(recording, model).items():
         if key in schema.GEOMETRY_NUMBERS:
@@ -37,20 +38,20 @@ def geometry_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Geomet
 
 
 def full_geometry(recording: Recording, model: AugmentedModel = BASE) -> dict[str, Any]:
-    """What a recording and the model say of the specimen; the model, which was fitted, has the last word."""
+    """Dimensions from a recording and from a model. The model was fitted, so its values win."""
     return recording.full_geometry() | model.geometry(recording.specimen)
 
 
 def gravity_of(recording: Recording) -> np.ndarray:
-    """Acceleration of gravity in the base frame [m/s2], for effects: the base model has no weight."""
+    """Acceleration of gravity in the base frame [m/s2], for effects. The base model has no weight."""
     return pj.gravity_vector(recording.full_geometry().get("orientation", schema.ORIENTATIONS[0]))
 
 
 def alloy_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Alloy:
-    """Alloy that a recording names, with the model's numbers.
+    """Alloy that a recording names, with the model's constants.
 
     Raises:
-        InputError: if it is to be fitted, cannot be loaded, or has not a spring's constants.
+        InputError: if it is to be fitted, cannot be loaded, or lacks constants of a spring.
     """
     table = model.table("alloy", named_table(recording, "alloy"), recording.specimen)
     table.require(_SPRING_CONSTANTS)
@@ -58,7 +59,7 @@ def alloy_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Alloy:
 
 
 def material_of(recording: Recording, model: AugmentedModel = BASE) -> Calibration:
-    """Table of a recording's silicone, with the model's numbers.
+    """Table of a recording's silicone, with the model's constants.
 
     Raises:
         InputError: if it is to be fitted or cannot be loaded.
@@ -67,9 +68,10 @@ def material_of(recording: Recording, model: AugmentedModel = BASE) -> Calibrati
 
 
 def law_of(recording: Recording, model: AugmentedModel = BASE) -> SiliconeLaw:
-    """Silicone law of a recording: the table's own, or the `law` that the recording states.
+    """Silicone law of a recording: the `law` that it states, else the table's own.
 
-    A table whose own law is `regularised` is made of order-4 polynomials, so a stated `polynomial` is that.
+    A table whose own law is `regularised` consists of order-4 polynomials. There, `polynomial` names the same
+    law.
 
     Raises:
         InputError: if the material is to be fitted, cannot be loaded, or has no numbers for the law.
@@ -82,7 +84,7 @@ def law_of(recording: Recording, model: AugmentedModel = BASE) -> SiliconeLaw:
 
 
 def actuator_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Actuator:
-    """Actuator of a recording, with the section, the places and the loads that its design describes.
+    """Actuator of a recording, with the section, spring positions and loads of its design.
 
     Raises:
         InputError: for impossible dimensions, springs that overlap, or tables that cannot be used.
@@ -93,7 +95,7 @@ def actuator_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Actuat
     law = law_of(recording, model)
     try:
         body = pj.make_actuator(design, alloy, law, geometry_of(recording, model))
-        if body.loads:  # weighed with the silicone that the recording names, not with the design's own
+        if body.loads:  # the weight is that of the silicone that the recording names, not of the design's own
             body = body.with_loads(
                 *design_loads(design, body, material_of(recording, model).values().get("density"))
             )
@@ -117,7 +119,7 @@ def _check_dimensions(recording: Recording, design: Calibration) -> None:
 
 
 def spring_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Spring:
-    """Spring on a test stand: its elongation counts from the free length.
+    """Spring on a test stand. Its elongation counts from the free length.
 
     Raises:
         InputError: for impossible dimensions or an alloy that cannot be used.
@@ -134,7 +136,7 @@ def spring_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Spring:
 
 
 def named_table(recording: Recording, key: str) -> str | Path:
-    """The alloy or material of a recording to predict with.
+    """Alloy or material that a recording names for its prediction.
 
     Raises:
         InputError: if it is to be fitted.

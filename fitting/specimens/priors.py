@@ -1,6 +1,7 @@
-"""Which numbers of a campaign's model are free, and what is known about them before it: `parameters_for`.
- A stated `[tolerance]` is complete; without one the defaults of the recording format hold. An alloy or
-material that is to be identified (`"fit"`) brings the priors of its calibration table instead.
+"""Free parameters of a campaign's model and their priors.
+
+A stated `[tolerance]` is complete. Without one, the defaults of the recording format hold. An alloy or
+material that is to be identified (`"fit"`) has the priors of its calibration table instead.
 """
 
 import math
@@ -17,25 +18,25 @@ from pneusma_jax.errors import InputError, nearest
 from .rows import MARK
 
 CUT = 4.0
-"""1-sigma at which a tolerance's prior ends."""
+"""Number of standard deviations at which a tolerance's prior is truncated."""
 WIDE = 0.15
-"""Relative 1-sigma from which a positive number is fitted by its logarithm."""
+"""Minimum relative standard deviation from which a positive parameter is fitted by its logarithm."""
 NEW_ALLOY = "new_nitinol"
-"""Where an alloy that is to be identified starts, unless told otherwise."""
+"""Default table that an alloy starts from when it is to be identified."""
 REFERENCE_WIRE = 0.25e-3
-"""Diameter of the wire that the resistivities of alloys that nobody has characterised are those of [m]."""
+"""Wire diameter that the resistivities of `NEW_ALLOY` refer to [m]."""
 PER_LENGTH = ("rho_mean", "rho_span", "alpha_1", "alpha_2")
-"""Resistances per length of wire, which scale with one over its cross-section."""
+"""Resistances per length of wire; they scale with the inverse of its cross-section."""
 FIT = "fit"
 
 
 def table_of(campaign: Campaign, key: str, base: str | Path | None = None) -> tuple[Calibration, bool]:
-    """The one alloy or material of a campaign, and whether it is to be identified.
+    """The one alloy or material of a campaign, and a flag that is true if it is to be identified.
 
     Args:
         campaign: recordings of one kind.
         key: `"alloy"` or `"material"`.
-        base: table to start from where it is to be identified; `new_nitinol` for alloys if None.
+        base: table that the identification starts from; None takes `new_nitinol` for alloys.
 
     Raises:
         InputError: if the recordings name several, or a material is to be identified without a base.
@@ -61,9 +62,9 @@ def table_of(campaign: Campaign, key: str, base: str | Path | None = None) -> tu
 def alloy_quantities(
     campaign: Campaign, names: Iterable[str], base: str | Path | None = None
 ) -> tuple[dict[str, Quantity], bool]:
-    """Constants of a campaign's alloy with what is known of them, and whether they are to be identified.
+    """Constants of a campaign's alloy with their priors, and a flag that is true if it is to be identified.
 
-    Resistivities of an alloy that nobody has characterised are scaled to the thinnest wire of the campaign.
+    Resistivities of an uncharacterised alloy are scaled to the thinnest wire of the campaign.
     """
     table, identify = table_of(campaign, "alloy", base)
     table.require(names)
@@ -85,12 +86,11 @@ def _scaled(quantity: Quantity, factor: float) -> Quantity:
 
 
 def tolerances(recordings: Iterable[Recording], known: Iterable[str]) -> dict[str, float]:
-    """Relative 1-sigma of each of the model's numbers, by the model's name of it; the widest of the
-    recordings.
+    """Relative standard deviation of each parameter, by the model's name; the largest of all recordings.
 
     Args:
-        recordings: of one specimen, or of all.
-        known: numbers that the model has; others are left out.
+        recordings: recordings of one specimen, or of all.
+        known: names of the model's parameters; other tolerances are ignored.
     """
     known = set(known)
     found: dict[str, float] = {}
@@ -103,14 +103,14 @@ def tolerances(recordings: Iterable[Recording], known: Iterable[str]) -> dict[st
 
 
 def quantity_of(key: str) -> str:
-    """Name of a number in the model: a key of `[geometry]` or `[tolerance]` without its unit."""
+    """Model parameter of a key of `[geometry]` or `[tolerance]`: the key without its unit."""
     if key in schema.GEOMETRY_NUMBERS and key not in schema.GEOMETRY_WITHOUT_UNIT:
         return schema.quantity_and_unit(key)[0]
     return key
 
 
 def toleranced(name: str, value: float, relative: float, unit: str = "1") -> Parameter:
-    """A number that is known to a relative 1-sigma: a Gaussian prior, cut at four of them."""
+    """A parameter with a Gaussian prior of given relative standard deviation, truncated at four of them."""
     sd = relative * abs(value)
     low, high = value - CUT * sd, value + CUT * sd
     if name.partition(MARK)[0] in POSITIVE:
@@ -120,7 +120,7 @@ def toleranced(name: str, value: float, relative: float, unit: str = "1") -> Par
 
 
 def tabulated(quantity: Quantity) -> Parameter:
-    """A number that its table has a prior for."""
+    """A parameter with the prior of its table."""
     prior = quantity.prior
     positive = prior.min > 0.0 and prior.sd > WIDE * prior.mean
     value = min(max(quantity.value, prior.min), prior.max)
@@ -132,13 +132,13 @@ def tabulated(quantity: Quantity) -> Parameter:
 def alloy_parameters(
     campaign: Campaign, names: Iterable[str], fixed: Iterable[str], base: str | Path | None = None
 ) -> tuple[Parameters, dict[str, float]]:
-    """Free constants of a campaign's alloy, and all of them by name in SI.
+    """Free constants of a campaign's alloy, and the values of all its constants by name, SI.
 
     Args:
         campaign: recordings of one kind.
         names: constants that the model needs.
-        fixed: those that this kind of test cannot see.
-        base: table to start from where the alloy is to be identified.
+        fixed: constants that this kind of test does not identify.
+        base: table that an alloy starts from when it is to be identified.
     """
     names = tuple(names)
     quantities, identify = alloy_quantities(campaign, names, base)
@@ -160,13 +160,14 @@ def geometry_parameters(
     units: Mapping[str, str] | None = None,
     wide: Mapping[str, float] | None = None,
 ) -> Parameters:
-    """Free dimensions: one of each for every specimen, since each was made and measured on its own.
+    """Free dimensions. Every specimen has its own, since each was made and measured separately.
 
     Args:
         campaign: recordings of one kind.
-        known: the model's dimensions of each specimen, by specimen and name, in SI.
-        units: in which they are shown; millimetres by default, none for plain numbers.
-        wide: relative 1-sigma of numbers that are open however well the recordings say they are known.
+        known: dimensions of the model, by specimen and name, SI.
+        units: display units by name; millimetres by default, none for plain numbers.
+        wide: relative standard deviation of parameters that stay free, whatever tolerance the recordings
+            state.
     """
     specimens = campaign.specimens()
     parameters = Parameters()
@@ -181,8 +182,7 @@ def geometry_parameters(
 
 
 def adjusted(parameters: Parameters, changes: Mapping[str, Mapping]) -> Parameters:
-    """Parameters with some of them changed as a user asks: any of `value`, `min`, `max`, `vary`, `tie`, in
-    SI.
+    """Parameters with changes by the user: any of `value`, `min`, `max`, `vary`, `tie`, in SI.
 
     Raises:
         InputError: if there is no such parameter, or the change is impossible.

@@ -1,9 +1,10 @@
-"""Long recordings with fewer rows: means where nothing bends within one, else rows as they were read.
+"""Downsampling of long recordings: means where no channel bends within one, else selected rows.
 
-A mean over rows lies on the curve of a law only where the law is straight over them. So rows are averaged
-only where no channel moves by more than a small part of its range from one mean to the next, and where
-outputs bend by less than the noise of a mean. Else rows are kept as they are: closer where readings change,
-turning points of the drivers among them, so that loops stay loops; and of very many cycles, whole ones.
+A mean over rows lies on the curve of a law only where the law is straight over these rows. So rows are
+averaged only if that holds in every block (`block_means`).
+
+Otherwise single rows are kept, denser where readings change. Turning points of the drivers are among them, so
+that loops stay loops. Of very many cycles, some are kept whole.
 """
 
 import dataclasses
@@ -13,61 +14,60 @@ import numpy as np
 
 from fitting.data.recordings import Campaign, Recording, Reduction, schema
 from fitting.inference.driven import predicted
-from fitting.inference.readings import noise_found, read_rows, readings_of, share_full_scale
+from fitting.inference.readings import read_rows, readings_of, share_full_scale
 
+from .block_means import PART, averaged, means_of, moving_channels
 from .rows import MOST_ROWS
 
-PART, MOSTLY = 0.05, 0.95
-"""Part of a channel's range that it may move by from one mean to the next, and the share of rows in which: a
-mean over 12 % of the range of a wire's temperature lay off its curve by 20 times the noise of a strain."""
-BENT = 0.4
-"""Of the noise of a mean, what it may be off a bent curve by. Noise alone looks like 0.2 of it."""
+ROW = "row"
+"""Name of the number of a row among the columns that are averaged with it."""
 TURNS = 0.1
-"""Part of a channel's range by which a course comes back from a turning point."""
+"""Minimum part of a channel's range by which it returns after a turning point."""
 EACH_WAY = 8
-"""Rows from one turning point to the next that show a transformation; with fewer, whole cycles are left
+"""Minimum number of rows between turning points that show a transformation. With fewer, whole cycles are left
 out."""
 FINE = 2
-"""Rows over which courses are smoothed to find their turning points: noise of a thirtieth of the range then
-turns nothing, and a transformation of three rows is not smeared."""
+"""Number of rows of the moving average before turning points are sought. Noise of a thirtieth of the range
+then makes no turning point. A transformation of three rows is not smeared."""
 ENOUGH = 0.25
-"""Share of rows that hold measurements of every output from which only those are kept."""
+"""Minimum share of rows that measure every output; from it on, only such rows are kept."""
 EVEN_SHARE = 0.5
-"""Share of rows that are spread evenly; the others go where readings change."""
+"""Share of the kept rows that are spread evenly. The others go where readings change."""
 
 
 def thinned(campaign: Campaign, most: int) -> Campaign:
-    """A campaign whose recordings have at most `most` rows, see `reduced`; they know each other's full
-    scale."""
+    """A campaign whose recordings have at most `most` rows, see `reduced`. They share their full scale."""
     share_full_scale(campaign.recordings)
     return dataclasses.replace(campaign, recordings=[reduced(r, most) for r in campaign.recordings])
 
 
 def reduced(recording: Recording, most: int) -> Recording:
-    """A recording with at most `most` rows, which knows the one that it came from; itself where it has no
-    more.
+    """A recording with at most `most` rows, which refers to its original. A short recording is returned as it
+    is.
 
     Args:
-        recording: as it was read, or reduced before.
-        most: rows that are left at most.
+        recording: original recording, or an earlier reduction.
+        most: maximum number of rows.
     """
     if recording.reduction:
         return recording if len(recording) <= most else reduced(recording.whole, most)
     read = read_rows(recording)
     if len(read) <= most:
-        return recording if len(read) == len(recording) else _only(recording, read)
+        return recording if len(read) == len(recording) else _only_readings(recording, read)
     table = _table(recording)
     block = -(-len(recording) // most)
-    means = averaged(_measured(recording, table), block)
-    if _straight(recording, means, block):
+    turns = _turning_rows(recording, table, min(block, FINE))
+    means = means_of(recording, _measured(recording, table), turns, block)
+    if means is not None:
+        count = len(next(iter(means.values())))
+        left = len(recording) - block * count
         text = (
-            f"{recording.name}: reduced from {len(recording)} rows to {len(means['row'])}, each the mean of "
-            f"{block}, over which no channel moves by more than {100 * PART:.0f} % of its range"
-        )
-        columns = {name: column for name, column in means.items() if name != "row"}
+            f"{recording.name}: reduced from {len(recording)} rows to {count}, each the mean of {block}; "
+            f"within none of them a channel moves by more than {100 * PART:.0f} % of its range, noise aside"
+        ) + (f"; {left} rows left over before a turn or the end are left out" if left else "")
         how = Reduction(recording, None, block, text)
-        return dataclasses.replace(recording, columns=columns, reduction=how)
-    rows, cycles = _kept(recording, table, block, most)
+        return dataclasses.replace(recording, columns=means, reduction=how)
+    rows, cycles = _selected_rows(recording, table, turns, block, most)
     of = f", of {cycles[0]} of its {cycles[1]} cycles" if cycles else ""
     text = (
         f"{recording.name}: reduced from {len(recording)} rows to {len(rows)}{of}, kept as they were read, "
@@ -77,55 +77,32 @@ def reduced(recording: Recording, most: int) -> Recording:
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, text))
 
 
-def _only(recording: Recording, rows: np.ndarray) -> Recording:
-    """A recording without rows that were not read; `inference.readings.cautions` says so."""
+def _only_readings(recording: Recording, rows: np.ndarray) -> Recording:
+    """A recording without rows that are no readings; `inference.readings.cautions` reports them."""
     columns = {name: column[rows] for name, column in _table(recording).items()}
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, ""))
 
 
 def said(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[str]:
-    """What was done to which recording, a sentence each.
+    """Sentences that say how each recording was reduced.
 
     Args:
-        recordings: as they were read, or reduced.
-        most: rows that are taken.
+        recordings: original or reduced recordings.
+        most: maximum number of rows.
     """
     found = [reduced(recording, most).reduction for recording in recordings]
     return [how.text for how in found if how and how.text]
 
 
-def averaged(columns: Mapping[str, np.ndarray], block: int) -> dict[str, np.ndarray]:
-    """Means over blocks of rows; a block's missing samples are left out.
-
-    Args:
-        columns: each of shape (n,), NaN where missing.
-        block: rows in a mean; the last one may have fewer.
-    """
-    edges = np.arange(0, len(next(iter(columns.values()))), block)
-    result = {}
-    for name, values in columns.items():
-        there = np.isfinite(values)
-        total = np.add.reduceat(np.where(there, values, 0.0), edges)
-        held = np.add.reduceat(there.astype(float), edges)
-        result[name] = np.where(held > 0, total / np.maximum(held, 1.0), np.nan)
-    return result
-
-
 def _table(recording: Recording) -> dict[str, np.ndarray]:
-    """Known columns of numbers, canonical units."""
-    known = {name: np.asarray(recording.columns[name]) for name in recording.known_columns}
-    return {name: values for name, values in known.items() if values.dtype.kind == "f"}
-
-
-def _channels(table: Mapping[str, np.ndarray]) -> list[str]:
-    """Columns other than the clock and counts, with more than one value."""
-    moving = [name for name, x in table.items() if np.nanmax(x) > np.nanmin(x)] if table else []
-    return [name for name in moving if name not in ("time_s", "cycle")]
+    """Numeric columns of known quantities, canonical units."""
+    columns = {name: np.asarray(recording.columns[name]) for name in recording.known_columns}
+    return {name: values for name, values in columns.items() if values.dtype.kind == "f"}
 
 
 def _measured(recording: Recording, table: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Columns without what is no measurement, and the number of every row."""
-    found = {"row": np.arange(float(len(recording)))}
+    """Columns with NaN where there is no measurement."""
+    found: dict[str, np.ndarray] = {}
     for name, column in table.items():
         if name in ("time_s", "cycle"):
             found[name] = column
@@ -135,62 +112,33 @@ def _measured(recording: Recording, table: Mapping[str, np.ndarray]) -> dict[str
     return found
 
 
-def _straight(recording: Recording, means: Mapping[str, np.ndarray], block: int) -> bool:
-    """Whether means lie on the curves that their rows are on."""
-    for name in _channels(means):
-        if name == "row":
-            continue
-        values = means[name][np.isfinite(means[name])]
-        if len(values) < 3:
-            return False
-        if np.mean(np.abs(np.diff(values)) > PART * np.ptp(values)) > 1.0 - MOSTLY:
-            return False
-        if name in predicted(recording):
-            off = np.quantile(np.abs(np.diff(values, 2)), MOSTLY) / 24.0  # f'' h^2 / 24 over a width h
-            sigma = recording.noise.get(name) or _in_file(recording, name)
-            if off > BENT * sigma / np.sqrt(block):
-                return False
-    return True
-
-
-def _in_file(recording: Recording, name: str) -> float:
-    """Noise of a column in its own unit."""
-    quantity = schema.quantity_and_unit(name)[0]
-    values, si = recording.columns[name], recording.si(quantity)
-    scale = np.nanmax(si) - np.nanmin(si)
-    return noise_found(recording, quantity) * float((np.nanmax(values) - np.nanmin(values)) / scale)
-
-
-def _kept(
-    recording: Recording, table: Mapping[str, np.ndarray], block: int, most: int
+def _selected_rows(
+    recording: Recording, table: Mapping[str, np.ndarray], turns: np.ndarray, block: int, most: int
 ) -> tuple[np.ndarray, tuple[int, int] | None]:
-    """Rows that are kept, ascending; and how many cycles of how many, where not all are."""
-    count, channels = len(recording), _channels(table)
-    fine = min(block, FINE)
-    means = averaged({"row": np.arange(float(count)), **{n: table[n] for n in channels}}, fine)
-    turns = _turns(recording, table, means, fine)
+    """Selected rows, ascending; and the counts of kept and of all cycles, where some are left out."""
+    count, channels = len(recording), moving_channels(table)
+    means = averaged({ROW: np.arange(float(count)), **{n: table[n] for n in channels}}, min(block, FINE))
     usable, cycles = np.ones(count, bool), None
     if len(turns) * EACH_WAY > most:
         usable, cycles = _whole_cycles(turns, count, most)
         turns = turns[usable[turns]]
     path = EVEN_SHARE * np.linspace(0.0, 1.0, count)
     for name in channels:
-        known = np.isfinite(means[name])
-        course = np.interp(np.arange(count), means["row"][known], means[name][known])
+        finite = np.isfinite(means[name])
+        course = np.interp(np.arange(count), means[ROW][finite], means[name][finite])
         way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(course)))])
         path += (1.0 - EVEN_SHARE) / len(channels) * way / max(way[-1], 1e-300)
-    told = usable & _telling(recording)
-    told[[0, -1]] = True
-    rows = np.flatnonzero(told)
+    candidates = usable & _informative_rows(recording)
+    candidates[[0, -1]] = True
+    rows = np.flatnonzero(candidates)
     gone = np.interp(rows, np.flatnonzero(usable), np.cumsum(np.diff(path, prepend=0.0)[usable]))
     wanted = np.linspace(gone[0], gone[-1], max(most - len(turns), 2))
     near = rows[np.clip(np.searchsorted(gone, wanted), 0, len(rows) - 1)]
     return np.unique(np.concatenate([near, turns]))[:most], cycles
 
 
-def _telling(recording: Recording) -> np.ndarray:
-    """Rows in which outputs are measurements, all where that leaves enough, and no column that is needed is
-    missing."""
+def _informative_rows(recording: Recording) -> np.ndarray:
+    """Rows that hold every required column and, if enough rows remain, measurements of every output."""
     outputs = [schema.quantity_and_unit(name)[0] for name in predicted(recording)]
     counted = [readings_of(recording, quantity).counted for quantity in outputs]
     found = np.all(counted, axis=0)
@@ -202,15 +150,14 @@ def _telling(recording: Recording) -> np.ndarray:
     return found if found.any() else ~found
 
 
-def _turns(
-    recording: Recording, table: Mapping[str, np.ndarray], means: Mapping[str, np.ndarray], block: int
-) -> np.ndarray:
-    """Rows at which a driver turns back, ascending."""
-    drivers = [name for name in _channels(table) if name not in predicted(recording)]
+def _turning_rows(recording: Recording, table: Mapping[str, np.ndarray], block: int) -> np.ndarray:
+    """Rows at which a driver turns back, ascending; sought in means over `block` rows."""
+    drivers = [name for name in moving_channels(table) if name not in predicted(recording)]
+    means = averaged({ROW: np.arange(float(len(recording))), **{n: table[n] for n in drivers}}, block)
     found: list[int] = []
     for name in drivers:
-        known = np.isfinite(means[name])
-        course, at = means[name][known], means["row"][known]
+        finite = np.isfinite(means[name])
+        course, at = means[name][finite], means[ROW][finite]
         sign, best, back = 0, 0, TURNS * np.ptp(course)
         for k in range(len(course)):
             if sign == 0:
@@ -219,13 +166,13 @@ def _turns(
             elif sign * (course[k] - course[best]) > 0.0:
                 best = k
             elif sign * (course[best] - course[k]) > back:
-                found.append(_peak(sign * table[name], int(at[best]), block))
+                found.append(_peak_row(sign * table[name], int(at[best]), block))
                 sign, best = -sign, k
     return np.unique(np.array(found, int))
 
 
-def _peak(values: np.ndarray, row: int, block: int) -> int:
-    """Row of the largest value near one, single rows that stand out left aside."""
+def _peak_row(values: np.ndarray, row: int, block: int) -> int:
+    """Row of the largest value near a given row; isolated spikes are ignored."""
     first, last = max(row - block, 1), min(row + block + 1, len(values) - 1)
     middle = np.median(
         [values[first - 1 : last - 1], values[first:last], values[first + 1 : last + 1]], axis=0
@@ -234,8 +181,8 @@ def _peak(values: np.ndarray, row: int, block: int) -> int:
 
 
 def _whole_cycles(turns: np.ndarray, count: int, most: int) -> tuple[np.ndarray, tuple[int, int]]:
-    """Rows of cycles spread over the recording, the first and the last among them; and how many of how
-    many."""
+    """Rows of cycles spread evenly over the recording, the first and the last included; and both counts of
+    cycles."""
     starts = np.concatenate([[0], turns[1::2], [count]])
     starts = np.unique(starts)
     whole = len(starts) - 1

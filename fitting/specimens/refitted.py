@@ -1,4 +1,4 @@
-"""A model on disk with the numbers of a fit."""
+"""A model on disk with the parameters of a fit."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -16,13 +16,13 @@ from .with_saved_model import Augmented
 
 
 def refitted(augmented: Augmented, campaign: Campaign, parameters: Parameters, source: str) -> AugmentedModel:
-    """The model with the numbers of a fit, their standard errors as priors.
+    """The model with fitted parameters, whose standard errors become priors.
 
     Args:
-        augmented: that was fitted.
-        campaign: to which.
-        parameters: at the values found, SI.
-        source: for the file.
+        augmented: model that was fitted.
+        campaign: recordings that it was fitted to.
+        parameters: fitted parameters, SI.
+        source: text for the file's field `source`.
     """
     model = augmented.model
     base = {kind: dict(table) for kind, table in model.base.items()}
@@ -59,7 +59,7 @@ def _states(tables: Mapping[str, Mapping[str, Quantity]], name: str) -> bool:
 
 
 def _table_of(tables: Sequence[str], name: str) -> str | None:
-    """Kind of table that a number belongs to; None for one that no table has."""
+    """Kind of table that a parameter belongs to; None if no table has it."""
     return next((table for table in tables if name in QUANTITIES[table]), None)
 
 

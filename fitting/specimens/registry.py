@@ -1,4 +1,4 @@
-"""Every kind of specimen by its name: the one table keyed by kind."""
+"""Registry of the kinds of specimen: the one table keyed by kind."""
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
@@ -16,14 +16,14 @@ from .rows import Rows
 from .specimen import Model, Specimen
 
 SPECIMENS: dict[str, Specimen] = {}
-"""Every specimen by its kind, in the order of `schema.KINDS`."""
+"""Specimens by kind, in the order of `schema.KINDS`."""
 
 
 def register(specimen: Specimen) -> Specimen:
-    """Make a kind of specimen known; its recordings can then be read, simulated, fitted and diagnosed.
+    """Register a kind of specimen. Its recordings can then be read, simulated, fitted and diagnosed.
 
     Args:
-        specimen: the one object of its class.
+        specimen: the one instance of its class.
 
     Raises:
         ValueError: if its name or its letter is taken.
@@ -60,9 +60,9 @@ def by_letter(letter: str) -> Specimen:
 
 
 def named_by(letters: str) -> list[str]:
-    """Kinds of the letters of an effect, as far as they are registered, in the order of the letters."""
-    known = {specimen.letter: specimen.kind for specimen in SPECIMENS.values()}
-    return [known[letter] for letter in letters if letter in known]
+    """Registered kinds of an effect's letters, in the order of the letters."""
+    kind_of_letter = {specimen.letter: specimen.kind for specimen in SPECIMENS.values()}
+    return [kind_of_letter[letter] for letter in letters if letter in kind_of_letter]
 
 
 def candidates(kind: str) -> list[str]:
@@ -72,11 +72,11 @@ def candidates(kind: str) -> list[str]:
 
 
 def parameters_for(campaign: Campaign, **options: Any) -> Parameters:
-    """Free numbers of a campaign of one kind, with priors from its tolerances or its calibration table.
+    """Free parameters of a campaign of one kind, with priors from its tolerances or its calibration table.
 
     Args:
         campaign: recordings of one kind.
-        **options: of the kind, such as `base`, the table to start from where the alloy is to be identified.
+        **options: arguments of the kind's `parameters_for`, such as `base`.
 
     Raises:
         InputError: if the campaign holds several kinds, or one without a specimen.
@@ -99,12 +99,12 @@ def kind_of(campaign: Campaign) -> str:
 
 
 def residual_of(kind: str | Model) -> Callable[[Mapping[str, Array], Rows], Float[Array, "recordings m"]]:
-    """Residual of a stack of recordings of a kind: `residual(values, stacked)`, one object for each model.
+    """Residual function of a stack of recordings, `residual(values, stacked)`; one object for each model.
 
-    Being one object, it is compiled once for each set of free parameters and each shape.
+    Because it is one object, it is compiled once for each set of free parameters and each shape.
 
     Args:
-        kind: of the recordings, or a model of them.
+        kind: kind of the recordings, or a model of them.
     """
     return _residual_of(specimen_of(kind) if isinstance(kind, str) else kind)
 
@@ -118,7 +118,7 @@ def _residual_of(model: Model) -> Callable[[Mapping[str, Array], Rows], Array]:
 
 
 def predictor_of(kind: str | Model) -> Callable[[Mapping[str, Array], Rows], dict[str, Array]]:
-    """Compiled prediction of a stack of recordings of a kind, or of a model: `predict(values, stacked)`."""
+    """Compiled prediction of a stack of recordings of a kind or of a model: `predict(values, stacked)`."""
     return _predictor_of(specimen_of(kind) if isinstance(kind, str) else kind)
 
 
@@ -128,5 +128,5 @@ def _predictor_of(model: Model) -> Callable[[Mapping[str, Array], Rows], dict[st
 
 
 def observations(recordings: Sequence[Rows]) -> int:
-    """Measured values that count."""
+    """Number of measured values that count."""
     return sum(rows.observations for rows in recordings)

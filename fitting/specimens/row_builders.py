@@ -1,4 +1,4 @@
-"""What the row builders of several kinds share: complete rows of measurements, weights."""
+"""Shared parts of row builders: complete rows of measurements, and weights."""
 
 from collections.abc import Iterable, Sequence
 
@@ -17,18 +17,17 @@ from .specimen import FITTED, RowOptions
 def columns_of(
     recording: Recording, drivers: Sequence[str], outputs: Iterable[str], options: RowOptions = FITTED
 ) -> tuple[dict[str, np.ndarray], int]:
-    """Time, drivers and outputs of the rows that have all drivers, of a recording that is reduced if it is
-    long.
+    """Time, drivers and outputs of the rows that have all drivers. Long recordings are reduced.
 
     Args:
-        recording: checked.
-        drivers: quantities without which a row says nothing.
+        recording: checked recording.
+        drivers: quantities that a row needs to be used.
         outputs: quantities that may be missing, in single rows or altogether.
-        options: which rows are taken.
+        options: selection of rows.
 
     Returns:
-        Columns in SI by quantity, shape (rows,), NaN where missing or, of outputs, no measurement
-        (`readings`); and the readings that a row is the mean of.
+        Columns in SI by quantity, shape (rows,). They are NaN where missing or, for outputs, where there is
+        no measurement (`readings`). Second, the number of readings averaged in a row.
 
     Raises:
         InputError: if fewer than `options.fewest` rows have all drivers.
@@ -56,8 +55,8 @@ def measured_and_weight(
     block: int,
     options: RowOptions = FITTED,
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Outputs as they were measured, zero where missing, and one over the 1-sigma of each; zero where nothing
-    is compared."""
+    """Measured outputs, zero where missing, and the inverse standard deviation of each. Weights are zero
+    where nothing is compared."""
     measured, weight = {}, {}
     for name in outputs:
         measured[name] = np.nan_to_num(columns[name])
@@ -68,9 +67,9 @@ def measured_and_weight(
 
 
 def smooth(columns: dict[str, np.ndarray], name: str, options: RowOptions = FITTED) -> np.ndarray:
-    """A noisy driver without its noise, as far as its own course tells them apart; no gaps."""
+    """A noisy driver, smoothed as far as its trend and its noise can be separated; without gaps."""
     if not options.smooth:
         return columns[name]
     time, values = columns["time"], denoised(columns["time"], columns[name])
-    known = np.isfinite(values)
-    return np.interp(time, time[known], values[known])
+    finite = np.isfinite(values)
+    return np.interp(time, time[finite], values[finite])

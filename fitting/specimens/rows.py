@@ -1,4 +1,4 @@
-"""One recording as arrays of a common shape, so that campaigns stack, map and share one compiled program."""
+"""One recording as arrays of standard sizes, so that campaigns stack and share one compiled program."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,31 +12,32 @@ from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError, nearest
 
 MOST_ROWS = 1024
-"""Longer recordings are reduced, see `reduction`: what a law follows is slow against a thousand samples."""
+"""Maximum number of rows; longer recordings are reduced, see `reduction`. The laws change slowly over a
+thousand samples."""
 STEP = 1.2
-"""Ratio of neighbouring row counts that programs are compiled for; a fifth of the rows at most is padding."""
+"""Ratio of neighbouring row counts that programs are compiled for. At most a fifth of the rows is padding."""
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
 """Numbers of recordings that programs are compiled for."""
 FEW_ROWS = (32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024)
 FEW_COUNTS = (2, 4, 6, 8, 16, 32, 64, 128)
 """The same for programs that take a minute to compile: fewer shapes, more padding."""
 MARK = "__"
-"""Between a parameter's name and the number of the specimen that it belongs to: `wire_diameter__2`."""
+"""Separator between a parameter's name and the number of its specimen: `wire_diameter__2`."""
 
 
 class Rows(eqx.Module):
-    """A recording, padded at its end to a common number of rows. SI units, temperatures in degC.
+    """A recording, padded at its end to a standard number of rows. SI units, temperatures in degC.
 
-    Several stack along a leading axis (`stack`) and are mapped over.
+    Several recordings stack along a leading axis (`stack`) and are mapped over.
 
     Attributes:
-        mask: rows that are there, shape (rows,).
-        time: [s]; without a clock, the number of the row; it stands still over the padding.
-        inputs: what drives the model, by quantity, each of shape (rows,).
-        measured: outputs of the model as they were measured, by quantity; zero where missing.
-        weight: one over the 1-sigma of each output; zero where missing or padded.
-        base: every number of the model that may be free, by name, as the recording states it.
-        extra: what only one kind needs, by name.
+        mask: true in rows of the recording, false in the padding, shape (rows,).
+        time: time [s], shape (rows,); the row number without a clock; constant over the padding.
+        inputs: drivers of the model by quantity, each of shape (rows,).
+        measured: measured outputs by quantity, shape (rows,); zero where missing.
+        weight: inverse standard deviation of each output, shape (rows,); zero where missing or padded.
+        base: values of all parameters that may be free, by name, as the recording states them.
+        extra: additional arrays of single kinds, by name.
         specimen: number of the specimen in its campaign, from 1.
     """
 
@@ -56,7 +57,7 @@ class Rows(eqx.Module):
 
 
 def numbers(values: Mapping[str, Array], rows: Rows) -> dict[str, Array]:
-    """All numbers of a recording's model: the base ones, replaced by the free ones.
+    """All parameters of a recording's model: the base values, replaced by the free ones.
 
     Args:
         values: free parameters by name; those of single specimens carry `__` and the specimen's number.
@@ -82,7 +83,7 @@ def numbers(values: Mapping[str, Array], rows: Rows) -> dict[str, Array]:
 
 
 def with_numbers(rows: Rows, known: Mapping[str, Quantity]) -> Rows:
-    """A recording whose model has these numbers where it has them at all."""
+    """A recording with these values for the parameters that its model has."""
     base = {
         name: np.asarray(float(known[name].value)) if name in known else x for name, x in rows.base.items()
     }
@@ -98,7 +99,7 @@ def bucket(count: int) -> int:
 
 
 def padded(values: np.ndarray, size: int, fill: float | None = None) -> np.ndarray:
-    """A column of `size` rows; the padding repeats the last value, or is `fill`."""
+    """A column of `size` rows. The padding repeats the last value, or is `fill`."""
     end = values[-1] if fill is None else fill
     return np.concatenate([values, np.full(size - len(values), end, values.dtype)])
 
@@ -106,12 +107,12 @@ def padded(values: np.ndarray, size: int, fill: float | None = None) -> np.ndarr
 def stack(recordings: Sequence[Rows], like: Rows | None = None, coarse: bool = False) -> Rows:
     """Recordings of one kind along a leading axis, padded to a compiled number of rows and recordings.
 
-    A padding recording repeats the first one without a row that counts.
+    A padding recording repeats the first one with no row that counts.
 
     Args:
-        recordings: at least one.
-        like: a stack whose shape the new one is to have, if it holds the recordings.
-        coarse: few shapes, for programs that are slow to compile.
+        recordings: one or more recordings.
+        like: stack whose shape is reused if it holds the recordings.
+        coarse: true for few shapes, for programs that are slow to compile.
     """
     longest = max(len(r.mask) for r in recordings)
     rows = next((n for n in FEW_ROWS if coarse and n >= longest), bucket(longest))
@@ -125,7 +126,7 @@ def stack(recordings: Sequence[Rows], like: Rows | None = None, coarse: bool = F
 
 
 def silenced(rows: Rows) -> Rows:
-    """The same recording or stack, of which nothing counts."""
+    """The same recording or stack with all weights zero."""
     zero = jax.tree.map(lambda leaf: 0.0 * leaf, rows.weight)
     return eqx.tree_at(lambda r: (r.mask, r.weight), rows, (jnp.zeros_like(jnp.asarray(rows.mask)), zero))
 

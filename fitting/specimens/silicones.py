@@ -1,4 +1,4 @@
-"""A silicone law as numbers of a model: its constants by the names of tables, and a factor on its stress."""
+"""A silicone law with named parameters: its constants, as in the tables, and a factor on its stress."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -22,9 +22,9 @@ from .specimen import RowOptions, Specimen
 FACTOR = "silicone_stiffness"
 UNITS = {FACTOR: "1"}
 DEFAULT = "dragon_skin_10_fast"
-"""Table whose curve a material that is to be fitted starts from, where none is named."""
+"""Default table that a material starts from when it is to be fitted."""
 UNKNOWN = 0.4
-"""Relative 1-sigma of the stiffness of a silicone that is to be fitted."""
+"""Relative standard deviation of the stiffness of a silicone that is to be fitted [1]."""
 SINGLE = {NeoHookean: ("mu",), Yeoh: ("c_10", "c_20", "c_30"), Gent: ("mu", "j_m")}
 
 
@@ -40,12 +40,12 @@ class Scaled(SiliconeLaw):
 
     @property
     def cuts(self) -> Array:
-        """Those of the law."""
+        """Strains where the law is not smooth, ascending, shape (n,)."""
         return self.law.cuts
 
 
 def constants(law: SiliconeLaw) -> dict[str, float]:
-    """Constants of a law that may be free, by name, in SI; none of the joined polynomials of the actuator."""
+    """Constants of a law that may be free, by name, SI. The actuator's joined polynomials have none."""
     if type(law) in SINGLE:
         return {name: float(getattr(law, name)) for name in SINGLE[type(law)]}
     if isinstance(law, Ogden):
@@ -57,30 +57,30 @@ def constants(law: SiliconeLaw) -> dict[str, float]:
 
 
 def packed(law: SiliconeLaw) -> SiliconeLaw:
-    """A law whose arrays have a leading axis of one, so that none is as long as a recording."""
+    """A law whose arrays get a leading axis of one, so that none is as long as a recording."""
     return jax.tree.map(lambda leaf: np.asarray(leaf, float)[None], law)
 
 
-def law_with(packed_law: SiliconeLaw, known: Mapping[str, Array]) -> Scaled:
-    """The law of `packed`, with constants and factor from a model's numbers."""
+def law_with(packed_law: SiliconeLaw, parameters: Mapping[str, Array]) -> Scaled:
+    """The law of `packed`, with constants and factor from a model's parameters."""
     law = jax.tree.map(lambda leaf: leaf[0], packed_law)
     if type(law) in SINGLE:
-        law = type(law)(*(known[name] for name in SINGLE[type(law)]))
+        law = type(law)(*(parameters[name] for name in SINGLE[type(law)]))
     elif isinstance(law, Ogden):
         terms = range(1, law.mu.shape[0] + 1)
-        law = Ogden(*(jnp.stack([known[f"{stem}_{k}"] for k in terms]) for stem in ("mu", "alpha")))
+        law = Ogden(*(jnp.stack([parameters[f"{stem}_{k}"] for k in terms]) for stem in ("mu", "alpha")))
     elif isinstance(law, PolynomialFit):
-        numbers = jnp.stack([known[f"p_{k}"] for k in range(1, law.coefficients.shape[0] + 1)])
+        numbers = jnp.stack([parameters[f"p_{k}"] for k in range(1, law.coefficients.shape[0] + 1)])
         law = eqx.tree_at(lambda p: p.coefficients, law, numbers)
-    return Scaled(law, known[FACTOR])
+    return Scaled(law, parameters[FACTOR])
 
 
 def law_of(campaign: Campaign, material: str | Path | None = None) -> tuple[SiliconeLaw, bool]:
-    """The one law of a campaign's material, and whether it is to be identified.
+    """The one law of a campaign's material, and a flag that is true if it is to be identified.
 
     Args:
         campaign: recordings of one kind.
-        material: table to start from, instead of the one that is named or of `DEFAULT`.
+        material: table to start from, in place of the named one or of `DEFAULT`.
 
     Raises:
         InputError: if the recordings name several materials, or one that cannot be loaded.
@@ -92,7 +92,7 @@ def law_of(campaign: Campaign, material: str | Path | None = None) -> tuple[Sili
 
 
 def _stated_law(recording: Recording, name: str | Path, own: str | None) -> SiliconeLaw:
-    """The law that a recording states, as a simulation takes it: the table's own where it states none."""
+    """Law that a recording states for a simulation; the table's own where it states none."""
     stated = recording.geometry.get("law")
     if stated is None or stated == own or (stated == "polynomial" and own == "regularised"):
         return load_silicone(name)
@@ -100,9 +100,10 @@ def _stated_law(recording: Recording, name: str | Path, own: str | None) -> Sili
 
 
 def material_parameters(campaign: Campaign, law: SiliconeLaw, identify: bool, base: str | Path) -> Parameters:
-    """Free constants of the law, common to all specimens; the factor belongs to each specimen.
+    """Free constants of the law. All specimens share them; the factor belongs to each specimen.
 
-    A material that is to be identified brings its table's priors; a known one what `[tolerance]` leaves open.
+    A material that is to be identified has the priors of its table. A known one is free as far as
+    `[tolerance]` says.
     """
     values, parameters = constants(law), Parameters()
     table = load_calibration(base, "silicone").quantities
@@ -118,12 +119,13 @@ def material_parameters(campaign: Campaign, law: SiliconeLaw, identify: bool, ba
 
 
 def always_open(identify: bool) -> dict[str, float]:
-    """Relative 1-sigma of the factor on the stress where no tolerance says it: of a silicone to be fitted."""
+    """Relative standard deviation of the stress factor of a silicone to be fitted, where no tolerance states
+    it."""
     return {FACTOR: UNKNOWN} if identify else {}
 
 
 def table_name(campaign: Campaign, material: str | Path | None = None) -> str | Path:
-    """Table that the material's constants come from."""
+    """Table of the material's constants."""
     name = campaign.recordings[0].table("material")
     return material or (DEFAULT if str(name) == priors.FIT else name)
 
@@ -131,7 +133,8 @@ def table_name(campaign: Campaign, material: str | Path | None = None) -> str | 
 Sizes = Callable[[Recording], dict[str, float]]
 """Dimensions of a recording's specimen by name, SI."""
 Weighing = Callable[[Recording, Mapping[str, np.ndarray], np.ndarray, int], np.ndarray]
-"""From a recording, its columns, the weight of its output and the readings in a row to a weight."""
+"""Function that adjusts the weight of an output, from the recording, its columns, the weight and the number
+of readings in a row."""
 
 
 def rows_of_silicone(
@@ -142,15 +145,15 @@ def rows_of_silicone(
     sizes: Sizes,
     weighing: Weighing | None = None,
 ) -> list[Rows]:
-    """Recordings of specimens of one silicone with one driver and one output as arrays.
+    """Arrays of recordings of one silicone, with one driver and one output.
 
     Args:
         campaign: recordings of one kind.
-        options: which rows are taken.
+        options: selection of rows.
         material: table to start from, as for `law_of`.
-        specimen: of that kind.
-        sizes: what else may be free.
-        weighing: changes the weight of the output; None leaves it.
+        specimen: specimen of that kind.
+        sizes: function from a recording to the dimensions that may be free, SI.
+        weighing: function that adjusts the output's weight; None leaves it.
 
     Raises:
         InputError: if the recordings name several materials, or one has too few complete rows.
@@ -182,15 +185,16 @@ def rows_of_silicone(
 
 
 def parameters_of_silicone(campaign: Campaign, material: str | Path | None, sizes: Sizes) -> Parameters:
-    """Free numbers with their priors: constants of the silicone, then each specimen's factor and dimensions.
+    """Free parameters with their priors: constants of the silicone, then each specimen's factor and
+    dimensions.
 
     Args:
         campaign: recordings of one kind.
         material: table to start from, as for `law_of`.
-        sizes: what else may be free.
+        sizes: function from a recording to the dimensions that may be free, SI.
     """
     law, identify = law_of(campaign, material)
     parameters = material_parameters(campaign, law, identify, table_name(campaign, material))
-    known = {name: sizes(members[0]) | {FACTOR: 1.0} for name, members in campaign.specimens().items()}
-    parameters.update(priors.geometry_parameters(campaign, known, UNITS, always_open(identify)))
+    dimensions = {name: sizes(members[0]) | {FACTOR: 1.0} for name, members in campaign.specimens().items()}
+    parameters.update(priors.geometry_parameters(campaign, dimensions, UNITS, always_open(identify)))
     return parameters

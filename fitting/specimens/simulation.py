@@ -1,4 +1,4 @@
-"""The forward model at every row of one recording: what simulations show, and synthetic campaigns measure."""
+"""The forward model at every row of one recording, for simulations and synthetic campaigns."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -22,17 +22,17 @@ from .silicones import FACTOR
 from .specimen import Courses, RowOptions, Specimen
 
 TABLES = {"base": ("alloy", "alloy"), "material": ("material", "silicone")}
-"""Key of `[geometry]` that names the table of an option, and the kind of that table."""
+"""Key of `[geometry]` that names an option's table, and the kind of that table."""
 
 
 @dataclass(frozen=True)
 class Simulation:
-    """One recording as the forward model has it; all courses in SI, of shape (rows,).
+    """Prediction of one recording. All arrays are in SI and have shape (rows,).
 
     Attributes:
-        rows: the recording as arrays, with the numbers of the model.
-        outputs: by quantity, as instruments show them; NaN where there is no answer.
-        drivers: what drives them, by name.
+        rows: recording as arrays, with the parameters of the model.
+        outputs: instrument readings by quantity; NaN where there is no answer.
+        drivers: driving quantities by name.
     """
 
     rows: Rows
@@ -47,14 +47,14 @@ def simulated(
     smooth: bool = True,
     values: Mapping[str, float] | None = None,
 ) -> Simulation:
-    """The answer of the forward model in every row of a recording that has all drivers.
+    """Prediction in every row of a recording that has all drivers.
 
     Args:
-        specimen: what is recorded.
-        recording: its inputs; outputs need not be there.
-        model: numbers in place of the tables', and effects.
-        smooth: noisy drivers are smoothed, of kinds that smooth any.
-        values: numbers in place of those, by name, SI.
+        specimen: kind of specimen.
+        recording: recording with the inputs; outputs may be missing.
+        model: constants in place of the tables', and effects.
+        smooth: true to smooth noisy drivers, for kinds that smooth any.
+        values: parameter values that replace the model's, by name, SI.
 
     Raises:
         InputError: if the recording leaves its alloy or material open, or no row has all drivers.
@@ -64,8 +64,8 @@ def simulated(
     tables = {name: _table(recording, name, model) for name in specimen.options}
     (rows,) = specimen.rows_for(campaign, options, **tables)
     rows = with_numbers(rows, numbers_of(specimen, model, recording.specimen))
-    given = {name: jnp.asarray(float(value)) for name, value in (values or {}).items()}
-    outputs, drivers = jax.device_get(_answer(specimen, given, stack([rows]), model.effects))
+    overrides = {name: jnp.asarray(float(value)) for name, value in (values or {}).items()}
+    outputs, drivers = jax.device_get(_answer(specimen, overrides, stack([rows]), model.effects))
     count = len(rows.mask)
     cut = lambda courses: {name: np.asarray(x)[0, :count] for name, x in courses.items()}  # noqa: E731
     return Simulation(rows, cut(outputs), cut(drivers))
@@ -79,12 +79,12 @@ def _answer(
 
 
 def numbers_of(specimen: Specimen, model: AugmentedModel, name: str | None = None) -> dict[str, Quantity]:
-    """A model's own numbers by the name that they have in rows.
+    """A model's own constants, by their parameter names in `Rows`.
 
     Args:
-        specimen: what is recorded.
-        model: as it was loaded.
-        name: of the specimen whose own numbers count, if any.
+        specimen: kind of specimen.
+        model: loaded model.
+        name: name of the specimen whose own constants count, if any.
     """
     found: dict[str, Quantity] = {}
     for kind in specimen.tables:
@@ -94,7 +94,8 @@ def numbers_of(specimen: Specimen, model: AugmentedModel, name: str | None = Non
 
 
 def _table(recording: Recording, option: str, model: AugmentedModel) -> Calibration:
-    """A recording's table with the model's numbers, but for the factor on a silicone: rows have that."""
+    """A recording's table with the model's constants, without the factor on a silicone, which `Rows`
+    holds."""
     key, kind = TABLES[option]
     name = named_table(recording, key)
     table, plain = model.table(kind, name, recording.specimen), BASE.table(kind, name).quantities

@@ -1,6 +1,7 @@
-"""The interface of a kind of specimen: what depends on the kind, and nothing else does.
+"""The interface of a kind of specimen. Everything that depends on the kind is one of its methods or
+attributes.
 
-`Specimen` has no optional methods. Who calls what:
+`Specimen` has no optional methods. The callers of each are:
 
 | method or attribute | caller |
 |---|---|
@@ -8,10 +9,10 @@
 | `decides`, `decided` | `calibrate`: decisions that are not smooth in the parameters, between two fits |
 | `answer` with effects, `explained`, `latent`, `most_rows_with_effects`, `compiler_options` | `diagnose` |
 | `answer` at every row (`simulation.py`), `drivers`, `cautions`, `states` | `simulate`, `synthesise` |
-| `influences`, `loads`, `located` | `diagnose`: what was varied, what to vary next, where a misfit is |
+| `influences`, `loads`, `located` | `diagnose`: varied inputs, next experiment, place of a misfit |
 | `tables`, `options`, `element`, `letter` | `saved_models`, `with_saved_model`: models on disk |
 | `identified`, `starts`, `profiled`, `unseen` | `calibrate` |
-| `over` | whoever draws or scores an output over an input |
+| `over` | code that draws or scores an output over an input |
 | `noun`, `law` | `report`: words |
 
 The base model is `effects=()`.
@@ -38,19 +39,21 @@ from .thermal_runs import FirstHeating
 
 FEWEST = 4
 """Minimum number of complete rows for a fit."""
+EVERY = 1_000
+"""Number of parameters to profile that no campaign has: all of them."""
 ASTRAY = 30.0
-"""Standard deviations for which a row counts in which the model has no answer."""
+"""Residual of a row for which the model has no answer, in standard deviations."""
 
 
 @dataclass(frozen=True)
 class RowOptions:
-    """How a recording becomes arrays.
+    """Options for the conversion of a recording to arrays.
 
     Attributes:
         most: maximum number of rows; longer recordings are reduced. None keeps every row.
         fewest: minimum number of rows with all drivers.
-        smooth: noisy drivers are smoothed, of kinds that smooth any.
-        compared: measured outputs get weights. Without, nothing is compared with the model.
+        smooth: true to smooth noisy drivers, for kinds that smooth any.
+        compared: true to give measured outputs weights. Without, nothing is compared with the model.
     """
 
     most: int | None = MOST_ROWS
@@ -62,17 +65,17 @@ class RowOptions:
 Courses = Mapping[str, np.ndarray]
 """Quantities of one recording by name, each of shape (rows,), without padding."""
 FITTED = RowOptions()
-"""As fits, samplers and diagnoses take recordings."""
+"""Options of fits, samplers and diagnoses."""
 
 
 class Model(abc.ABC):
-    """What predicts recordings of one kind from named parameters: all that a fit or a sampler needs.
+    """A model of recordings of one kind with named parameters: the interface that fits and samplers need.
 
     `predict` and `residual` are pure functions of their arguments and may be traced.
 
     Attributes:
-        kind: of the recordings.
-        outputs: quantities that are predicted.
+        kind: kind of the recordings.
+        outputs: names of the predicted quantities.
     """
 
     kind: str
@@ -82,15 +85,15 @@ class Model(abc.ABC):
     @property
     @abc.abstractmethod
     def specimen(self) -> "Specimen":
-        """What is recorded."""
+        """Kind of specimen that is recorded."""
 
     @abc.abstractmethod
     def rows_for(self, campaign: Campaign, **tables: Any) -> list[Rows]:
-        """Every recording of a campaign as arrays, in its order.
+        """Recordings of a campaign as arrays, in their order.
 
         Args:
             campaign: recordings of this kind.
-            **tables: to start from, such as `base` (an alloy) or `material` (a silicone).
+            **tables: names or paths of start tables, such as `base` (an alloy) or `material` (a silicone).
 
         Raises:
             InputError: if the recordings cannot be used, or name tables that cannot be used together.
@@ -98,7 +101,7 @@ class Model(abc.ABC):
 
     @abc.abstractmethod
     def parameters_for(self, campaign: Campaign, **tables: Any) -> Parameters:
-        """Free numbers of a campaign with what is known about them; arguments as for `rows_for`."""
+        """Free parameters of a campaign with their priors; arguments as for `rows_for`."""
 
     @abc.abstractmethod
     def predict(self, values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
@@ -110,60 +113,60 @@ class Model(abc.ABC):
         """
 
     def residual(self, values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-        """Misfit of one recording in standard deviations."""
+        """Weighted residual of one recording, in standard deviations."""
         return self.misfit(self.predict(values, rows), rows)
 
     def misfit(self, found: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-        """What predictions miss, in standard deviations; `astray` in rows without an answer."""
+        """Prediction minus measurement in standard deviations; `astray` in rows without an answer."""
         parts = []
         for name in (name for name in self.outputs if name in rows.weight):
-            there, weight = jnp.isfinite(found[name]), rows.weight[name]
-            missed = weight * (jnp.where(there, found[name], 0.0) - rows.measured[name])
-            parts.append(jnp.where(there | (weight == 0.0), missed, self.astray))
+            finite, weight = jnp.isfinite(found[name]), rows.weight[name]
+            missed = weight * (jnp.where(finite, found[name], 0.0) - rows.measured[name])
+            parts.append(jnp.where(finite | (weight == 0.0), missed, self.astray))
         return jnp.concatenate(parts)
 
     def observations(self, recordings: Sequence[Rows]) -> int:
-        """Measured values that count."""
+        """Number of measured values that count."""
         return sum(rows.observations for rows in recordings)
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
-        """Whether anything depends on the parameters without being smooth in them. Then fits and decisions
-        alternate."""
+        """True if the prediction depends on the parameters in a non-smooth way. Fits then alternate with
+        decisions."""
         return False
 
     def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Recordings with those decisions as they are at these parameters."""
+        """Recordings with the non-smooth decisions that hold at these parameters."""
         return recordings
 
     def prepared(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Recordings as a prediction at these parameters takes them."""
+        """Recordings ready for a prediction at these parameters."""
         return self.decided(values, recordings) if self.decides(recordings) else recordings
 
 
 class Specimen(Model):
-    """One kind of specimen. The module's docstring says who calls what.
+    """One kind of specimen. The module's docstring lists the callers of each method.
 
     Attributes:
-        recording: how its recordings are written down.
-        letter: of the kind in `Effect.kinds`.
-        noun: what reports call it.
-        law: its base law in words.
-        over: quantity that fitted outputs are drawn over; `time` for the clock.
-        simulated_over: the same for simulated recordings.
-        tables: kinds of calibration table whose numbers its rows hold; of equal names the first counts.
-        options: names of the tables that `rows_for` takes.
-        identified: key of `[geometry]` for which `"fit"` asks to identify a material from these recordings
+        recording: schema of its recordings.
+        letter: letter of the kind in `Effect.kinds`.
+        noun: name in reports.
+        law: base law in words.
+        over: quantity on the horizontal axis of fitted outputs; `time` for the clock.
+        simulated_over: quantity on the horizontal axis of simulated outputs.
+        tables: kinds of calibration table whose constants its rows hold; of equal names the first counts.
+        options: names of the table arguments of `rows_for`.
+        identified: key of `[geometry]` whose value `"fit"` asks to identify a material from these recordings
             alone; empty if there is none.
-        several_laws: `characterise` chooses its base law from several.
-        sized: whether its answer depends on dimensions that a recording should state.
-        loads: input that a repeated test may make larger; empty if none.
-        starts, profiled: fits from scattered starts, and parameters whose profiles are made, by default.
-        starts_with_model: fits where a model on disk is fitted.
-        element: name by which slots of effects know the specimen: `actuator`, `spring`, `wire`, `silicone`.
-        wall_drivers: what a correction of the silicone's stiffness may follow.
-        explained: outputs that effects act on; those that a diagnosis compares.
+        several_laws: true if `characterise` chooses the base law among several.
+        sized: true if the answer depends on dimensions that a recording should state.
+        loads: input that a repeated test may increase; empty if none.
+        starts, profiled: default numbers of scattered starts and of parameters with a likelihood profile.
+        starts_with_model: default number of starts where a model on disk is fitted.
+        element: name of the specimen in slots of effects: `actuator`, `spring`, `wire`, `silicone`.
+        wall_drivers: possible drivers of a correction of the silicone's stiffness.
+        explained: outputs that effects change and a diagnosis compares.
         most_rows_with_effects: maximum number of rows where effects act.
-        compiler_options: of the compiled program of a diagnosis.
+        compiler_options: XLA options of a diagnosis's compiled program.
     """
 
     recording: Kind
@@ -188,36 +191,36 @@ class Specimen(Model):
 
     @property
     def kind(self) -> str:
-        """Of the recordings."""
+        """Kind of the recordings."""
         return self.recording.name
 
     @property
     def specimen(self) -> "Specimen":
-        """Itself."""
+        """The specimen itself."""
         return self
 
     @property
     def explained(self) -> tuple[str, ...]:
-        """Outputs that effects act on."""
+        """Outputs that effects change."""
         return self.outputs
 
     @property
     def latent(self) -> LatentStates:
-        """Hidden states under effects; none by default."""
+        """Latent states under effects; none by default."""
         return NoLatentStates(self.rows_for)
 
     @abc.abstractmethod
     def drivers(self, recording: Recording) -> tuple[str, ...]:
-        """Quantities without which a row of this recording says nothing, the clock left out."""
+        """Quantities that a row of this recording must have, apart from the clock."""
 
     @abc.abstractmethod
     def rows_for(self, campaign: Campaign, options: RowOptions = FITTED, **tables: Any) -> list[Rows]:
-        """Every recording of a campaign as arrays, in its order.
+        """Recordings of a campaign as arrays, in their order.
 
         Args:
             campaign: recordings of this kind.
-            options: which rows are taken, and how.
-            **tables: to start from, by the names in `options` of the class.
+            options: selection and treatment of rows.
+            **tables: names or paths of start tables, by the names in `options` of the class.
 
         Raises:
             InputError: if the recordings cannot be used, or name tables that cannot be used together.
@@ -227,57 +230,57 @@ class Specimen(Model):
     def answer(
         self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
     ) -> tuple[dict[str, Array], dict[str, Any]]:
-        """The forward model: outputs of one recording as its instruments show them, and what drives them.
+        """The forward model: instrument readings of one recording, and the quantities that drive them.
 
         Args:
             values: free parameters by name, SI.
             rows: one recording.
-            effects: beyond the base model; their memories start at rest.
+            effects: effects beyond the base model; their memories start at rest.
 
         Returns:
-            Outputs by quantity, SI, each of shape (rows,), NaN where there is no answer; with remainders also
-            `unmodelled_QUANTITY` and `beyond_QUANTITY`. Drivers by the name that reports use (`pressure`,
-            `xi0_2`, ...).
+            Outputs by quantity, SI, each of shape (rows,), NaN where there is no answer. Model discrepancies
+            add `unmodelled_QUANTITY` and `beyond_QUANTITY`. Second, drivers by the name that reports use
+            (`pressure`, `xi0_2`, ...).
         """
 
     def predict(
         self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
     ) -> dict[str, Float[Array, " rows"]]:
-        """The outputs of `answer`."""
+        """Outputs of `answer`."""
         return self.answer(values, rows, effects)[0]
 
     def influences(self, recording: Recording) -> tuple[str, ...]:
-        """Measured quantities that can change the outputs, of those that the recording has."""
+        """Measured quantities of a recording that can change the outputs."""
         return tuple(name for name in self.drivers(recording) if recording.has(name))
 
     def cautions(self, recording: Recording, rows: Rows, outputs: Courses, drivers: Courses) -> list[str]:
-        """What to read with care in a simulated recording, in words; arguments without padding."""
+        """Warnings about a simulated recording, in words; arguments without padding."""
         return []
 
     def states(self, rows: Rows, drivers: Courses) -> dict[str, np.ndarray]:
-        """What a simulation says of each row beside the outputs, by name."""
+        """Further states of each row for a simulation's table, by name."""
         return {}
 
     def located(self, component: str, recordings: Sequence[Recording], slug: str) -> str:
-        """Where a report locates a misfit, from the component of the catalogue.
+        """Place of a misfit in a report, from the component in the catalogue.
 
         Args:
-            component: of the effect.
-            recordings: of the campaign.
-            slug: of the effect; empty for a misfit that no effect explains.
+            component: component of the effect.
+            recordings: recordings of the campaign.
+            slug: slug of the effect; empty for a misfit that no effect explains.
         """
         return component
 
     def simpler(self, campaign: Campaign, **tables: Any) -> tuple[dict[str, Any], str]:
-        """Tables of a simpler law, for recordings that the whole law does not fit, and words for it.
+        """Tables of a simpler law, for recordings that the whole law does not fit, and a description of it.
 
         Returns:
-            Tables as `rows_for` takes them, empty if there is no simpler law; a few words.
+            Tables as `rows_for` takes them, empty if there is no simpler law; and a few words.
         """
         return {}, ""
 
     def unseen(self, campaign: Campaign, **tables: Any) -> dict[str, Quantity]:
-        """Constants that no recording shows, so that they are held, by name."""
+        """Constants that no recording identifies and that are held, by name."""
         return {}
 
     def alloy_quantities(self, campaign: Campaign, **tables: Any) -> dict[str, Quantity]:
@@ -285,11 +288,11 @@ class Specimen(Model):
         return {}
 
     def variant(self, campaign: Campaign) -> "Specimen":
-        """The specimen that models these recordings, where columns decide between several."""
+        """The specimen that models these recordings, where their columns decide between several."""
         return self
 
     def plotted_over(self, rows: Rows) -> str:
-        """Quantity that the outputs of one recording are drawn over; `time` for the clock."""
+        """Quantity on the horizontal axis of one recording's outputs; `time` for the clock."""
         return self.over
 
     def check_diagnosable(self, recording: Recording) -> None:
@@ -300,10 +303,10 @@ class Specimen(Model):
         """
 
     def set_apart(self, recording: Recording) -> FirstHeating | None:
-        """Rows at the beginning that are not fitted, and why; None if there are none."""
+        """First rows that are excluded from the fit, with the reason; None if there are none."""
         return None
 
     def notes(self, campaign: Campaign) -> list[str]:
-        """What was set aside of a campaign, a sentence each."""
+        """Sentences about the rows of a campaign that are excluded from the fit."""
         pairs = [(recording, self.set_apart(recording)) for recording in campaign.recordings]
-        return [apart.text(recording.name) for recording, apart in pairs if apart is not None]
+        return [excluded.text(recording.name) for recording, excluded in pairs if excluded is not None]

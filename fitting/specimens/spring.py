@@ -1,13 +1,14 @@
-"""Springs on a test stand: elongation in; force and resistance out, from one latent trajectory.
+"""Forward model of springs on a test stand: elongation in; force and resistance out, from one latent
+trajectory.
 
-The martensite fraction is no input: it is a latent trajectory that has to explain force and resistance
-together, under every candidate anew. A resistance says much about a cold wire and nothing about a hot one;
-read row by row, it would turn small errors of a constant into phases that no force fits, and a fit would
-stall there.
+The martensite fraction is no input. It is a latent trajectory that has to explain force and resistance
+together, found anew for every set of parameters. The resistance determines the fraction of a cold wire well,
+and that of a hot wire not at all. Read row by row, it would turn small errors of a constant into phases that
+no force fits, and a fit would stall there.
 
-There are two searches for the trajectory. `spring_trajectory` has the one without effects: it computes all
-rows at once, with what the memory of the metal decides held between fits. `spring_course` has the one with
-effects, whose memories need a scan.
+There are two searches for the trajectory. `spring_trajectory` works without effects: it computes all rows at
+once, with the decisions of the metal's memory held between fits. `spring_course` works with effects, whose
+memories need a scan.
 """
 
 from collections.abc import Mapping, Sequence
@@ -41,22 +42,23 @@ from .spring_course import best_course
 from .spring_trajectory import ALLOY, FIXED, OUTPUTS, dimension_numbers, fraction_read, spring_of
 
 WANDERS = tuple(10.0**k for k in range(-16, -2))
-"""Variances per second of the walk that are tried. The smallest hold a cold wire in one phase, whose limit
-then either binds or does not: noise that crossed it row by row would look like an offset."""
+"""Candidate process-noise variances per second. The smallest hold a cold wire at one phase, whose limit then
+either binds or does not. Noise that crossed this limit row by row would look like an offset."""
 BEGUN = "course"
-"""Where rows keep the fraction that the search for their latent trajectory begins with; each resistance by
-itself where they keep none."""
+"""Entry of rows with the fraction at which the trajectory search begins. Without it, the search begins at the
+fraction that each resistance implies."""
 LOOSE = 10.0
-"""Factor on the variance of the walk that a resistance shows."""
+"""Factor on the process-noise variance that a resistance implies."""
 ADDED = ("weight_", "correlation_")
-"""How columns are named that say how a diagnosis weighs a channel."""
+"""Prefixes of the columns that hold a diagnosis's weights and noise correlations."""
 HELD = 5e-4
 """Maximum range of the length of a spring that is held [m]."""
 
 
 def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None) -> Rows:
-    """Rows whose walks are as fast as their resistances say at these base constants, with the noise of every
-    channel as a diagnosis weighs it, and a course to begin with; as the rows do, if there are no channels."""
+    """Rows with process-noise variances from their resistances at these base constants. They hold the noise
+    of every channel as a diagnosis weights it, and a trajectory to begin with. Without channels, the weights
+    of the rows count."""
     own = {name: x for name, x in stacked.extra.items() if not name.startswith((*ADDED, BEGUN))}
     plain = eqx.tree_at(lambda rows: rows.extra, stacked, own)  # so that one program serves both
     found = with_process_noise(values, plain, LOOSE, WANDERS, pooled=True)
@@ -78,8 +80,7 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
 
 
 def begun(stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
-    """A stack whose searches for latent trajectories begin where that of an evaluation ended, by its
-    drivers."""
+    """A stack whose trajectory searches start at the end of an earlier evaluation, given by its drivers."""
     course = jnp.clip(jnp.asarray(drivers["xi0"]), 0.0, 1.0)
     return eqx.tree_at(lambda rows: rows.extra[BEGUN], stacked, course)
 
@@ -88,8 +89,8 @@ def with_effects(
     values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...]
 ) -> tuple[dict[str, Array], dict[str, Any]]:
     """Force and resistance under effects; see `Specimen.answer`."""
-    known = numbers(values, rows)
-    stand = spring_of(known), effects, pj.SpringState(known["prestrain"], jnp.ones(()))
+    parameters = numbers(values, rows)
+    stand = spring_of(parameters), effects, pj.SpringState(parameters["prestrain"], jnp.ones(()))
     elongation, time = rows.inputs["elongation"], rows.time
 
     def follow(stand: tuple, activation: Any) -> tuple[Array, SpringResponse]:
@@ -121,34 +122,34 @@ def with_effects(
 
 
 class SpringPhase(LatentStates):
-    """The martensite fraction of a spring, found inside `answer`."""
+    """Martensite fraction of a spring, found inside `answer`."""
 
     inside = True
 
     def rows_for(self, campaign: Campaign, **tables: Any) -> list[Rows]:
-        """The specimen's own rows."""
+        """Recordings from the specimen's own row builder."""
         return spring_trajectory.rows_for(campaign, **tables)
 
     def count(self, stacked: Rows) -> int:
-        """None: `answer` finds it."""
+        """Zero: `answer` finds the trajectory."""
         return 0
 
     def prepared(
         self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None
     ) -> Rows:
-        """See `prepared`."""
+        """Stack with process-noise variances; see `prepared`."""
         return prepared(values, stacked, channels)
 
     def begun(self, stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
-        """See `begun`."""
+        """Stack with a start for the search; see `begun`."""
         return begun(stacked, drivers)
 
     def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
-        """The same: `answer` finds it anew under every model."""
+        """The same recordings: `answer` finds the fraction anew under every model."""
         return recordings
 
     def spent(self, recordings: Sequence[Rows]) -> int:
-        """Every resistance is spent on the fraction of its row."""
+        """Number of resistances: each determines the fraction of its row."""
         return sum(int(np.sum(np.asarray(r.weight["resistance"]) > 0.0)) for r in recordings)
 
 
@@ -168,9 +169,9 @@ class SpringOnStand(Specimen):
     latent = SpringPhase()
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
-        """Elongation, and what tells the phase: resistance, temperature, or both."""
-        told = [name for name in ("resistance", "temperature") if recording.has(name)]
-        return ("elongation", *told)
+        """Elongation, and the columns that determine the phase: resistance, temperature, or both."""
+        phase_columns = [name for name in ("resistance", "temperature") if recording.has(name)]
+        return ("elongation", *phase_columns)
 
     def influences(self, recording: Recording) -> tuple[str, ...]:
         """Elongation and resistance."""
@@ -183,16 +184,17 @@ class SpringOnStand(Specimen):
         base: str | Path | None = None,
         held_at: Mapping[str, float] | None = None,
     ) -> list[Rows]:
-        """See `spring_trajectory.rows_for`."""
+        """Recordings as arrays; see `spring_trajectory.rows_for`."""
         return spring_trajectory.rows_for(campaign, options, base, held_at)
 
     def parameters_for(self, campaign: Campaign, base: str | Path | None = None) -> Parameters:
-        """Free numbers of a campaign of springs with their priors; the alloy's first, then each specimen's
+        """Free parameters of a campaign of springs with their priors: the alloy's, then each specimen's
         dimensions.
 
         Args:
             campaign: recordings of kind spring.
-            base: table to start from where `alloy = "fit"`; see `specimens.priors.alloy_quantities`.
+            base: name or path of the alloy's prior table, where `alloy = "fit"`; see
+                `specimens.priors.alloy_quantities`.
 
         Raises:
             InputError: if the recordings name several alloys, or one that cannot be loaded.
@@ -208,7 +210,8 @@ class SpringOnStand(Specimen):
     def answer(
         self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
     ) -> tuple[dict[str, Array], dict[str, Any]]:
-        """See `Specimen.answer`; with effects, and in a diagnosis, the search of `spring_course`."""
+        """Outputs and drivers, see `Specimen.answer`. With effects, and in a diagnosis, `spring_course` finds
+        the trajectory."""
         if effects or BEGUN in rows.extra:
             return with_effects(values, rows, effects)
         found = spring_trajectory.trajectory(values, rows)
@@ -216,7 +219,7 @@ class SpringOnStand(Specimen):
         return outputs, {"xi0": found.xi0, "strain": found.gamma}
 
     def residual(self, values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-        """Misfit of force and resistance and of the latent course, in standard deviations."""
+        """Weighted residual of force, resistance and latent trajectory, in standard deviations."""
         return spring_trajectory.residual(values, rows)
 
     def variant(self, campaign: Campaign) -> Specimen:
@@ -224,12 +227,12 @@ class SpringOnStand(Specimen):
         return BY_TEMPERATURE if without_resistance(campaign) else self
 
     def alloy_quantities(self, campaign: Campaign, base: str | Path | None = None) -> dict[str, Quantity]:
-        """Constants of the spring's alloy."""
+        """Constants of the spring's alloy with their priors."""
         return priors.alloy_quantities(campaign, ALLOY, base)[0]
 
     def plotted_over(self, rows: Rows) -> str:
-        """The temperature of a spring that is held at a length, the elongation of others; the clock where no
-        temperature drives it."""
+        """Temperature for a spring held at a length, elongation for others. Without a temperature, a held
+        spring is drawn over the clock."""
         over = "temperature" if np.ptp(rows.inputs["elongation"]) < HELD else "elongation"
         return over if "temperature" in rows.inputs else "time"
 

@@ -1,8 +1,8 @@
-"""Springs whose resistance nobody measured: elongation and temperature in, pull out.
+"""Forward model of springs without a measured resistance: elongation and temperature in, pull out.
 
-The martensite fraction follows the recorded temperature on the one reversible curve (`T_mid`, `T_width`): no
-hysteresis, no shift by stress. What only a resistance tells, the constants of the resistivity, stays as it
-is.
+The martensite fraction follows the recorded temperature on one reversible curve (`T_mid`, `T_width`), without
+hysteresis or shift by stress. Constants of the resistivity stay fixed, since only a resistance identifies
+them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,15 +24,15 @@ from . import priors
 from .input_noise import carried_over, noisy, with_drivers
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
-from .specimen import FITTED, RowOptions, Specimen
+from .specimen import EVERY, FITTED, RowOptions, Specimen
 from .spring_trajectory import ALLOY, FIXED, dimension_numbers, spring_of
-from .thermal_runs import half_way, moved_prior
+from .thermal_runs import centre_prior, half_way
 
 OUTPUTS = ("force",)
 CURVE = ("T_mid", "T_width")
-"""Constants of the curve over temperature, which no test with a resistance sees."""
+"""Constants of the curve over temperature; tests with a resistance do not identify them."""
 ELECTRICAL = ("km_1", "km_2", "km_3", "rho_mean", "rho_span", "alpha_1", "alpha_2", "a", "b", "c")
-"""Constants that only a resistance tells."""
+"""Constants that only a resistance identifies."""
 HELD = 5e-4
 """Maximum range of the length of a spring that is held [m]."""
 WIDE = "niti_wire"
@@ -40,12 +40,12 @@ WIDE = "niti_wire"
 
 
 def without_resistance(campaign: Campaign) -> bool:
-    """Whether no spring of a campaign has a resistance, and all have a temperature."""
+    """True if no spring of a campaign has a resistance, and all have a temperature."""
     return all(r.has("temperature") and not r.has("resistance") for r in campaign.recordings)
 
 
 def half_way_of(recording: Recording) -> tuple[float, ...]:
-    """Temperatures [degC] at which a spring held at a length is half-way through its transformation."""
+    """Temperatures at which a spring held at a length is half transformed [degC]."""
     return half_way(recording, "elongation", "force")
 
 
@@ -57,6 +57,7 @@ class SpringByTemperature(Specimen):
     letter = "S"
     noun = "spring"
     law = "the base law of the spring, its phase on one curve over temperature (no hysteresis)"
+    profiled = EVERY
     tables = ("alloy", "actuator")
     options = ("base",)
     identified = "alloy"
@@ -69,12 +70,12 @@ class SpringByTemperature(Specimen):
     def rows_for(
         self, campaign: Campaign, options: RowOptions = FITTED, base: str | Path | None = None
     ) -> list[Rows]:
-        """Every recording of a campaign as arrays, in its order.
+        """Recordings of a campaign as arrays, in their order.
 
         Args:
             campaign: recordings of kind spring, with temperature.
-            options: which rows are taken.
-            base: table to start from where `alloy = "fit"`.
+            options: selection of rows.
+            base: name or path of the alloy's prior table, where `alloy = "fit"`.
 
         Raises:
             InputError: if one has too few rows with time, elongation and temperature.
@@ -104,7 +105,7 @@ class SpringByTemperature(Specimen):
         return found
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
-        """Whether weights change with the parameters, as noise of a driver matters more or less."""
+        """True if weights change with the parameters, through the noise of the drivers."""
         return noisy(recordings)
 
     def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
@@ -112,15 +113,15 @@ class SpringByTemperature(Specimen):
         return carried_over(self, values, recordings)
 
     def parameters_for(self, campaign: Campaign, base: str | Path | None = None) -> Parameters:
-        """Free numbers of a campaign with their priors: those of springs but for the resistivity's, and the
-        curve over temperature, which a table only assumes.
+        """Free parameters of a campaign with their priors. They are those of springs without the
+        resistivity's, and the curve over temperature, which a table only assumes.
 
-        Where springs are held at a length while the temperature takes them through their transformation, the
-        prior of an unknown alloy's `T_mid` lies where the pull is half-way.
+        A spring may be held at a length while the temperature takes it through its transformation. Then the
+        prior of an unknown alloy's `T_mid` is centred where the pull is half-way.
 
         Args:
             campaign: recordings of kind spring.
-            base: as for `rows_for`.
+            base: name or path of a table, as for `rows_for`.
         """
         fixed = (*(name for name in FIXED if name not in CURVE), *ELECTRICAL)
         parameters, _ = priors.alloy_parameters(campaign, ALLOY, fixed, base)
@@ -131,11 +132,12 @@ class SpringByTemperature(Specimen):
         wide = load_calibration(WIDE, "alloy").quantities
         for name in CURVE:
             if name not in parameters:
-                known = quantities[name]
-                parameters.add(priors.tabulated(wide[name] if identify or known.prior is None else known))
+                quantity = quantities[name]
+                use_wide = identify or quantity.prior is None
+                parameters.add(priors.tabulated(wide[name] if use_wide else quantity))
         found = [T for r in campaign.recordings if r.role == "fit" for T in half_way_of(r)]
         if identify and found:
-            moved_prior(parameters["T_mid"], 0.5 * (min(found) + max(found)))
+            centre_prior(parameters["T_mid"], 0.5 * (min(found) + max(found)))
         dimensions = {
             specimen: {name: float(value) for name, value in dimension_numbers(recordings[0]).items()}
             for specimen, recordings in campaign.specimens().items()
@@ -146,23 +148,23 @@ class SpringByTemperature(Specimen):
     def answer(
         self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
     ) -> tuple[dict[str, Array], dict[str, Any]]:
-        """See `Specimen.answer`."""
-        known = numbers(values, rows)
-        state = pj.SpringState(known["prestrain"], jnp.ones(()))
+        """Force and drivers; see `Specimen.answer`."""
+        parameters = numbers(values, rows)
+        state = pj.SpringState(parameters["prestrain"], jnp.ones(()))
         heat = pj.Temperature(rows.inputs["temperature"])
         drive = {"time": rows.time, "effects": effects}
-        found = pj.simulate_spring(spring_of(known), rows.inputs["elongation"], heat, state, **drive)
+        found = pj.simulate_spring(spring_of(parameters), rows.inputs["elongation"], heat, state, **drive)
         seen = {name: x for name, x in found.seen.items() if name != "resistance"}
         return seen, {"xi0": found.rows.xi0, "strain": found.rows.gamma}
 
     def alloy_quantities(self, campaign: Campaign, base: str | Path | None = None) -> dict[str, Quantity]:
-        """Constants of the spring's alloy."""
+        """Constants of the spring's alloy with their priors."""
         return priors.alloy_quantities(campaign, ALLOY, base)[0]
 
     def plotted_over(self, rows: Rows) -> str:
-        """The temperature of a spring that is held at a length, the elongation of others."""
+        """Temperature for a spring that is held at a length, elongation for others."""
         return "temperature" if np.ptp(rows.inputs["elongation"]) < HELD else "elongation"
 
 
 BY_TEMPERATURE = SpringByTemperature()
-"""What models the recordings of kind spring without a resistance; `SpringOnStand.variant` chooses it."""
+"""Specimen of recordings of kind spring without a resistance; `SpringOnStand.variant` chooses it."""

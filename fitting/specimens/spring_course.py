@@ -1,8 +1,8 @@
-"""The latent trajectory of a spring under a model with effects: the fractions that explain all its channels
-best.
+"""Latent trajectory of a spring under a model with effects: the martensite fractions that explain all its
+channels best.
 
-As `inference.latent_trajectory.smoother.profile`, for noise with serial correlation and for many directions
-of derivatives at once.
+The method is that of `inference.latent_trajectory.smoother.profile`. It extends to noise with serial
+correlation and to many directions of derivatives at once.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,22 +23,23 @@ from fitting.inference.latent_trajectory.smoother import Local, variances
 from fitting.specimens.rows import Rows
 
 HELD = 1e-6
-"""Weight of the course so far in every row, which keeps rows that say nothing where they are."""
+"""Weight of the current trajectory in every row. It keeps rows in place whose channels are uninformative."""
 ROUNDS = 8
-"""Most trials of a course."""
+"""Maximum number of Gauss-Newton iterations."""
 SETTLED = 3e-3
-"""Longest step of a fraction at which they end."""
+"""Maximum step of a fraction at which the iterations end [1]."""
 LONGEST = 0.3
-"""Longest step of the fraction in one round."""
+"""Maximum step of the fraction in one iteration [1]."""
 
 
 class Noise(eqx.Module):
-    """Inverse covariance of a channel's errors, tridiagonal: first-order noise, as `Channel.whitened` has it.
+    """Inverse covariance of a channel's errors, tridiagonal: first-order autoregressive noise, as in
+    `Channel.whitened`.
 
     Attributes:
-        weight: one over the 1-sigma of every row, zero where nothing was measured.
-        diagonal, upper: of the inverse covariance of errors of unit size, shape (rows,); the last of `upper`
-            is zero.
+        weight: inverse standard deviation of every row, zero where nothing was measured.
+        diagonal, upper: bands of the inverse covariance of errors of unit size, shape (rows,); the last entry
+            of `upper` is zero.
     """
 
     weight: Array
@@ -47,12 +48,12 @@ class Noise(eqx.Module):
 
     @classmethod
     def of(cls, rows: Rows, name: str) -> "Noise":
-        """That of one output of a recording."""
+        """Inverse covariance of one output of a recording."""
         weight = rows.extra.get(f"weight_{name}", rows.weight[name])
         correlation = rows.extra.get(f"correlation_{name}", 0.0)
-        there = weight > 0.0
-        follows = jnp.concatenate([jnp.zeros(1, bool), there[1:] & there[:-1]])
-        own = jnp.where(follows, 1.0 / (1.0 - correlation**2), there)
+        counted = weight > 0.0
+        follows = jnp.concatenate([jnp.zeros(1, bool), counted[1:] & counted[:-1]])
+        own = jnp.where(follows, 1.0 / (1.0 - correlation**2), counted)
         before = jnp.where(follows, correlation / (1.0 - correlation**2), 0.0)
         shift = lambda column: jnp.concatenate([column[1:], jnp.zeros(1)])  # noqa: E731
         return cls(weight, own + shift(before * correlation), -shift(before))
@@ -63,19 +64,20 @@ class Noise(eqx.Module):
         above, below = self.upper * jnp.roll(scaled, -1), jnp.roll(self.upper * scaled, 1)
         return self.weight * (self.diagonal * scaled + above + below)
 
-    def seen_through(self, slope: Array) -> tuple[Array, Array]:
-        """Information on a course by which the channel changes by `slope`: diagonal and upper diagonal."""
-        told = self.weight * slope
-        return self.diagonal * told**2, self.upper * told * jnp.roll(told, -1)
+    def information_on(self, slope: Array) -> tuple[Array, Array]:
+        """Fisher information on a trajectory by which the channel changes by `slope`: diagonal and upper
+        diagonal."""
+        scaled = self.weight * slope
+        return self.diagonal * scaled**2, self.upper * scaled * jnp.roll(scaled, -1)
 
 
 class _System(eqx.Module):
-    """What a course has to agree with: the channels and its own walk.
+    """The least-squares problem of a trajectory: the channels and the random walk.
 
     Attributes:
-        noise: by channel.
-        measured: (channels, rows).
-        coupling: inverse variance of the increment from the row before, (rows,); zero for the first.
+        noise: inverse covariances by channel.
+        measured: measured values, shape (channels, rows).
+        coupling: inverse variance of the increment from the row before, shape (rows,); zero for the first.
     """
 
     noise: list[Noise]
@@ -87,33 +89,33 @@ class _System(eqx.Module):
         return jnp.stack([n.times(e) for n, e in zip(self.noise, errors, strict=True)])
 
     def walk(self, course: Array) -> Array:
-        """Derivative of half the increments' sum of squares, (rows,)."""
+        """Gradient of half the increments' weighted sum of squares, (rows,)."""
         rise = self.coupling * jnp.diff(course, prepend=course[:1])
-        return rise - _later(rise)
+        return rise - _next_row(rise)
 
     def square(self, missing: Array, course: Array) -> Array:
-        """Sum of squares of what the channels miss and of the increments."""
+        """Weighted sum of squares of the channels' errors and of the increments."""
         rise = jnp.diff(course, prepend=course[:1])
         return jnp.sum(missing * self.weighed(missing)) + jnp.sum(self.coupling * rise**2)
 
     def bands(self, local: Local) -> tuple[Array, Array, Array]:
-        """What the channels say about every row; and diagonal and upper diagonal of the system, without what
-        couples rows to those that they remember."""
-        told = [n.seen_through(s) for n, s in zip(self.noise, local.slope, strict=True)]
-        later = sum(n.seen_through(s)[0] for n, s in zip(self.noise, local.remembered, strict=True))
-        information = sum(own for own, _ in told) + jnp.zeros_like(later).at[local.source].add(later)
-        diagonal = information + self.coupling + _later(self.coupling) + HELD
-        return information, diagonal, sum(upper for _, upper in told) - _later(self.coupling)
+        """Channels' gradient in every row; then diagonal and upper diagonal of the normal equations.
+        Couplings to remembered rows are left out."""
+        channels = [n.information_on(s) for n, s in zip(self.noise, local.slope, strict=True)]
+        later = sum(n.information_on(s)[0] for n, s in zip(self.noise, local.remembered, strict=True))
+        information = sum(own for own, _ in channels) + jnp.zeros_like(later).at[local.source].add(later)
+        diagonal = information + self.coupling + _next_row(self.coupling) + HELD
+        return information, diagonal, sum(upper for _, upper in channels) - _next_row(self.coupling)
 
     def step(self, local: Local, course: Array, predicted: Array) -> Array:
-        """The Gauss-Newton step of a course, limited and kept from leaving 0 to 1."""
+        """Gauss-Newton step of a trajectory, limited in size and kept within 0 to 1."""
         missing = self.measured - predicted
         pull = local.back(self.weighed(missing)) - self.walk(course)
-        change = jnp.clip(self._solved(local, pull), -LONGEST, LONGEST)
+        change = jnp.clip(self._solution(local, pull), -LONGEST, LONGEST)
         return jnp.clip(course + change, 0.0, 1.0) - course
 
-    def _solved(self, local: Local, right: Array) -> Array:
-        """Solution of the system: its bands by themselves are close to it."""
+    def _solution(self, local: Local, right: Array) -> Array:
+        """Solution of the linear system; its bands alone are a good approximation to it."""
         _, diagonal, upper = self.bands(local)
 
         def times(direction: Array) -> Array:
@@ -122,24 +124,24 @@ class _System(eqx.Module):
         return solve_coupled(times, right, banded_side_by_side(diagonal, upper))
 
 
-def _later(column: Array) -> Array:
-    """The column of the row after each; zero for the last."""
+def _next_row(column: Array) -> Array:
+    """The column shifted to the row after; zero for the last."""
     return jnp.concatenate([column[1:], jnp.zeros(1)])
 
 
 Outputs = Callable[[Array], tuple[Array, PyTree]]
-"""The channels at a course, shape (channels, rows), and what else is known there."""
+"""Function from a trajectory to the channels, shape (channels, rows), and auxiliary results."""
 
 
 class Found(eqx.Module):
-    """The course that explains all channels best.
+    """The trajectory that explains all channels best.
 
     Attributes:
         course: martensite fraction, shape (rows,).
-        predicted: the channels there, shape (channels, rows).
-        known: what else `Outputs` tells where the search ended.
-        taken: how much of a measured value the course takes up in every row, 0 to 1.
-        local: how the channels depend on the course.
+        predicted: predicted channels, shape (channels, rows).
+        known: auxiliary results of `Outputs` at the solution.
+        taken: leverage of a measured value on the trajectory in every row, 0 to 1.
+        local: linearisation of the channels about the trajectory.
     """
 
     course: Float[Array, " rows"]
@@ -150,18 +152,18 @@ class Found(eqx.Module):
 
 
 def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[str], rows: Rows) -> Found:
-    """Martensite fraction that explains all channels best, as a walk.
+    """Martensite fraction, modelled as a random walk, that explains all channels best.
 
-    Damped Gauss-Newton from a first trial; a spring remembers its hottest row, so rows are coupled to it. The
-    search carries no tangents; the model is run once more for them, and the last step, which makes them those
-    of the implicit function, is taken along the channels' slopes.
+    The method is damped Gauss-Newton from a first guess. A spring remembers its hottest row, so later rows
+    are coupled to it. The search carries no tangents. After it the model is run once more with tangents. The
+    last step along the channels' slopes makes them those of the implicit function.
 
     Args:
-        outputs: the model.
-        frozen: the same without tangents.
-        read: first trial, shape (rows,).
-        names: of the channels.
-        rows: the recording.
+        outputs: function from a trajectory to the channels.
+        frozen: the same function without tangents.
+        read: first guess of the trajectory, shape (rows,).
+        names: names of the channels.
+        rows: recording as arrays.
     """
     measured = jnp.stack([rows.measured[name] for name in names])
     interval = jnp.maximum(jnp.diff(rows.time, prepend=rows.time[:1]), 1e-6)
@@ -169,37 +171,37 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     system = _System([Noise.of(rows, name) for name in names], measured, coupling)
 
     def step(course: Array) -> tuple[Array, Array, Local]:
-        local = _local(frozen, course)
+        local = _linearised(frozen, course)
         move = system.step(local, course, local.predicted)
         return move, system.square(measured - local.predicted, course), local
 
     everywhere = jnp.ones(rows.time.shape, bool)
     nothing = jnp.zeros_like(measured)
     blank = Local(nothing, nothing, nothing, jnp.zeros(read.shape, int))
-    settled, local = settle(step, jnp.clip(read, 0.0, 1.0), everywhere, SETTLED, ROUNDS, blank)
-    there, known = outputs(settled)
-    last = system.step(local, settled, there)
-    # where a row begins to renew the metal's memory all later ones jump, which no slope foretells
-    here, seen, after = jax.lax.stop_gradient((settled, there, settled + last))
+    solution, local = settle(step, jnp.clip(read, 0.0, 1.0), everywhere, SETTLED, ROUNDS, blank)
+    at_solution, known = outputs(solution)
+    last = system.step(local, solution, at_solution)
+    # where a row begins to renew the metal's memory all later ones jump, which the slopes cannot predict
+    solution_value, outputs_here, after = jax.lax.stop_gradient((solution, at_solution, solution + last))
     then = frozen(after)[0]
-    better = system.square(measured - then, after) <= system.square(measured - seen, here)
+    better = system.square(measured - then, after) <= system.square(measured - outputs_here, solution_value)
     made = better & (largest(last, everywhere) <= SETTLED)
-    course = ended(settled, last, made)
-    predicted = there + local.along(course - settled)
+    course = ended(solution, last, made)
+    predicted = at_solution + local.along(course - solution)
     predicted = predicted + jax.lax.stop_gradient(jnp.where(made, then - predicted, 0.0))
     information, diagonal, upper = system.bands(local)
-    inside = (settled > 0.0) & (settled < 1.0)
-    taken = jnp.where(inside, jnp.clip(information * variances(diagonal, upper), 0.0, 1.0), 0.0)
-    return Found(course, predicted, known, taken, local)
+    inside = (solution > 0.0) & (solution < 1.0)
+    leverage = jnp.where(inside, jnp.clip(information * variances(diagonal, upper), 0.0, 1.0), 0.0)
+    return Found(course, predicted, known, leverage, local)
 
 
-def _local(outputs: Outputs, course: Array) -> Local:
-    """The channels at a course and how they depend on it."""
+def _linearised(outputs: Outputs, course: Array) -> Local:
+    """The channels at a trajectory and their linearisation."""
     lowest = jax.lax.cummin(course)
     hottest = jnp.concatenate([jnp.ones(1, bool), course[1:] < lowest[:-1]])
     source = jax.lax.cummax(jnp.where(hottest, jnp.arange(course.size), 0))
     along = lambda direction: jax.jvp(lambda x: outputs(x)[0], (course,), (direction,))  # noqa: E731
     both = jnp.stack([jnp.ones_like(course), hottest.astype(course.dtype)])
-    predicted, (moved, memory) = jax.vmap(along, out_axes=(None, 0))(both)
+    predicted, (total_slope, memory) = jax.vmap(along, out_axes=(None, 0))(both)
     remembered = jnp.where(hottest, 0.0, memory)
-    return Local(predicted, moved - remembered, remembered, source)
+    return Local(predicted, total_slope - remembered, remembered, source)

@@ -1,5 +1,7 @@
-"""A spring on a test stand at a course of its martensite fraction: what it pulls and resists, and what it
-remembers from row to row, by the rule or from rows that are known to have set it."""
+"""A spring on a test stand at a given trajectory of its martensite fraction: force, resistance and memory.
+
+The memory follows the rule row by row, or comes from rows that are known to have set it.
+"""
 
 import equinox as eqx
 import jax
@@ -15,12 +17,12 @@ from . import turning_points
 
 
 class Trajectory(eqx.Module):
-    """What a spring does over a recording; arrays of shape (rows,), SI.
+    """Prediction of a recording; arrays of shape (rows,), SI.
 
     Attributes:
         force [N], resistance [ohm], stress [Pa]: predicted.
         gamma: shear strain [1]; xi0: martensite fraction [1]; gamma_R: residual strain [1].
-        local: force and resistance as functions of the martensite fraction, about this course.
+        local: linearisation of force and resistance over the martensite fraction, about this trajectory.
     """
 
     force: Array
@@ -33,14 +35,14 @@ class Trajectory(eqx.Module):
 
 
 class Decisions(eqx.Module):
-    """What the rule of the residual strain decided in each row of a test, shape (rows,) each.
+    """Decisions of the residual strain's rule in each row of a test, shape (rows,) each.
 
     Attributes:
-        origin: row whose strain set the residual strain that this row begins with; -1 for the pre-strain.
-        hottest: row whose martensite fraction is the smallest since then; -1 for none.
-        hotter: this row is hotter than that one.
-        loading: the wire is on the detwinning branch, not on the elastic one.
-        course: martensite fraction that this was decided on; the search for that of other parameters begins
+        origin: row whose strain set the residual strain at the beginning of this row; -1 for the pre-strain.
+        hottest: row with the smallest martensite fraction since then; -1 for none.
+        hotter: true if this row is hotter than that one.
+        loading: true if the wire is on the detwinning branch, false on the elastic one.
+        course: martensite fraction that the decisions were made on; the search at other parameters begins
             there.
     """
 
@@ -52,7 +54,7 @@ class Decisions(eqx.Module):
 
 
 class Law(eqx.Module):
-    """A spring and its test: what the latent course is profiled against."""
+    """A spring and its test, as a function of the latent trajectory."""
 
     spring: Spring
     prestrain: Array
@@ -62,7 +64,7 @@ class Law(eqx.Module):
     def states(self, gamma: Array, xi0: Array) -> tuple[SpringState, Array]:
         """Memory at the beginning of every row, by the rule or from the rows that are known to have set it.
 
-        Beside it the row that its martensite fraction comes from, -1 for none.
+        The second result is the row that its martensite fraction comes from, -1 for none.
         """
         if self.decisions is None:
             states, (_, hottest) = self.by_rule(gamma, xi0)
@@ -77,7 +79,7 @@ class Law(eqx.Module):
         """Memory at the beginning of every row, and the rows that its strain and its fraction come from.
 
         A row within `slack` of the smallest fraction is the one that is remembered from then on. `margin` is
-        the part of the residual strain by which a wire must go beyond the elastic branch to renew its memory.
+        a part of the residual strain: the wire must exceed the elastic branch by it to renew its memory.
         """
 
         def row(carry: tuple, now: tuple[Array, Array, Array, Array]) -> tuple[tuple, tuple]:
@@ -85,11 +87,11 @@ class Law(eqx.Module):
             gamma, xi0, number, slack = now
             after = self.spring.alloy.remember(state, gamma, xi0, margin)
             alike = (after.xi_min != state.xi_min) | (xi0 < state.xi_min + slack)
-            moved = (
+            updated = (
                 jnp.where(after.prestrain != state.prestrain, number, origin),
                 jnp.where(alike, number, hottest),
             )
-            return (after, *moved), carry
+            return (after, *updated), carry
 
         first = SpringState(self.prestrain, jnp.ones_like(self.prestrain))
         never = jnp.asarray(-1)
@@ -110,7 +112,7 @@ class Law(eqx.Module):
         return modulus * gamma - jnp.where(self.decisions.loading, detwinning, modulus * gamma_R), gamma_R
 
     def follow(self, xi0: Array) -> Trajectory:
-        """The test at a course of the martensite fraction."""
+        """The test at a given trajectory of the martensite fraction."""
         alloy, geometry = self.spring.alloy, self.spring.geometry
         gamma = self.spring.shear_strain(self.elongation)
         states, hottest = self.states(gamma, xi0)
@@ -131,13 +133,13 @@ class Law(eqx.Module):
         return Trajectory(predicted[0], predicted[1], stress, gamma, xi0, gamma_R, local)
 
     def decide(self, xi0: Array, slack: Array | float = 0.0, margin: Array | float = 0.0) -> Decisions:
-        """What the rule decides at a course of the martensite fraction.
+        """Decisions of the rule at a given trajectory of the martensite fraction.
 
         Args:
-            xi0: the course, shape (rows,).
-            slack: difference that nobody can tell, shape (rows,). A row within it of the hottest one is as
-                hot, and feels its own heat.
-            margin: see `by_rule`.
+            xi0: martensite fraction, shape (rows,).
+            slack: indistinguishable difference of fractions, shape (rows,). A row within it of the hottest
+                one is as hot, and its own fraction counts.
+            margin: part of the residual strain, see `by_rule`.
         """
         gamma = self.spring.shear_strain(self.elongation)
         states, (origin, hottest) = self.by_rule(gamma, xi0, slack, margin)
@@ -146,14 +148,15 @@ class Law(eqx.Module):
     def likeliest(
         self, xi0: Array, slack: Array, margin: Array, force: Array, weight: Array, count: int
     ) -> Decisions:
-        """What the rule and the measured force decide together, the best first: shape (count, rows) each.
+        """Decisions that agree with the rule and the measured force, the best first: shape (count, rows)
+        each.
 
         Args:
-            xi0: the course, shape (rows,).
-            slack: see `decide`.
-            margin: part of the residual strain by which each turning point may be off the rule.
-            force: measured [N]; weight: one over its 1-sigma, zero where it was not measured.
-            count: decisions to return.
+            xi0: martensite fraction, shape (rows,).
+            slack: indistinguishable difference of fractions, see `decide`.
+            margin: maximum deviation of each turning point from the rule, as part of the residual strain.
+            force: measured force [N]; weight: its inverse standard deviation, zero where it was not measured.
+            count: number of decisions to return.
         """
         gamma, area = self.spring.shear_strain(self.elongation), self.spring.geometry.force(jnp.ones(()))
         found = turning_points.likeliest(

@@ -1,8 +1,8 @@
-"""Heating and cooling runs of a wire under a steady load: where its transformation lies, and a first heating
-that is no cycle.
+"""Heating and cooling runs of a wire under a steady load: its transformation temperatures, and an
+unrepresentative first heating.
 
-A wire that hangs under a load for the first time has not been drawn by it yet. Its first heating says nothing
-of the cycles that follow, and no constant or effect of the cycles explains it.
+A new wire has not been drawn by its load yet. Its first heating says nothing of the cycles that follow, and
+no constant or effect of the cycles explains it.
 """
 
 from dataclasses import dataclass
@@ -15,22 +15,25 @@ from fitting.inference.noise import robust_noise
 from fitting.inference.parameters import Parameter, Prior
 
 TURN = 0.1
-"""Part of the whole temperature range by which it must come back before a run counts as ended."""
+"""Minimum part of the whole temperature range that must be reversed for a run to end."""
 WHOLE = 0.5
-"""Part of the output's range that a run must pass through to tell the middle of the transformation."""
+"""Minimum part of the output's range in a run that shows the middle of the transformation."""
 APART = 10.0
-"""Times the later heatings' difference from each other, and the noise, by which the first must be off. An
-effect that fades over cycles changes the second from the third by a tenth of the first change or more, unless
-it is all but over after half a cycle; a state that the first heating ends is gone at once."""
+"""Minimum ratio of the first heating's deviation to the later heatings' scatter and to the noise.
+
+An effect that fades over cycles changes the second from the third by a tenth of the first change or more,
+unless it is all but over after half a cycle. A state that the first heating ends is gone at once.
+"""
 SEEN = 0.05
-"""Part of the output's range by which the first heating must be off to be worth a word."""
+"""Minimum deviation of the first heating to be reported, as part of the output's range."""
 GRID = 40
-"""Temperatures at which heatings are compared."""
+"""Number of temperatures at which heatings are compared."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """Rows between two turns of the temperature: `first` to `last`, both included; whether it rises."""
+    """Rows between two turns of the temperature: `first` to `last`, both included. `heating` is true if it
+    rises."""
 
     first: int
     last: int
@@ -38,18 +41,18 @@ class Run:
 
     @property
     def rows(self) -> slice:
-        """As a slice."""
+        """The rows as a slice."""
         return slice(self.first, self.last + 1)
 
 
 @dataclass(frozen=True)
 class FirstHeating:
-    """A first heating unlike the later ones.
+    """A first heating that deviates from the later ones.
 
     Attributes:
-        rows: how many, from the first on.
-        off: root mean square of its difference from the later ones, in units of the output's range [1].
-        later: the same of the later ones from each other [1].
+        rows: number of rows of the first heating.
+        off: root mean square deviation from the later ones, in units of the output's range [1].
+        later: root mean square deviation of the later ones from each other, in the same unit [1].
     """
 
     rows: int
@@ -57,7 +60,7 @@ class FirstHeating:
     later: float
 
     def text(self, name: str) -> str:
-        """For a report, about the recording of that name."""
+        """Sentence for a report about the recording of that name."""
         return (
             f"{name}: the first heating (rows 1 to {self.rows}) is unlike the later ones: off by "
             f"{100.0 * self.off:.2g} % of the whole range, while those agree to {100.0 * self.later:.2g} %. "
@@ -67,8 +70,8 @@ class FirstHeating:
 
 
 def runs_of(temperature: np.ndarray) -> list[Run]:
-    """Runs between the turns of a temperature, (rows,), finite; one that comes back by less than `TURN` of
-    the whole range is none of its own."""
+    """Runs between the turns of a finite temperature, shape (rows,). A reversal below `TURN` of the whole
+    range starts no run."""
     least = TURN * float(np.ptp(temperature)) if len(temperature) else 0.0
     if not least > 0.0:
         return []
@@ -91,12 +94,13 @@ def half_way(recording: Recording, driver: str, output: str) -> tuple[float, ...
     """Temperatures [degC] at which an output passes the middle of its range on heating and cooling runs.
 
     Args:
-        recording: with a temperature.
-        driver: stress or strain, what is prescribed; if that is not steady, nothing is told.
-        output: the other one.
+        recording: recording with a temperature.
+        driver: prescribed quantity, stress or strain; it must be steady.
+        output: the other quantity.
 
     Returns:
-        One for every run that passes through half of the range or more; none where temperature moves nothing.
+        One temperature for every run that passes through half of the range or more; none where temperature
+        has no influence.
     """
     columns = _columns(recording, driver, output)
     if columns is None:
@@ -119,10 +123,10 @@ def half_way(recording: Recording, driver: str, output: str) -> tuple[float, ...
 
 
 def first_heating(recording: Recording, driver: str, output: str) -> FirstHeating | None:
-    """The first heating of a recording, if it is unlike two or more later ones that agree with each other.
+    """First heating of a recording, if it deviates from two or more later ones that agree with each other.
 
-    A recording that states its pre-strain is left alone: the model then knows the state that it begins in.
-    Arguments as for `half_way`.
+    A recording that states its pre-strain is left alone, since its initial state is known. Arguments as for
+    `half_way`.
     """
     if "prestrain" in recording.geometry:
         return None
@@ -139,10 +143,10 @@ def first_heating(recording: Recording, driver: str, output: str) -> FirstHeatin
     if high - low < WHOLE * float(np.ptp(temperature)):
         return None
     grid = np.linspace(low, high, GRID)
-    first, *later = (_at(temperature[r.rows], values[r.rows], grid) for r in heatings)
+    first, *later = (_interpolated(temperature[r.rows], values[r.rows], grid) for r in heatings)
     span = float(np.ptp(values))
-    off = _apart(first, np.mean(later, axis=0)) / span
-    agree = max(_apart(a, b) for a, b in combinations(later, 2)) / span
+    off = _rms_difference(first, np.mean(later, axis=0)) / span
+    agree = max(_rms_difference(a, b) for a, b in combinations(later, 2)) / span
     noise = robust_noise(np.arange(len(values)), values) / span
     if off < max(SEEN, APART * agree, APART * noise):
         return None
@@ -150,11 +154,11 @@ def first_heating(recording: Recording, driver: str, output: str) -> FirstHeatin
     return FirstHeating(int(rows[heatings[0].last]) + 1, off, agree)
 
 
-def moved_prior(entry: Parameter, value: float) -> None:
-    """Let the prior of a parameter lie about another value, as wide as before, and begin there."""
+def centre_prior(entry: Parameter, value: float) -> None:
+    """Centre the prior of a parameter at another value, with the same width, and start there."""
     shift, prior = value - entry.prior.mean, entry.prior
-    moved = Prior(value, prior.sd, prior.min + shift, prior.max + shift)
-    entry.set(value=value, min=moved.min, max=moved.max, prior=moved, scale="linear")
+    shifted = Prior(value, prior.sd, prior.min + shift, prior.max + shift)
+    entry.set(value=value, min=shifted.min, max=shifted.max, prior=shifted, scale="linear")
 
 
 def _without_first(recording: Recording, driver: str, output: str, runs: list[Run]) -> list[Run]:
@@ -169,21 +173,21 @@ def _columns(recording: Recording, driver: str, output: str) -> tuple[np.ndarray
     """Temperature and output of the complete rows, where the driver is steady and the output is not."""
     if not all(recording.has(name) for name in ("temperature", driver, output)):
         return None
-    there = _complete(recording, driver, output)
-    if there.sum() < GRID // 2:
+    complete = _complete(recording, driver, output)
+    if complete.sum() < GRID // 2:
         return None
-    drive = recording.si(driver)[there]
+    drive = recording.si(driver)[complete]
     if np.ptp(drive) > TURN * np.max(np.abs(drive), initial=0.0):
         return None
-    temperature, values = recording.si("temperature")[there], recording.si(output)[there]
+    temperature, values = recording.si("temperature")[complete], recording.si(output)[complete]
     return (temperature, values) if np.ptp(values) > 0.0 and np.ptp(temperature) > 0.0 else None
 
 
-def _at(temperature: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
-    """Values of a rising run at temperatures of a grid."""
+def _interpolated(temperature: np.ndarray, values: np.ndarray, grid: np.ndarray) -> np.ndarray:
+    """Values of a rising run, interpolated at temperatures of a grid."""
     order = np.argsort(temperature, kind="stable")
     return np.interp(grid, temperature[order], values[order])
 
 
-def _apart(a: np.ndarray, b: np.ndarray) -> float:
+def _rms_difference(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.sqrt(np.mean((a - b) ** 2)))

@@ -1,4 +1,4 @@
-"""Pressurised tubes without springs: pressure in, length out (Eq. 3.10)."""
+"""Forward model of pressurised tubes without springs: pressure in, length out (Eq. 3.10)."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,13 +22,13 @@ from .cautions import silicone_cautions
 from .model_objects import geometry_of
 from .registry import register
 from .rows import Rows, numbers
-from .specimen import FITTED, Courses, RowOptions, Specimen
+from .specimen import EVERY, FITTED, Courses, RowOptions, Specimen
 
 GEOMETRY = ("length", "outer_diameter", "wall_thickness")
 SLOPE_DEGREE = 5
-"""Of the polynomial of length over pressure, by which the pressure's noise is carried over."""
+"""Degree of the polynomial of length over pressure, whose slope propagates the noise of the pressure."""
 BENT = ("curvature", "bend_angle")
-"""Outputs of an actuator that a tube does not show."""
+"""Outputs of an actuator that a tube does not have."""
 
 
 def sizes_of(recording: Recording) -> dict[str, float]:
@@ -50,10 +50,10 @@ class Tube(Specimen):
     options = ("material",)
     identified = "material"
     loads = "pressure"
-    profiled = 2
+    profiled = EVERY
     element = "actuator"
     wall_drivers = ("time",)
-    most_rows_with_effects = 512  # every one is an equilibrium
+    most_rows_with_effects = 512  # every row is an equilibrium
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
         """The pressure."""
@@ -62,14 +62,14 @@ class Tube(Specimen):
     def rows_for(
         self, campaign: Campaign, options: RowOptions = FITTED, material: str | Path | None = None
     ) -> list[Rows]:
-        """See `Specimen.rows_for`. The noise of the pressure adds to that of the length, so the pressure is
-        taken as it was read.
+        """Recordings as arrays, see `Specimen.rows_for`. The noise of the pressure adds to that of the
+        length, so the pressure is not smoothed.
 
         Args:
             campaign: recordings of kind tube.
-            options: which rows are taken.
-            material: table to start from, instead of the one that is named; needed by nobody but those who
-                have one of a material that is to be fitted.
+            options: selection of rows.
+            material: name or path of a table, in place of the one that the recordings name. Only a material
+                that is to be fitted needs it.
 
         Raises:
             InputError: if they name several materials, or one has too few complete rows.
@@ -77,22 +77,23 @@ class Tube(Specimen):
         return silicones.rows_of_silicone(campaign, options, material, self, sizes_of, _with_pressure)
 
     def parameters_for(self, campaign: Campaign, material: str | Path | None = None) -> Parameters:
-        """Free numbers with their priors: constants of the silicone, then each specimen's factor and
+        """Free parameters with their priors: constants of the silicone, then each specimen's factor and
         dimensions.
 
         Args:
             campaign: recordings of kind tube.
-            material: as for `rows_for`.
+            material: name or path of a table, as for `rows_for`.
         """
         return silicones.parameters_of_silicone(campaign, material, sizes_of)
 
     def answer(
         self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
     ) -> tuple[dict[str, Array], dict[str, Any]]:
-        """See `Specimen.answer`. Without effects no row depends on another, and all are solved at once."""
-        known = numbers(values, rows)
-        law = silicones.law_with(rows.extra["law"], known)
-        sizes = {name: known[name] for name in GEOMETRY}
+        """Length and pressure; see `Specimen.answer`. Without effects the rows are independent and are solved
+        at once."""
+        parameters = numbers(values, rows)
+        law = silicones.law_with(rows.extra["law"], parameters)
+        sizes = {name: parameters[name] for name in GEOMETRY}
         pressure = rows.inputs["pressure"]
         rate = jnp.gradient(pressure) / jnp.maximum(jnp.gradient(rows.time), 1e-9)
         if effects:
@@ -105,7 +106,7 @@ class Tube(Specimen):
         return seen, {"pressure": pressure, "pressure_rate": rate, "strain": length / sizes["length"] - 1.0}
 
     def cautions(self, recording: Recording, rows: Rows, outputs: Courses, drivers: Courses) -> list[str]:
-        """Where the silicone is strained beyond its tests."""
+        """Warnings where the silicone is strained beyond its tests."""
         law = silicones.law_with(rows.extra["law"], numbers({}, rows))
         return silicone_cautions(law, drivers["strain"], drivers["strain"])
 
@@ -113,14 +114,14 @@ class Tube(Specimen):
 def _with_pressure(
     recording: Recording, columns: Mapping[str, np.ndarray], weight: np.ndarray, block: int
 ) -> np.ndarray:
-    """Weight of the length with what noise of the pressure adds, by the recording's own slope."""
-    sigma, held = recording.noise_si("pressure"), weight > 0.0
-    if not sigma or held.sum() < SLOPE_DEGREE + 2:
+    """Weight of the length with the propagated noise of the pressure, by the recording's own slope."""
+    sigma, used = recording.noise_si("pressure"), weight > 0.0
+    if not sigma or used.sum() < SLOPE_DEGREE + 2:
         return weight
-    course = np.polynomial.Polynomial.fit(columns["pressure"][held], columns["length"][held], SLOPE_DEGREE)
-    slope = np.where(held, course.deriv()(columns["pressure"]), 0.0)
-    variance = 1.0 / np.where(held, weight, 1.0) ** 2 + (slope * sigma) ** 2 / block
-    return np.where(held, variance**-0.5, 0.0)
+    course = np.polynomial.Polynomial.fit(columns["pressure"][used], columns["length"][used], SLOPE_DEGREE)
+    slope = np.where(used, course.deriv()(columns["pressure"]), 0.0)
+    variance = 1.0 / np.where(used, weight, 1.0) ** 2 + (slope * sigma) ** 2 / block
+    return np.where(used, variance**-0.5, 0.0)
 
 
 TUBE = register(Tube())

@@ -1,10 +1,12 @@
-"""Which rows renewed a spring's memory: what the rule of the residual strain allows and the force shows.
+"""Rows that renewed a spring's memory, from the rule of the residual strain and the measured force.
 
-Whether a wire at a turning point still loads, and renews its memory, hangs on the last per cent of the
-constants and on noise, while the force of all later rows hangs on it. A test has several such points, each
-with its own error, so they are decided one by one. What a spring remembers after a row is known from the row
-that renewed it last, so the best history of renewals at a given course of the martensite fraction is found by
-dynamic programming over that row (Viterbi's), exactly as far as `WIDTH` histories at a time are enough.
+At a turning point the constants' last per cent and noise decide if a wire still loads and renews its memory.
+The force of all later rows depends on it. A test has several such points, each with its own error, so they
+are decided one by one.
+
+The state after a row is known from the row that renewed the memory last. So dynamic programming (Viterbi)
+over that row finds the best history of renewals at a given trajectory of the martensite fraction. It is exact
+as far as `WIDTH` histories at a time suffice.
 """
 
 from collections.abc import Callable
@@ -18,20 +20,20 @@ from pneusma_jax.nitinol import Alloy, SpringState
 from pneusma_jax.nitinol.residual_strain import hottest, residual_strain
 
 WIDTH = 16
-"""Histories that are followed at a time."""
+"""Number of histories that are followed at a time."""
 TIE = 1e-3
-"""Chi-square of a row that goes against the rule as far as is allowed: of histories that explain as much, the
-rule's is taken."""
+"""Chi-square penalty of a row that deviates from the rule by the allowed maximum. Among histories that
+explain as much, the rule's wins."""
 
 
 class Memories(eqx.Module):
-    """What a spring remembers at the beginning of every row, shape (rows,) each, or (histories, rows).
+    """State of a spring's memory at the beginning of every row, shape (rows,) each, or (histories, rows).
 
     Attributes:
         prestrain: shear strain that set the residual strain [1].
         xi_min: smallest martensite fraction since then [1].
-        origin: row whose strain that is; -1 for none.
-        hottest: row whose fraction that is; -1 for none.
+        origin: row of that strain; -1 for none.
+        hottest: row of that fraction; -1 for none.
     """
 
     prestrain: Float[Array, " rows"]
@@ -51,33 +53,33 @@ def likeliest(
     weight: Float[Array, " rows"],
     count: int,
 ) -> Memories:
-    """The histories of renewals that explain the measured stress best, best first.
+    """Histories of renewals that explain the measured stress best, best first.
 
     Args:
-        alloy: constants.
-        prestrain: of the spring before the test [1].
-        gamma: shear strain [1].
-        xi0: martensite fraction [1].
-        slack: difference of it that nobody can tell [1].
-        margin: part of the residual strain by which a renewal may be off the rule.
-        stress: measured [Pa]; weight: one over its 1-sigma, zero where it was not measured.
-        count: histories to return, at most `WIDTH`; where there are fewer, some are the same.
+        alloy: constants of the alloy.
+        prestrain: shear strain of the spring before the test [1].
+        gamma: shear strain [1], shape (rows,).
+        xi0: martensite fraction [1], shape (rows,).
+        slack: indistinguishable difference of fractions [1], shape (rows,).
+        margin: maximum deviation of a renewal from the rule, as part of the residual strain.
+        stress: measured stress [Pa]; weight: its inverse standard deviation, zero where it was not measured.
+        count: number of histories to return, at most `WIDTH`; where there are fewer, some are repeated.
     """
     never = jnp.full(WIDTH, -1)
     first = Memories(jnp.full(WIDTH, prestrain), jnp.ones(WIDTH), never, never)
     cost = jnp.full(WIDTH, jnp.inf).at[0].set(0.0)
 
     def row(carry: tuple[Memories, Array], now: tuple) -> tuple[tuple[Memories, Array], tuple]:
-        return _followed(alloy, margin, *carry, *now)
+        return _extended_histories(alloy, margin, *carry, *now)
 
     rows = (gamma, xi0, jnp.arange(gamma.size), slack, stress, weight)
     (_, cost), (memories, *choices) = jax.lax.scan(row, (first, cost), rows)
     best = jnp.argsort(cost)[:count]
     best = jnp.where(jnp.isfinite(cost[best]), best, best[0])
-    return jax.vmap(lambda slot: _traced(memories, slot, *choices))(best)
+    return jax.vmap(lambda slot: _history_of_slot(memories, slot, *choices))(best)
 
 
-def _followed(
+def _extended_histories(
     alloy: Alloy,
     margin: Array,
     known: Memories,
@@ -89,14 +91,14 @@ def _followed(
     measured: Array,
     weight: Array,
 ) -> tuple[tuple[Memories, Array], tuple]:
-    """All histories after a row; what they were before it; the slot and parent of a renewal, if any."""
+    """All histories after a row, their earlier states, and the slot and parent of a renewal, if any."""
     state = SpringState(known.prestrain, known.xi_min)
     heated = hottest(state, xi0)
-    left = alloy.residual_strain(state, xi0)
+    residual = alloy.residual_strain(state, xi0)
     modulus, detwinning = alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0)
-    cost = cost + (weight * (alloy.shear_stress(gamma, xi0, left) - measured)) ** 2
-    deeper = residual_strain(alloy.residual_strain_limit(gamma), xi0, alloy.gR_decay) > left
-    beyond = (detwinning - modulus * left) / jnp.maximum(modulus * left, 1e-12)  # above zero the rule renews
+    cost = cost + (weight * (alloy.shear_stress(gamma, xi0, residual) - measured)) ** 2
+    deeper = residual_strain(alloy.residual_strain_limit(gamma), xi0, alloy.gR_decay) > residual
+    beyond = (detwinning - modulus * residual) / jnp.maximum(modulus * residual, 1e-12)  # positive: renewed
     against = TIE * (beyond / jnp.maximum(margin, 1e-12)) ** 2
     due = deeper & (beyond > 0.0)
     stays = jnp.where(deeper & (beyond > margin), jnp.inf, cost + jnp.where(due, against, 0.0))
@@ -114,10 +116,10 @@ def _followed(
     return (after, jnp.where(place, renews[parent], stays)), (known, slot, parent, renewed)
 
 
-def _traced(
+def _history_of_slot(
     memories: Memories, last: Array, slot: Array, parent: Array, renewed: Bool[Array, " rows"]
 ) -> Memories:
-    """The history that ends in a slot, of memories of shape (rows, histories)."""
+    """The history that ends in a slot, from memories of shape (rows, histories)."""
 
     def back(at: Array, choice: tuple) -> tuple[Array, Array]:
         slot, parent, renewed = choice

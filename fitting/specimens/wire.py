@@ -1,7 +1,8 @@
-"""Straight wires: temperature and stress (or strain) in, strain (or stress) out.
+"""Forward model of straight wires: temperature and stress (or strain) in, strain (or stress) out.
 
-The phase follows the temperature on one reversible curve (the base law): no hysteresis, no shift by stress.
-Of strain and stress the steadier one drives the wire, the other is predicted.
+The phase follows the temperature on one reversible curve (the base law), without hysteresis or shift by
+stress. A residual strain may draw a loop all the same: heating takes it away, cooling under load sets it
+again. Of strain and stress the steadier one drives the wire, the other is predicted.
 """
 
 import dataclasses
@@ -28,29 +29,29 @@ from .input_noise import carried_over, noisy, with_drivers
 from .registry import register
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
-from .specimen import FITTED, Courses, RowOptions, Specimen
-from .thermal_runs import FirstHeating, first_heating, half_way, moved_prior
+from .specimen import EVERY, FITTED, Courses, RowOptions, Specimen
+from .thermal_runs import FirstHeating, centre_prior, first_heating, half_way
 
 OUTPUTS = ("strain", "stress")
 ALLOY = tuple(field.name for field in dataclasses.fields(WireAlloy) if field.name != "name")
 NEW_WIRE = kinds.WIRE_ALLOY
-"""Table that an alloy starts from that is to be identified."""
+"""Default table that an alloy starts from when it is to be identified."""
 AMPLITUDE = "gR_amplitude"
 RESIDUAL = (AMPLITUDE, "gR_slope", "gR_shift", "gR_decay")
-"""Constants of what is left when a load is taken off."""
+"""Constants of the residual strain after a load is taken off."""
 UNLOADED = 0.5
-"""Part of its largest stress below which a wire must come for those constants to be seen. Under a steady load
-their only trace would be a loop between heating and cooling, which is another physics."""
+"""Maximum part of its largest stress to which a wire must unload for those constants to be identified. Under
+a steady load their only trace would be a loop between heating and cooling, which has other causes."""
 STILL = 5.0
 """Minimum range of a temperature for drawing outputs over it [K]."""
 ASTRAY = 1e3
-"""Standard deviations that a row counts for in which no strain carries the stress."""
+"""Residual of a row in which no strain carries the stress, in standard deviations."""
 
 
 def wire_quantities(campaign: Campaign, base: str | Path | None = None) -> tuple[dict[str, Quantity], bool]:
-    """Constants of a campaign's wire with what is known of them, and whether they are to be identified.
+    """Constants of a campaign's wire with their priors, and a flag that is true if they are to be identified.
 
-    A table without residual strain gets that of `WireAlloy.from_calibration`, as an exact number.
+    A table without residual strain gets that of `WireAlloy.from_calibration`, as an exact constant.
 
     Raises:
         InputError: if the recordings name several alloys, or one without a wire's constants.
@@ -65,15 +66,15 @@ def wire_quantities(campaign: Campaign, base: str | Path | None = None) -> tuple
 
 
 def unloads(recording: Recording) -> bool:
-    """Whether a load is taken off after it was largest, so that a residual strain would show."""
+    """True if a load is taken off after its maximum, so that a residual strain would show."""
     stress = recording.si("stress")
     stress = np.abs(stress[np.isfinite(stress)])
     return bool(stress.size and np.min(stress[int(np.argmax(stress)) :]) < UNLOADED * np.max(stress))
 
 
 def unseen(campaign: Campaign, base: str | Path | None = None) -> dict[str, Quantity]:
-    """Constants of an alloy that is to be identified which no recording of the campaign shows, so that they
-    are held: those of the residual strain, where no load is taken off."""
+    """Constants of an alloy to be identified that no recording of the campaign shows, and that are held. They
+    are those of the residual strain, where no load is taken off."""
     quantities, identify = wire_quantities(campaign, base)
     if not identify or any(unloads(recording) for recording in campaign.recordings):
         return {}
@@ -81,25 +82,25 @@ def unseen(campaign: Campaign, base: str | Path | None = None) -> dict[str, Quan
 
 
 def without_residual(campaign: Campaign, base: str | Path | Calibration | None = None) -> Calibration:
-    """The table that an alloy is identified from, with no residual strain at all.
+    """The table that an alloy is identified from, without residual strain.
 
     Args:
         campaign: recordings of kind wire.
-        base: as for `StraightWire.rows_for`.
+        base: name or path of a table, as for `StraightWire.rows_for`.
     """
     table = load_calibration(base or NEW_WIRE, "alloy")
     quantities, _ = wire_quantities(campaign, table)
-    said = (
+    source = (
         "Left out: no load was taken off, and a loop that it drew under the steady load was not the "
         "recorded one"
     )
-    none = replace(quantities[AMPLITUDE], value=0.0, status="assumed", source=said)
+    none = replace(quantities[AMPLITUDE], value=0.0, status="assumed", source=source)
     return replace(table, quantities={**table.quantities, AMPLITUDE: none})
 
 
 def bracket(campaign: Campaign) -> tuple[float, float] | None:
-    """Lowest and highest temperature [degC] at which a fitted wire is half-way through its transformation, as
-    heating and cooling runs under steady loads show it; None where none does."""
+    """Lowest and highest temperature at which a fitted wire is half transformed [degC]. They come from
+    heating and cooling runs under steady loads; None where there is none."""
     found = [T for recording in campaign.recordings if recording.role == "fit" for T in _half_way(recording)]
     return (min(found), max(found)) if found else None
 
@@ -109,7 +110,7 @@ def _half_way(recording: Recording) -> tuple[float, ...]:
 
 
 def set_apart(recording: Recording) -> FirstHeating | None:
-    """A first heating unlike the later ones, which is not fitted; None where there is none."""
+    """A first heating that deviates from the later ones and is not fitted; None where there is none."""
     return first_heating(recording, *_driver_and_output(recording))
 
 
@@ -159,13 +160,13 @@ def _rows_of(
 
 
 def _time_of(recording: Recording, row: int) -> float:
-    """Time [s] of a row, counted from 1; its number from 0 without a clock."""
+    """Time of a row, counted from 1 [s]; its number from 0 without a clock."""
     return float(recording.si("time")[row - 1]) if recording.has("time") else row - 1.0
 
 
-def wire_of(known: Mapping[str, Array]) -> WireAlloy:
-    """The wire that numbers describe."""
-    return WireAlloy(**{name: known[name] for name in ALLOY})
+def wire_of(parameters: Mapping[str, Array]) -> WireAlloy:
+    """The wire with these parameters."""
+    return WireAlloy(**{name: parameters[name] for name in ALLOY})
 
 
 class StraightWire(Specimen):
@@ -176,7 +177,8 @@ class StraightWire(Specimen):
     letter = "W"
     noun = "wire"
     law = (
-        "the reversible base law (one curve of the phase over temperature: no hysteresis, no shift by stress)"
+        "the reversible base law (its phase has one curve over temperature, without hysteresis or shift by "
+        "stress)"
     )
     over = "temperature"
     tables = ("alloy", "actuator")
@@ -185,23 +187,23 @@ class StraightWire(Specimen):
     sized = False
     loads = "stress"
     starts = 8  # with all constants open there is a minimum beside every kink of the residual strain
-    profiled = 3
+    profiled = EVERY
     element = "wire"
     astray = ASTRAY
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
-        """Temperature, and of stress and strain the steadier one."""
+        """Temperature, and the steadier one of stress and strain."""
         return ("temperature", _driver_and_output(recording)[0])
 
     def rows_for(
         self, campaign: Campaign, options: RowOptions = FITTED, base: str | Path | None = None
     ) -> list[Rows]:
-        """See `Specimen.rows_for`.
+        """Recordings as arrays; see `Specimen.rows_for`.
 
         Args:
             campaign: recordings of kind wire.
-            options: which rows are taken.
-            base: table to start from where `alloy = "fit"`; `niti_wire` if None.
+            options: selection of rows.
+            base: name or path of the alloy's prior table, where `alloy = "fit"`; `niti_wire` if None.
 
         Raises:
             InputError: if the recordings name several alloys, lack a temperature, or have too few complete
@@ -218,13 +220,13 @@ class StraightWire(Specimen):
     def parameters_for(self, campaign: Campaign, base: str | Path | None = None) -> Parameters:
         """Free constants of a campaign's wire with their priors.
 
-        Of an alloy that is to be identified those of the residual strain are held where no load is ever taken
-        off (`RESIDUAL`), and the prior of `T_mid` is moved to where the recordings are half-way through their
-        transformation, if they show it: a table says little of that, and misfits far from it have no slope.
+        For an alloy that is to be identified two rules hold. Constants of the residual strain are held where
+        no load is ever taken off (`RESIDUAL`). The prior of `T_mid` is centred where the recordings are half
+        transformed, if they show it. A table is vague there, and misfits far from it have no slope.
 
         Args:
             campaign: recordings of kind wire.
-            base: as for `rows_for`.
+            base: name or path of a table, as for `rows_for`.
         """
         quantities, identify = wire_quantities(campaign, base)
         parameters = Parameters()
@@ -235,7 +237,7 @@ class StraightWire(Specimen):
                     parameters.add(priors.tabulated(quantity))
             between = bracket(campaign)
             if between is not None and "T_mid" in parameters:
-                moved_prior(parameters["T_mid"], 0.5 * sum(between))
+                centre_prior(parameters["T_mid"], 0.5 * sum(between))
             return parameters
         for name, relative in priors.tolerances(campaign.recordings, ALLOY).items():
             quantity = quantities[name]
@@ -245,9 +247,10 @@ class StraightWire(Specimen):
     def answer(
         self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
     ) -> tuple[dict[str, Array], dict[str, Any]]:
-        """See `Specimen.answer`; the driver is given back as it is, NaN where no strain carries a stress."""
-        known = numbers(values, rows)
-        element, state = wire_of(known), SpringState(known["prestrain"], jnp.ones(()))
+        """Outputs and drivers; see `Specimen.answer`. The driver is returned unchanged, NaN where no strain
+        carries a stress."""
+        parameters = numbers(values, rows)
+        element, state = wire_of(parameters), SpringState(parameters["prestrain"], jnp.ones(()))
         temperature = rows.inputs["temperature"]
         drive = {"temperature": temperature, "state": state, "time": rows.time, "effects": effects}
         runs = {}
@@ -258,7 +261,7 @@ class StraightWire(Specimen):
                 runs[given] = (run.seen | {given: rows.inputs[given]}, within)
         if len(runs) == 1:
             ((found, within),) = runs.values()
-        else:  # the recordings of a campaign share one structure, and each says what drives it
+        else:  # the recordings of a campaign share one structure, and each names its driver
             stressed, nothing = rows.extra["by_stress"] > 0.0, jnp.zeros_like(temperature)
             pairs = zip(runs["stress"], runs["strain"], strict=True)
             found, within = (
@@ -268,7 +271,7 @@ class StraightWire(Specimen):
         return found, {"temperature": temperature} | within
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
-        """Whether weights change with the parameters, as noise of a driver matters more or less."""
+        """True if weights change with the parameters, through the noise of the drivers."""
         return noisy(recordings)
 
     def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
@@ -277,25 +280,25 @@ class StraightWire(Specimen):
         return carried_over(self, values, recordings)
 
     def cautions(self, recording: Recording, rows: Rows, outputs: Courses, drivers: Courses) -> list[str]:
-        """What drives the wire, and rows without an answer."""
-        given, free = _driver_and_output(recording)
+        """Name of the wire's driver, and a warning about rows without an answer."""
+        driver, free = _driver_and_output(recording)
         lost = int(np.sum(~np.isfinite(outputs[free])))
-        said = [f"{given} drives the wire, as it was held or varies less"]
-        return said + ([f"in {lost} of {len(rows.mask)} rows no strain carries the stress"] if lost else [])
+        notes = [f"{driver} drives the wire, as it was held or varies less"]
+        return notes + ([f"in {lost} of {len(rows.mask)} rows no strain carries the stress"] if lost else [])
 
     def states(self, rows: Rows, drivers: Courses) -> dict[str, np.ndarray]:
         """The martensite fraction."""
         return {"xi0": drivers["xi0"]}
 
     def located(self, component: str, recordings: Sequence[Recording], slug: str) -> str:
-        """What the catalogue places in a spring is in the wire."""
+        """The wire, for components that the catalogue places in a spring."""
         return "wire" if component == "spring" else component
 
     def simpler(self, campaign: Campaign, base: str | Path | None = None) -> tuple[dict[str, Any], str]:
         """The law without residual strain, where no load is taken off.
 
         Under a steady load a residual strain shows as a loop between heating and cooling. Where the law with
-        it does not hold, that loop stands in for another physics.
+        it does not hold, that loop has another cause.
         """
         if AMPLITUDE not in unseen(campaign, base):
             return {}, ""
@@ -306,18 +309,18 @@ class StraightWire(Specimen):
         return unseen(campaign, base)
 
     def alloy_quantities(self, campaign: Campaign, base: str | Path | None = None) -> dict[str, Quantity]:
-        """Constants of the wire."""
+        """Constants of the wire with their priors."""
         return wire_quantities(campaign, base)[0]
 
     def plotted_over(self, rows: Rows) -> str:
-        """The temperature; at one temperature what else drives the wire."""
+        """Temperature; at one temperature, the other driver of the wire."""
         if np.ptp(np.asarray(rows.inputs["temperature"])[np.asarray(rows.mask)]) > STILL:
             return "temperature"
         moving = [n for n in ("strain", "stress") if n in rows.inputs and np.ptp(rows.inputs[n]) > 0.0]
         return moving[0] if moving else "time"
 
     def set_apart(self, recording: Recording) -> FirstHeating | None:
-        """A first heating unlike the later ones; see `set_apart`."""
+        """A first heating that deviates from the later ones; see `set_apart`."""
         return set_apart(recording)
 
 

@@ -1,7 +1,7 @@
-"""A model on disk (`--model`) as the model of recordings of a kind: its numbers, and its effects among the
-parameters.
+"""A model on disk (`--model`) as a `Model` of recordings of a kind.
 
-Fits, samplers and reports see a `Model`.
+Fits, samplers and reports see its constants and its effects' parameters.
+
 """
 
 import dataclasses
@@ -33,19 +33,20 @@ from .saved_models import AddedEffect, AugmentedModel
 from .specimen import Model, Specimen
 
 WIDE = 20.0
-"""Ratio of its bounds from which a positive shape parameter is fitted by its logarithm."""
+"""Minimum ratio of its bounds from which a positive shape parameter is fitted by its logarithm."""
 SHAPE_SD = 0.375
-"""1-sigma of a shape parameter's prior about its typical value, as a share of its physical range."""
+"""Standard deviation of a shape parameter's prior about its typical value, as a share of its physical
+range."""
 
 
 @dataclass(frozen=True)
 class Held:
-    """A number of the model that is not fitted.
+    """A parameter of the model that is not fitted.
 
     Attributes:
-        name: of the number, as a parameter would be called.
-        value: in SI; unit: of files.
-        why: in words.
+        name: name that it would have as a parameter.
+        value: value, SI; unit: unit in files.
+        why: reason in words.
     """
 
     name: str
@@ -59,8 +60,8 @@ class Augmented(Model):
     """A model on disk for recordings of one kind.
 
     Attributes:
-        kind: of the recordings.
-        model: as it was loaded.
+        kind: kind of the recordings.
+        model: loaded model.
     """
 
     kind: str
@@ -73,7 +74,7 @@ class Augmented(Model):
 
     @property
     def specimen(self) -> Specimen:
-        """What is recorded."""
+        """Kind of specimen that is recorded."""
         return specimen_of(self.kind)
 
     @property
@@ -83,17 +84,17 @@ class Augmented(Model):
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Predicted quantities."""
+        """Names of the predicted quantities."""
         return self.specimen.explained if self.acting else self.specimen.outputs
 
     def options(self, campaign: Campaign, given: Mapping[str, Any]) -> dict[str, str | Path]:
-        """Tables to start from: what is given comes first, then the model's, then the recordings'."""
+        """Start tables: the given ones first, then the model's, then the recordings'."""
         named = {"base": self.model.tables.get("alloy"), "material": self.model.tables.get("material")}
         found = {name: given.get(name) or named[name] for name in self.specimen.options}
         return {name: table for name, table in found.items() if table is not None}
 
     def rows_for(self, campaign: Campaign, **options: Any) -> list[Rows]:
-        """Every recording as arrays, with the model's numbers in it."""
+        """Recordings as arrays, with the model's constants in them."""
         campaign = thinned(self.described(campaign), self.most_rows)
         made = self.specimen.rows_for(campaign, **self.options(campaign, options))
         rows = [self._predicted(r) for r in made]
@@ -102,14 +103,15 @@ class Augmented(Model):
 
     def _predicted(self, rows: Rows) -> Rows:
         """Rows without outputs that the chain of effects does not predict: an actuator's bend direction."""
-        kept = [{n: x for n, x in part.items() if n in self.outputs} for part in (rows.measured, rows.weight)]
-        return dataclasses.replace(rows, measured=kept[0], weight=kept[1])
+        both = (rows.measured, rows.weight)
+        parts = [{n: x for n, x in part.items() if n in self.outputs} for part in both]
+        return dataclasses.replace(rows, measured=parts[0], weight=parts[1])
 
     def described(self, campaign: Campaign) -> Campaign:
-        """Recordings of the design that the model belongs to, and of its tables, where they are known."""
+        """Recordings with the model's design and tables, where they are known."""
         keys = {"design": "design", "alloy": "alloy", "material": "material"}
 
-        def told(recording: Recording) -> Recording:
+        def with_tables(recording: Recording) -> Recording:
             own = {
                 key: self.model.tables[table]
                 for key, table in keys.items()
@@ -117,10 +119,10 @@ class Augmented(Model):
             }
             return dataclasses.replace(recording, geometry={**recording.geometry, **own})
 
-        return dataclasses.replace(campaign, recordings=[told(r) for r in campaign.recordings])
+        return dataclasses.replace(campaign, recordings=[with_tables(r) for r in campaign.recordings])
 
     def _known(self, specimen: str | None) -> dict[str, Quantity]:
-        """The model's numbers by the name they have in rows."""
+        """The model's constants by their parameter names in `Rows`."""
         found: dict[str, Quantity] = {}
         for kind in self.specimen.tables:
             for name, quantity in self.model.quantities(kind, specimen).items():
@@ -128,10 +130,11 @@ class Augmented(Model):
         return found
 
     def parameters_for(self, campaign: Campaign, **options: Any) -> Parameters:
-        """Free numbers: the base constants that tolerances leave open, at the model's values, then effects'.
+        """Free parameters: base constants that tolerances leave open, at the model's values, then those of
+        effects.
 
-        A prior of the file counts, unless these very recordings made it. An effect's parameter without one
-        is flat between its physical bounds.
+        A prior of the file counts, unless it comes from these very recordings. An effect's parameter without
+        a prior is flat between its physical bounds.
         """
         campaign = self.described(campaign)
         base = self.specimen.parameters_for(campaign, **self.options(campaign, options))
@@ -152,10 +155,10 @@ class Augmented(Model):
 
     @property
     def names(self) -> tuple[dict[str, str], ...]:
-        """For each acting effect, its free parameters by their name in the file: what a fit calls them."""
-        result, seen = [], {}
+        """Free parameters of each acting effect: the name in the fit by the name in the file."""
+        result, counts = [], {}
         for added in self.acting:
-            seen[added.slug] = count = seen.get(added.slug, 0) + 1
+            counts[added.slug] = count = counts.get(added.slug, 0) + 1
             stem = added.slug if count == 1 else f"{added.slug}_{count}"
             effect = find_effect(added.slug)
             acts = specs_of(effect, self.specimen.letter)
@@ -165,11 +168,11 @@ class Augmented(Model):
         return tuple(result)
 
     def held(self, campaign: Campaign, parameters: Parameters) -> list[Held]:
-        """What the model states and this fit leaves as it is.
+        """Parameters that the model states and this fit holds.
 
         Args:
-            campaign: that is fitted.
-            parameters: of the fit.
+            campaign: recordings that are fitted.
+            parameters: parameters of the fit.
         """
         free = set(parameters.layout().free)
         found = []
@@ -193,7 +196,7 @@ class Augmented(Model):
         return found
 
     def spent(self, campaign: Campaign) -> list[str]:
-        """Numbers whose prior in the file these recordings made, so that it does not count again."""
+        """Parameters whose prior in the file comes from these recordings, so that it does not count again."""
         quantities = {n: q for s in (None, *campaign.specimens()) for n, q in self._known(s).items()}
         for added, names in zip(self.acting, self.names, strict=True):
             quantities |= {names[k]: q for k, q in added.parameters.items() if k in names}
@@ -230,37 +233,38 @@ class Augmented(Model):
         return self.specimen.answer(base, rows, effects)
 
     def predict(self, values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
-        """Outputs of one recording, by quantity, in SI."""
+        """Outputs of one recording by quantity, SI."""
         return self.answer(values, rows)[0]
 
     def residual(self, values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-        """Misfit of one recording in standard deviations."""
+        """Weighted residual of one recording, in standard deviations."""
         if not self.acting:
             return self.specimen.residual(values, rows)
         return self.specimen.misfit(self.predict(values, rows), rows)
 
     def observations(self, recordings: Sequence[Rows]) -> int:
-        """Measured values that count, less those that latent trajectories take up."""
+        """Number of measured values that count, less those that latent trajectories use up."""
         count = super().observations(recordings)
         return max(count - (self.specimen.latent.spent(recordings) if self.acting else 0), 1)
 
     def prepared(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Recordings with hidden phases read, or with the walks of those that are found with every model.
+        """Recordings with phases read from resistances, or with the process noise of latent trajectories.
 
         Args:
-            values: free parameters, SI.
-            recordings: as `rows_for` makes them.
+            values: free parameters by name, SI.
+            recordings: recordings from `rows_for`.
         """
         if self.acting and self.specimen.latent.inside:
-            return self._walking(values, recordings)
+            return self._with_process_noise(values, recordings)
         return super().prepared(values, recordings)
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
-        """Whether anything changes with the parameters that is not smooth in them, as the kind has it."""
+        """True if the prediction depends on the parameters in a non-smooth way, as the kind states."""
         return self.specimen.decides(recordings)
 
     def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Actuators with phases as resistances have them at these parameters, wires with noise of drivers."""
+        """Actuators with phases that their resistances imply at these parameters; wires with noise of
+        drivers."""
         if noisy(recordings):
             return carried_over(self, values, recordings)
         if not self.acting:
@@ -273,8 +277,8 @@ class Augmented(Model):
 
         return self.specimen.latent.settled(recordings, drivers)
 
-    def _walking(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Springs whose martensite fraction wanders as fast as resistance says, and no faster."""
+    def _with_process_noise(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
+        """Springs with the process-noise variance that the resistance implies, and no more."""
         base, _ = self._split(values)
         found = np.asarray(self.specimen.latent.prepared(base, stack(recordings)).extra["wander"])
         pairs = zip(recordings, found, strict=False)
@@ -287,7 +291,7 @@ class Augmented(Model):
 def _start_from(entry: Parameter, quantity: Quantity, title: str) -> None:
     """A base constant at the model's value, with the prior that is known beside these recordings."""
     value, prior = float(quantity.value), entry.prior
-    if quantity.prior is not None and title in quantity.source:  # these recordings: a start, not knowledge
+    if quantity.prior is not None and title in quantity.source:  # from these recordings: a start, no prior
         entry.set(value=float(np.clip(value, entry.min, entry.max)))
         return
     sd = prior.sd if quantity.prior is None else quantity.prior.sd
@@ -305,7 +309,7 @@ def _effect_parameter(added: AddedEffect, key: str, name: str, title: str) -> Pa
     prior = None
     if own is not None and title not in quantity.source:
         prior = Prior(float(quantity.value), own.sd, spec.low, spec.high)
-    elif spec.shape and not logarithmic:  # means nothing while its effect is small, and then stays put
+    elif spec.shape and not logarithmic:  # undetermined for a small effect
         prior = Prior(spec.typical, SHAPE_SD * (spec.high - spec.low), spec.low, spec.high)
     return Parameter(
         name,

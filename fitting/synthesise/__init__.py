@@ -1,4 +1,4 @@
-"""Simulated campaigns with a known truth, labelled as such: for examples, tests and blind cases.
+"""Simulated campaigns with a known truth, labelled as such, for examples, tests and blind cases.
 
 Examples:
     >>> from fitting.synthesise import synthesise

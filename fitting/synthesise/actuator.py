@@ -26,18 +26,18 @@ NOISE = {
     "length_mm": 0.1, **{f"resistance_{k}_ohm": 0.00015 for k in (1, 2, 3)},
 }  # fmt: skip
 TOLERANCE = {"wall_thickness_mm": 0.03, "G_m": 0.05, "G_a": 0.05, "silicone_stiffness": 0.05}
-HEATED = 2  # number of the spring that the current goes through
+HEATED = 2  # Number of the spring with the current
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run of `SPAN_S` seconds; the courses are (seconds, value) points joined by straight lines.
+    """One run of `SPAN_S` seconds. Inputs are (seconds, value) points joined by straight lines.
 
     Attributes:
-        name: of the recording.
-        pressure: gauge [kPa].
+        name: name of the recording.
+        pressure: gauge pressure [kPa].
         current: share of the full current [1].
-        heat: to which the full current takes the spring, in widths past the middle of its transformation [1].
+        heat: temperature that the full current reaches, in widths above the middle of the transformation [1].
         role: `fit` or `validation`.
     """
 
@@ -58,7 +58,7 @@ def _held(pressure: float) -> tuple[tuple[float, float], ...]:
 
 
 def _sweep(low: float, high: float) -> tuple[tuple[float, float], ...]:
-    """Held while the spring warms up, up, down."""
+    """Pressure that is held while the spring warms up, then rises and falls."""
     return ((0.0, low), (25.0, low), (57.0, high), (SPAN_S, low))
 
 
@@ -75,10 +75,10 @@ RUNS_ASKED = 4
 
 
 def synthesise_actuator(wishes: Wishes) -> Synthetic:
-    """Simulate the campaign; only the heated spring's resistance is measured, as the source did.
+    """Simulate the campaign. As in the source, only the heated spring's resistance is measured.
 
     Raises:
-        InputError: for an unknown design or alloy, wishes that cannot be, or a specimen without equilibrium.
+        InputError: for an unknown design or alloy, impossible wishes, or a specimen without equilibrium.
     """
     design = wishes.design or "pneusma2"
     stated = {"design": design, **({"alloy": wishes.alloy} if wishes.alloy else {})}
@@ -167,7 +167,7 @@ def _simulate(
 
 
 def _full_current(spring: pj.Spring, heat: float, ambient: float) -> float:
-    """Current that takes a spring `heat` widths past the middle of its transformation [A]."""
+    """Current that heats a spring to `heat` widths above the middle of its transformation [A]."""
     alloy, g = spring.alloy, spring.geometry
     rise = float(alloy.T_mid + heat * alloy.T_width) - ambient
     resistance = float(alloy.resistivity(jnp.asarray(0.5), jnp.asarray(0.05)) * g.wire_length)

@@ -1,8 +1,8 @@
-"""A test stand for one spring: travel, a current that a PID controller sets, and the wire's own heat balance.
+"""A test stand for one spring: travel, a current from a PID controller, and the wire's own heat balance.
 
-The controller turns the current up while the resistance lies above its set-point. Where stress has made
-detwinned martensite of the wire, no heating or cooling moves the resistance far, so that at high strain the
-set-point is lost and the controller sits at one of its stops (Section 2.4.5).
+The controller increases the current while the resistance lies above its set-point. Where stress has turned
+the wire into detwinned martensite, no heating or cooling changes the resistance much. At high strain the
+set-point is therefore lost, and the controller saturates (Section 2.4.5).
 """
 
 import equinox as eqx
@@ -14,11 +14,11 @@ from jaxtyping import Array, Float
 import pneusma_jax as pj
 from pneusma_jax.nitinol.thermal import duty_cycle_current, next_temperature, time_constant
 
-STEP_S = 0.05  # of the controller and of the simulation
-TRICKLE = 1e-3  # least duty cycle: without any current the resistance cannot be measured
-HOT_WIDTHS = 10.0  # widths of the transformation, and kelvin, by which full heating passes its middle
+STEP_S = 0.05  # Time step of the controller and of the simulation
+TRICKLE = 1e-3  # Minimum duty cycle; without any current the resistance cannot be measured
+HOT_WIDTHS = 10.0  # Excess of full heating over the transformation's middle, in its widths and in kelvin
 HOT_KELVIN = 30.0
-BANDWIDTH = 2.0  # rad/s, of the loop where the resistance is most sensitive
+BANDWIDTH = 2.0  # Bandwidth of the loop where the resistance is most sensitive [rad/s]
 RESET_S = 2.0  # integral time
 LEAD_S = 0.1  # derivative time
 
@@ -27,12 +27,12 @@ class Stand(eqx.Module):
     """A spring on a stand with a heater.
 
     Attributes:
-        spring: what is tested.
-        ambient: of the air around it [degC].
-        full_current: while the supply is on [A].
+        spring: tested spring.
+        ambient: temperature of the air around it [degC].
+        full_current: current while the supply is on [A].
         proportional: duty per resistance error relative to the spring's contrast at rest [1].
         contrast: resistance of the cold, unstrained spring less that of the hot one [ohm].
-        read_noise: 1-sigma of the controller's own readings [ohm].
+        read_noise: standard deviation of the controller's own readings [ohm].
     """
 
     spring: pj.Spring
@@ -44,7 +44,7 @@ class Stand(eqx.Module):
 
 
 class StandRun(eqx.Module):
-    """Fine-grained course of a test, arrays of shape (..., steps).
+    """Time histories of a test in fine steps, arrays of shape (..., steps).
 
     Attributes:
         resistance [ohm], temperature [degC], current: root mean square [A], xi0 [1].
@@ -92,14 +92,14 @@ def run_stand(
 ) -> StandRun:
     """Simulate tests that each start at rest and at ambient temperature.
 
-    Resistance does not depend on what the wire remembers, so the memory is left to `simulate_spring`.
+    Resistance does not depend on the wire's memory, which is left to `simulate_spring`.
 
     Args:
-        stand: where.
-        elongation: travel [m] every `STEP_S`.
-        setpoint: resistance to hold [ohm].
-        duty_limits: least and largest duty cycle; equal ones leave the controller nothing to do.
-        readings: standard normal errors of the controller's readings.
+        stand: test stand.
+        elongation: travel [m] every `STEP_S`, shape (tests, steps).
+        setpoint: resistance to hold [ohm], shape (tests,).
+        duty_limits: minimum and maximum duty cycle, shape (tests, 2); equal ones fix it.
+        readings: standard normal errors of the controller's readings, shape (tests, steps).
     """
     return jax.vmap(lambda *test: _run(stand, *test))(elongation, setpoint, duty_limits, readings)
 
@@ -128,7 +128,7 @@ def _run(stand: Stand, elongation: Array, setpoint: Array, limits: Array, readin
 
 
 def _pid(gain: Array, error: Array, before: Array, integral: Array, limits: Array) -> tuple[Array, Array]:
-    """Duty cycle and integral term; the integral rests while the error pushes the output on a stop."""
+    """Duty cycle and integral term. The integral rests while the error pushes the output against a limit."""
     grown = integral + gain * error * STEP_S / RESET_S
     wanted = gain * (error + LEAD_S * (error - before) / STEP_S) + grown
     stuck = ((wanted > limits[1]) & (error > 0.0)) | ((wanted < limits[0]) & (error < 0.0))

@@ -1,8 +1,8 @@
-"""A simulated campaign of pulls of a stiffening silicone, with specimens, noise and a seed.
+"""A simulated campaign of pulls of a stiffening silicone, with several specimens, noise and a seed.
 
 The curve is Ogden's with two terms, close to a soft platinum silicone: 41 kPa at small strain, stiffening
-past a stretch of three. Each specimen's stress is that curve times its own factor (batch spread); the load
-cell's noise is a first-order process, as filtered amplifiers make it. `python -m fitting.synthesise.elastomer
+past a stretch of three. Each specimen's stress is that curve times its own factor (batch spread). The load
+cell's noise is a first-order process, as from filtered amplifiers. `python -m fitting.synthesise.elastomer
 FOLDER` writes the campaign that ships in `calibration_data/examples/elastomer`.
 """
 
@@ -20,9 +20,9 @@ from pneusma_jax.silicone import Ogden, SiliconeLaw
 
 SEED = 20240611
 BATCH = 0.05
-"""Relative 1-sigma between specimens."""
+"""Relative standard deviation between specimens."""
 NOISE = 1.0e3
-"""Marginal 1-sigma of the stress [Pa]."""
+"""Marginal standard deviation of the stress [Pa]."""
 MEMORY = 0.5
 """Correlation of the noise in neighbouring samples."""
 SAMPLES = 200
@@ -32,10 +32,10 @@ TRUTH = {"mu": (45.0e3, 1.2e3), "alpha": (1.7, 5.0)}
 
 @dataclass(frozen=True)
 class Pull:
-    """One pull: which specimen, how far, how fast, and whether it may be fitted.
+    """One pull to failure.
 
     Attributes:
-        specimen: its name; pulls of one specimen share its factor.
+        specimen: name of the specimen; pulls of one specimen share its factor.
         stretch: largest stretch [1].
         rate: strain rate [1/s].
         role: `fit` or `validation`.
@@ -56,7 +56,7 @@ PULLS = (
 
 
 def true_law() -> Ogden:
-    """The curve that the shipped campaign was made with; float64 must be on."""
+    """The curve of the shipped campaign; float64 must be on."""
     return Ogden(np.array(TRUTH["mu"]), np.array(TRUTH["alpha"]))
 
 
@@ -73,12 +73,12 @@ def simulate_pulls(
 
     Args:
         law: engineering stress [Pa] over engineering strain.
-        pulls: what is done.
-        seed: of the random numbers; the same seed gives the same campaign.
-        noise: marginal 1-sigma of the stress [Pa].
+        pulls: pulls to simulate.
+        seed: seed of the random numbers; the same seed gives the same campaign.
+        noise: marginal standard deviation of the stress [Pa].
         memory: correlation of the noise in neighbouring samples, 0 to below 1.
-        batch: relative 1-sigma between specimens; 0 for identical ones.
-        samples: rows of each recording.
+        batch: relative standard deviation between specimens; 0 for identical ones.
+        samples: number of rows of each recording.
 
     Returns:
         The recordings, named `pull_1`, `pull_2`, ..., and each specimen's factor.
@@ -128,7 +128,7 @@ def _recording(
 
 
 def write_example(folder: str | Path) -> None:
-    """Write the shipped campaign, with a `campaign.toml` that says what it is."""
+    """Write the shipped campaign, with a `campaign.toml` that describes it."""
     recordings, _ = simulate_pulls(true_law())
     for recording in recordings:
         write_recording(recording, folder)

@@ -1,4 +1,4 @@
-"""Instruments of a simulated bench: noise, a zero that wanders, and finitely many digits."""
+"""Instruments of a simulated bench: noise, a drifting zero, and finitely many digits."""
 
 import math
 from collections.abc import Mapping
@@ -20,10 +20,10 @@ class Instruments:
     """The sensors of a bench.
 
     Attributes:
-        noise: marginal 1-sigma by canonical column, in that column's unit.
-        noise_time_s: over which noise is correlated [s]; 0: white.
-        drift: of the zero by the end of a test, 1-sigma in units of the noise.
-        seed: of the random numbers.
+        noise: marginal standard deviation by canonical column, in that column's unit.
+        noise_time_s: correlation time of the noise [s]; 0 for white noise.
+        drift: standard deviation of the zero at the end of a test, in units of the noise.
+        seed: seed of the random numbers.
     """
 
     noise: Mapping[str, float]
@@ -33,7 +33,7 @@ class Instruments:
 
     @classmethod
     def of(cls, kind: str, wishes: Wishes, defaults: Mapping[str, float]) -> "Instruments":
-        """Sensors of a kind of recording: the given noise with what is wished over it.
+        """Sensors of a kind of recording: the given noise, overridden by the user's wishes.
 
         Raises:
             InputError: for a column that the kind does not have, or one that holds no reading.
@@ -52,11 +52,11 @@ class Instruments:
         return cls(noise, wishes.noise_time_s, wishes.drift, wishes.seed)
 
     def read(self, test: str, time: np.ndarray, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """What the bench writes down.
+        """Readings that the bench records.
 
         Args:
             test: name of the recording, for its own random numbers.
-            time: [s], ascending, shape (rows,).
+            time: time [s], ascending, shape (rows,).
             columns: true values by canonical column, in its unit, shape (rows,); the clock is added.
         """
         written = {"time_s": np.round(time, DIGITS["time_s"])}
@@ -87,12 +87,12 @@ def correlated(random: np.random.Generator, time: np.ndarray, memory_s: float) -
 
 
 def wander(random: np.random.Generator, time: np.ndarray) -> np.ndarray:
-    """A zero that starts true and walks at random, with unit variance at the end; shape (rows,)."""
+    """A zero that starts true and follows a random walk, with unit variance at the end; shape (rows,)."""
     span = max(time[-1] - time[0], 1e-12)
     steps = np.sqrt(np.diff(time, prepend=time[0]) / span) * random.standard_normal(len(time))
     return np.cumsum(steps)
 
 
 def _decimals(name: str, sigma: float) -> int:
-    """Decimals that leave a hundredth of the noise."""
+    """Number of decimals that resolves a hundredth of the noise."""
     return DIGITS.get(name, 4) if sigma <= 0.0 else max(0, math.ceil(2.0 - math.log10(sigma)))

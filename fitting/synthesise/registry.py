@@ -1,4 +1,4 @@
-"""Simulated campaigns by kind, and writing one: recordings, title and the truth, all or nothing."""
+"""Registry of simulated campaigns by kind, and their writing: recordings, title and truth, all or nothing."""
 
 import dataclasses
 import functools
@@ -35,11 +35,11 @@ MOST_TESTS = 30
 def synthesise_elastomer(wishes: Wishes) -> Synthetic:
     """Simulate pulls of a silicone coupon by the pattern of `fitting.synthesise.elastomer`.
 
-    `truth` may set `mu_1`, `mu_2` [kPa], `alpha_1`, `alpha_2` of Ogden's law; the tolerance is that of
+    `truth` may set `mu_1`, `mu_2` [kPa], `alpha_1`, `alpha_2` of Ogden's law. The tolerance is that of
     `silicone_stiffness`, between specimens.
 
     Raises:
-        InputError: for wishes that cannot be.
+        InputError: for impossible wishes.
     """
     nominal = {f"mu_{k}": value / 1e3 for k, value in enumerate(elastomer.TRUTH["mu"], 1)}
     nominal |= {f"alpha_{k}": value for k, value in enumerate(elastomer.TRUTH["alpha"], 1)}
@@ -84,11 +84,11 @@ OPTIONS = {"ambient_degC": "--ambient", "interval_s": "--interval"}
 
 @dataclasses.dataclass(frozen=True)
 class Maker:
-    """How a campaign of one kind is simulated.
+    """Maker of the campaigns of one kind.
 
     Attributes:
-        make: the campaign, from what is wished.
-        takes: those of `CHOSEN` that mean something for it.
+        make: function from the user's wishes to the campaign.
+        takes: wishes of `CHOSEN` that apply to it.
     """
 
     make: Callable[[Wishes], Synthetic]
@@ -101,7 +101,7 @@ CHOSEN = ("alloy", "design", "ambient_degC", "interval_s")
 
 @functools.singledispatch
 def maker_of(specimen: Specimen) -> Maker | None:
-    """How campaigns of a specimen are simulated; None if nobody has registered it."""
+    """Maker of a specimen's campaigns; None if none is registered."""
     return None
 
 
@@ -140,14 +140,14 @@ def synthesise(kind: str, **wishes: object) -> Synthetic:
     """Simulate a campaign with a known truth, labelled `real = false`.
 
     Args:
-        kind: `spring`, `wire`, `elastomer`, `tube`, `actuator`, or one that is registered.
-        **wishes: the fields of `Wishes`, such as `seed=1, truth={"G_m": 3.2}`.
+        kind: `spring`, `wire`, `elastomer`, `tube`, `actuator`, or another registered one.
+        **wishes: fields of `Wishes`, such as `seed=1, truth={"G_m": 3.2}`.
 
     Returns:
         Recordings (`.campaign` for the fitting functions) and the truth.
 
     Raises:
-        InputError: for an unknown kind or wishes that cannot be; names the nearest.
+        InputError: for an unknown kind or impossible wishes; names the nearest.
         RuntimeError: if float64 is off.
     """
     known = makers()
@@ -171,7 +171,7 @@ def synthesise(kind: str, **wishes: object) -> Synthetic:
 
 
 def _check(wishes: Wishes) -> None:
-    """Refuse numbers that have no meaning."""
+    """Refuse meaningless numbers."""
     if wishes.spread not in SPREADS:
         raise InputError(f"--spread {wishes.spread}: no such spread, {nearest(wishes.spread, SPREADS)}")
     if wishes.seed < 0:
@@ -195,13 +195,13 @@ def _check(wishes: Wishes) -> None:
 def write_synthetic(
     made: Synthetic, folder: str | Path, reveal: bool = True, force: bool = False
 ) -> list[Path]:
-    """Write a campaign's recordings, `campaign.toml` and, where the truth may be seen, `truth.json`.
+    """Write a campaign's recordings, `campaign.toml` and, unless it is hidden, `truth.json`.
 
     Args:
-        made: the campaign.
-        folder: made if it does not exist.
-        reveal: also write the truth.
-        force: replace files that are there.
+        made: simulated campaign.
+        folder: folder to write to, made if it does not exist.
+        reveal: true to write the truth too.
+        force: true to replace existing files.
 
     Returns:
         Paths of the files.
@@ -210,16 +210,16 @@ def write_synthetic(
         InputError: if the folder holds anything and `force` is off, or recordings of another campaign.
     """
     folder = check_folder(folder, force)
-    held = sorted(p.name for p in folder.iterdir()) if folder.is_dir() else []
+    present = sorted(p.name for p in folder.iterdir()) if folder.is_dir() else []
     ours = {f"{r.name}{ending}" for r in made.recordings for ending in (".csv", ".toml")}
-    strange = [name for name in held if name.endswith(".csv") and name not in ours]
+    strange = [name for name in present if name.endswith(".csv") and name not in ours]
     if strange:
         raise InputError(f"{folder}: {strange[0]} is of another campaign; choose another --out")
     return publish(folder, lambda: _documents(made, folder, reveal), force)
 
 
 def check_folder(folder: str | Path, force: bool) -> Path:
-    """Refuse a folder that cannot take a campaign, before time is spent on one.
+    """Refuse a folder that cannot take a campaign, before any computation.
 
     Raises:
         InputError: if it is a file, holds anything and `force` is off, or cannot be written.

@@ -1,4 +1,4 @@
-"""A simulated campaign on one spring: cold, hot and held at resistances between, as the source did."""
+"""A simulated campaign on one spring, as in the source: cold, hot, and held at resistances in between."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -18,32 +18,33 @@ from .instruments import Instruments
 from .truth import Unknowns
 from .wishes import Synthetic, Wishes, stream
 
-STRAINS = (1.15, 2.30, 3.45, 4.60, 5.75)  # spring strain of the loading cycles, Section 2.4.2
-HOT_STRAINS = STRAINS[:3]  # a hot spring is not stretched further, so as not to damage it
-HOT_SHARE = 0.35  # of the way from the hot to the cold resistance, below which a held spring counts as hot
-RATE = 1.15 / 8.0  # spring strain per second
-REST_S = 20.0  # at zero elongation before a recording starts, for the heater to reach its set-point
-SETPOINTS = 5  # resistances held between cold and hot; with the two ends the source's seven
+STRAINS = (1.15, 2.30, 3.45, 4.60, 5.75)  # Spring strains of the loading cycles, Section 2.4.2
+HOT_STRAINS = STRAINS[:3]  # Spring strains of hot springs; larger ones would damage them
+HOT_SHARE = 0.35  # Maximum share of the held resistance, hot (0) to cold (1), of a spring that counts as hot
+RATE = 1.15 / 8.0  # Rate of pulling, spring strain per second
+REST_S = 20.0  # Time at zero elongation before a recording, for the heater to reach its set-point
+SETPOINTS = 5  # Number of held resistances between cold and hot; with both ends the source's seven
 INTERVAL_S = 0.5
 NOISE = {"force_N": 0.004, "resistance_ohm": 0.0002}
 TOLERANCE = {
     "G_m": 0.05, "G_a": 0.05, "gamma_L": 0.03, "rho_mean": 0.003, "rho_span": 0.003, "alpha_1": 0.003,
     "alpha_2": 0.003, "a": 0.02, "b": 0.02,
 }  # fmt: skip
-COLD_WIDTHS = 12.0  # below the transformation's middle: what is left of austenite cannot be measured
+COLD_WIDTHS = 12.0  # Number of widths below the transformation's middle at which no austenite is measurable
 FREE_LENGTH_MM = 14.0
 CONSTANTS = [field.name for field in dataclasses.fields(pj.Alloy) if field.name != "name"]
 
 
 @dataclass(frozen=True)
 class SpringTest:
-    """One test.
+    """One test of a spring.
 
     Attributes:
-        name: of the recording.
-        strains: spring strain of the loading cycles.
-        share: of the way from the hot resistance at rest to the cold one that is held; None: not controlled.
-        duty: limits of the heater's duty cycle.
+        name: name of the recording.
+        strains: spring strains of the loading cycles [1].
+        share: position of the held resistance between the hot (0) and the cold one (1) at rest; None if not
+            controlled.
+        duty: limits of the heater's duty cycle [1].
         role: `fit` or `validation`.
     """
 
@@ -55,7 +56,8 @@ class SpringTest:
 
 
 def spring_tests(setpoints: int = SETPOINTS) -> list[SpringTest]:
-    """Cold, hot, `setpoints` resistances between, and one more for validation; hot ones go less far."""
+    """Tests: cold, hot, `setpoints` resistances in between, and one more for validation. Hot ones are pulled
+    less far."""
     full = (*STRAINS, STRAINS[-1])
     tests = [
         SpringTest("cold", full, None, (TRICKLE, TRICKLE)),
@@ -72,9 +74,9 @@ def synthesise_spring(wishes: Wishes) -> Synthetic:
     """Simulate the campaign.
 
     Raises:
-        InputError: for an alloy without a spring's constants, or wishes that cannot be.
+        InputError: for an alloy without a spring's constants, or impossible wishes.
     """
-    # an unknown alloy is one that a fit with alloy = "fit" starts from as little knowledge of
+    # an unknown alloy is drawn from the wide priors from which a fit with alloy = "fit" starts
     usual = NEW_ALLOY if wishes.spread == "prior" else "krl35"
     table = load_calibration(wishes.alloy or usual, "alloy")
     unknowns = Unknowns(wishes, TOLERANCE)
@@ -96,7 +98,7 @@ def synthesise_spring(wishes: Wishes) -> Synthetic:
 
 
 def possible_spring(values: dict[str, float]) -> bool:
-    """Whether an alloy with these constants (SI) can exist: stress rises, the cold wire resists more."""
+    """True if an alloy with these constants (SI) can exist: stress rises, the cold wire resists more."""
     try:
         alloy = pj.Alloy(**values)
     except ValueError:
@@ -125,7 +127,7 @@ def _run_tests(
     readings = [stream(wishes.seed, "controller", t.name).standard_normal(longest) for t in tests]
     stand = build_stand(spring, ambient, bench.noise["resistance_ohm"])
     run = run_stand(stand, elongation, setpoints, np.array([t.duty for t in tests]), np.stack(readings))
-    # recorded rows; the memory is carried along these, as the model defines it
+    # recorded rows; the model carries the memory along them
     first = steps_of(REST_S)
     run, elongation = jax.tree.map(lambda x: np.asarray(x)[:, first::every], (run, elongation))
     force = _forces(spring, elongation, run.xi0)
@@ -159,7 +161,7 @@ def _run_tests(
 
 
 def _travels(free_length: float, tests: list[SpringTest], interval: float) -> list[np.ndarray]:
-    """Travel of each test; legs last whole intervals, so that every peak is a sample."""
+    """Travel of each test. Legs last whole intervals, so that every peak is a sample."""
     travels = []
     for test in tests:
         strains = np.asarray(test.strains)
@@ -169,6 +171,6 @@ def _travels(free_length: float, tests: list[SpringTest], interval: float) -> li
 
 
 def _forces(spring: pj.Spring, elongation: np.ndarray, xi0: np.ndarray) -> np.ndarray:
-    """Pull of a spring that starts each test fresh [N], shape (tests, rows)."""
+    """Force of a spring that starts each test fresh [N], shape (tests, rows)."""
     run = lambda x, phase: pj.simulate_spring(spring, x, pj.MartensiteFraction(phase)).rows.force  # noqa: E731
     return np.asarray(jax.vmap(run)(elongation, xi0))

@@ -1,4 +1,4 @@
-"""The numbers that a simulated specimen really has: drawn about the nominal ones, or set by name."""
+"""True parameters of a simulated specimen: drawn about the nominal ones, or set by name."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -12,23 +12,23 @@ from pneusma_jax.units import TEMPERATURE_DIFFERENCE, from_si, to_si
 
 from .wishes import Wishes, stream
 
-LARGEST = 4.0  # sigma at which a draw is cut, as the format says
-COMMON = 0.9  # correlation of the moduli of both phases: most of their scatter is the specimen's
+LARGEST = 4.0  # Number of standard deviations at which a draw is truncated, as in the format
+COMMON = 0.9  # Correlation of both phases' moduli; most of their scatter is the specimen's
 PARTNER = {"G_a": "G_m", "E_a": "E_m"}
-MOST_TRIES = 200  # draws of an alloy until it is one that can exist
-DIGITS = 6  # significant, of a drawn number
+MOST_TRIES = 200  # Maximum number of draws until an alloy is possible
+DIGITS = 6  # Number of significant digits of a drawn number
 
 
 class Unknowns:
-    """Draws the true numbers of specimens and remembers them.
+    """Draws the true parameters of specimens and records them.
 
     Attributes:
-        tolerance: relative 1-sigma by name, for the sidecars: complete.
-        record: what was drawn, for `truth.json`.
+        tolerance: relative standard deviation by name, complete, for the sidecars.
+        record: drawn values, for `truth.json`.
     """
 
     def __init__(self, wishes: Wishes, tolerance: Mapping[str, float]) -> None:
-        """Take the kind's own tolerances, by the format's keys, with those that are wished over them.
+        """Take the kind's own tolerances, by the format's keys, overridden by the user's wishes.
 
         Raises:
             InputError: for a tolerance of something that the format does not know.
@@ -39,7 +39,7 @@ class Unknowns:
                     f"--tolerance {name}: no such parameter, {nearest(name, schema.tolerance_keys())}"
                 )
         self.wishes = wishes
-        if wishes.spread == "prior":  # an unknown alloy: its constants are not known to within a tolerance
+        if wishes.spread == "prior":  # an unknown alloy: its constants have no tolerance
             tolerance = {k: v for k, v in tolerance.items() if k not in schema.ALLOY_PARAMETERS}
         self.tolerance = {k: v for k, v in {**tolerance, **wishes.tolerance}.items() if v > 0.0}
         self.record: dict[str, Any] = {}
@@ -52,8 +52,9 @@ class Unknowns:
 
         Args:
             table: nominal values, units and priors.
-            names: the constants that matter.
-            possible: whether an alloy with these constants (SI) can exist; others are drawn again.
+            names: constants to draw.
+            possible: function that is true if an alloy with these constants (SI) can exist; others are drawn
+                again.
 
         Raises:
             InputError: if no possible alloy is found near the nominal one.
@@ -96,7 +97,7 @@ class Unknowns:
         return to_si(_neat(shown) if drawn != quantity.value else shown, quantity.unit, difference)
 
     def geometry(self, nominal: dict[str, Any], specimen: str = "") -> dict[str, Any]:
-        """True dimensions of a specimen by canonical key, words as they are."""
+        """True dimensions of a specimen by canonical key; words stay unchanged."""
         self._known |= nominal.keys() & schema.GEOMETRY_NUMBERS.keys()
         true = dict(nominal)
         for key, value in nominal.items():
@@ -110,7 +111,7 @@ class Unknowns:
         return true
 
     def factor(self, name: str, specimen: str = "") -> float:
-        """True factor on something nominal, such as `silicone_stiffness`; each specimen has its own."""
+        """True factor on a nominal quantity, such as `silicone_stiffness`; each specimen has its own."""
         self._known.add(name)
         if name in self.wishes.truth:
             value = float(self.wishes.truth[name])
@@ -138,7 +139,7 @@ class Unknowns:
                 return mean + sd * z
 
     def finish(self) -> None:
-        """Refuse truths that nothing used.
+        """Refuse truths that no recording used.
 
         Raises:
             InputError: if a name of `--truth` is none of this campaign's.
@@ -159,5 +160,5 @@ def _file_unit(value: float, name: str, unit: str) -> float:
 
 
 def _neat(value: float) -> float:
-    """A drawn number with few digits, so that the truth on file is the truth."""
+    """A drawn number with few digits, so that the file holds exactly the truth."""
     return float(f"{value:.{DIGITS}g}")

@@ -18,17 +18,17 @@ RUNS = (
 )  # fmt: skip
 CHECK = ("A", 50.0, "validation")
 RUNS_ASKED = 3
-RATE = 0.8  # kPa per second
+RATE = 0.8  # Rate of the pressure [kPa/s]
 INTERVAL_S = 1.0
 NOISE = {"length_mm": 0.05, "pressure_kPa": 0.05}
 TOLERANCE = {"wall_thickness_mm": 0.03, FACTOR: 0.05}
 
 
 def synthesise_tube(wishes: Wishes) -> Synthetic:
-    """Simulate the campaign; each specimen has its own wall and its own batch of silicone.
+    """Simulate the campaign. Each specimen has its own wall and its own batch of silicone.
 
     Raises:
-        InputError: for wishes that cannot be.
+        InputError: for impossible wishes.
     """
     nominal = nominal_geometry("tube", {})
     nominal.pop("cycles_before")

@@ -16,11 +16,12 @@ from .instruments import Instruments
 from .truth import Unknowns
 from .wishes import Synthetic, Wishes
 
-STRESSES_MPA = (50.0, 100.0, 200.0, 150.0, 250.0, 300.0, 75.0)  # the last of those used is for validation
+STRESSES_MPA = (50.0, 100.0, 200.0, 150.0, 250.0, 300.0, 75.0)
+"""Stresses in the order of use; the last one is for validation."""
 STRESSES = 4
-HOT_WIDTHS, COLD_WIDTHS = 9.0, 7.0  # of the table: what a cycle spans, to either side of its middle
-COVERED = 5.0  # of the wire's own: a laboratory that sees it go on goes further
-RATE = 0.25  # kelvin per second
+HOT_WIDTHS, COLD_WIDTHS = 9.0, 7.0  # Range of a cycle to either side of its middle, in widths of the table
+COVERED = 5.0  # Minimum range of a cycle in widths of the wire's own; a laboratory would go on until then
+RATE = 0.25  # Rate of the temperature [K/s]
 INTERVAL_S = 2.0
 NOISE = {"strain": 1e-4, "temperature_degC": 0.1}
 TOLERANCE = {"E_m": 0.05, "E_a": 0.05, "eps_L": 0.05, "beta_2": 0.02, "T_mid": 0.05, "T_width": 0.05}
@@ -31,7 +32,7 @@ def synthesise_wire(wishes: Wishes) -> Synthetic:
     """Simulate the campaign: from hot to cold and back at each stress.
 
     Raises:
-        InputError: for an alloy without a wire's constants, or wishes that cannot be.
+        InputError: for an alloy without a wire's constants, or impossible wishes.
     """
     table = load_calibration(wishes.alloy or WIRE_ALLOY, "alloy")
     unknowns = Unknowns(wishes, TOLERANCE)
@@ -73,7 +74,7 @@ def synthesise_wire(wishes: Wishes) -> Synthetic:
 
 
 def possible_wire(values: dict[str, float]) -> bool:
-    """Whether a wire with these constants (SI) can exist: stress rises with strain in both phases."""
+    """True if a wire with these constants (SI) can exist: stress rises with strain in both phases."""
     try:
         wire = WireAlloy(**values)
     except ValueError:

@@ -1,4 +1,4 @@
-"""What a person may ask of a simulated campaign, and the campaign that comes out."""
+"""The user's wishes for a simulated campaign, and the resulting campaign."""
 
 import zlib
 from collections.abc import Mapping
@@ -15,24 +15,25 @@ SPREADS = ("tolerance", "prior", "none")
 
 @dataclass(frozen=True)
 class Wishes:
-    """Settings of a simulated campaign; what is None or empty is left to the kind.
+    """Settings of a simulated campaign. None or empty leaves the choice to the kind.
 
     Attributes:
-        seed: of every random number; the same seed gives the same campaign.
-        alloy: name or path of the nominal alloy; `krl35` (wire: `niti_wire`) by default, and nitinol that
-            nobody has characterised for a spring of an alloy drawn from its priors.
-        design: of an actuator.
-        spread: how far the truth lies from the nominal numbers: within the `tolerance`, as wide as the
-            `prior` of the alloy's table (a new alloy), or not at all (`none`).
-        tolerance: relative 1-sigma by parameter, over the kind's own; 0 for exact.
-        truth: numbers that are set, not drawn; in the unit of the alloy's table or of the geometry key.
-        noise: marginal 1-sigma of an instrument by canonical column, over the kind's own; 0 for none.
-        noise_time_s: time over which an instrument's noise is correlated [s]; 0 for white noise.
-        drift: how far an instrument's zero has wandered at the end of a test, 1-sigma in units of its noise.
+        seed: seed of every random number; the same seed gives the same campaign.
+        alloy: name or path of the nominal alloy. The default is `krl35` (wire: `niti_wire`), and
+            uncharacterised nitinol for a spring of an alloy drawn from its priors.
+        design: design of an actuator.
+        spread: distance of the truth from the nominal parameters: the `tolerance`, the `prior` of the alloy's
+            table (a new alloy), or zero (`none`).
+        tolerance: relative standard deviation by parameter, over the kind's own; 0 for exact.
+        truth: parameters that are set, not drawn; in the unit of the alloy's table or of the geometry key.
+        noise: marginal standard deviation of an instrument by canonical column, over the kind's own; 0 for
+            none.
+        noise_time_s: correlation time of an instrument's noise [s]; 0 for white noise.
+        drift: standard deviation of an instrument's zero at the end of a test, in units of its noise.
         tests: number of intermediate tests (spring), stresses (wire), pulls or runs.
-        interval_s: between recorded samples [s].
-        ambient_degC: temperature of the laboratory.
-        reveal: whether the files may say what the truth follows from.
+        interval_s: time between recorded samples [s].
+        ambient_degC: temperature of the laboratory [degC].
+        reveal: true if the files may say from what the truth follows.
     """
 
     seed: int = 0
@@ -52,12 +53,12 @@ class Wishes:
 
 @dataclass(frozen=True)
 class Synthetic:
-    """A simulated campaign and what it was made from.
+    """A simulated campaign and its truth.
 
     Attributes:
-        title: of the campaign.
-        recordings: labelled `real = false`.
-        truth: the document of `truth.json`.
+        title: title of the campaign.
+        recordings: recordings labelled `real = false`.
+        truth: content of `truth.json`.
     """
 
     title: str
@@ -71,5 +72,6 @@ class Synthetic:
 
 
 def stream(seed: int, *words: str) -> np.random.Generator:
-    """Random numbers of their own for each purpose, so that one more test does not change the others."""
+    """Random numbers for one purpose. A separate stream for each keeps them unchanged when a test is
+    added."""
     return np.random.default_rng([seed, *(zlib.crc32(word.encode()) for word in words)])

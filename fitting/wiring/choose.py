@@ -10,6 +10,7 @@ import numpy as np
 
 from fitting.design.log import Evaluation
 from fitting.design.optimise import Outcome, Problem, best_of, optimise
+from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
 
 from .circuit import Circuit, crosstalk
@@ -69,7 +70,7 @@ class Bounds:
 
 
 @dataclass(frozen=True)
-class Wiring:
+class Wiring(Result):
     """Filters that were chosen.
 
     Attributes:

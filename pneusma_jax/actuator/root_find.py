@@ -4,8 +4,6 @@ No function here carries derivatives but `attached`, which gives those of any or
 theorem. Searches are therefore free to try, and compile no tangents.
 """
 
-from collections.abc import Callable
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -94,15 +92,27 @@ def newton(
 
 def attached(problem: Problem, root: Array) -> Array:
     """The same root, with derivatives by the numbers of the problem: of any order in a plane, else three."""
-    count = freedoms(problem)
     problem, root, _ = calm(problem, root)
+    return _attached(frozen(root), problem)
 
-    def tangent(linear: Callable[[Array], Array], vector: Array) -> Array:
-        return solve_blocks(jax.jacfwd(linear)(vector), vector, count)
 
-    return jax.lax.custom_root(
-        lambda y: joint_residual(y, problem), frozen(root), lambda _, y: y, tangent
-    )
+@eqx.filter_custom_jvp
+def _attached(root: Array, problem: Problem) -> Array:
+    """See `attached`. Nothing of its derivatives is traced where none is asked for."""
+    return root
+
+
+@_attached.def_jvp
+def _attached_jvp(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
+    """By the implicit function theorem: one Jacobian, one linear system.
+
+    The root within carries derivatives itself, so that this rule has derivatives of any order.
+    """
+    root, problem = primals
+    root = _attached(root, problem)
+    slope = jax.jacfwd(lambda y: joint_residual(y, problem))(root)
+    _, missed = eqx.filter_jvp(lambda given: joint_residual(root, given), (problem,), (tangents[1],))
+    return root, -solve_blocks(slope, missed, freedoms(problem))
 
 
 def at_rest(problem: Problem) -> Problem:

@@ -30,6 +30,8 @@ class Quantity:
             `reconstructed` (not published, inferred from what is), `assumed` or `fitted`.
         source: where the number comes from.
         prior: how well it is known, or None if it is taken to be exact.
+        interval90: ends of the interval that holds it with 90 %, asymmetric where it is; None if nobody
+            says.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Quantity:
     status: str
     source: str
     prior: Prior | None = None
+    interval90: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

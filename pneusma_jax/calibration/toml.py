@@ -5,11 +5,10 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-import tomlkit
-
 from .. import units
 from ..documents import parse_toml
 from ..errors import InputError, nearest
+from ..late import tomlkit
 from . import keys
 from .actuator import check_actuator
 from .records import Calibration, Line, Prior, Quantity
@@ -111,7 +110,7 @@ def read_quantity(name: str, entry: Any, dimension: str, where: str) -> Quantity
 
     Args:
         name: of the quantity.
-        entry: what the file has, `{value, unit, status, source}` and perhaps a `prior`.
+        entry: what the file has, `{value, unit, status, source}` and perhaps a `prior` and `interval90`.
         dimension: that its unit must have.
         where: file and key, for messages.
 
@@ -120,7 +119,7 @@ def read_quantity(name: str, entry: Any, dimension: str, where: str) -> Quantity
     """
     if not isinstance(entry, dict):
         raise InputError(f"{where} must be {_SHAPE}, but it is {entry!r}")
-    _check_fields(entry, ("value", "unit", "status", "source"), ("prior",), where)
+    _check_fields(entry, ("value", "unit", "status", "source"), ("prior", "interval90"), where)
     difference = _check_unit(entry["unit"], dimension, where)
     value = _number(entry["value"], f"{where}: value")
     if name in keys.POSITIVE and value <= 0.0:
@@ -133,7 +132,21 @@ def read_quantity(name: str, entry: Any, dimension: str, where: str) -> Quantity
         status=entry["status"],
         source=entry["source"],
         prior=_prior(entry["prior"], value, entry["unit"], difference, where) if "prior" in entry else None,
+        interval90=_interval(entry["interval90"], entry["unit"], difference, where)
+        if "interval90" in entry
+        else None,
     )
+
+
+def _interval(entry: Any, unit: str, difference: bool, where: str) -> tuple[float, float]:
+    """Check an interval in the file's unit, then convert it."""
+    where = f"{where}: interval90"
+    if not isinstance(entry, list) or len(entry) != 2:
+        raise InputError(f"{where} must be [low, high], but it is {entry!r}")
+    low, high = (_number(end, where) for end in entry)
+    if low > high:
+        raise InputError(f"{where} begins at {low:g}, above its end {high:g}")
+    return units.to_si(low, unit, difference), units.to_si(high, unit, difference)
 
 
 def _check_origin(entry: dict, where: str) -> None:
@@ -244,6 +257,8 @@ def quantity_entry(quantity: Quantity, dimension: str | None) -> Any:
             if math.isfinite(number):
                 prior[key] = _digits(number, quantity.unit, difference or key == "sd")
         entry["prior"] = prior
+    if quantity.interval90 is not None:
+        entry["interval90"] = [_digits(end, quantity.unit, difference) for end in quantity.interval90]
     return entry
 
 

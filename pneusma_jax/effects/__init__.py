@@ -1,8 +1,8 @@
 """The catalogue of physics that the published model leaves out.
 
-An effect with its parameters at their neutral values changes nothing; `CATALOGUE` finds one by its slug.
-A module in this folder joins the catalogue by being there: every `Effect` in it that has a slug.
-`register` adds one from elsewhere.
+An effect with its parameters at their neutral values changes nothing. `CATALOGUE` finds one by its slug. A
+module in this folder joins the catalogue automatically: every `Effect` in it that has a slug. `register` adds
+one from elsewhere.
 """
 
 import importlib

@@ -1,18 +1,18 @@
-"""How what cycles leave behind comes to its end."""
+"""Saturation of the permanent changes by cycles."""
 
 import jax.numpy as jnp
 from jaxtyping import Array
 
 LEAST = 1e-4
-"""Slowness times x below which a series stands for the logarithm; off by less than its square."""
+"""Maximum slowness times x for which a series replaces the logarithm; its error is less than their square."""
 
 
-def settled(x: Array, slowness: Array) -> Array:
-    """Share of what many cycles leave that is there after `x` >= 0 times their scale, 0 to 1.
+def saturation(x: Array, slowness: Array) -> Array:
+    """Share of the final permanent change after `x` >= 0 times the scale of cycles, 0 to 1.
 
-    `1 - (1 + slowness x)^(-1 / slowness)`: exponential (1 - exp(-x), Lagoudas and Entchev 2004) where
-    `slowness` [1], 0 or more, is 0, hyperbolic (x / (1 + x)) at 1, towards a power law beyond. It is what a
-    rate gives that falls as the power 1 + slowness of what is still to come. Any shape; differentiable, at 0
+    It is `1 - (1 + slowness x)^(-1 / slowness)`. At `slowness` [1] 0 this is exponential (1 - exp(-x),
+    Lagoudas and Entchev 2004), at 1 hyperbolic (x / (1 + x)). Beyond 1 it tends to a power law. The rate of
+    change is proportional to the power 1 + slowness of the remaining change. Any shape; differentiable, at 0
     too.
     """
     near = slowness * jnp.maximum(x, 1.0) < LEAST

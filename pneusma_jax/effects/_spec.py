@@ -1,4 +1,4 @@
-"""What is known of an effect's parameters before any data."""
+"""Prior knowledge of an effect's parameters."""
 
 from typing import Any, NamedTuple
 
@@ -9,11 +9,11 @@ class Spec(NamedTuple):
     Attributes:
         neutral: value at which the effect is absent; for a shape parameter, a typical one.
         low, high: physical bounds; a fit that ends on one is a warning that the explanation is wrong.
-        typical: of a present effect, where a fit starts.
-        unit: SI, or degC.
-        text: for a report.
-        shape: whether the parameter means nothing while the effect is absent (a lag, a threshold), so that
-            it is scanned rather than screened by its derivative.
+        typical: value of a present effect, where a fit starts.
+        unit: unit, SI or degC.
+        text: description for a report.
+        shape: true if the parameter is meaningless while the effect is absent (a lag, a threshold). It is
+            then scanned rather than screened by its derivative.
         kinds: recordings in which the parameter acts, where these are fewer than the effect's; empty for all.
     """
 
@@ -28,10 +28,10 @@ class Spec(NamedTuple):
 
 
 def specs_of(effect: Any, kind: str) -> dict[str, Spec]:
-    """The parameters of an effect that act in recordings of a kind, a letter of `Effect.kinds`.
+    """Parameters of an effect that act in recordings of a kind, a letter of `Effect.kinds`.
 
-    What an effect states in `within` for a kind takes the place of its fields there: a stress along a wire
-    has other bounds than one of shear.
+    Specs in an effect's `within` for a kind replace its fields there. A stress along a wire has other bounds
+    than one of shear.
     """
     own = getattr(effect, "within", {}).get(kind, {})
     return {

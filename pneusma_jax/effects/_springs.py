@@ -1,4 +1,4 @@
-"""What effects on springs and wires share: one memory per spring, and the element's law."""
+"""Shared parts of effects on springs and wires: one memory per spring, and the element's law."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,8 +8,10 @@ from jaxtyping import Array
 
 from ..pipeline import Known
 
-AMBIENT = 22.0  # degC, where no temperature was recorded
-FARTHEST = 6.0  # widths of the reversible curve beyond which a fraction no longer tells a temperature
+AMBIENT = 22.0  # Assumed temperature where none was recorded [degC]
+FARTHEST = 6.0
+"""Maximum distance from the reversible curve's middle, in widths, at which a fraction implies a
+temperature."""
 
 
 def each(at: Known, make: Callable[[], Any]) -> dict[int, Any]:
@@ -19,7 +21,7 @@ def each(at: Known, make: Callable[[], Any]) -> dict[int, Any]:
 
 
 def zeros(count: int) -> Callable[[], tuple]:
-    """Maker of so many zeros."""
+    """Function that makes this number of zeros."""
     return lambda: tuple(jnp.asarray(0.0) for _ in range(count))
 
 
@@ -31,8 +33,8 @@ def solved_springs(at: Known, memory: dict[int, Any]) -> list[tuple[int, Any, An
     else:
         elements, responses = (at["spring"] if "spring" in at else at["wire"],), (solved,)
     return [
-        (number, element, kept, response)
-        for (number, kept), element, response in zip(memory.items(), elements, responses, strict=True)
+        (number, element, state, response)
+        for (number, state), element, response in zip(memory.items(), elements, responses, strict=True)
     ]
 
 
@@ -42,14 +44,14 @@ def law_of(at: Known) -> Any:
 
 
 def law_stress(at: Known, gamma: Array) -> Array:
-    """Stress of the base law at another strain than the row's, all else as it is there [Pa]."""
+    """Stress of the base law at another strain than the row's, with everything else unchanged [Pa]."""
     law = law_of(at)
     stress = law.shear_stress if "spring" in at else law.axial_stress
     return stress(gamma, at["xi0"], at["gamma_R"])
 
 
 def temperature_of(law: Any, xi0: Array) -> Array:
-    """Temperature at which the reversible curve has a fraction [degC], held to `FARTHEST` widths."""
+    """Temperature at which the reversible curve has a fraction [degC], clipped at `FARTHEST` widths."""
     least = jnp.exp(-FARTHEST)
     x = jnp.clip(xi0, least, 1.0 - least)
     return law.T_mid + law.T_width * jnp.log((1.0 - x) / x)
@@ -62,12 +64,12 @@ def arrived(interval: Array, tau: Array) -> Array:
 
 
 def branch(position: Array, last: tuple[Array, Array, Array], width: Array) -> Array:
-    """Where a play operator stands: 0 after a rise of the position by `width`, 1 after a fall by as much.
+    """Position of a play operator: 0 after a rise of the input by `width`, 1 after a fall by as much.
 
     Args:
-        position: now.
-        last: whether there was a row, its position, and where it stood.
-        width: of the position, over which it goes from one end to the other.
+        position: present input.
+        last: flag of a previous row, its input, and the operator's position in it.
+        width: change of the input from one end to the other.
     """
     started, before, state = last
     return jnp.clip(state - started * (position - before) / width, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Effects on the end cap's balance: contact, friction, pressure that pushes on more than the nominal bore."""
+"""Effects on the end cap's balance: contact, friction, pressure on more than the nominal bore."""
 
 from typing import Any, ClassVar
 
@@ -10,9 +10,9 @@ from ..actuator.loads import STANDARD_GRAVITY, centred_weight
 from ..pipeline import Effect, Known
 from ._spec import Spec
 
-UP = (0.0, 1.0)  # the plane of sides 1 and 2
+UP = (0.0, 1.0)  # Direction of the plane of sides 1 and 2
 ELEMENTS = 3
-"""Elastic-slip elements of the friction of the wrapping."""
+"""Number of elastic-slip elements of the wrapping's friction."""
 
 
 class TipContact(Effect):
@@ -46,12 +46,14 @@ class TipContact(Effect):
 class WrapFriction(Effect):
     """Friction of the fibre wrapping, elastic-slip elements in parallel that share one limit.
 
-    Limit `constant + per_pressure * P` [N m, N m/Pa] against bending; `slip` [rad] is the bend over which the
-    middle element reverses by half, the others' slips are up to `exp(spread)` times less and more, evenly in
-    their logarithm. A tube without springs or fibre rubs as it lengthens, by `theta = delta / R` and
-    `M = F R`. A recording that begins loaded may begin with friction: `begun` is 1 where the body has come
-    there from its straight rest in one go, 0 where nothing rubs in the first row, and negative where it has
-    come back from further on.
+    Limit `constant + per_pressure * P` [N m, N m/Pa] against bending. `slip` [rad] is the bend over which the
+    middle element reverses by half. The others' slips are up to `exp(spread)` times less and more, evenly in
+    their logarithm. A tube without springs or fibre rubs as it lengthens, by `theta = delta / R` and `M = F
+    R`.
+
+    A recording that begins loaded may begin with friction. `begun` is 1 if the body came there from its
+    straight rest in one go. It is 0 if nothing rubs in the first row, and negative if the body came back from
+    further on.
     """
 
     constant: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -74,7 +76,7 @@ class WrapFriction(Effect):
     }
 
     def begin(self, at: Known) -> tuple[Array, Array, Array]:
-        """Whether there was a row, where it slid to, and the elements' states in [-1, 1]."""
+        """Flag of a previous row, its bend or lengthening, and the elements' states in [-1, 1]."""
         return jnp.asarray(0.0), jnp.asarray(0.0), jnp.zeros(ELEMENTS)
 
     def _states(self, place: Array, memory: tuple[Array, Array, Array]) -> Array:
@@ -101,7 +103,7 @@ class WrapFriction(Effect):
 
 
 def _is_tube(body: Any) -> bool:
-    """Whether nothing is attached, so that the body lengthens and does not bend."""
+    """True if nothing is attached, so that the body lengthens and does not bend."""
     return not body.springs and body.fibre_place is None
 
 
@@ -141,20 +143,20 @@ class WallEccentricity(Effect):
     }
 
     def load(self, value: tuple[Array, Array], at: Known, memory: Any) -> tuple[Array, Array]:
-        """Wall lost where the bore moves to, won where it comes from; the pressure's push moves along."""
+        """Force and moment of the wall that the shift adds and removes; the pressure's push moves along."""
         body = at["actuator"]
         section, bore = body.section, body.section.shapes[-1]
         rule = bore.rule(jnp.asarray(UP), jnp.zeros(0), section.nodes)
         stress = lambda y: body.silicone((at["delta_centre"] + y * at["bend"][1]) / body.length)  # noqa: E731
-        pull, moved = rule.area * stress(rule.s), rule.area * stress(rule.s + self.shift)
-        force = value[0] + jnp.sum(pull) - jnp.sum(moved)
+        pull, shifted = rule.area * stress(rule.s), rule.area * stress(rule.s + self.shift)
+        force = value[0] + jnp.sum(pull) - jnp.sum(shifted)
         push = at["pressure"] * section.enclosed_area * self.shift
-        moment = jnp.sum(pull * rule.s) - jnp.sum(moved * (rule.s + self.shift)) - push
+        moment = jnp.sum(pull * rule.s) - jnp.sum(shifted * (rule.s + self.shift)) - push
         return force, value[1] + moment * jnp.asarray(UP)
 
 
 class Weight(Effect):
-    """Weight of the tube and of what is at its tip; mass, tip_mass [kg].
+    """Weight of the tube and of the body at its tip; mass, tip_mass [kg].
 
     The direction is the recording's `gravity` [m/s2], shape (3,); clamped below, tip up, where not known.
     """

@@ -1,4 +1,4 @@
-"""Effects on what the resistance says: leads, temperature, detwinned variants that stay."""
+"""Effects on the resistance: leads, temperature, detwinned variants that stay."""
 
 from typing import Any, ClassVar
 
@@ -39,8 +39,8 @@ class SeriesResistance(Effect):
 class ResistanceTemperatureCoefficient(Effect):
     """Each phase's resistivity rises with temperature, from 22 degC; alpha_m, alpha_a [1/K].
 
-    The temperature is the recorded one of the specimen; else that of the wire heated by its recorded current;
-    else the one at which the reversible curve has the fraction.
+    The temperature is the recorded one of the specimen. Without it, it is that of the wire heated by its
+    recorded current. Without either, it is the one at which the reversible curve has the fraction.
     """
 
     alpha_m: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -57,7 +57,7 @@ class ResistanceTemperatureCoefficient(Effect):
     }
 
     def begin(self, at: Known) -> dict[int, tuple[Array, Array]]:
-        """Of every spring: excess temperature of the wire by its current, and fraction."""
+        """Excess temperature of every spring's wire by its current, and its fraction."""
         return each(at, lambda: (jnp.asarray(0.0), jnp.asarray(1.0)))
 
     def _factor(self, at: Known, memory: tuple[Array, Array], xi0: Array) -> Array:
@@ -109,25 +109,26 @@ class DetwinnedResistivityMemory(Effect):
         """Residual strain of every spring, for reading a measured resistance."""
         return each(at, zeros(1))
 
-    def _held(self, at: Known, residual: Array) -> tuple[Array, Array]:
-        """Resistivity of the martensite by the base law, and what the held fraction adds to it [ohm/m]."""
+    def _retained_resistivity(self, at: Known, residual: Array) -> tuple[Array, Array]:
+        """Resistivity of the martensite by the base law, and the addition by the retained fraction
+        [ohm/m]."""
         alloy = at["spring"].alloy
-        now, kept = alloy.xi_sm(at["gamma"]), residual / alloy.gamma_L
-        more = self.share * jnp.where(kept > now, kept - now, 0.0)
+        now, retained = alloy.xi_sm(at["gamma"]), residual / alloy.gamma_L
+        more = self.share * jnp.where(retained > now, retained - now, 0.0)
         base = alloy.rho_m_of(now)
         return base, alloy.rho_m_of(now + more) - base
 
     def resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.resistance`."""
         alloy = at["spring"].alloy
-        _, more = self._held(at, at["gamma_R"])
+        _, more = self._retained_resistivity(at, at["gamma_R"])
         weight = alloy.mixing_fraction(at["xi0"], at["gamma"])
         return value + weight * more * at["spring"].geometry.wire_length
 
     def wire_resistance(self, value: Array, at: Known, memory: dict) -> Array:
-        """See `Effect.wire_resistance`: what the same phases would show if nothing were held."""
+        """See `Effect.wire_resistance`: resistance of the same phases without a retained fraction."""
         spring = at["spring"]
-        base, more = self._held(at, memory[at["number"]][0])
+        base, more = self._retained_resistivity(at, memory[at["number"]][0])
         hot, length = spring.alloy.rho_a(at["gamma"]), spring.geometry.wire_length
         weight = safe_divide(value / length - hot, base + more - hot, 1e-9)
         return value - weight * more * length

@@ -1,4 +1,4 @@
-"""Effects of heat that is not where the base model has it: in the other spring, or not in all of the wire."""
+"""Effects of heat that the base model neglects: in the other spring, or not in all of the wire."""
 
 from typing import ClassVar
 
@@ -13,16 +13,16 @@ from ..pipeline import Effect, Known
 from ._spec import Spec
 from ._springs import arrived, each, solved_springs, zeros
 
-LEAST_SLOPE = 0.02  # of the colder zone's stress over strain, relative to the modulus
-HOTTEST = 1e-5  # fraction of the rest of the wire below which the colder zone gets no hotter
+LEAST_SLOPE = 0.02  # Minimum slope of the colder zone's stress over strain, relative to the modulus
+HOTTEST = 1e-5  # Minimum fraction of the rest of the wire; below it the colder zone gets no hotter
 
 
 class OpposingSpringHeating(Effect):
     """Heat of the driven spring reaches those taken to be cold, through two lags; gain [1], tau_1, tau_2 [s].
 
-    The driven spring's austenite, to a `power` [1], stands for its temperature rise: it is measured, where a
-    temperature from the current would hang on a convection that is only assumed. A spring whose fraction is
-    exactly 1, one that was not measured, loses `gain` times the lagged value of its martensite.
+    The driven spring's austenite, to a `power` [1], stands for its temperature rise. It is measured, while a
+    temperature from the current would depend on an assumed convection. A spring whose fraction is exactly 1
+    was not measured. It loses `gain` times the lagged value of its martensite.
     """
 
     gain: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -43,7 +43,7 @@ class OpposingSpringHeating(Effect):
     }
 
     def begin(self, at: Known) -> dict[int, tuple[Array, Array]]:
-        """Nothing has arrived: per spring, its heat after the first lag and after both."""
+        """Zero heat of each spring after the first lag and after both."""
         return each(at, zeros(2))
 
     def phase(self, value: Array, at: Known, memory: dict) -> Array:
@@ -65,11 +65,12 @@ class OpposingSpringHeating(Effect):
 class UnevenHeating(Effect):
     """A share of the wire is colder, in series with the rest: one force, strains and resistances add.
 
-    share [1] of the wire; colder [1], by how many widths of the reversible curve: cold altogether from about
-    ten on, a little behind the rest (ends that clamps cool) below. Where the rest is cold, so is it.
+    `share` [1] of the wire is colder by `colder` [1] widths of the reversible curve. From about ten on it is
+    entirely cold; below, it lags behind the rest a little (ends that clamps cool). Where the rest is cold, so
+    is it.
 
-    The colder zone's strain follows the common stress by one Newton step a row from where it was: nothing is
-    solved inside the equilibrium, and the error is of second order in the change from row to row.
+    The colder zone's strain follows the common stress by one Newton step a row from its last value. Nothing
+    is solved inside the equilibrium, and the error is of second order in the change from row to row.
     """
 
     share: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -86,7 +87,7 @@ class UnevenHeating(Effect):
     }
 
     def begin(self, at: Known) -> dict[int, "ColdZone"]:
-        """Every spring unstretched from how it is attached, and cold."""
+        """Every spring unstretched, as attached, and cold."""
         springs = at["actuator"].springs if "actuator" in at else (at["spring"],)
         numbers = at["actuator"].spring_numbers if "actuator" in at else (1,)
         zones = {}
@@ -108,7 +109,7 @@ class UnevenHeating(Effect):
         stress, slope = _law(alloy, zone.strain, cold, alloy.residual_strain(zone.state, cold))
         return stress, jnp.maximum(slope, LEAST_SLOPE * alloy.G_m)
 
-    def _under(self, alloy: Alloy, zone: "ColdZone", xi0: Array, stress: Array) -> Array:
+    def _zone_strain(self, alloy: Alloy, zone: "ColdZone", xi0: Array, stress: Array) -> Array:
         """Strain of the colder zone under a stress near its own [1]."""
         own, slope = self._zone(alloy, zone, xi0)
         return zone.strain + (stress - own) / slope
@@ -128,13 +129,13 @@ class UnevenHeating(Effect):
     def resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """Both zones in series."""
         spring, xi0 = at["spring"], at["xi0"]
-        strain = self._under(spring.alloy, memory[at["number"]], xi0, at["stress"])
+        strain = self._zone_strain(spring.alloy, memory[at["number"]], xi0, at["stress"])
         law, length = spring.alloy.resistivity, spring.geometry.wire_length
         warm, cold = law(xi0, self._warm_strain(at["gamma"], strain)), law(self._fraction(xi0), strain)
         return value + ((1.0 - self.share) * warm + self.share * cold - law(xi0, at["gamma"])) * length
 
     def wire_resistance(self, value: Array, at: Known, memory: dict) -> Array:
-        """See `Effect.wire_resistance`; with the colder zone as it was."""
+        """See `Effect.wire_resistance`; with the colder zone of the row before."""
         spring, zone = at["spring"], memory[at["number"]]
         cold = spring.alloy.resistivity(zone.xi0, zone.strain) * spring.geometry.wire_length
         return (value - self.share * cold) / (1.0 - self.share)
@@ -144,7 +145,7 @@ class UnevenHeating(Effect):
         later = {}
         for number, spring, zone, response in solved_springs(at, memory):
             alloy = spring.alloy
-            strain = self._under(alloy, zone, response.xi0, response.stress)
+            strain = self._zone_strain(alloy, zone, response.xi0, response.stress)
             warm = self._warm_strain(response.gamma, strain)
             slope = _law(alloy, warm, response.xi0, response.gamma_R)[1]
             cold = self._fraction(response.xi0)
@@ -163,7 +164,7 @@ class ColdZone(eqx.Module):
 
     Attributes:
         strain: its shear strain [1]; xi0: its martensite fraction [1].
-        state: what it remembers.
+        state: memory of the zone.
         warm_slope: slope of the rest's law over strain [Pa].
     """
 

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..pipeline import Effect, Known
-from ._saturation import settled
+from ._saturation import saturation
 from ._spec import Spec
 from ._springs import branch, each, law_of, law_stress, solved_springs, zeros
 
@@ -16,10 +16,10 @@ from ._springs import branch, each, law_of, law_stress, solved_springs, zeros
 class TransformationHysteresis(Effect):
     """A second branch: stress drops by gap_m, gap_a [Pa] after a reversal of strain, over a width [1].
 
-    The base curve is the loading one; the gap may differ between the phases, and closes again below a strain
+    The base curve is the loading one. The gap may differ between the phases. It closes again below a strain
     `closed` [1], as the loop of an unstrained wire has no height. Where temperature drives, the base curve is
-    the cooling one. The heating one lies `gap_T` [K] above it, `1 + sharper` times as steep; it is reached
-    over `gap_T` and `width_T` more.
+    the cooling one. The heating one lies `gap_T` [K] above it and is `1 + sharper` times as steep. It is
+    reached over `gap_T` and `width_T` more.
     """
 
     gap_m: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -51,7 +51,7 @@ class TransformationHysteresis(Effect):
     }
 
     def begin(self, at: Known) -> dict[int, tuple]:
-        """Per spring: whether there was a row, its strain and branch; then its temperature and branch."""
+        """Per spring: flag of a previous row, its strain and branch, then its temperature and branch."""
         warm = cooling = jnp.asarray(0.0)
         if "temperature" in at and "actuator" not in at:
             warm = at["temperature"]
@@ -90,8 +90,9 @@ class TransformationHysteresis(Effect):
 class RPhase(Effect):
     """A third phase on cooling only: strain [1], resistivity [1] (relative); onset [K] above the middle.
 
-    Its share is that of what is not yet martensite: the reversible curve over temperature moved up by the
-    onset, and `narrow` [1] times as steep. It shears by `strain`, fully from 0.5 % of strain on.
+    Its share is that of the material that is not yet martensite. It is the reversible curve over temperature,
+    moved up by the onset, and `narrow` [1] times as steep. It shears by `strain`, fully from 0.5 % of strain
+    on.
     """
 
     strain: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -128,8 +129,8 @@ class RPhase(Effect):
 
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
-        taken = self.strain * self._share(at, memory[at["number"]]) * jnp.tanh(at["gamma"] / 5e-3)
-        return value - law_of(at).modulus(at["xi0"]) * taken
+        strain = self.strain * self._share(at, memory[at["number"]]) * jnp.tanh(at["gamma"] / 5e-3)
+        return value - law_of(at).modulus(at["xi0"]) * strain
 
     def resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.resistance`."""
@@ -146,8 +147,8 @@ class RPhase(Effect):
 class StressShiftedTransformation(Effect):
     """Stress raises the transformation's temperature; shift [K/Pa], one over Clausius and Clapeyron's slope.
 
-    Where temperature drives a wire it shifts the fraction; where the fraction comes from resistance it shifts
-    the one that carries load, against the one that was read without load.
+    Where temperature drives a wire, the effect shifts the fraction. Where the fraction comes from resistance,
+    it shifts the load-bearing one against the one that was read without load.
     """
 
     shift: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -170,7 +171,7 @@ class StressShiftedTransformation(Effect):
         return value - self.shift * (at["stress"] if "stress" in at else memory)
 
     def stress(self, value: Array, at: Known, memory: Array) -> Array:
-        """See `Effect.stress`; on a wire driven by temperature the fraction has been shifted already."""
+        """See `Effect.stress`; the fraction of a wire driven by temperature has been shifted already."""
         if "wire" in at:
             return value
         alloy, xi0 = at["spring"].alloy, at["xi0"]
@@ -205,10 +206,9 @@ class TensionCompressionAsymmetry(Effect):
 class SelfHeatingRate(Effect):
     """Latent heat warms a wire that is strained fast: `rise` [1] of stress per strain gained in `tau` [s].
 
-    The strain that the wire gained lately, its high-passed strain, counts over 0.05. `heat` [Pa] is what the
-    stress gains, in the same way, per fraction that the strain transformed lately: warm metal needs more. A
-    wire that is heated and cooled from outside stays `warmth` [K] per fraction gained lately behind its
-    thermometer.
+    The wire's recent strain, its high-passed strain, counts over 0.05. `heat` [Pa] is the gain of stress, in
+    the same way, per fraction that the strain transformed recently: warm metal needs more. A wire that is
+    heated and cooled from outside stays `warmth` [K] per fraction gained recently behind its thermometer.
     """
 
     rise: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -229,8 +229,8 @@ class SelfHeatingRate(Effect):
     }
 
     def begin(self, at: Known) -> dict[int, tuple]:
-        """Whether there was a row; its strain and what was gained lately; the same of the fraction that the
-        strain transformed, and of the fraction that heat did."""
+        """Flag of a previous row; its strain and recent gain; the same of the fraction that the strain
+        transformed, and of the fraction that heat did."""
         return each(at, zeros(7))
 
     @staticmethod
@@ -241,8 +241,8 @@ class SelfHeatingRate(Effect):
         alloy = law_of(at)
         return xi0 * alloy.xi_sm(gamma) + (1.0 - xi0) * alloy.xi_sa(gamma)
 
-    def _gained(self, at: Known, now: Array, started: Array, before: Array, gained: Array) -> Array:
-        """High-passed course, exact for one that is linear over the row."""
+    def _high_passed(self, at: Known, now: Array, started: Array, before: Array, gained: Array) -> Array:
+        """High-passed signal, exact for one that is linear over the row."""
         ratio = at["interval"] / self.tau
         flat = ratio < 1e-8
         fresh = jnp.where(flat, 1.0, -jnp.expm1(-ratio) / jnp.where(flat, 1.0, ratio))
@@ -251,28 +251,28 @@ class SelfHeatingRate(Effect):
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
         started, *last = memory[at["number"]]
-        strained = self._gained(at, at["gamma"], started, *last[:2])
-        done = self._gained(at, self._transformed(at, at["gamma"], at["xi0"]), started, *last[2:4])
+        strained = self._high_passed(at, at["gamma"], started, *last[:2])
+        done = self._high_passed(at, self._transformed(at, at["gamma"], at["xi0"]), started, *last[2:4])
         return value * (1.0 + self.rise * strained / 0.05) + self.heat * done
 
     def remember(self, memory: dict, at: Known) -> dict:
-        """Strain and fraction, and what was gained of both."""
+        """Strain and fraction, and the recent gain of both."""
         later = {}
         for number, _, (started, *last), response in solved_springs(at, memory):
             done = self._transformed(at, response.gamma, response.xi0)
             later[number] = (
                 jnp.asarray(1.0),
                 response.gamma,
-                self._gained(at, response.gamma, started, *last[:2]),
+                self._high_passed(at, response.gamma, started, *last[:2]),
                 done,
-                self._gained(at, done, started, *last[2:4]),
+                self._high_passed(at, done, started, *last[2:4]),
                 response.xi0,
-                self._gained(at, response.xi0, started, *last[4:]),
+                self._high_passed(at, response.xi0, started, *last[4:]),
             )
         return later
 
     def temperature(self, value: Array, at: Known, memory: dict) -> Array:
-        """See `Effect.temperature`: by what was gained up to the row before."""
+        """See `Effect.temperature`, by the gain up to the row before."""
         lately = jnp.exp(-at["interval"] / self.tau) * memory[at["number"]][6]
         return value + self.warmth * lately
 
@@ -280,12 +280,13 @@ class SelfHeatingRate(Effect):
 class CyclicShakedown(Effect):
     """Irreversible strain that grows with cycles, `settled(N / cycles, slowness)` times `strain` [1].
 
-    It comes to its end exponentially where `slowness` [1] is 0, ever more slowly where it is larger. It is
-    added to the residual strain after the base rule; `plastic` [1] is a part that neither law nor resistivity
-    feel, so that both see less strain; `shift` [1] one that unloads in every state; `apparent` [1] what the
-    resistivity alone does not see; and `resistivity` [1] what the resistance gains. N counts the elongation's
-    path over twice the largest stretch of the test (a spring or wire whose length is prescribed), else the
-    fraction's path over two: heat cycles.
+    It saturates exponentially where `slowness` [1] is 0, and ever more slowly where it is larger. It is added
+    to the residual strain after the base rule. Further parts are fractions of the strain. `plastic` [1]
+    enters neither law nor resistivity, so that both see less strain. `shift` [1] unloads in every state. The
+    resistivity alone does not see `apparent` [1]. `resistivity` [1] is the gain of the resistance.
+
+    N counts the elongation's path over twice the largest stretch of the test (a spring or wire whose length
+    is prescribed). Otherwise it counts the fraction's path over two: heat cycles.
     """
 
     strain: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -312,34 +313,34 @@ class CyclicShakedown(Effect):
     }
 
     def begin(self, at: Known) -> dict[int, tuple]:
-        """Whether there was a row, its position, and cycles so far."""
+        """Flag of a previous row, its position, and the number of cycles so far."""
         return each(at, zeros(3))
 
     def _progress(self, at: Known, memory: dict) -> Array:
-        return settled(memory[at["number"]][2] / self.cycles, self.slowness)
+        return saturation(memory[at["number"]][2] / self.cycles, self.slowness)
 
     def stress(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.stress`."""
         modulus, progress = law_of(at).modulus(at["xi0"]), self._progress(at, memory)
-        moved = law_stress(at, at["gamma"] - self.plastic * progress) - at["base_stress"]
-        # where detwinning takes off more than the residual strain does, only what exceeds it counts
+        change = law_stress(at, at["gamma"] - self.plastic * progress) - at["base_stress"]
+        # where detwinning reduces the stress by more than the residual strain does, only the excess counts
         spare = modulus * (at["gamma"] - at["gamma_R"]) - at["base_stress"]
         spare = jnp.where(spare > 1e-9 * modulus, spare, 0.0)  # zero but for rounding on the elastic branch
         extra = modulus * self.strain * progress - spare
         extra = jnp.where(extra >= 0.0, extra, 0.0)  # at a tie, where absent, in full
-        return value + moved - extra - modulus * self.shift * progress
+        return value + change - extra - modulus * self.shift * progress
 
     def resistance(self, value: Array, at: Known, memory: dict) -> Array:
         """See `Effect.resistance`."""
         progress = self._progress(at, memory)
         if "spring" in at:
             law, length = law_of(at).resistivity, at["spring"].geometry.wire_length
-            seen = at["gamma"] - (self.plastic + self.apparent) * progress
-            value = value + length * (law(at["xi0"], seen) - law(at["xi0"], at["gamma"]))
+            effective = at["gamma"] - (self.plastic + self.apparent) * progress
+            value = value + length * (law(at["xi0"], effective) - law(at["xi0"], at["gamma"]))
         return value * (1.0 + self.resistivity * progress)
 
     def remember(self, memory: dict, at: Known) -> dict:
-        """Go on counting."""
+        """Number of cycles after the row."""
         later = {}
         for number, _, (started, before, count), response in solved_springs(at, memory):
             position, whole = response.xi0, 2.0

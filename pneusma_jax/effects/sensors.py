@@ -1,4 +1,4 @@
-"""Effects of the instruments: what is recorded is not what acts."""
+"""Effects of the instruments: differences between recorded and true quantities."""
 
 from typing import Any, ClassVar
 
@@ -36,8 +36,8 @@ class PressureCalibration(Effect):
 class PressureLag(Effect):
     """The chamber follows the recorded pressure through a restriction; tau [s], laminar [Pa].
 
-    Small drops of pressure x drive a laminar flow, in proportion: a first-order lag. Large ones drive that of
-    an orifice, as the root of the drop: `dx/dt = -x / (tau s)` with s = 1 at x = DROP and
+    Small pressure differences x drive a laminar flow, in proportion: a first-order lag. Large ones drive that
+    of an orifice, as the root of the difference. The law is `dx/dt = -x / (tau s)` with s = 1 at x = DROP and
     s^4 proportional to `laminar^2 + x^2`.
     """
 
@@ -55,24 +55,24 @@ class PressureLag(Effect):
     }
 
     def begin(self, at: Known) -> tuple[Array, Array]:
-        """Recorded pressure and the chamber's excess over it: settled at the first row."""
+        """Recorded pressure and the chamber's excess over it, zero at the first row."""
         return at["pressure"], jnp.zeros(())
 
     def _excess(self, at: Known, memory: tuple[Array, Array]) -> Array:
-        """Of the chamber over the sensor, the recorded pressure being linear over a row.
+        """Excess of the chamber over the sensor, for a recorded pressure that is linear over a row.
 
         Each part of a row is exact for the time constant of its middle. The slope over tau at tau = 0 is
-        minus the pressure's rate: the screen sees the effect.
+        minus the pressure's rate, so a score test can detect the effect.
         """
         before, excess = memory
         interval, rise = at["interval"] / PARTS, (at["recorded_pressure"] - before) / PARTS
         tau = jnp.where(self.tau >= 0.0, self.tau, 0.0)
         for _ in range(PARTS):
-            middle = _followed(excess, 0.5 * interval, 0.5 * rise, tau * self._slower(excess))
-            excess = _followed(excess, interval, rise, tau * self._slower(middle))
+            middle = _lagged_excess(excess, 0.5 * interval, 0.5 * rise, tau * self._time_factor(excess))
+            excess = _lagged_excess(excess, interval, rise, tau * self._time_factor(middle))
         return excess
 
-    def _slower(self, excess: Array) -> Array:
+    def _time_factor(self, excess: Array) -> Array:
         """Factor on the time constant at a drop of pressure [Pa]."""
         return ((self.laminar**2 + excess**2) / (self.laminar**2 + DROP**2)) ** 0.25
 
@@ -81,25 +81,26 @@ class PressureLag(Effect):
         return value + self._excess(at, memory)
 
     def remember(self, memory: tuple[Array, Array], at: Known) -> tuple[Array, Array]:
-        """The recorded pressure, and how far the chamber is from it."""
+        """Recorded pressure, and the chamber's excess over it."""
         return at["recorded_pressure"], self._excess(at, memory)
 
 
 PARTS = 4
-"""Of a row, over each of which a chamber's time constant is one."""
+"""Number of parts of a row, each with one time constant of the chamber."""
 DROP = 1e3
-"""Pressure [Pa] by which a chamber is behind when its time constant is `tau`."""
+"""Pressure difference at which a chamber's time constant is `tau` [Pa]."""
 
 
-def _followed(excess: Array, interval: Array, rise: Array, tau: Array) -> Array:
-    """Excess of a first-order follower over what rises linearly by `rise` in an interval [s]; exact."""
+def _lagged_excess(excess: Array, interval: Array, rise: Array, tau: Array) -> Array:
+    """Excess of a first-order follower over an input that rises linearly by `rise` in an interval [s];
+    exact."""
     quick = interval > 30.0 * tau
     ratio = interval / jnp.where(quick | (tau == 0.0), 1.0, tau)
-    kept = jnp.where(quick, 0.0, jnp.exp(-ratio))
+    decay = jnp.where(quick, 0.0, jnp.exp(-ratio))
     flat = ratio < 1e-6
     slow = jnp.where(flat, 1.0 - 0.5 * ratio, -jnp.expm1(-ratio) / jnp.where(flat, 1.0, ratio))
     behind = jnp.where(quick, tau / jnp.where(quick, interval, 1.0), slow)
-    return kept * excess - behind * rise
+    return decay * excess - behind * rise
 
 
 class CameraCalibration(Effect):
@@ -129,7 +130,7 @@ class CameraCalibration(Effect):
 class ForceCalibration(Effect):
     """Load cell with offset and drift; offset [N], drift [N/s], that ends at a rate `settling` [1/s].
 
-    (Its gain cannot be told from a modulus.)
+    (Its gain cannot be distinguished from a modulus.)
     """
 
     offset: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -159,8 +160,10 @@ class ForceCalibration(Effect):
 
 
 class LoadTrainCompliance(Effect):
-    """The recorded length is that of specimen and load train in series; give [m/N], which falls as joints and
-    grips seat: by half at the force 1 / stiffening [1/N]."""
+    """The recorded length is that of specimen and load train in series; give [m/N].
+
+    The compliance falls as joints and grips seat: by half at the force 1 / stiffening [1/N].
+    """
 
     give: Array = eqx.field(converter=jnp.asarray, default=0.0)
     stiffening: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -197,7 +200,7 @@ class ChannelLag(Effect):
     }
 
     def recorded(self, value: dict[str, Array], time: Array) -> dict[str, Array]:
-        """See `Effect.recorded`; the model's own course is moved, so no noise is averaged."""
+        """See `Effect.recorded`; the model's own signal is shifted, so no noise is averaged."""
         return {
             name: delayed(time, course, self.delay_resistance if name == "resistance" else self.delay)
             for name, course in value.items()
@@ -205,7 +208,7 @@ class ChannelLag(Effect):
 
 
 def delayed(time: Array, course: Array, delay: Array) -> Array:
-    """A course as it was `delay` [s] ago, linear between rows, at rest before the first; shape (rows,).
+    """A signal delayed by `delay` [s], linear between rows, at rest before the first; shape (rows,).
 
     A delay of 0 changes nothing; its derivative is minus the slope towards the row before. Time that stands
     still, as in padding, delays nothing.

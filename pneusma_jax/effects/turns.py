@@ -65,14 +65,14 @@ class InactiveCoils(Effect):
         return (value + gap) / (1.0 - self._share(at)) - gap
 
     def wire_resistance(self, value: Array, at: Known, memory: Any) -> Array:
-        """See `Effect.wire_resistance`; the unstretched turns taken as martensite, which differs little."""
-        return self._apart(value, at, jnp.ones(()))
+        """See `Effect.wire_resistance`. The unstretched turns count as martensite, which differs little."""
+        return self._without_still_turns(value, at, jnp.ones(()))
 
-    def _apart(self, value: Array, at: Known, xi0: Array) -> Array:
+    def _without_still_turns(self, value: Array, at: Known, xi0: Array) -> Array:
         share = self._share(at)
-        return (value - share * self._still(at, xi0)) / (1.0 - share)
+        return (value - share * self._unstretched_resistance(at, xi0)) / (1.0 - share)
 
-    def _still(self, at: Known, xi0: Array) -> Array:
+    def _unstretched_resistance(self, at: Known, xi0: Array) -> Array:
         """Resistance of the whole wire if none of it were stretched [ohm]."""
         spring = at["spring"]
         return spring.alloy.resistivity(xi0, jnp.zeros_like(at["gamma"])) * spring.geometry.wire_length
@@ -80,7 +80,7 @@ class InactiveCoils(Effect):
     def resistance(self, value: Array, at: Known, memory: Any) -> Array:
         """Stretched turns in series with unstretched ones."""
         share = self._share(at)
-        return (1.0 - share) * value + share * self._still(at, at["xi0"])
+        return (1.0 - share) * value + share * self._unstretched_resistance(at, at["xi0"])
 
 
 class LargeHelixAngle(Effect):
@@ -126,6 +126,6 @@ class CoilContact(Effect):
 
     def pull(self, value: Array, at: Known, memory: Any) -> Array:
         """See `Effect.pull`."""
-        apart = opening(at)
-        built = -jnp.expm1(-jnp.maximum(apart, 0.0) / self.opening)
-        return value + self.tension * built + self.stop * jnp.where(apart < 0.0, apart, 0.0)
+        opened = opening(at)
+        built = -jnp.expm1(-jnp.maximum(opened, 0.0) / self.opening)
+        return value + self.tension * built + self.stop * jnp.where(opened < 0.0, opened, 0.0)

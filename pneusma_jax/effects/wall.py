@@ -12,7 +12,7 @@ from ._spec import Spec
 
 
 def _fibres(at: Known) -> int:
-    """Number of fibres that the wall is followed by: a section's, or one for uniform strain."""
+    """Number of fibres of the wall: a section's, or one for uniform strain."""
     return at["fibres"][1].shape[0] if "actuator" in at else 1
 
 
@@ -57,11 +57,11 @@ class ViscoelasticRelaxation(Effect):
     }
 
     def begin(self, at: Known) -> tuple[Array, Array, Array]:
-        """Whether there was a row, its slow stress, and each term's overstress per unit g."""
+        """Flag of a previous row, its slow stress, and each term's overstress per unit g."""
         count = _fibres(at)
         return jnp.asarray(0.0), jnp.zeros(count), jnp.zeros((3, count))
 
-    def _over(self, stress: Array, interval: Array, memory: tuple[Array, Array, Array]) -> Array:
+    def _overstress(self, stress: Array, interval: Array, memory: tuple[Array, Array, Array]) -> Array:
         """Overstress of every term; exact for a stress that changes linearly over the row."""
         started, before, over = memory
         ratio = interval / jnp.stack([self.tau_1, self.tau_2, self.tau_3])
@@ -71,21 +71,21 @@ class ViscoelasticRelaxation(Effect):
 
     def wall(self, value: Array, at: Known, memory: tuple) -> Array:
         """See `Effect.wall`."""
-        over = self._over(at["base"], at["interval"], memory)
+        over = self._overstress(at["base"], at["interval"], memory)
         return value + jnp.stack([self.g_1, self.g_2, self.g_3]) @ over
 
     def remember(self, memory: tuple, at: Known) -> tuple[Array, Array, Array]:
         """Slow stress and overstress of every fibre."""
         slow = base_law(at)(fibre_strain(at))
-        return jnp.asarray(1.0), slow, self._over(slow, at["interval"], memory)
+        return jnp.asarray(1.0), slow, self._overstress(slow, at["interval"], memory)
 
 
 class MullinsSoftening(Effect):
     """Softer below the largest tensile strain e_m seen: the stress loses `depth (1 - exp(-x))` of itself.
 
-    `x = (e_m - e) / scale * (1 + energy e / e_m)`: with `energy` 0 the distance in strain counts, with 1 the
-    distance in energy of a linear law, over `scale` [1] of strain. `relative` 1 takes `scale` times e_m
-    instead: a larger maximum softens over a larger distance, as in Ogden and Roxburgh's law.
+    `x = (e_m - e) / scale * (1 + energy e / e_m)`, over `scale` [1] of strain. With `energy` 0 the distance
+    in strain counts, with 1 the distance in energy of a linear law. `relative` 1 takes `scale` times e_m
+    instead. A larger maximum then softens over a larger distance, as in Ogden and Roxburgh's law.
     """
 
     depth: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -121,7 +121,7 @@ class MullinsSoftening(Effect):
 
     def remember(self, memory: Array, at: Known) -> Array:
         """The running maximum."""
-        return _grown(memory, fibre_strain(at))
+        return _maximum(memory, fibre_strain(at))
 
 
 class PermanentSet(Effect):
@@ -144,7 +144,7 @@ class PermanentSet(Effect):
     }
 
     def begin(self, at: Known) -> tuple[Array, Array, Array, Array]:
-        """Whether there was a row, every fibre's strain there, its largest, and its path."""
+        """Flag of a previous row, every fibre's strain in it, its largest strain, and its path."""
         still = jnp.zeros(_fibres(at))
         return jnp.asarray(0.0), still, still, still
 
@@ -159,16 +159,16 @@ class PermanentSet(Effect):
         """Strain, largest strain and path of every fibre."""
         started, before, most, path = memory
         strain = fibre_strain(at)
-        return jnp.asarray(1.0), strain, _grown(most, strain), path + started * jnp.abs(strain - before)
+        return jnp.asarray(1.0), strain, _maximum(most, strain), path + started * jnp.abs(strain - before)
 
 
 class StrainStiffening(Effect):
     """Yeoh's higher terms on the base law: `2 (l - l^-2) (2 c_2 J + 3 c_3 J^2)`, J = I_1 - 3; c_2, c_3 [Pa].
 
     Gent's law is their series with `c_2 = mu / (4 J_m)`, `c_3 = mu / (6 J_m^2)`. A coupon may also stiffen
-    from the start and then ever more slowly, as silicones do that are pulled to ten times their length:
-    `c_log ln(I_1 / 3)`, c_log [Pa], in the same bracket, is a limit of Lopez-Pamies' powers of I_1. A bent
-    wall is pulled on one side and pushed on the other: c_pull [Pa] is a c_2 of pulled fibres alone.
+    from the start and then ever more slowly, as silicones do that are pulled to ten times their length. For
+    it `c_log ln(I_1 / 3)`, c_log [Pa], in the same bracket, is a limit of Lopez-Pamies' powers of I_1. A bent
+    wall is pulled on one side and pushed on the other. There, c_pull [Pa] is a c_2 of pulled fibres alone.
     """
 
     c_2: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -223,6 +223,6 @@ class ThickWall(Effect):
         return value + at["pressure"] * (self.share + self.stretched * at["strain"])
 
 
-def _grown(most: Array, strain: Array) -> Array:
-    """Running maximum; a fibre at its largest ever feels the next bit in full."""
+def _maximum(most: Array, strain: Array) -> Array:
+    """Running maximum. A fibre at its largest strain ever follows the next increment in full."""
     return jnp.where(strain >= most, strain, most)

@@ -1,4 +1,4 @@
-"""The module that holds an alloy's constants and calls the laws with them."""
+"""An alloy's constants as a module, with the laws as its methods."""
 
 import dataclasses
 from pathlib import Path
@@ -25,16 +25,17 @@ class Alloy(eqx.Module):
     Field names are those of the files. SI units; resistivities in ohm per metre, temperatures in degC.
 
     Attributes:
-        beta_1, beta_2, beta_3: detwinned fraction of martensite [1].
-        ka_1, ka_2, ka_3: stress-induced fraction of austenite [1].
-        rho_mean, rho_span, km_1, km_2, km_3: resistivity of martensite [ohm/m, ohm/m, 1, 1, 1].
-        alpha_1, alpha_2: resistivity of austenite [ohm/m].
-        a, b, gamma_max: power law between them [1]; c: its second exponent at zero strain, 1 in the source
-            and for nitinol [1].
+        beta_1, beta_2, beta_3: constants of the detwinned fraction of martensite [1].
+        ka_1, ka_2, ka_3: constants of the stress-induced fraction of austenite [1].
+        rho_mean, rho_span, km_1, km_2, km_3: constants of the resistivity of martensite [ohm/m, ohm/m, 1, 1,
+            1].
+        alpha_1, alpha_2: constants of the resistivity of austenite [ohm/m].
+        a, b, gamma_max: constants of the power law between them [1]; c: its second exponent at zero strain, 1
+            in the source and for nitinol [1].
         G_m, G_a: shear moduli [Pa]; gamma_L: largest detwinning strain [1]; poisson_ratio [1].
-        gR_amplitude, gR_slope, gR_shift, gR_decay: residual strain [1].
-        T_mid, T_width: reversible martensite fraction over temperature [degC, K].
-        density, heat_capacity, convection: of the wire [kg/m3, J/(kg K), W/(m2 K)].
+        gR_amplitude, gR_slope, gR_shift, gR_decay: constants of the residual strain [1].
+        T_mid, T_width: middle and width of the reversible martensite fraction over temperature [degC, K].
+        density, heat_capacity, convection: thermal constants of the wire [kg/m3, J/(kg K), W/(m2 K)].
         name: static label.
     """
 
@@ -83,7 +84,7 @@ class Alloy(eqx.Module):
 
     @classmethod
     def from_calibration(cls, table: Calibration) -> "Alloy":
-        """Alloy from a loaded table; keys that a spring does not need are left out.
+        """Alloy from a loaded table, without the keys that a spring does not need.
 
         Raises:
             InputError: if the table, one for straight wires say, lacks a constant.
@@ -155,7 +156,7 @@ class Alloy(eqx.Module):
         return stress.shear_modulus(xi0, self.G_m, self.G_a)
 
     def detwinning_stress(self, gamma: Array, xi0: Array) -> Array:
-        """Stress that detwinning takes off the elastic one, Eq. 2.33 [Pa]."""
+        """Difference between the elastic stress and the stress with detwinning, Eq. 2.33 [Pa]."""
         return stress.detwinning_stress(
             xi0, self.xi_sm(gamma), self.xi_sa(gamma), self.G_m, self.G_a, self.gamma_L
         )
@@ -172,11 +173,12 @@ class Alloy(eqx.Module):
         Heating lowers `xi_min`. Detwinning past what the residual strain accounts for sets both anew.
 
         Args:
-            state: before the row.
+            state: memory before the row.
             gamma: shear strain [1].
             xi0: martensite fraction [1].
-            margin: part of the residual strain by which detwinning must pass it [1]; 0 by the law, else for
-                a fit that asks what the rule would say of slightly other numbers.
+            margin: minimum excess of detwinning over the residual strain that renews the memory, as part of
+                it [1]. It is 0 by the law. Fits use others to examine the rule at slightly different
+                parameters.
         """
         heated = SpringState(state.prestrain, hottest(state, xi0))
         gamma_R = self.residual_strain(heated, xi0)

@@ -7,12 +7,12 @@ from jaxtyping import Array
 def generalised_logistic(gamma: Array, beta_1: Array, beta_2: Array, beta_3: Array) -> Array:
     """Fraction of the martensite that is detwinned, `[1 + exp(-b1 gamma - b2)]^(-b3)` [1].
 
-    The source prints the exponent `+b3`, with which the fraction at zero strain would be 166; with `-b3` it
-    runs from 0.006 to 0.93 (correction 1). Computed through its logarithm, so that it cannot overflow.
+    The source prints the exponent `+b3`, with which the fraction at zero strain would be 166. With `-b3` it
+    runs from 0.006 to 0.93 (correction 1). It is computed through its logarithm, so that it cannot overflow.
 
     Args:
         gamma: shear strain [1].
-        beta_1, beta_2, beta_3: shape [1].
+        beta_1, beta_2, beta_3: shape constants [1].
     """
     return jnp.exp(-beta_3 * jnp.logaddexp(0.0, -beta_1 * gamma - beta_2))
 

@@ -1,7 +1,7 @@
 """Fractions of the phases in the whole wire: Table 2.1 and Eqs. 2.25 to 2.28.
 
-The onset fraction xi0 is what would be martensite without stress. Stress turns the share xi_sm of it from
-twinned to detwinned martensite, and the share xi_sa of the rest from austenite to detwinned martensite.
+The onset fraction xi0 is the martensite fraction without stress. Stress turns the share xi_sm of it from
+twinned to detwinned martensite. It turns the share xi_sa of the rest from austenite to detwinned martensite.
 Brinson's internal variables xi, xi_s and xi_t follow. The source writes Eq. 2.26 with `xi_tm = 1 - xi_sm` and
 Eq. 2.28 with `alpha_a = 1 - xi_sa` (Table 2.1).
 """
@@ -17,8 +17,8 @@ def detwinned_fraction(xi0: Array, xi_sm: Array, xi_sa: Array) -> Array:
 
     Args:
         xi0: onset martensite fraction [1].
-        xi_sm: detwinned share of what would be martensite [1].
-        xi_sa: stress-induced share of what would be austenite [1].
+        xi_sm: detwinned share of the onset martensite [1].
+        xi_sa: stress-induced share of the onset austenite [1].
     """
     return xi0 * xi_sm + (1.0 - xi0) * xi_sa
 
@@ -39,12 +39,12 @@ def austenite_fraction(xi0: Array, xi_sa: Array) -> Array:
 
 
 class PhaseFractions(eqx.Module):
-    """What a wire consists of; the three add up to one.
+    """Phase fractions of a wire; the three add up to one.
 
     Attributes:
-        detwinned: martensite that stress has detwinned or induced, xi_s [1].
-        twinned: martensite as it comes from cooling, xi_t [1].
-        austenite: alpha [1].
+        detwinned: fraction of martensite that stress has detwinned or induced, xi_s [1].
+        twinned: fraction of twinned martensite, as it comes from cooling, xi_t [1].
+        austenite: fraction of austenite, alpha [1].
     """
 
     detwinned: Array
@@ -61,7 +61,7 @@ def phase_fractions(alloy: Alloy, xi0: Array, gamma: Array) -> PhaseFractions:
     """Phases of a wire at an onset fraction and a shear strain, Eqs. 2.25 to 2.28.
 
     Args:
-        alloy: whose detwinning curves hold (Table 2.2).
+        alloy: alloy with the detwinning curves (Table 2.2).
         xi0: onset martensite fraction [1].
         gamma: shear strain [1]; broadcasts with `xi0`.
     """

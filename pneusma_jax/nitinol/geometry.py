@@ -1,7 +1,8 @@
 """Geometry of a close-wound helical spring: Section 2.2 of the source, Eqs. 2.1 to 2.19.
 
-All lengths in metres, strains dimensionless, angles in radians, forces in newtons, stresses in pascals. The
-spring strain `eps` is elongation over free length; the shear strain `gamma` is that of the wire's surface.
+All lengths are in metres, strains dimensionless, angles in radians, forces in newtons, stresses in pascals.
+The spring strain `eps` is elongation over free length; the shear strain `gamma` is that of the wire's
+surface.
 """
 
 from collections.abc import Callable
@@ -14,8 +15,9 @@ from jaxtyping import Array
 
 from ..numerics.safe import is_concrete
 
-POISSON_RATIO = 0.33  # of nitinol, used throughout the source
-MOST_STEPS = 60  # of Newton in `spring_strain`; 4 to 12 are taken over shear strains from -0.1 to 10
+POISSON_RATIO = 0.33  # Poisson's ratio of nitinol, used throughout the source
+MOST_STEPS = 60
+"""Maximum number of Newton steps in `spring_strain`; shear strains from -0.1 to 10 take 4 to 12."""
 
 
 def spring_index(coil_diameter: Array, wire_diameter: Array) -> Array:
@@ -34,8 +36,9 @@ def coil_slope(pitch: Array, coil_diameter: Array, helix: str = "printed") -> Ar
     Args:
         pitch: rise per coil [m].
         coil_diameter: mean coil diameter D [m].
-        helix: `"printed"` for `p / 2D` (Eq. 2.10), in which every published constant was identified;
-            `"true"` for the helix `p / pi D`, which Eq. 2.1 implies, for new alloys (correction 6).
+        helix: slope convention: `"printed"` for `p / 2D` (Eq. 2.10), in which every published constant was
+            identified; `"true"` for the helix `p / pi D`, which Eq. 2.1 implies, for new alloys (correction
+            6).
 
     Raises:
         ValueError: if `helix` is neither.
@@ -63,8 +66,8 @@ def shear_strain(
         initial_pitch: pitch of the unloaded spring [m].
         coil_diameter: mean coil diameter [m].
         wire_diameter: wire diameter [m].
-        poisson_ratio: of the wire [1].
-        helix: see `coil_slope`.
+        poisson_ratio: Poisson's ratio of the wire [1].
+        helix: slope convention, see `coil_slope`.
     """
     initial = coil_slope(initial_pitch, coil_diameter, helix)
     slope = coil_slope(initial_pitch * (1.0 + spring_strain), coil_diameter, helix)
@@ -89,13 +92,13 @@ def spring_strain(
 ) -> Array:
     """Strain of the spring from the shear strain of the wire: the inverse of Eq. 2.17 [1].
 
-    The source does not state it. Eq. 2.17 is of the fourth degree in the coils' slope and rises with it; its
+    The source does not state it. Eq. 2.17 is of the fourth degree in the coils' slope and rises with it. Its
     root is found by Newton's method on the slope, to rounding, and has derivatives of every order.
 
     Args:
         gamma: shear strain of the wire's surface [1], any shape; negative for a spring pushed together.
-        initial_pitch, coil_diameter, wire_diameter, poisson_ratio, helix: as of `shear_strain`. They may have
-            any shapes that broadcast with `gamma`.
+        initial_pitch, coil_diameter, wire_diameter, poisson_ratio, helix: dimensions and convention as for
+            `shear_strain`. They may have any shapes that broadcast with `gamma`.
 
     Returns:
         Elongation over free length [1]; NaN where Newton's method finds no root, or an argument is not
@@ -122,21 +125,21 @@ def _root_by_element(excess: Callable, given: tuple, start: Array) -> Array:
     ones = jnp.ones_like(start)
 
     def search(_: object, start: Array) -> Array:
-        held = jax.lax.stop_gradient(given)
+        frozen = jax.lax.stop_gradient(given)
 
         def go_on(carry: tuple) -> Array:
             return (carry[1] > 0) & (carry[2] < MOST_STEPS)
 
         def advance(carry: tuple) -> tuple:
             x, _, count = carry
-            value, rise = jax.jvp(lambda x: excess(x, held), (x,), (ones,))
+            value, rise = jax.jvp(lambda x: excess(x, frozen), (x,), (ones,))
             step = value / rise
             moving = jnp.abs(step) > 4e-16 * (1.0 + jnp.abs(x))
             return x - step, jnp.sum(moving), count + 1
 
         x, moving, _ = jax.lax.while_loop(go_on, advance, (start, jnp.asarray(1), 0))
-        off = jnp.abs(excess(x, held))
-        return jnp.where(off <= 1e-9 * (1.0 + jnp.abs(held[0])), x, jnp.nan)
+        off = jnp.abs(excess(x, frozen))
+        return jnp.where(off <= 1e-9 * (1.0 + jnp.abs(frozen[0])), x, jnp.nan)
 
     def tangent(linear: Callable[[Array], Array], vector: Array) -> Array:
         return vector / linear(ones)  # the derivative is diagonal
@@ -151,8 +154,8 @@ def coil_angle(
 
     Args:
         spring_strain: elongation over free length [1]; 0 gives the initial angle.
-        initial_pitch, coil_diameter: of the unloaded spring [m].
-        helix: see `coil_slope`.
+        initial_pitch, coil_diameter: pitch and mean coil diameter of the unloaded spring [m].
+        helix: slope convention, see `coil_slope`.
 
     Raises:
         ValueError: if `helix` is unknown.
@@ -166,9 +169,9 @@ def elongation_of_angle(
     """Elongation of the spring from the inclination of its coils, Eq. 2.3 [m].
 
     The wire keeps its length, and the coils become narrower as they rise. Eqs. 2.10 to 2.12, which the model
-    follows, keep the coils' diameter instead. Fed with the printed angle of `coil_angle`, Eq. 2.3 gives 1.55
-    times the elongation of Eq. 2.12 for the source's spring at small strain and 1.18 times at 575 %; with
-    `helix="true"` 0.99 and 0.88 times (correction 6).
+    follows, keep the coils' diameter instead. For the source's spring, Eq. 2.3 with the printed angle of
+    `coil_angle` gives more elongation than Eq. 2.12: 1.55 times at small strain and 1.18 times at 575 %. With
+    `helix="true"` it is 0.99 and 0.88 times (correction 6).
 
     Args:
         angle, initial_angle: inclination of the coils, stretched and unloaded [rad].
@@ -187,7 +190,7 @@ def shear_strain_of_angle(
     Args:
         angle, initial_angle: inclination of the coils, stretched and unloaded [rad].
         index: spring index C [1].
-        poisson_ratio: of the wire [1].
+        poisson_ratio: Poisson's ratio of the wire [1].
     """
     cosine, sine = jnp.cos(angle), jnp.sin(angle)
     opening = jnp.cos(initial_angle) ** 2 * (sine - jnp.sin(initial_angle))
@@ -209,9 +212,9 @@ def elastic_force(
 
     Args:
         angle, initial_angle: inclination of the coils, stretched and unloaded [rad].
-        shear_modulus: of the wire [Pa].
-        coil_diameter, wire_diameter: of the unloaded spring [m].
-        poisson_ratio: of the wire [1].
+        shear_modulus: shear modulus of the wire [Pa].
+        coil_diameter, wire_diameter: diameters of the unloaded spring [m].
+        poisson_ratio: Poisson's ratio of the wire [1].
     """
     index = spring_index(coil_diameter, wire_diameter)
     gamma = shear_strain_of_angle(angle, initial_angle, index, poisson_ratio)
@@ -221,12 +224,12 @@ def elastic_force(
 def uncorrected_shear_stress(force: Array, coil_diameter: Array, wire_diameter: Array) -> Array:
     """Shear stress of the wire from the spring's pull by torsion alone, Eq. 2.5 [Pa].
 
-    Without curvature of the wire and direct shear, for which `shear_stress_of_force` (Eq. 2.8) has Wahl's
+    It neglects curvature of the wire and direct shear, for which `shear_stress_of_force` (Eq. 2.8) has Wahl's
     factor.
 
     Args:
         force: pull of the spring [N].
-        coil_diameter, wire_diameter: of the spring [m].
+        coil_diameter, wire_diameter: diameters of the spring [m].
     """
     return 8.0 * spring_index(coil_diameter, wire_diameter) * force / (jnp.pi * wire_diameter**2)
 
@@ -252,11 +255,11 @@ class SpringGeometry(eqx.Module):
     """Dimensions of one spring, in metres and coils.
 
     Attributes:
-        wire_diameter, mandrel_diameter, initial_pitch: as wound [m]; the mean coil diameter is mandrel +
-            wire.
-        active_coils: coils that stretch and carry current [1].
+        wire_diameter, mandrel_diameter, initial_pitch: dimensions as wound [m]; the mean coil diameter is
+            mandrel + wire.
+        active_coils: number of coils that stretch and carry current [1].
         free_length: length of the unloaded spring, the denominator of the spring strain [m].
-        helix: static; see `coil_slope`.
+        helix: static; slope convention, see `coil_slope`.
     """
 
     wire_diameter: Array = eqx.field(converter=jnp.asarray)

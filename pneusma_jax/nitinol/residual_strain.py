@@ -11,13 +11,13 @@ def residual_strain_limit(
 ) -> Array:
     """Residual strain that a cold spring keeps after a pre-strain, Eq. 3.1 [1].
 
-    The source prints `erf(10.32 gp + 1.57)`, which is 0.13 everywhere; with `- 1.57` it gives the 0.0938 near
-    the measured 0.089 (correction 2). It never exceeds what detwinning at the pre-strain can leave, so that
-    repeating a load changes nothing.
+    The source prints `erf(10.32 gp + 1.57)`, which is 0.13 everywhere. With `- 1.57` it gives 0.0938, near
+    the measured 0.089 (correction 2). It never exceeds the strain that detwinning at the pre-strain can
+    leave, so that repeating a load changes nothing.
 
     Args:
         prestrain: largest earlier shear strain gp [1].
-        amplitude, slope, shift: of the error function [1].
+        amplitude, slope, shift: constants of the error function [1].
         detwinned_strain: `gamma_L xi_sm(gp)`, the strain that detwinning accounts for [1].
     """
     return jnp.minimum(amplitude * (1.0 + erf(slope * prestrain - shift)), detwinned_strain)
@@ -29,12 +29,11 @@ def residual_strain(limit: Array, xi_min: Array, decay: Array) -> Array:
 
 
 class SpringState(eqx.Module):
-    """What a spring remembers.
+    """Memory of a spring.
 
     Attributes:
         prestrain: shear strain gp that set the residual strain [1].
-        xi_min: smallest martensite fraction since then: heating lowers it, cooling does not bring it back
-            [1].
+        xi_min: smallest martensite fraction since then [1]; heating lowers it, cooling does not raise it.
     """
 
     prestrain: Array = eqx.field(converter=jnp.asarray)
@@ -50,7 +49,7 @@ class SpringState(eqx.Module):
 def hottest(state: SpringState, xi0: Array) -> Array:
     """Smallest martensite fraction up to now [1].
 
-    At a tie the present one is taken: a spring that is as hot as ever feels the next bit of heat in full, so
-    that is the derivative, not half of it as `jnp.minimum` would have.
+    At a tie the present one is taken. A spring that is as hot as ever follows the next heating in full. So
+    the derivative is 1, not one half as in `jnp.minimum`.
     """
     return jnp.where(xi0 <= state.xi_min, xi0, state.xi_min)

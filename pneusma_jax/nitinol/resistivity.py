@@ -1,4 +1,4 @@
-"""Resistivity of the wire from its phases, and the martensite fraction back from it: Eqs. 2.40 to 2.48.
+"""Resistivity of the wire from its phases, and the inverse for the martensite fraction: Eqs. 2.40 to 2.48.
 
 Resistivity is in ohm per metre of wire, as the source states it.
 """
@@ -11,7 +11,8 @@ from jaxtyping import Array, Bool
 from ..numerics.safe import chord_power, complement_power, safe_divide, unit_power
 from .detwinning import signed_algebraic_sigmoid
 
-DEGENERATE_CONTRAST = 0.02  # ohm/m, about a thousandth of a phase's resistivity
+DEGENERATE_CONTRAST = 0.02
+"""Minimum contrast of distinguishable phases [ohm/m], about a thousandth of a phase's resistivity."""
 LOWEST_EXPONENT = 0.5
 
 
@@ -32,10 +33,10 @@ def austenite_resistivity(xi_sa: Array, alpha_1: Array, alpha_2: Array) -> Array
 
 
 def interpolation_exponent(gamma: Array, a: Array, b: Array, gamma_max: Array) -> Array:
-    """Exponent of Eq. 2.41: `a` at zero strain, 1 at gamma_max [1]; the second one alike, from `c`.
+    """Exponent of Eq. 2.41: `a` at zero strain, 1 at gamma_max [1]; the second exponent likewise, from `c`.
 
-    A negative strain counts as zero. Past gamma_max the printed power goes on falling and would change sign;
-    it is held at 0.5 (reached at about 1.1 gamma_max).
+    A negative strain counts as zero. Past gamma_max the printed power continues to fall and would change
+    sign. It is held at 0.5 (reached at about 1.1 gamma_max).
     """
     return jnp.maximum(a + (1.0 - a) * chord_power(gamma / gamma_max, b), LOWEST_EXPONENT)
 
@@ -45,11 +46,10 @@ def mixing_fraction(xi0: Array, exponent: Array, second: Array | float = 1.0) ->
 
     Args:
         xi0: onset martensite fraction [1].
-        exponent: of Eq. 2.41 [1].
-        second: 1 for the source's power law. Another alloy may mix otherwise (Section 2.4.6); with a second
-            exponent, A = 1 - (1 - xi0^exponent)^second, the double-bounded distribution of Kumaraswamy
-            (1980), the weight may also rise early and late, or slowly at both ends. It inverts in closed
-            form.
+        exponent: exponent of Eq. 2.41 [1].
+        second: second exponent, 1 for the source's power law. Another alloy may mix otherwise (Section
+            2.4.6): A = 1 - (1 - xi0^exponent)^second, the double-bounded distribution of Kumaraswamy (1980).
+            The weight may then also rise early and late, or slowly at both ends. It inverts in closed form.
     """
     return complement_power(unit_power(xi0, exponent), second)
 
@@ -60,13 +60,14 @@ def mixed_resistivity(weight: Array, rho_m: Array, rho_a: Array) -> Array:
 
 
 class PhaseReading(eqx.Module):
-    """What a resistance says about the phase.
+    """Phase from a resistance.
 
     Attributes:
         xi0: onset martensite fraction [1].
-        clipped: the resistance lies outside what the phases allow at this strain; xi0 was held at 0 or 1 and
-            does not respond to the resistance.
-        degenerate: both phases conduct alike at this strain, so that resistance cannot tell them apart.
+        clipped: true if the resistance is impossible for the phases at this strain. Then xi0 was clipped to 0
+            or 1 and does not respond to the resistance.
+        degenerate: true if both phases conduct alike at this strain, so that resistance cannot distinguish
+            them.
     """
 
     xi0: Array
@@ -75,25 +76,25 @@ class PhaseReading(eqx.Module):
 
     @property
     def blind(self) -> Array:
-        """Whether xi0 does not follow from the resistance here."""
+        """True if xi0 does not follow from the resistance here."""
         return self.clipped | self.degenerate
 
 
 def martensite_fraction(
     rho: Array, rho_m: Array, rho_a: Array, exponent: Array, second: Array | float = 1.0
 ) -> PhaseReading:
-    """Onset martensite fraction from resistivity, Eq. 2.48, with its base held in [0, 1] (correction 14).
+    """Onset martensite fraction from resistivity, Eq. 2.48, with its base clipped to [0, 1] (correction 14).
 
-    A held base has zero slope; both flags of the reading say where not to trust it.
+    A clipped base has zero slope. Both flags of the reading mark such results.
     """
-    held, clipped = martensite_weight(rho, rho_m, rho_a)
+    weight, clipped = martensite_weight(rho, rho_m, rho_a)
     degenerate = jnp.abs(rho_m - rho_a) < DEGENERATE_CONTRAST
-    powered = complement_power(held, 1.0 / second)
+    powered = complement_power(weight, 1.0 / second)
     return PhaseReading(unit_power(powered, 1.0 / exponent), clipped, degenerate)
 
 
 def martensite_weight(rho: Array, rho_m: Array, rho_a: Array) -> tuple[Array, Array]:
-    """Weight A of Eq. 2.46 held in [0, 1], and whether it had to be held [1, boolean]."""
+    """Weight A of Eq. 2.46 clipped to [0, 1], and a flag for clipping [1, boolean]."""
     weight = safe_divide(rho - rho_a, rho_m - rho_a, floor=1e-9)
     clipped = (weight <= 0.0) | (weight >= 1.0)
     return jnp.where(clipped, jax.lax.stop_gradient(jnp.clip(weight, 0.0, 1.0)), weight), clipped

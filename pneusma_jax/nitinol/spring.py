@@ -16,14 +16,14 @@ from .resistivity import PhaseReading
 
 
 class Activation(Protocol):
-    """How a spring's phase is known: it turns strain into a martensite fraction."""
+    """The interface of a spring's drive: it turns strain into a martensite fraction."""
 
     def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
         """Martensite fraction of the wire at shear strain `gamma`."""
 
 
 class MartensiteFraction(eqx.Module):
-    """The onset martensite fraction xi0 is given: 1 is cold, 0 is fully austenitic [1]."""
+    """A given onset martensite fraction xi0: 1 is cold, 0 is fully austenitic [1]."""
 
     value: Array = eqx.field(converter=jnp.asarray)
 
@@ -37,8 +37,8 @@ def check_fractions(numbers: tuple[int, ...], activations: tuple) -> None:
     """Refuse given fractions outside of 0 to 1, where their numbers are known.
 
     Args:
-        numbers: of the springs.
-        activations: one per spring.
+        numbers: numbers of the springs.
+        activations: activations, one per spring.
 
     Raises:
         ValueError: naming the spring and the fraction.
@@ -55,7 +55,7 @@ def check_fractions(numbers: tuple[int, ...], activations: tuple) -> None:
 
 
 class Temperature(eqx.Module):
-    """The temperature of the wire is known [degC], and the phase follows it on the one reversible curve."""
+    """A known temperature of the wire [degC]. The phase follows it on the one reversible curve."""
 
     value: Array = eqx.field(converter=jnp.asarray)
 
@@ -67,12 +67,13 @@ class Temperature(eqx.Module):
 
 
 class Resistance(eqx.Module):
-    """The electrical resistance of the active wire was measured.
+    """A measured electrical resistance of the active wire.
 
     Attributes:
         value: reading [ohm].
-        noise: its 1-sigma [ohm]. A cold or hot spring whose resistance misses the reading by up to three of
-            these may stay cold or hot; otherwise noise about a cold spring would heat it.
+        noise: standard deviation of the reading [ohm]. A cold or hot spring stays cold or hot if its
+            resistance misses the reading by up to three of these. Otherwise noise about a cold spring would
+            heat it.
     """
 
     value: Array = eqx.field(converter=jnp.asarray)
@@ -86,7 +87,7 @@ class Resistance(eqx.Module):
     def excess(
         self, spring: "Spring", elongation: Array, xi0: Array, chain: Chain = PLAIN
     ) -> tuple[Array, Array]:
-        """Resistance of a trial fraction less the measured one, and the contrast of the phases [ohm].
+        """Resistance of a candidate fraction less the measured one, and the contrast of the phases [ohm].
 
         Unlike the fraction of Eq. 2.48, which rises with infinite slope near full heat, this is smooth in the
         fraction. The contrast is that of full martensite over austenite at this elongation.
@@ -98,11 +99,11 @@ class Resistance(eqx.Module):
 
 
 class LocatedFraction(eqx.Module):
-    """A fraction that was found together with the configuration from a measured resistance.
+    """A fraction that was solved together with the configuration from a measured resistance.
 
     Attributes:
         value: onset martensite fraction [1].
-        measured: the resistance behind it, whose flags the reading carries.
+        measured: underlying resistance, whose flags the reading carries.
     """
 
     value: Array
@@ -115,13 +116,13 @@ class LocatedFraction(eqx.Module):
 
 
 class SpringResponse(eqx.Module):
-    """Everything about a spring at one elongation.
+    """Response of a spring at one elongation.
 
     Attributes:
         force: pull [N]; stress: shear stress [Pa]; gamma: shear strain [1]; xi0: martensite fraction [1];
         gamma_R: residual strain [1].
-        resistance: as the instrument shows it, of the active wire in the base model [ohm].
-        clipped, degenerate: see `PhaseReading`.
+        resistance: instrument reading of the resistance, of the active wire in the base model [ohm].
+        clipped, degenerate: flags of `PhaseReading`.
     """
 
     force: Array
@@ -138,10 +139,10 @@ class Spring(eqx.Module):
     """A spring held at `attached_length` when its elongation coordinate is zero.
 
     Attributes:
-        geometry: dimensions.
-        alloy: constants.
-        attached_length: its length at zero elongation [m]; the free length on a test stand, 56 mm on the
-            source's actuators.
+        geometry: dimensions of the spring.
+        alloy: constants of the alloy.
+        attached_length: length at zero elongation [m]; the free length on a test stand, 56 mm on the source's
+            actuators.
     """
 
     geometry: SpringGeometry
@@ -150,12 +151,12 @@ class Spring(eqx.Module):
 
     @property
     def contrast_at_rest(self) -> Array:
-        """Size of the difference between the phases' resistances at zero strain [ohm]."""
+        """Magnitude of the difference between the phases' resistances at zero strain [ohm]."""
         zero = jnp.zeros(())
         return jnp.abs(self.alloy.rho_m(zero) - self.alloy.rho_a(zero)) * self.geometry.wire_length
 
     def contrast(self, gamma: Array) -> Array:
-        """By how much full martensite has more resistance than austenite at a shear strain [ohm]."""
+        """Resistance of full martensite less that of austenite at a shear strain [ohm]."""
         return (self.alloy.rho_m(gamma) - self.alloy.rho_a(gamma)) * self.geometry.wire_length
 
     def shear_strain(self, elongation: Array) -> Array:
@@ -169,15 +170,15 @@ class Spring(eqx.Module):
         """Pull and resistance at an elongation from the attached length [m].
 
         Args:
-            elongation: of the spring's ends from the attached length [m].
-            activation: how its phase is known.
-            state: what it remembers.
+            elongation: elongation from the attached length [m].
+            activation: drive of the phase.
+            state: memory of the spring.
             chain: effects beyond the base model.
         """
         loaded, chain = self._loaded(elongation, activation, state, chain)
         wire = self.alloy.resistivity(loaded["xi0"], loaded["gamma"]) * self.geometry.wire_length
-        known = dict(stress=loaded["stress"], force=loaded["force"])
-        return SpringResponse(**loaded, resistance=chain.through("resistance", wire, **known))
+        solved = dict(stress=loaded["stress"], force=loaded["force"])
+        return SpringResponse(**loaded, resistance=chain.through("resistance", wire, **solved))
 
     def pull(
         self, elongation: Array, activation: Activation, state: SpringState, chain: Chain = PLAIN
@@ -188,7 +189,7 @@ class Spring(eqx.Module):
     def _loaded(
         self, elongation: Array, activation: Activation, state: SpringState, chain: Chain
     ) -> tuple[dict[str, Array], Chain]:
-        """All of `respond` but the resistance, and the chain that knows it."""
+        """Response without the resistance, and the chain that computes it."""
         chain = chain.knowing(spring=self)
         gamma = self.shear_strain(chain.through("elongation", elongation))
         chain = chain.knowing(elongation=elongation, gamma=gamma)

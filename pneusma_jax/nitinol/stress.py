@@ -12,7 +12,8 @@ def shear_modulus(xi0: Array, G_m: Array, G_a: Array) -> Array:
 def detwinning_stress(
     xi0: Array, xi_sm: Array, xi_sa: Array, G_m: Array, G_a: Array, gamma_L: Array
 ) -> Array:
-    """Stress that detwinning takes off the elastic one, the last two terms of Eq. 2.33 [Pa]."""
+    """Difference between the elastic stress and the stress with detwinning, the last two terms of Eq. 2.33
+    [Pa]."""
     return gamma_L * (xi0 * G_m * xi_sm + (1.0 - xi0) * G_a * xi_sa)
 
 
@@ -20,8 +21,8 @@ def shear_stress(gamma: Array, modulus: Array, detwinning: Array, gamma_R: Array
     """Shear stress on loading and after pre-strain in one expression, equal to Eq. 3.3 [Pa].
 
     The printed intersection strain is where the elastic line through `gamma_R` meets the loading curve, so
-    the larger of the two subtracted stresses decides. At a tie the elastic branch is taken. (Eqs. 2.33, 2.49
-    and 3.3 print `G` where `G gamma` is meant, correction 3.)
+    the larger of the two subtracted stresses decides. At a tie the elastic branch is taken. Eqs. 2.33, 2.49
+    and 3.3 print `G` in place of `G gamma` (correction 3).
 
     Args:
         gamma: shear strain [1].
@@ -34,5 +35,5 @@ def shear_stress(gamma: Array, modulus: Array, detwinning: Array, gamma_R: Array
 
 
 def on_detwinning_branch(modulus: Array, detwinning: Array, gamma_R: Array) -> Array:
-    """Whether the wire is loading along the detwinning curve rather than elastically (boolean)."""
+    """True if the wire is loading along the detwinning curve rather than elastically."""
     return detwinning > modulus * gamma_R

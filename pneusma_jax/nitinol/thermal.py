@@ -1,7 +1,7 @@
 """Lumped electro-thermal state of a spring's wire: Joule heating against convection.
 
-`m c dT/dt = I^2 R - h A (T - T_ambient)`. The constants are assumed, with wide priors, and the latent heat of
-the transformation is in the heat capacity. Temperatures in degC.
+The law is `m c dT/dt = I^2 R - h A (T - T_ambient)`. The constants are assumed, with wide priors, and the
+latent heat of the transformation is in the heat capacity. Temperatures are in degC.
 """
 
 import equinox as eqx
@@ -16,7 +16,7 @@ class Heating(eqx.Module):
     """A spring driven by a current over time, in place of a known phase.
 
     Attributes:
-        current: root mean square [A], shape (rows,).
+        current: root-mean-square current [A], shape (rows,).
         ambient: temperature of the air [degC], scalar or shape (rows,).
     """
 
@@ -29,7 +29,7 @@ def duty_cycle_current(duty: Array, full_current: Array) -> Array:
 
     Args:
         duty: share of the time that the supply is on [1].
-        full_current: while it is on [A].
+        full_current: current while the supply is on [A].
     """
     return full_current * jnp.sqrt(jnp.clip(duty, 0.0, 1.0))
 
@@ -59,12 +59,12 @@ def next_temperature(
     """Temperature after an interval of constant current and resistance: the exact solution [degC].
 
     Args:
-        alloy, geometry: of the spring.
-        temperature: at the start [degC].
+        alloy, geometry: alloy and geometry of the spring.
+        temperature: temperature at the start [degC].
         interval: duration [s]; 0 changes nothing.
-        current: root mean square [A].
-        resistance: of the active wire, from the previous row [ohm].
-        ambient: [degC].
+        current: root-mean-square current [A].
+        resistance: resistance of the active wire, from the previous row [ohm].
+        ambient: temperature of the air [degC].
     """
     target = steady_temperature(alloy, geometry, current, resistance, ambient)
     decay = jnp.exp(-interval / time_constant(alloy, geometry))

@@ -24,11 +24,11 @@ from .residual_strain import SpringState
 # Eqs. 3.1 and 3.2 over strain / eps_L, for a table without residual strain; the shift is small, so that a
 # cold wire unloads elastically (a spring, whose wire is strained unevenly, does so from large strains only)
 RESIDUAL = {"gR_amplitude": 0.065 / 0.1013, "gR_slope": 10.32 * 0.1013, "gR_shift": 0.5, "gR_decay": 5.0}
-LONGEST = 0.5  # strain beyond which no wire is looked for; nitinol breaks at a fraction of that
+LONGEST = 0.5  # Maximum strain in the search; nitinol breaks at a fraction of it
 # strains in units of eps_L between which a wire's strain is looked for; closer where detwinning sets in
 LADDER = np.concatenate([np.linspace(-0.5, -0.1, 5), np.arange(16) / 64.0, np.linspace(0.25, 2.5, 37)])
-MOST_STEPS = 80  # of the bracketed Newton search; bisection alone needs 50
-FLATTEST = 1e-6  # slope of stress over strain, relative to the modulus, below which its inverse is held
+MOST_STEPS = 80  # Maximum number of steps of the bracketed Newton search; bisection alone needs 50
+FLATTEST = 1e-6  # Minimum slope of stress over strain, relative to the modulus, whose inverse is taken
 
 
 class WireStatus(enum.IntEnum):
@@ -41,7 +41,7 @@ class WireStatus(enum.IntEnum):
 
     @property
     def sentence(self) -> str:
-        """What happened, for a person."""
+        """Description of the outcome, for a person."""
         return _SENTENCES[self]
 
 
@@ -59,10 +59,10 @@ _SENTENCES = {
 
 
 class WireResponse(eqx.Module):
-    """Everything about a wire in one row.
+    """Response of a wire in one row.
 
     Attributes:
-        strain: axial, engineering [1]; stress: engineering [Pa]; xi0: martensite fraction [1];
+        strain: axial engineering strain [1]; stress: engineering stress [Pa]; xi0: martensite fraction [1];
         eps_R: residual strain [1]; status: a `WireStatus` code. A row that failed is NaN.
     """
 
@@ -86,11 +86,12 @@ class WireAlloy(eqx.Module):
     """Constants of one nitinol alloy drawn into straight wire. SI, temperatures in degC.
 
     Attributes:
-        beta_1, beta_2, beta_3: detwinned fraction of martensite over axial strain [1].
-        ka_1, ka_2, ka_3: stress-induced fraction of austenite over axial strain [1].
+        beta_1, beta_2, beta_3: constants of the detwinned fraction of martensite over axial strain [1].
+        ka_1, ka_2, ka_3: constants of the stress-induced fraction of austenite over axial strain [1].
         E_m, E_a: Young's moduli [Pa]; eps_L: largest detwinning strain [1].
-        gR_amplitude, gR_slope, gR_shift, gR_decay: residual axial strain, Eqs. 3.1 and 3.2 [1].
-        T_mid, T_width: reversible martensite fraction over temperature [degC, K].
+        gR_amplitude, gR_slope, gR_shift, gR_decay: constants of the residual axial strain, Eqs. 3.1 and 3.2
+            [1].
+        T_mid, T_width: middle and width of the reversible martensite fraction over temperature [degC, K].
         name: static label.
     """
 
@@ -152,7 +153,7 @@ class WireAlloy(eqx.Module):
         return stress.shear_modulus(xi0, self.E_m, self.E_a)
 
     def detwinning_stress(self, strain: Array, xi0: Array) -> Array:
-        """Stress that detwinning takes off the elastic one, Eq. 2.33 in tension [Pa]."""
+        """Difference between the elastic stress and the stress with detwinning, Eq. 2.33 in tension [Pa]."""
         return stress.detwinning_stress(
             xi0, self.xi_sm(strain), self.xi_sa(strain), self.E_m, self.E_a, self.eps_L
         )
@@ -185,13 +186,13 @@ class WireAlloy(eqx.Module):
         eps, phase = (jnp.where(good, x, 0.5) for x in (strain, xi0))
         eps_R = self.residual_strain(state, phase)
         status = jnp.where(good, int(WireStatus.converged), int(WireStatus.input_not_finite))
-        return _finished(eps, self.loaded_stress(eps, phase, eps_R, chain), phase, eps_R, status)
+        return _checked_response(eps, self.loaded_stress(eps, phase, eps_R, chain), phase, eps_R, status)
 
     def strain_at(self, stress: Array, xi0: Array, state: SpringState, chain: Chain = PLAIN) -> WireResponse:
         """Strain at a prescribed stress [Pa] and martensite fraction [1], all scalars.
 
-        The smallest strain that carries the stress on the way up, found on a ladder of strains and polished
-        by Newton's method inside its rung. Derivatives come from the implicit function theorem.
+        It is the smallest strain that carries the stress on the way up. A ladder of strains brackets it, and
+        Newton's method refines it inside its rung. Derivatives come from the implicit function theorem.
         """
         good = jnp.isfinite(stress) & jnp.isfinite(xi0)
         load, phase = jnp.where(good, stress, 0.0), jnp.where(good, xi0, 0.5)
@@ -204,13 +205,13 @@ class WireAlloy(eqx.Module):
         k = jnp.argmax(crossings)
 
         def search(f, start):
-            return _polish(f, rungs[k], rungs[k + 1])
+            return _refined_root(f, rungs[k], rungs[k + 1])
 
         eps = jax.lax.custom_root(excess, rungs[k], search, _step)
         found = jnp.where(jnp.sum(crossings) > 1, int(WireStatus.several_strains), int(WireStatus.converged))
         status = jnp.where(good, jnp.where(jnp.any(crossings), found, int(WireStatus.no_strain)),
                            int(WireStatus.input_not_finite))  # fmt: skip
-        return _finished(eps, load, phase, eps_R, status)
+        return _checked_response(eps, load, phase, eps_R, status)
 
     def remember(self, state: SpringState, response: WireResponse) -> SpringState:
         """Memory after a row (Section 3.4.1): the springs' rule, with axial strain.
@@ -230,7 +231,7 @@ class WireAlloy(eqx.Module):
         )
 
 
-def _finished(eps: Array, sigma: Array, xi0: Array, eps_R: Array, status: Array) -> WireResponse:
+def _checked_response(eps: Array, sigma: Array, xi0: Array, eps_R: Array, status: Array) -> WireResponse:
     """Response whose numbers are NaN where the status says that there are none."""
     bad = status > int(WireStatus.several_strains)
     eps, sigma, xi0, eps_R = (jnp.where(bad, jnp.nan, x) for x in (eps, sigma, xi0, eps_R))
@@ -242,7 +243,7 @@ def _step(slope: Callable, excess: Array) -> Array:
     return safe_divide(excess, slope(jnp.ones_like(excess)), FLATTEST)
 
 
-def _polish(f: Callable, low: Array, high: Array) -> Array:
+def _refined_root(f: Callable, low: Array, high: Array) -> Array:
     """Root between `low`, where f < 0, and `high`: Newton's steps, or bisection where one would leave."""
 
     def go_on(carry: tuple) -> Array:
@@ -254,7 +255,7 @@ def _polish(f: Callable, low: Array, high: Array) -> Array:
         value, slope = jax.jvp(f, (eps,), (jnp.ones_like(eps),))
         low, high = jnp.where(value < 0.0, eps, low), jnp.where(value < 0.0, high, eps)
         newton = eps - safe_divide(value, slope, FLATTEST)
-        # a step that stays inside but shrinks slowly is no better than half the bracket
+        # a step that stays inside but shrinks slowly is no better than bisection
         trusted = (newton > low) & (newton < high) & (jnp.abs(newton - eps) < 0.5 * jnp.abs(move))
         after = jnp.where(value == 0.0, eps, jnp.where(trusted, newton, 0.5 * (low + high)))
         return after, low, high, after - eps, steps + 1

@@ -15,9 +15,9 @@ class WireHistory(eqx.Module):
     """A simulated test of one wire.
 
     Attributes:
-        rows: the wire's response in every row.
-        states: its memory after every row; `prestrain` is an axial strain here.
-        seen: `strain` [1] where stress is prescribed, else `stress` [Pa], as the instruments show it, shape
+        rows: response of the wire in every row.
+        states: memory after every row; `prestrain` is an axial strain here.
+        seen: instrument reading of `strain` [1] where stress is prescribed, else of `stress` [Pa], shape
             (rows,).
     """
 
@@ -27,16 +27,16 @@ class WireHistory(eqx.Module):
 
     @property
     def converged(self) -> Array:
-        """Which rows have an answer, shape (rows,)."""
+        """Mask of the rows with an answer, shape (rows,)."""
         return self.rows.status <= int(WireStatus.several_strains)
 
 
 class WireResistance(eqx.Module):
-    """The electrical resistance of a wire was measured, and that of both its phases is known.
+    """A measured electrical resistance of a wire, with those of both its phases.
 
     Attributes:
-        value: measured [ohm], shape (rows,) or ().
-        cold, hot: of the fully martensitic and the fully austenitic wire [ohm].
+        value: measured resistance [ohm], shape (rows,) or ().
+        cold, hot: resistances of the fully martensitic and the fully austenitic wire [ohm].
     """
 
     value: Array = eqx.field(converter=jnp.asarray)
@@ -45,7 +45,7 @@ class WireResistance(eqx.Module):
 
 
 class _Drive(eqx.Module):
-    """What tells a row's phase: one of these; temperature also where the phase has another source."""
+    """Source of a row's phase: one of these fields; temperature also beside another source."""
 
     temperature: Array | None
     xi0: Array | None
@@ -127,15 +127,17 @@ def simulate_wire(
     """One wire along a history of stress or strain, and of temperature, phase or resistance.
 
     Args:
-        wire: its constants.
-        stress: engineering [Pa], shape (rows,) or (); strain is solved for.
-        strain: engineering [1], shape (rows,) or (); the alternative to `stress`.
-        temperature: of the wire [degC], shape (rows,) or (); denoised, as noise accumulates in the memory.
+        wire: constants of the wire.
+        stress: engineering stress [Pa], shape (rows,) or (); strain is solved for.
+        strain: engineering strain [1], shape (rows,) or (); the alternative to `stress`.
+        temperature: temperature of the wire [degC], shape (rows,) or (); denoised, as noise accumulates in
+            the memory.
         xi0: martensite fraction [1], shape (rows,) or (); an alternative to `temperature`.
-        resistance: another alternative; `temperature` may be given beside it, for effects.
+        resistance: measured resistance, another alternative; `temperature` may be given beside it, for
+            effects.
         state: memory before the first row; fresh and never stretched where None.
-        time: [s], shape (rows,), for effects that depend on rate or duration.
-        effects: beyond the base model; their memories start at rest.
+        time: time [s], shape (rows,), for effects that depend on rate or duration.
+        effects: effects beyond the base model; their memories start at rest.
 
     Returns:
         The history. A row that fails is NaN with a status, commits nothing, and stops no later row.

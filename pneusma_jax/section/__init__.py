@@ -1,15 +1,14 @@
 """Cross-sections of the tube, integrated along the bending direction.
 
-Axial strain varies only along the direction in which the tube bends (Eq. 3.26), so the area integrals of
-Eqs. 3.29 and 3.33 are one-dimensional: stress times chord. A section is a signed sum of simple shapes (an
-annulus is a disc minus a disc, a rectangular tube a rectangle minus a rectangle), each of which maps
-Gauss nodes to places and chord weights such that the integrand is smooth. The rule is split where the
-strain crosses a cut of the material law; the cuts carry no gradient, because the integrand is continuous
-there.
+Axial strain varies only along the direction in which the tube bends (Eq. 3.26). So the area integrals of Eqs.
+3.29 and 3.33 are one-dimensional: stress times chord. A section is a signed sum of simple shapes: an annulus
+is a disc minus a disc, a rectangular tube a rectangle minus a rectangle. Each shape maps Gauss nodes to
+places and chord weights such that the integrand is smooth. The rule is split where the strain crosses a cut
+of the material law. The cuts carry no gradient, because the integrand is continuous there.
 
-Coordinates are in metres: x, y across the tube, origin on the centre line, whose length and curvature are
-reported. Side 1 is the section's extreme point in the direction of the bending plane (+y unless the
-actuator is turned), side 2 the opposite one. The origin need not be the centroid.
+Coordinates are in metres: x, y across the tube, with the origin on the centre line, whose length and
+curvature are reported. Side 1 is the section's extreme point in the direction of the bending plane (+y unless
+the actuator is turned), side 2 the opposite one. The origin need not be the centroid.
 """
 
 import math
@@ -27,19 +26,20 @@ from .shapes import Disc, Rule, Shape, across, as_numpy, namespace_of
 
 __all__ = ["NODES", "Disc", "Rule", "Section", "Shape", "annulus"]
 
-NODES = 14  # Gauss nodes a panel: relative error of force and moment about 1e-10 (12: 1e-8, 8: 2e-4)
+NODES = 14
+"""Number of Gauss nodes a panel; relative error of force and moment about 1e-10 (12: 1e-8, 8: 2e-4)."""
 
 
 class Section(eqx.Module):
-    """Wall of the tube as a signed sum of shapes, and the area that pressure acts on.
+    """Wall of the tube as a signed sum of shapes, and the area under pressure.
 
     Attributes:
-        shapes: the figures.
+        shapes: plane figures.
         signs: static; +1 for material, -1 for a hole.
-        enclosed_area: area that the pressure pushes on [m2].
-        enclosed_centroid: where its resultant acts [m], shape (2,).
+        enclosed_area: area under pressure [m2].
+        enclosed_centroid: point of action of the pressure's resultant [m], shape (2,).
         radius: half the distance between side 1 and side 2 [m], the lever of Eq. 3.19.
-        nodes: static; Gauss nodes per panel.
+        nodes: static; number of Gauss nodes per panel.
 
     Raises:
         ValueError: when built from concrete numbers, if there is no wall, nothing enclosed, or the rule does
@@ -90,7 +90,7 @@ class Section(eqx.Module):
         return farthest(direction), -farthest(-direction)
 
     def boundary(self, direction: Array) -> Array:
-        """Distance from the origin to where a ray along a unit vector leaves the section [m].
+        """Distance from the origin to the point where a ray along a unit vector leaves the section [m].
 
         Returns:
             The distance to the outermost crossing; -inf where the ray meets no wall.
@@ -100,7 +100,7 @@ class Section(eqx.Module):
         return xp.max(xp.stack([shape.exit(direction) for shape in solid]))
 
     def distance_to_wall(self, place: Float[np.ndarray, "2"]) -> float:
-        """How far a place is from the wall's material, negative inside it; for concrete numbers only [m]."""
+        """Distance of a place from the wall's material, negative inside it; for concrete numbers only [m]."""
         signed = [
             sign * shape.signed_distance(place) for shape, sign in zip(self.shapes, self.signs, strict=True)
         ]
@@ -108,12 +108,12 @@ class Section(eqx.Module):
         return max([solid, *(d for d, sign in zip(signed, self.signs, strict=True) if sign < 0)])
 
     def fibres(self, direction: Array | None = None) -> tuple[Array, Array]:
-        """Fixed places in the wall, for what is remembered fibre by fibre.
+        """Fixed places in the wall, for memories of single fibres.
 
-        Two per chord across the direction of sides 1 and 2, which keep the chord's area, first and second
-        moment; one per chord, at its middle, for bending that is held along a direction.
-        Unlike `rule` they do not follow the strain: meant for the difference that an effect makes, not for
-        the wall's stress itself.
+        There are two per chord across the direction of sides 1 and 2, which keep the chord's area, first and
+        second moment. For bending that is held along a direction there is one per chord, at its middle.
+        Unlike `rule` they do not follow the strain. They serve for the contribution of an effect, not for the
+        wall's stress itself.
 
         Args:
             direction: unit vector in the bending plane, if bending is held there.
@@ -121,11 +121,11 @@ class Section(eqx.Module):
         Returns:
             Places [m], shape (fibres, 2), and their areas [m2], negative in holes, shape (fibres,).
         """
-        held = direction is not None
-        direction = jnp.asarray(direction if held else [0.0, 1.0])
+        in_plane = direction is not None
+        direction = jnp.asarray(direction if in_plane else [0.0, 1.0])
         rule = self.rule(direction, jnp.zeros(0))
         middle, aside = rule.first / rule.area, across(direction)
-        if held:
+        if in_plane:
             return rule.s[:, None] * direction + middle[:, None] * aside, rule.area
         half = jnp.sqrt(jnp.maximum(rule.second / rule.area - middle**2, 1e-30))
         u = jnp.concatenate([middle - half, middle + half])
@@ -139,12 +139,12 @@ class Section(eqx.Module):
         Args:
             law: engineering stress [Pa] over engineering strain, with ascending `cuts`.
             strain: axial strain at the centre [1].
-            gradient: of the strain over the section [1/m], shape (2,).
-            orders: static; up to which derivatives by the gradient are exact, 1 to 3. An iteration needs 1.
+            gradient: gradient of the strain over the section [1/m], shape (2,).
+            orders: static; highest order of exact derivatives by the gradient, 1 to 3. An iteration needs 1.
 
         Returns:
-            Force [N] and the stress's first moments about the centre `integral sigma (x, y) dA` [N m],
-            shape (2,).
+            Force [N] and the stress's first moments about the centre `integral sigma (x, y) dA` [N m], shape
+            (2,).
 
         The direction of bending is frozen, and the strain across it enters as a Taylor series about zero, its
         value. So derivatives are exact everywhere, the straight tube included, where the direction is
@@ -170,8 +170,8 @@ class Section(eqx.Module):
         """`integrate` for bending that is held in a plane: cheaper.
 
         Args:
-            law, strain: as for `integrate`.
-            gradient: of the strain along the direction [1/m], scalar.
+            law, strain: law and strain as for `integrate`.
+            gradient: gradient of the strain along the direction [1/m], scalar.
             direction: unit vector in the bending plane, y by default; carries no gradient.
 
         Returns:
@@ -245,7 +245,7 @@ def _places_of(cuts: Array, strain: Array, along: Array, radius: Array) -> Array
 
 
 def _bore(inner: Array, outer: Array) -> Array:
-    """Area of the bore [m2]; NaN, so that a status tells it, where a wall is not positive or leaves none."""
+    """Area of the bore [m2]; NaN, which becomes a status, where a wall is not positive or leaves none."""
     xp = namespace_of(inner, outer)
     return xp.where((inner > 0.0) & (inner < outer), np.pi * inner**2, np.nan)
 

@@ -16,7 +16,8 @@ from . import NODES, Section
 from .outline import Outline
 from .shapes import Shape, as_numpy
 
-STRAIGHT_NODES = 8  # Gauss nodes a panel of straight edges: exact for the default law, a blend of polynomials
+STRAIGHT_NODES = 8
+"""Number of Gauss nodes a panel of straight edges; exact for the default law, a blend of polynomials."""
 
 
 def hollow(outer: Shape, bore: Shape, nodes: int = NODES) -> Section:
@@ -51,8 +52,8 @@ def rectangle(width: Array, height: Array, wall_thickness: Array, nodes: int = S
     """
     _check_wall(wall_thickness, {"width": width, "height": height})
     corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
-    size = _together(width, height)
-    return hollow(Outline(corners * size), Outline(corners * (size - 2.0 * _together(wall_thickness))), nodes)
+    size = _stacked(width, height)
+    return hollow(Outline(corners * size), Outline(corners * (size - 2.0 * _stacked(wall_thickness))), nodes)
 
 
 def semicircle(outer_diameter: Array, wall_thickness: Array, nodes: int = NODES) -> Section:
@@ -63,12 +64,12 @@ def semicircle(outer_diameter: Array, wall_thickness: Array, nodes: int = NODES)
     Raises:
         ValueError: if a dimension is not positive or the wall leaves no bore.
     """
-    _check_wall(wall_thickness, {"outer_diameter / 2": _together(outer_diameter) / 2.0})
-    radius, wall = 0.5 * _together(outer_diameter), _together(wall_thickness)
+    _check_wall(wall_thickness, {"outer_diameter / 2": _stacked(outer_diameter) / 2.0})
+    radius, wall = 0.5 * _stacked(outer_diameter), _stacked(wall_thickness)
     xp = np if isinstance(radius, np.ndarray) and isinstance(wall, np.ndarray) else jnp
     floor = -0.5 * radius
     outer = _half_disc(xp, radius, floor)
-    # the bore's arc has the same centre; it ends where it meets the inner face of the flat wall
+    # the bore's arc has the same centre; it ends at the inner face of the flat wall
     half_width = xp.sqrt((radius - wall) ** 2 - wall**2)
     bulge = (radius - 2.0 * wall) / half_width
     return hollow(outer, _half_disc(xp, half_width, floor + wall, bulge), nodes)
@@ -83,10 +84,10 @@ def polygon(
     """Tube with any simple polygon as its outer line, convex or not.
 
     Args:
-        vertices: of the outer line, counter-clockwise, in the axes of the section [m].
-        wall_thickness: of a wall that is equally thick everywhere [m].
+        vertices: vertices of the outer line, counter-clockwise, in the axes of the section [m].
+        wall_thickness: uniform thickness of the wall [m].
         bore: vertices of the bore, counter-clockwise, instead of a wall thickness [m].
-        nodes: Gauss nodes per panel of an edge.
+        nodes: number of Gauss nodes per panel of an edge.
 
     Raises:
         ValueError: for a line that bounds no figure, a wall without a bore, or a bore that is not inside.
@@ -112,16 +113,16 @@ def inset(vertices: Float[Array, "n 2"], distance: Array) -> Float[Array, "n 2"]
     inwards = xp.stack([-along[:, 1], along[:, 0]], axis=-1)
     before = xp.roll(inwards, 1, axis=0)
     mitre = (inwards + before) / (1.0 + (inwards * before).sum(-1, keepdims=True))
-    moved = vertices + distance * mitre
+    inner = vertices + distance * mitre
     if concrete:
-        left = ((np.roll(moved, -1, axis=0) - moved) * along).sum(-1)
-        if not float(distance) > 0.0 or np.any(left <= 0.0) or first_crossing(moved) is not None:
+        remaining = ((np.roll(inner, -1, axis=0) - inner) * along).sum(-1)
+        if not float(distance) > 0.0 or np.any(remaining <= 0.0) or first_crossing(inner) is not None:
             raise ValueError(
                 "Argument `wall_thickness` must be positive and leave a bore, "
                 f"but it is {float(distance) * 1e3:g} mm in an outline whose shortest edge is "
                 f"{np.linalg.norm(step, axis=1).min() * 1e3:g} mm."
             )
-    return moved
+    return inner
 
 
 def _half_disc(xp: Any, half_width: Array, floor: Array, bulge: Array = 1.0) -> Outline:
@@ -130,7 +131,7 @@ def _half_disc(xp: Any, half_width: Array, floor: Array, bulge: Array = 1.0) -> 
     return Outline(xp.stack([left, right]), xp.reshape(xp.asarray(bulge), (1,)), curved=(1,))
 
 
-def _together(*values: Array) -> Array:
+def _stacked(*values: Array) -> Array:
     """One number, or a vector of several; NumPy where nothing is traced, so that nothing is compiled."""
     if is_concrete(*values):
         numbers = values[0] if len(values) == 1 else [np.asarray(v) for v in values]
@@ -139,7 +140,7 @@ def _together(*values: Array) -> Array:
 
 
 def _check_wall(wall_thickness: Array, across: dict[str, Array]) -> None:
-    """Refuse a wall that is no wall, or leaves no bore, between faces that far apart [m]."""
+    """Refuse a wall of impossible thickness between faces at this distance [m]."""
     for name, size in across.items():
         if is_concrete(wall_thickness, size) and not 0.0 < 2.0 * float(wall_thickness) < float(size):
             raise ValueError(

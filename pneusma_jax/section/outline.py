@@ -1,9 +1,9 @@
 """Figures bounded by straight edges and circular arcs: polygons, half discs, rounded corners.
 
 Green's theorem turns the integral of f(s) u^k over the area into one along the boundary, `integral f(s)
-u^(k+1) / (k+1) ds`, edge by edge in the edge's own parameter. The integrand is smooth there for any
-figure, convex or not, and any direction, edges across it included (they contribute nothing, but their
-derivatives do).
+u^(k+1) / (k+1) ds`. It is taken edge by edge in the edge's own parameter. The integrand is smooth there for
+any figure, convex or not, and any direction. This includes edges across the direction: they contribute
+nothing, but their derivatives do.
 """
 
 import equinox as eqx
@@ -15,17 +15,17 @@ from ..numerics.lines import check_line, check_vertices, cross
 from ..numerics.safe import is_concrete
 from .shapes import Rule, Shape, across, as_numpy, frozen, namespace_of, panels
 
-_ARC_POINTS = 33  # of an arc where it is looked at as a polyline, in checks of concrete numbers only
-_TOUCH = 1e-9  # of an edge's parameter: a ray through a vertex hits both of its edges
+_ARC_POINTS = 33  # Number of points of an arc as a polyline, in checks of concrete numbers only
+_TOUCH = 1e-9  # Tolerance of an edge's parameter: a ray through a vertex hits both of its edges
 
 
 class Outline(Shape):
     """A figure inside one closed line, which must not cross itself.
 
     Attributes:
-        vertices: in counter-clockwise order [m], shape (n, 2); the last is joined to the first.
-        bulges: of the curved edges, in the order of `curved`: the tangent of a quarter of the arc's angle, as
-            in DXF polylines; 1 is a half circle, positive bulges outwards, shape (len(curved),).
+        vertices: vertices in counter-clockwise order [m], shape (n, 2); the last is joined to the first.
+        bulges: bulges of the curved edges, in the order of `curved`, shape (len(curved),): the tangent of a
+            quarter of the arc's angle, as in DXF polylines. 1 is a half circle; positive bulges outwards.
         curved: static; indices of the edges that are arcs, edge i going from vertex i to the next.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Where springs and fibres sit on a section, as data, and whether they can sit there."""
+"""Positions of springs and fibres on a section, as data, and the check that they are possible."""
 
 import dataclasses
 
@@ -13,7 +13,7 @@ from ..numerics.safe import is_concrete
 from . import Section
 from .shapes import as_numpy
 
-FIBRE_REACH = 0.1  # of the section's radius: how far from the wall a fibre may be
+FIBRE_REACH = 0.1  # Maximum distance of a fibre from the wall, as part of the section's radius
 
 
 def _number(angle: float | None) -> float | None:
@@ -27,9 +27,9 @@ class Layout(eqx.Module):
     Angles are in degrees from the x axis (side 1 at 90, side 2 at 270); they and the plane are static.
 
     Attributes:
-        spring_numbers: the number by which recordings name each spring.
-        spring_angles: of each spring on the outer line [deg], None where `spring_places` has its place.
-        fibre_angle: of a strain-limiting fibre [deg], or None.
+        spring_numbers: number by which recordings name each spring.
+        spring_angles: angle of each spring on the outer line [deg], None where `spring_places` has its place.
+        fibre_angle: angle of a strain-limiting fibre [deg], or None.
         bending_plane: direction of side 1 in the plane to which bending is held [deg], or None for none.
         spring_places: explicit place of each spring [m], shape (2,), or None where its angle counts; may be
             left empty.
@@ -128,21 +128,21 @@ def check_places(
     fibre: Array | None,
     dimensions: SpringGeometry,
 ) -> None:
-    """Refuse springs that overlap and what is not at the wall; numbers that are traced are not looked at.
+    """Refuse springs that overlap and positions off the wall. Traced numbers are not examined.
 
     Raises:
         ValueError: in one sentence that names the spring.
     """
     if not is_concrete(section, springs, fibre, dimensions):
         return
-    coil = float(dimensions.coil_diameter + dimensions.wire_diameter)
+    coil = float(as_numpy(dimensions).coil_diameter) + float(dimensions.wire_diameter)
     places, numbers = np.asarray(springs), arrangement.spring_numbers
     for i in range(len(numbers)):
         for j in range(i):
-            apart = float(np.linalg.norm(places[i] - places[j]))
-            if apart < coil * (1.0 - 1e-9):
+            gap = float(np.linalg.norm(places[i] - places[j]))
+            if gap < coil * (1.0 - 1e-9):
                 raise ValueError(
-                    f"Springs {numbers[j]} and {numbers[i]} overlap: their centres are {apart * 1e3:.3g} mm "
+                    f"Springs {numbers[j]} and {numbers[i]} overlap: their centres are {gap * 1e3:.3g} mm "
                     f"apart, but their coils are {coil * 1e3:.3g} mm wide."
                 )
     named = [(f"Spring {n}", place, coil) for n, place in zip(numbers, places, strict=True)]

@@ -1,8 +1,8 @@
 """Plane figures that can be integrated exactly along any direction: the interface, and the disc.
 
-Coordinates are in metres in the axes of the section: x, y across the tube, side 1 towards +y. The
-formulas are written for NumPy and JAX alike (`namespace_of`), so that a figure made of plain numbers is
-checked when it is built without compiling anything.
+Coordinates are in metres in the axes of the section: x, y across the tube, side 1 towards +y. The formulas
+are written for NumPy and JAX alike (`namespace_of`). So a figure made of plain numbers is checked when it is
+built, without compiling anything.
 """
 
 import abc
@@ -23,8 +23,7 @@ class Rule(eqx.Module):
     Attributes:
         s: coordinate along the direction [m], shape (n,).
         area, first, second, third, fourth: weights of the integrals of f(s) u^k over the area for k from 0 to
-            4, u being the coordinate across the direction, 90 degrees clockwise from it [m^(2 + k)], shape
-            (n,).
+            4 [m^(2 + k)], shape (n,). u is the coordinate across the direction, 90 degrees clockwise from it.
     """
 
     s: Float[Array, "n"]
@@ -69,8 +68,8 @@ class Shape(eqx.Module):
 
 
 def namespace_of(*arrays: Any) -> ModuleType:
-    """`numpy` if all are NumPy arrays, `jax.numpy` otherwise."""
-    return np if all(isinstance(array, np.ndarray) for array in arrays) else jax.numpy
+    """`numpy` if all are NumPy arrays or scalars, `jax.numpy` otherwise."""
+    return np if all(isinstance(array, np.ndarray | np.generic) for array in arrays) else jax.numpy
 
 
 M = TypeVar("M", bound=eqx.Module)
@@ -94,8 +93,8 @@ def frozen(array: Array) -> Array:
 def once(array: Array, last: int) -> Array:
     """The array times the identity, `last` entries at a time.
 
-    What takes long, such as sines, the compiler fuses into every sum that it enters, and computes it there
-    anew for every direction of a derivative; a product of matrices it does not fuse.
+    The compiler fuses slow functions, such as sines, into every sum that they enter. It computes them there
+    anew for every direction of a derivative. It does not fuse a product of matrices.
     """
     if isinstance(array, np.ndarray):
         return array

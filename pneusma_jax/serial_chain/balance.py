@@ -1,18 +1,19 @@
-"""The balance of a loaded chain: every segment's force and moment at once, coupled by the loads that pass
-through.
+"""Equilibrium of a loaded chain: force and moment of every segment at once, coupled by the loads between
+them.
 
 The unknowns are those of all segments, each as in `balance`. A segment's residual is the single actuator's,
-under a generalised force (`actuator.loads.HeldLoad`) that stands for all loads on the segment and beyond it;
-this force depends on the shape of the whole chain (`chain_loads`). Segments alike in structure are rows of
-one batch. The Jacobian is put together from the segments' own blocks, each by forward differentiation, and
-the dense derivative of the loads, which needs kinematics only.
+under a generalised force (`actuator.loads.HeldLoad`). This force stands for all loads on the segment and
+beyond it, and depends on the shape of the whole chain (`loads`). Segments of equal structure are rows of one
+batch. The Jacobian consists of the segments' own blocks, each by forward differentiation, and the dense
+derivative of the loads. The latter needs kinematics only.
 
-Newton's method starts from the chain at rest: cold, without pressure and without load. It takes pressure,
-heat and loads at once. Where that fails, or where it ends in an equilibrium that would not stay, they are
-brought on in steps that shrink and grow, so that the branch connected with rest is followed. Every Newton
-step is a pass of one flat loop, so a batch compiles one of them. Where a resistance drives a spring there is
-no resistance at rest to begin with; then the segments without loads, which `actuator.equilibrium.solve` finds
-one by one, take the place of rest.
+Newton's method starts from the chain at rest: cold, without pressure and without load. First it applies
+pressure, heat and loads at once. If that fails, or ends in an unstable equilibrium, it applies them in steps
+of adaptive size. It thus follows the branch connected with rest. Every Newton step is a pass of one flat
+loop, so a batch compiles one of them.
+
+A spring driven by its resistance has no known resistance at rest. Then the segments without loads take the
+place of rest. `actuator.equilibrium.solve` finds them one by one.
 """
 
 import dataclasses
@@ -33,34 +34,33 @@ from ..numerics.safe import frozen
 from .loads import ChainLoad, generalised_forces
 
 CLOSE = 1e-10
-"""Newton step in scaled unknowns at which an attempt ends: steps shrink as their square, so the error left is
-far
-below the accuracy of the section's quadrature, 1e-10."""
+"""Maximum Newton step in scaled unknowns at which an attempt ends. Steps shrink quadratically, so the
+remaining error is far below the accuracy of the section's quadrature, 1e-10."""
 MOST_STEPS = 40
-"""Newton steps of one attempt; those that end well take 4 to 12."""
+"""Maximum number of Newton steps of one attempt; successful ones take 4 to 12."""
 LONGEST_TURN = 2.0
-"""Most by which one Newton step turns the tip, all segments' bends added [rad]: where the shape turns by
-more, the loads are no longer nearly linear in it. Five loaded chains of 16 segments were solved with
-limits of 1, 2, 4 and 8 and with none: 2 took fewest steps (21 to 67, without limit 70 to 183), and 8
-once ended in another equilibrium."""
+"""Maximum rotation of the tip by one Newton step, summed over all segments' bends [rad]. Beyond it the loads
+are no longer nearly linear in the shape. Five loaded chains of 16 segments were solved with limits of 1, 2, 4
+and 8 and with none. The limit 2 took fewest steps (21 to 67, without limit 70 to 183), and 8 once ended in
+another equilibrium."""
 LONGEST_STRAIN = 0.3
-"""Most by which one Newton step changes a scaled unknown [1], a strain: as for single rows in `tracking`."""
+"""Maximum change of a scaled unknown by one Newton step [1], a strain; as for single rows in `tracking`."""
 LEAST_STRIDE = 1.0 / 512.0
-"""Smallest share of the load that is brought on at once; Newton fails there only where the branch ends."""
+"""Minimum share of the load that is applied at once; Newton fails there only where the branch ends."""
 MOST_IN_ALL = 1000
-"""Newton steps of one chain, over all attempts."""
+"""Maximum number of Newton steps of one chain, over all attempts."""
 
 
 class ChainProblem(eqx.Module):
     """A loaded chain to be solved.
 
     Attributes:
-        parts: the segments without loads, those of one kind stacked along a leading axis.
-        members: static; which segments each part holds, from 0.
-        angles: by which segments are mounted turned [rad], shape (n,).
+        parts: segments without loads, those of one kind stacked along a leading axis.
+        members: static; indices of the segments of each part, from 0.
+        angles: mounting angles of the segments [rad], shape (n,).
         connectors: length of the rigid connector after each segment [m], shape (n,).
-        loads: on the chain.
-        share: of the loads that acts [1].
+        loads: loads on the chain.
+        share: share of the loads that acts [1].
     """
 
     parts: tuple[Problem, ...]
@@ -72,23 +72,23 @@ class ChainProblem(eqx.Module):
 
     @property
     def order(self) -> np.ndarray:
-        """Where each segment stands when the parts are put one after the other."""
+        """Position of each segment when the parts are concatenated."""
         return np.argsort(np.concatenate([np.asarray(m) for m in self.members]))
 
     @property
     def rest_lengths(self) -> Float[Array, "n"]:
-        """Of the segments [m]."""
+        """Rest lengths of the segments [m]."""
         return jnp.concatenate([part.actuator.length for part in self.parts])[self.order]
 
 
 class Stand(eqx.Module):
-    """Where the search for an equilibrium ends.
+    """Result of the search for an equilibrium.
 
     Attributes:
-        unknowns: of all segments, part after part.
-        steps: Newton steps.
-        found: whether force and moment of every segment balance under the whole load.
-        stable: whether the equilibrium would stay: the symmetric part of the stiffness is positive definite.
+        unknowns: unknowns of all segments, part after part.
+        steps: number of Newton steps.
+        found: true if force and moment of every segment balance under the whole load.
+        stable: true if the equilibrium is stable: the symmetric part of the stiffness is positive definite.
     """
 
     unknowns: Float[Array, "unknowns"]
@@ -107,14 +107,14 @@ def split(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> list[Flo
 
 
 def _sizes(problem: ChainProblem, total: int) -> list[int]:
-    """Unknowns of a segment of each part: its free directions."""
+    """Number of unknowns of a segment of each part: its free directions."""
     sizes = [part.actuator.freedoms for part in problem.parts]
     if sum(size * len(members) for size, members in zip(sizes, problem.members, strict=True)) != total:
         raise ValueError("The unknowns must be the free directions of all segments, but their number is not.")
     return sizes
 
 
-def held_forces(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> Float[Array, "n 3"]:
+def load_forces(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> Float[Array, "n 3"]:
     """Pull [N] and moments [N m] of all loads on each segment's own coordinates."""
     configured = [
         jax.vmap(lambda part, z: configuration(part.actuator, z))(part, z)
@@ -129,16 +129,16 @@ def held_forces(problem: ChainProblem, unknowns: Float[Array, "unknowns"]) -> Fl
     return problem.share * jnp.concatenate([pull[:, None], turn], axis=1)
 
 
-def loaded(part: Problem, held: Float[Array, "3"]) -> Problem:
+def loaded(part: Problem, force: Float[Array, "3"]) -> Problem:
     """One segment under the generalised force that stands for the chain's loads."""
-    return dataclasses.replace(part, actuator=part.actuator.with_loads(HeldLoad(held[0], held[1:])))
+    return dataclasses.replace(part, actuator=part.actuator.with_loads(HeldLoad(force[0], force[1:])))
 
 
 def chain_residual(unknowns: Float[Array, "unknowns"], problem: ChainProblem) -> Float[Array, "unknowns"]:
-    """Scaled imbalance of every segment [1]; the function whose root is the loaded chain's equilibrium."""
-    held = held_forces(problem, unknowns)
+    """Scaled imbalance of every segment [1]. Its root is the loaded chain's equilibrium."""
+    forces = load_forces(problem, unknowns)
     rows = [
-        jax.vmap(lambda z, part, load: residual(z, loaded(part, load)))(z, part, held[np.asarray(members)])
+        jax.vmap(lambda z, part, load: residual(z, loaded(part, load)))(z, part, forces[np.asarray(members)])
         for z, part, members in zip(split(problem, unknowns), problem.parts, problem.members, strict=True)
     ]
     return jnp.concatenate([row.ravel() for row in rows])
@@ -150,15 +150,15 @@ def chain_jacobian(
     """`chain_residual` and its derivative, at the cost of one evaluation of each segment and its slopes."""
 
     def twice(z: Array) -> tuple[Array, Array]:
-        held = held_forces(problem, z)
-        return held, held
+        forces = load_forces(problem, z)
+        return forces, forces
 
-    slopes, held = jax.jacfwd(twice, has_aux=True)(unknowns)
+    slopes, forces = jax.jacfwd(twice, has_aux=True)(unknowns)
 
     def of_segment(z: Array, part: Problem, load: Array) -> tuple[tuple[Array, Array], Array]:
         def excess(z: Array, load: Array) -> tuple[Array, Array]:
-            left = residual(z, loaded(part, load))
-            return left, left
+            imbalance = residual(z, loaded(part, load))
+            return imbalance, imbalance
 
         return jax.jacfwd(excess, argnums=(0, 1), has_aux=True)(z, load)
 
@@ -167,7 +167,7 @@ def chain_jacobian(
     column = 0
     for z, part, members in zip(split(problem, unknowns), problem.parts, problem.members, strict=True):
         index, (count, size) = np.asarray(members), z.shape
-        (block, by_load), value = jax.vmap(of_segment)(z, part, held[index])
+        (block, by_load), value = jax.vmap(of_segment)(z, part, forces[index])
         row = jnp.einsum("gfh,ghn->gfn", by_load, slopes[index])
         columns = column + np.arange(count * size).reshape(count, size)
         row = row.at[np.arange(count)[:, None, None], np.arange(size)[:, None], columns[:, None, :]].add(
@@ -182,10 +182,10 @@ def chain_jacobian(
 
 
 def _is_stable(problem: ChainProblem, jacobian: Array) -> Array:
-    """Whether the symmetric part of the stiffness is positive definite: its Cholesky factor exists.
+    """True if the symmetric part of the stiffness is positive definite: its Cholesky factor exists.
 
-    Rows of the Jacobian are forces over `REFERENCE_MODULUS * area`, columns elongations over the length;
-    their product makes them derivatives of one energy, as far as the loads have one.
+    Rows of the Jacobian are forces over `REFERENCE_MODULUS * area`, columns elongations over the length.
+    Their product makes them derivatives of one energy, as far as the loads have one.
     """
     energies = [
         jnp.repeat(
@@ -198,19 +198,19 @@ def _is_stable(problem: ChainProblem, jacobian: Array) -> Array:
     return jnp.all(jnp.isfinite(jnp.linalg.cholesky(0.5 * (stiffness + stiffness.T))))
 
 
-class _Course(eqx.Module):
+class _SearchState(eqx.Module):
     """State of the loop.
 
     Attributes:
-        unknowns: of the running attempt; kept: those of the last one that ended well.
-        reached: share of the way that ended well; stride: what the running attempt adds to it.
-        tries: Newton steps of the running attempt; steps: of all.
-        begun: whether the start was settled and seen, an attempt of its own.
-        stable: whether the last good equilibrium is.
+        unknowns: unknowns of the running attempt; last_good: those of the last successful attempt.
+        reached: share of the load that was solved; stride: addition to it by the running attempt.
+        tries: Newton steps of the running attempt; steps: Newton steps of all attempts.
+        begun: true once the start itself, an attempt of its own, has been solved.
+        stable: true if the last solved equilibrium is stable.
     """
 
     unknowns: Array
-    kept: Array
+    last_good: Array
     reached: Array
     stride: Array
     tries: Array
@@ -220,36 +220,36 @@ class _Course(eqx.Module):
 
 
 def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unknowns"]) -> Stand:
-    """Follow the equilibrium from one problem to another; no derivatives pass.
+    """Follow the equilibrium from one problem to another, without derivatives.
 
     Args:
-        rest: where the guess is an equilibrium, such as the chain without load.
-        problem: what is wanted; of the same structure.
+        rest: problem that the guess solves, such as the chain without load.
+        problem: problem to solve, of the same structure.
         guess: unknowns that solve `rest`.
     """
 
-    def go_on(now: _Course) -> Array:
+    def go_on(now: _SearchState) -> Array:
         return (now.reached < 1.0) & (now.stride >= LEAST_STRIDE) & (now.steps < MOST_IN_ALL)
 
-    def advance(now: _Course) -> _Course:
+    def advance(now: _SearchState) -> _SearchState:
         share = jnp.where(now.begun, jnp.minimum(now.reached + now.stride, 1.0), 0.0)
         mix = lambda a, b: a + share * (b - a) if eqx.is_inexact_array(a) else a  # noqa: E731
-        here = jax.tree.map(mix, rest, problem)
-        excess, jacobian = chain_jacobian(now.unknowns, here)
+        scaled = jax.tree.map(mix, rest, problem)
+        excess, jacobian = chain_jacobian(now.unknowns, scaled)
         step = jnp.linalg.solve(jacobian, excess)
         size = jnp.max(jnp.abs(step))
-        stable = _is_stable(here, jacobian)
-        trial = now.unknowns - step * jnp.minimum(1.0, 1.0 / _length_of(here, now.unknowns, step))
-        settled = (size < CLOSE) & (jnp.max(jnp.abs(excess)) < BALANCED)
-        # an equilibrium that would not stay, reached from one that does, is on another branch: go more slowly
-        left = settled & now.begun & now.stable & ~stable & (now.stride > 4.0 * LEAST_STRIDE)
-        good = settled & ~left
-        failed = left | ~jnp.isfinite(size) | (now.tries >= MOST_STEPS)
-        kept = jnp.where(good, trial, now.kept)
+        stable = _is_stable(scaled, jacobian)
+        trial = now.unknowns - step * jnp.minimum(1.0, 1.0 / _step_ratio(scaled, now.unknowns, step))
+        converged = (size < CLOSE) & (jnp.max(jnp.abs(excess)) < BALANCED)
+        # an unstable equilibrium that follows a stable one is on another branch: take a smaller step
+        off_branch = converged & now.begun & now.stable & ~stable & (now.stride > 4.0 * LEAST_STRIDE)
+        good = converged & ~off_branch
+        failed = off_branch | ~jnp.isfinite(size) | (now.tries >= MOST_STEPS)
+        last_good = jnp.where(good, trial, now.last_good)
         longer = jnp.where(now.begun, 2.0 * now.stride, now.stride)
-        return _Course(
-            unknowns=jnp.where(failed, now.kept, jnp.where(good, kept, trial)),
-            kept=kept,
+        return _SearchState(
+            unknowns=jnp.where(failed, now.last_good, jnp.where(good, last_good, trial)),
+            last_good=last_good,
             reached=jnp.where(good, share, now.reached),
             stride=jnp.where(good, longer, jnp.where(failed, 0.25 * now.stride, now.stride)),
             tries=jnp.where(good | failed, 0, now.tries + 1),
@@ -260,13 +260,13 @@ def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unkno
 
     guess = jnp.where(jnp.all(jnp.isfinite(guess)), guess, jnp.zeros_like(guess))
     none, whole, no = jnp.asarray(0.0), jnp.asarray(1.0), jnp.asarray(0)
-    first = _Course(guess, guess, none, whole, no, no, jnp.asarray(False), jnp.asarray(True))
+    first = _SearchState(guess, guess, none, whole, no, no, jnp.asarray(False), jnp.asarray(True))
     last = jax.lax.while_loop(go_on, advance, first)
-    return Stand(last.kept, last.steps, last.reached >= 1.0, last.stable)
+    return Stand(last.last_good, last.steps, last.reached >= 1.0, last.stable)
 
 
-def _length_of(problem: ChainProblem, unknowns: Array, step: Array) -> Array:
-    """How often a Newton step is longer than is allowed."""
+def _step_ratio(problem: ChainProblem, unknowns: Array, step: Array) -> Array:
+    """Ratio of a Newton step to the maximum step."""
     turn = jnp.asarray(0.0)
     for part, z in zip(problem.parts, split(problem, step), strict=True):
         bends = jax.vmap(lambda part, z: configuration(part.actuator, z)[1])(part, z)
@@ -277,7 +277,7 @@ def _length_of(problem: ChainProblem, unknowns: Array, step: Array) -> Array:
 def rest_of(problem: ChainProblem) -> tuple[ChainProblem, Float[Array, "unknowns"]] | None:
     """The chain at rest, a start for `search`: without pressure, heat and loads, and straight unknowns.
 
-    None where a spring's phase is not given, so that what it is at rest is not known either.
+    None where a spring's phase is not given, so that its state at rest is unknown.
     """
     parts = []
     for part in problem.parts:
@@ -296,31 +296,31 @@ def rest_of(problem: ChainProblem) -> tuple[ChainProblem, Float[Array, "unknowns
 
 def chain_root(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unknowns"]) -> Stand:
     """`search`, with derivatives of the unknowns by the implicit function theorem."""
-    held, start = frozen((rest, problem)), jax.lax.stop_gradient(guess)
+    problems, start = frozen((rest, problem)), jax.lax.stop_gradient(guess)
 
     def find(_: object, start: Array) -> tuple[Array, tuple]:
-        stand = search(*held, start)  # type: ignore[call-arg]
-        told = (stand.steps, stand.found, stand.stable)
-        return stand.unknowns, tuple(x.astype(start.dtype) for x in told)  # integers get no tangent
+        stand = search(*problems, start)  # type: ignore[call-arg]
+        diagnostics = (stand.steps, stand.found, stand.stable)
+        return stand.unknowns, tuple(x.astype(start.dtype) for x in diagnostics)  # integers get no tangent
 
     def tangent(linear: Callable, vector: Array) -> Array:
         return jnp.linalg.solve(jax.jacfwd(linear)(vector), vector)
 
-    unknowns, told = jax.lax.custom_root(
+    unknowns, diagnostics = jax.lax.custom_root(
         lambda z: chain_residual(z, problem), start, find, tangent, has_aux=True
     )
-    steps, found, stable = jax.lax.stop_gradient(told)
+    steps, found, stable = jax.lax.stop_gradient(diagnostics)
     return Stand(unknowns, steps.astype(int), found > 0.5, stable > 0.5)
 
 
 def described(problem: ChainProblem, stand: Stand) -> list[Equilibrium]:
     """Every segment's row with its status, part by part; all are NaN where the chain found no equilibrium."""
-    held = held_forces(problem, stand.unknowns)
+    forces = load_forces(problem, stand.unknowns)
     results = []
     rows = zip(problem.parts, split(problem, stand.unknowns), problem.members, strict=True)
     for part, z, members in rows:
         one = lambda part, z, load: equilibrium_of(loaded(part, load), z, stand.steps)  # noqa: E731
-        row = jax.vmap(one)(part, z, held[np.asarray(members)])
+        row = jax.vmap(one)(part, z, forces[np.asarray(members)])
         lost = ~stand.found & solved(row.status)
         row = eqx.tree_at(lambda r: r.status, row, jnp.where(lost, int(Status.no_equilibrium), row.status))
         blank = lambda x: jnp.where(stand.found, x, jnp.nan) if eqx.is_inexact_array(x) else x  # noqa: E731

@@ -1,15 +1,14 @@
-"""How far a chain of segments is from touching itself.
+"""Clearance of a chain of segments from itself.
 
-A piece is a segment with the rigid connector after it; its centre line is an arc that goes on straight.
-Clearance is the smallest distance between two centre lines less both radii. Points that are close along
-the tube are always close, so pairs of points less than a segment apart along the centre line are left out
-where pieces adjoin: by Schur's theorem such a pair can only touch if the more bent of the two segments
-already touches itself from end to end, which is checked for every segment (it matters past a bend of half
-a turn).
+A piece is a segment with the rigid connector after it; its centre line is an arc with a straight end.
+Clearance is the smallest distance between two centre lines less both radii. Points that are close along the
+tube are always close. So where pieces adjoin, pairs of points less than a segment apart along the centre line
+are left out. By Schur's theorem such a pair can only touch if the more bent segment already touches itself
+from end to end. That is checked for every segment (it matters past a bend of half a turn).
 
-Values and first derivatives are exact to about 1e-9 m: the closest pair is found without derivatives,
-then held, because at a minimum the distance does not depend on the pair to first order. Where two pairs
-are equally close the gradient is that of one of them; clearance is continuous there but not smooth.
+Values and first derivatives are exact to about 1e-9 m. The closest pair is found without derivatives, then
+held, because at a minimum the distance does not depend on the pair to first order. Where two pairs are
+equally close the gradient is that of one of them. Clearance is continuous there but not smooth.
 """
 
 import itertools
@@ -23,8 +22,9 @@ from jaxtyping import Array, Float
 from ..numerics.safe import safe_norm
 from .kinematics import arc_frame, arc_points, tangent, transform
 
-COARSE = 33  # points per piece in the first search; 1.75 mm apart on a 56 mm segment
-FINE, ROUNDS = 9, 10  # each round searches the neighbourhood of the best pair four times finer
+COARSE = 33  # Number of points per piece in the first search; 1.75 mm apart on a 56 mm segment
+FINE, ROUNDS = 9, 10
+"""Numbers of points and of rounds of the refinement; each is four times finer about the best pair."""
 
 
 class Pieces(eqx.Module):
@@ -32,10 +32,10 @@ class Pieces(eqx.Module):
 
     Attributes:
         bend: bend angle vector in the frame of the base [rad].
-        length: of the segment's centre line [m].
+        length: length of the segment's centre line [m].
         connector: length of the rigid connector after it [m].
-        radius: of the tube [m].
-        base: frame where the segment starts.
+        radius: radius of the tube [m].
+        base: frame at the segment's start.
     """
 
     bend: Float[Array, "n 2"]
@@ -56,9 +56,9 @@ class Clearance(eqx.Module):
     """Free space between parts of a chain; negative where they would overlap.
 
     Attributes:
-        within: from a segment's end, or the connector after it, back to its base [m], shape (n,).
-        between: of every pair of segments [m], shape (pairs,).
-        pairs: static; which segments those are, from 0.
+        within: clearance of a segment's end, or the connector after it, from its base [m], shape (n,).
+        between: clearance of every pair of segments [m], shape (pairs,).
+        pairs: static; indices of the segments of each pair, from 0.
     """
 
     within: Float[Array, "n"]
@@ -67,7 +67,7 @@ class Clearance(eqx.Module):
 
     @property
     def smallest(self) -> Array:
-        """The tightest place of the chain [m]."""
+        """The smallest clearance of the chain [m]."""
         return jnp.minimum(jnp.min(self.within), jnp.min(self.between, initial=jnp.inf))
 
 
@@ -76,7 +76,7 @@ def chain_clearance(pieces: Pieces) -> Clearance:
     """Clearance within every segment and between every two of them.
 
     Args:
-        pieces: of one configuration; use `jax.vmap` for a history.
+        pieces: pieces of one configuration; use `jax.vmap` for a history.
     """
     count = pieces.length.shape[0]
     pairs = tuple(itertools.combinations(range(count), 2))
@@ -92,7 +92,7 @@ def chain_clearance(pieces: Pieces) -> Clearance:
 def _within(piece: Pieces) -> Array:
     """Clearance of a piece from itself: pairs of points at least the segment's length apart [m].
 
-    For a segment without connector that is base and end, `L |sinc(phi / 2)| - 2 r`.
+    For a segment without connector this pair is base and end, `L |sinc(phi / 2)| - 2 r`.
     """
 
     def distance(ab: Array, piece: Pieces) -> Array:
@@ -108,10 +108,10 @@ def _between(one: Pieces, other: Pieces, adjoining: Array) -> Array:
     """Clearance of two pieces, `other` the one further out [m]."""
 
     def distance(ab: Array, one: Pieces, other: Pieces) -> Array:
-        apart = jnp.where(adjoining, jnp.minimum(one.length, other.length), 0.0)
+        exclusion = jnp.where(adjoining, jnp.minimum(one.length, other.length), 0.0)
         size = one.length + one.connector
         back = ab[..., 0] * size
-        least = jnp.maximum(apart - back, 0.0)
+        least = jnp.maximum(exclusion - back, 0.0)
         ahead = least + ab[..., 1] * (other.length + other.connector - least)
         return safe_norm(other.point(ahead) - one.point(size - back))
 
@@ -119,7 +119,8 @@ def _between(one: Pieces, other: Pieces, adjoining: Array) -> Array:
 
 
 def _smallest(distance: Callable[..., Array], *pieces: Pieces) -> Array:
-    """Smallest value of a distance over the unit square, by search on ever finer grids; the place is held."""
+    """Smallest value of a distance over the unit square, by search on ever finer grids. The position is held
+    for derivatives."""
     frozen = jax.lax.stop_gradient(pieces)
 
     def best(low: Array, high: Array, count: int) -> Array:

@@ -1,19 +1,17 @@
-"""Chains of segments from a file: which designs follow each other, how each is mounted, what lies between.
+"""Chains of segments from a file: order of the designs, mounting angles, connectors and loads.
 
-schema = "pneusma-chain/1"
-name = "catheter"
+schema = "pneusma-chain/1" name = "catheter"
 
-[[segment]]
-design = "pneusma2"          # name of a table of kind actuator, or its path from this file's folder
-count = 2                    # that many, one after the other; 1 by default
-angle = {value = 90.0, unit = "deg", status = "assumed", source = "..."}      # mounted turned; 0 by default
-connector = {value = 4.0, unit = "mm", status = "assumed", source = "..."}    # rigid, after each; none
-connector_mass = {value = 0.5, unit = "g", status = "assumed", source = "..."}
+[[segment]] design = "pneusma2"          # name of a table of kind actuator, or its path from this file's
+folder count = 2                    # that many, one after the other; 1 by default angle = {value = 90.0, unit
+= "deg", status = "assumed", source = "..."}      # mounted turned; 0 by default connector = {value = 4.0,
+unit = "mm", status = "assumed", source = "..."}    # rigid, after each; none connector_mass = {value = 0.5,
+unit = "g", status = "assumed", source = "..."}
 
-Loads on the chain stand above its segments, under the names that they have in an actuator's table:
-`orientation` or `gravity_x`, `gravity_y`, `gravity_z`; `tip_mass`; `tip_force_x`, ...; `tip_x`, `tip_y`. A
-chain also takes `tip_moment_x`, ..., `line_load_x`, ..., and `tip_follows = true` for a force and a moment
-that turn with the tip.
+Loads on the chain stand above its segments, under the names of an actuator's table. They are `orientation` or
+`gravity_x`, `gravity_y`, `gravity_z`; `tip_mass`; `tip_force_x`, ...; `tip_x`, `tip_y`. A chain also takes
+`tip_moment_x`, ..., `line_load_x`, ..., and `tip_follows = true` for a force and a moment that turn with the
+tip.
 """
 
 import dataclasses
@@ -39,33 +37,35 @@ from .segments import SegmentChain, chain_of
 from .weight import chain_weight, with_bodies
 
 SCHEMA = "pneusma-chain/1"
-KEYS = {"angle": "angle", "connector": "length", "connector_mass": "mass"}  # numbers of a segment
+KEYS = {"angle": "angle", "connector": "length", "connector_mass": "mass"}
+"""Numbers of a segment with their dimensions."""
 AXES = ("x", "y", "z")
 VECTORS = {"gravity": "acceleration", "tip_force": "force", "tip_moment": "moment", "line_load": "stiffness"}
-NUMBERS = {  # of the whole chain, and their dimensions; a force per length has that of a stiffness
+NUMBERS = {  # Numbers of the whole chain with their dimensions; a force per length has that of a stiffness
     "tip_mass": "mass", "tip_x": "length", "tip_y": "length",
     **{f"{stem}_{axis}": dimension for stem, dimension in VECTORS.items() for axis in AXES},
 }  # fmt: skip
 TOP = ("schema", "name", "description", "segment", "orientation", "tip_follows", *NUMBERS)
-IN_PLANE = 1e-9  # of a load's size, or radians: a load that lies further out of a plane bends out of it
-MOST = 100  # segments of a chain: more is a slip
+IN_PLANE = 1e-9
+"""Maximum component of a load in a plane, relative or in radians; a larger one bends out of the plane."""
+MOST = 100  # Maximum number of segments of a chain; more is a typing error
 _EXAMPLES = resources.files("calibration_data").joinpath("examples", "chains")
 
 
 @dataclass(frozen=True)
 class ChainDesign:
-    """A chain as its file describes it; one entry per segment, from base to tip.
+    """A chain as its file describes it, with one entry per segment from base to tip.
 
     Attributes:
-        name, description: for people.
-        path: of the file.
+        name, description: texts for people.
+        path: path of the file.
         designs: name or path of each segment's table of kind actuator.
-        angles: by which each is mounted turned about z, against the base [rad].
+        angles: mounting angle of each segment about z, against the base [rad].
         connectors: length of the rigid connector between each segment and the next [m]; one fewer.
-        connector_masses: of each connector [kg].
-        gravity: its acceleration in the base's frame [m/s2], or None where the file does not state it.
-        numbers: of the loads that the file states, by key, in SI.
-        tip_follows: whether force and moment on the tip turn with it.
+        connector_masses: mass of each connector [kg].
+        gravity: acceleration of gravity in the base's frame [m/s2], or None where the file does not state it.
+        numbers: stated loads by key, SI.
+        tip_follows: true if force and moment on the tip turn with it.
     """
 
     name: str
@@ -90,7 +90,7 @@ def chain_examples() -> list[str]:
 
 
 def describes_chain(name_or_path: str | Path) -> bool:
-    """Whether a design is a chain, by name or by the schema of its file; False where none can be read."""
+    """True if a design is a chain, by name or by the schema of its file; false where none can be read."""
     if str(name_or_path) in chain_examples():
         return True
     if not str(name_or_path).endswith(".toml"):
@@ -99,7 +99,7 @@ def describes_chain(name_or_path: str | Path) -> bool:
         text = Path(name_or_path).read_text(encoding="utf-8")
         return parse_toml(text, Path(name_or_path)).get("schema") == SCHEMA
     except (OSError, ValueError):
-        return False  # whoever reads it as a table says what is wrong with it
+        return False  # the reader of tables reports the error
 
 
 def load_chain(name_or_path: str | Path) -> ChainDesign:
@@ -205,17 +205,17 @@ def make_chain(
     build: Callable[[str], Actuator] = make_actuator,
     density: Callable[[str], float | None] | None = None,
 ) -> SegmentChain:
-    """The chain that a file describes, with its loads.
+    """The chain of a file, with its loads.
 
-    Gravity is one for the whole chain, whether the chain's file states it or the tables of its segments do,
-    and weighs all segments. A segment that is held in a plane because everything in it lies there is let free
-    where a load may push it out of that plane; one whose table states `bending` or `bending_plane` stays as
-    stated.
+    Gravity is common to the whole chain and weighs all segments. The chain's file states it, or the tables of
+    its segments do. A segment with a symmetric layout is held in a plane. It is freed where a load may push
+    it out of that plane, unless its table states `bending` or `bending_plane`.
 
     Args:
-        design: loaded, the name of a shipped chain, or a path.
-        build: makes a segment from the name or path of its table.
-        density: of the silicone of such a segment [kg/m3]; that of its table's material if None.
+        design: loaded chain, the name of a shipped chain, or a path.
+        build: function that makes a segment from the name or path of its table.
+        density: function to the density of such a segment's silicone [kg/m3]; that of its table's material if
+            None.
 
     Raises:
         InputError: if the file cannot be used, segments cannot follow each other, or loads contradict each
@@ -226,14 +226,14 @@ def make_chain(
     built = {name: build(name) for name in names}
     fall = _one_gravity(design, built)
     loads = _loads(design, built, fall, density or _density)
-    if fall is not None:  # what hangs on single segments is in the chain's weight
+    if fall is not None:  # bodies on single segments are in the chain's weight
         built = {
             name: body.with_loads(*(load for load in body.loads if not isinstance(load, Gravity)))
             for name, body in built.items()
         }
     if loads or any(body.loads for body in built.values()):
         vectors = [load.force for body in built.values() for load in body.loads]  # type: ignore[attr-defined]
-        built = _freed(design, built, fall, vectors)
+        built = _freed_actuators(design, built, fall, vectors)
     bodies = [built[name] for name in design.designs]
     try:
         return chain_of(bodies, angles=design.angles, connectors=design.connectors).with_loads(*loads)
@@ -251,7 +251,7 @@ def _density(name: str) -> float | None:
 
 
 def _one_gravity(design: ChainDesign, built: dict[str, Actuator]) -> np.ndarray | None:
-    """Acceleration of gravity [m/s2], None where nothing states it.
+    """Acceleration of gravity [m/s2], None where unstated.
 
     Raises:
         InputError: if it is stated twice, and not the same.
@@ -286,7 +286,7 @@ def _loads(
     fall: np.ndarray | None,
     density: Callable[[str], float | None],
 ) -> tuple[ChainLoad, ...]:
-    """Loads of a chain but those that single segments keep."""
+    """Loads of a chain without those that single segments keep."""
     numbers, loads = design.numbers, []
     bodies = [built[name] for name in design.designs]
     place = np.asarray([numbers["tip_x"], numbers["tip_y"]]) if "tip_x" in numbers else None
@@ -320,7 +320,7 @@ def _loads(
     return tuple(loads)
 
 
-def _freed(
+def _freed_actuators(
     design: ChainDesign, built: dict[str, Actuator], fall: np.ndarray | None, forces: list
 ) -> dict[str, Actuator]:
     """Actuators that may bend in any direction, where a load may push them out of their plane."""
@@ -337,11 +337,11 @@ def _freed(
         level = level and np.linalg.norm(np.cross(moment, aside)) <= IN_PLANE * np.linalg.norm(moment)
         if level and not (design.numbers.get("tip_x") or design.numbers.get("tip_y")):
             return built
-    return {name: _free(name, body) for name, body in built.items()}
+    return {name: _freed(name, body) for name, body in built.items()}
 
 
-def _free(name: str, body: Actuator) -> Actuator:
-    """The actuator free to bend in any direction, unless its table states in which it may."""
+def _freed(name: str, body: Actuator) -> Actuator:
+    """The actuator free to bend in any direction, unless its table states the direction."""
     table = load_calibration(name, "actuator")
     stated = "bending" in table.text or "bending_plane" in table.quantities
     return body if stated else dataclasses.replace(body, bending_plane=None)

@@ -1,8 +1,7 @@
 """Histories of a loaded chain: one scan over the rows carries the memories of all springs of all segments.
 
-A row is followed from the last one that was solved: pressure, phases and memories change along the way, and
-    Newton's
-method takes them at once or, where that fails, in steps (`serial_chain.balance.search`).
+A row continues from the last solved one. Pressure, phases and memories change in between. Newton's method
+applies them at once or, where that fails, in steps (`serial_chain.balance.search`).
 """
 
 import dataclasses
@@ -28,11 +27,11 @@ Stacked = tuple[Actuator, tuple[Activation | Heating, ...], tuple[SpringState, .
 
 
 class _Carry(eqx.Module):
-    """What one row hands to the next.
+    """State that one row passes to the next.
 
     Attributes:
-        states, temperatures, resistances: for each part a tuple over springs of arrays over its segments.
-        unknowns: of the last row that was solved; before: its balance.
+        states, temperatures, resistances: tuple over springs of arrays over segments, for each part.
+        unknowns: unknowns of the last solved row; before: its balance.
     """
 
     states: tuple[tuple[SpringState, ...], ...]
@@ -53,11 +52,11 @@ def loaded_history(
     """Histories of every part, with leading axes of rows and segments.
 
     Args:
-        balance: the chain's, whose parts stand for the first row.
-        stacked: for each part its actuators, the springs' activations with arrays of shape (segments, rows),
-            and their memories before the first row.
-        pressure: gauge [Pa].
-        time: [s].
+        balance: balance of the chain, whose parts stand for the first row.
+        stacked: actuators, activations with arrays of shape (segments, rows), and initial memories, for each
+            part.
+        pressure: gauge pressure [Pa], shape (rows,).
+        time: time [s], shape (rows,).
         guess: unknowns of the chain without loads in the first row; None to begin at rest.
     """
     rows = pressure.shape[0]
@@ -128,7 +127,7 @@ def loaded_history(
 
 
 def check_course(pressure: Array, activations: tuple, time: Array | None) -> None:
-    """Refuse a course that has no meaning, in one sentence.
+    """Refuse meaningless inputs, in one sentence.
 
     Raises:
         RuntimeError: if float64 is off.
@@ -158,7 +157,7 @@ def check_course(pressure: Array, activations: tuple, time: Array | None) -> Non
 
 
 def _by_row(drive: tuple, rows: int) -> tuple:
-    """Activations with the rows first: their arrays of shape (segments, rows) turned."""
+    """Activations with the rows first: their arrays of shape (segments, rows) transposed."""
     return jax.tree.map(lambda x: jnp.swapaxes(jnp.broadcast_to(x, (x.shape[0], rows)), 0, 1), drive)
 
 

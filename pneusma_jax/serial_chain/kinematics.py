@@ -1,15 +1,14 @@
 """Shape of bent segments: forward kinematics of piecewise constant curvature, as 4 x 4 matrices of SE(3).
 
 The base frame has z along the straight tube and x, y along the section's axes (side 1 at y = +R). A
-cross-section stays plane and normal to the centre line, so the line through place r of the section is
-`p(s) + R(s) r`. With `R' = R [u]x` its length over a segment of length L is
-`L + L (u x r) . z = L + L (u_x r_y - u_y r_x)`. It has to be `L + theta . r` (Eq. 3.26), hence
-`L u = (theta_y, -theta_x, 0) = theta x z`: the section turns about `theta x z`, so that z tilts towards
-`-theta`, the shorter side. A positive planar bend angle (theta along +y, side 1 the longer) turns about +x
-and bends towards side 2 at -y.
+cross-section stays plane and normal to the centre line, so the line through place r of the section is `p(s) +
+R(s) r`. With `R' = R [u]x` its length over a segment of length L is `L + L (u x r) . z = L + L (u_x r_y - u_y
+r_x)`. It has to be `L + theta . r` (Eq. 3.26), hence `L u = (theta_y, -theta_x, 0) = theta x z`. The section
+turns about `theta x z`, so that z tilts towards `-theta`, the shorter side. A positive planar bend angle
+(theta along +y, side 1 the longer) turns about +x. It bends towards side 2 at -y.
 
-Everything is an analytic function of theta: values and derivatives of all orders hold at the straight
-tube too.
+Everything is an analytic function of theta. Values and derivatives of all orders hold at the straight tube
+too.
 """
 
 import functools
@@ -18,7 +17,7 @@ import math
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-_SERIES_TERMS = 11  # of sinc below 1 rad: the first one left out is 1e-22
+_SERIES_TERMS = 11  # Number of terms of sinc below 1 rad; the first omitted one is 1e-22
 
 
 def sinc_root(x: Array) -> Array:
@@ -36,7 +35,7 @@ def sinc_root(x: Array) -> Array:
 
 
 def rotation_vector(bend: Float[Array, "*n 2"]) -> Float[Array, "*n 3"]:
-    """Axis times angle by which a segment's end is turned against its base, `theta x z` [rad]."""
+    """Rotation vector of a segment's end against its base, `theta x z` [rad]."""
     return jnp.stack([bend[..., 1], -bend[..., 0], jnp.zeros_like(bend[..., 0])], axis=-1)
 
 
@@ -61,8 +60,9 @@ def arc_points(
 
     Args:
         bend: bend angle vector of the whole segment [rad].
-        length: of its centre line [m].
-        fraction: of the segment, 0 at the base and 1 at the end. The arguments broadcast against each other.
+        length: length of its centre line [m].
+        fraction: position along the segment, 0 at the base and 1 at the end. The arguments broadcast against
+            each other.
     """
     length, fraction = jnp.asarray(length), jnp.asarray(fraction)
     part = bend * fraction[..., None]

@@ -1,25 +1,24 @@
-"""Loads on a chain of segments in space, passed on from segment to segment: weight, forces, moments.
+"""Loads on a chain of segments in space, transmitted from segment to segment: weight, forces, moments.
 
 Two rules hold for every load. A direction is given in the frame of the chain's base, unless the load follows
 the section on which it acts. A place in a section is given in the segment's own axes, like the places of its
 springs.
 
-The balance of a segment needs the generalised force of all loads on its own coordinates, the length l of its
-centre line and its bend angle vector theta. What acts at the segment's end or beyond it is, seen from the
-end, a force F and a moment M. A small change of the coordinates moves the end by dp and turns it by dphi, so
-that the virtual work is `F . dp + M . dphi`; seen from the segment's base
+The balance of a segment needs the generalised force of all loads on its own coordinates. They are the length
+l of its centre line and its bend angle vector theta. The loads at the segment's end or beyond it amount, seen
+from the end, to a force F and a moment M. A small change of the coordinates moves the end by dp and turns it
+by dphi. So the virtual work is `F . dp + M . dphi`. Seen from the segment's base,
 
     p = l (-theta c_2, c_1)
     dphi = J dphi_0,  phi_0 = theta x z,  J = 1 + c_2 [phi_0] + c_3 [phi_0]^2
 
-with Stumpff's functions c_k of `theta . theta` (see `loads`) and `[a] b = a x b`; J is the left Jacobian of a
-rotation. What is spread along the segment itself does work by the mean of the fibre on which it lies. Forces
-and moments beyond each end are sums from the tip backwards, so the whole chain costs as much as its segments.
+with Stumpff's functions c_k of `theta . theta` (see `loads`) and `[a] b = a x b`. J is the left Jacobian of a
+rotation. A load that is spread along the segment itself does work by the mean displacement of its fibre.
+Forces and moments beyond each end are sums from the tip backwards, so the cost of the whole chain is
+proportional to its segments.
 
 A segment is an arc: along it the curvature is constant. A chain of ever shorter segments approaches a rod
-    that
-bends and stretches, but does not shear and does not twist, with an error that falls as the square of the
-segments' length.
+that bends and stretches, without shear and twist. The error falls as the square of the segments' length.
 """
 
 import abc
@@ -35,26 +34,27 @@ from .kinematics import rotate_in_section, rotation_vector, transform
 
 
 class ChainLoad(eqx.Module):
-    """Something that acts on the segments of a chain."""
+    """The interface of a load on the segments of a chain."""
 
     @abc.abstractmethod
     def spread(self, rest_lengths: Float[Array, "n"]) -> tuple[Array, Array] | None:
-        """What is spread evenly along segments, or None.
+        """Load that is spread evenly along segments, or None.
 
         Args:
-            rest_lengths: of the segments [m].
+            rest_lengths: rest lengths of the segments [m], shape (n,).
 
         Returns:
-            Force on each segment [N], shape (n, 3), and the place of its fibre in the section [m], shape (n,
-            2).
+            Force on each segment [N], shape (n, 3), and the position of its fibre in the section [m], shape
+            (n, 2).
         """
 
     @abc.abstractmethod
     def at_ends(self, turns: Float[Array, "n 3 3"]) -> tuple[Array, Array] | None:
-        """What acts at the ends of segments, or None.
+        """Load at the ends of segments, or None.
 
         Args:
-            turns: rotation of each segment's own axes at its end, as seen from the chain's base.
+            turns: rotation matrices of the segments' own axes at their ends, relative to the chain's base,
+                shape (n, 3, 3).
 
         Returns:
             Forces [N] and moments about the ends' centres [N m] in the frame of the base, both of shape (n,
@@ -62,18 +62,19 @@ class ChainLoad(eqx.Module):
         """
 
     def check(self, count: int) -> None:
-        """Raise a ValueError if the load does not fit a chain of so many segments."""
+        """Raise a ValueError if the load does not fit a chain of this number of segments."""
 
 
 class ChainWeight(ChainLoad):
-    """Weight of the segments, and of bodies at their ends; `actuator.weight.chain_weight` makes it from
+    """Weight of the segments, and of bodies at their ends; `serial_chain.weight.chain_weight` makes it from
     densities.
 
     Attributes:
-        acceleration: of gravity [m/s2], shape (3,); see `actuator.loads.gravity_vector`.
-        masses: of tube and springs of each segment, spread evenly [kg], shape (n,).
+        acceleration: acceleration of gravity [m/s2], shape (3,); see `actuator.loads.gravity_vector`.
+        masses: mass of tube and springs of each segment, spread evenly [kg], shape (n,).
         places: centre of that mass in the section [m], shape (n, 2).
-        end_masses: of the body at each segment's end, such as a connector or the end cap [kg], shape (n,).
+        end_masses: mass of the body at each segment's end, such as a connector or the end cap [kg], shape
+            (n,).
         end_places: centre of that body from the middle of the end, z ahead of it [m], shape (n, 3).
     """
 
@@ -105,13 +106,13 @@ class PointLoad(ChainLoad):
     """A force and a moment at the end of one segment, by default at the tip.
 
     Attributes:
-        force: [N], shape (3,).
-        moment: [N m], shape (3,).
-        place: where the force acts, from the middle of the end, z ahead of it [m], shape (3,); a place in the
-            section, of shape (2,), may be given.
+        force: force [N], shape (3,).
+        moment: moment [N m], shape (3,).
+        place: point of action of the force, from the middle of the end, z ahead of it [m], shape (3,); or a
+            place in the section, shape (2,).
         segment: static; index of the segment from the base, -1 for the last.
-        follows: static; False for a force and a moment that keep their direction, in the frame of the base;
-            True for such as turn with the end, in the segment's own axes.
+        follows: static; false for a fixed direction, in the frame of the base. True for a force and a moment
+            that turn with the end, in the segment's own axes.
     """
 
     force: Float[Array, "3"] = eqx.field(converter=jnp.asarray, default=(0.0, 0.0, 0.0))
@@ -146,12 +147,13 @@ class PointLoad(ChainLoad):
 
 
 class LineLoad(ChainLoad):
-    """A force along the segments that keeps its direction and stays with the material, such as a field's.
+    """A distributed force along the segments that keeps its direction and moves with the material, such as a
+    field's.
 
     Attributes:
         per_length: force per length at rest, in the frame of the base [N/m], shape (3,) for all segments or
             (n, 3).
-        place: of the fibre on which it acts, in the section [m], shape (2,) or (n, 2).
+        place: position of its fibre in the section [m], shape (2,) or (n, 2).
     """
 
     per_length: Array = eqx.field(converter=jnp.asarray)
@@ -174,11 +176,12 @@ class LineLoad(ChainLoad):
 
 
 class SegmentsOwn(ChainLoad):
-    """What segments carry themselves, `Actuator.loads`: one load of each, none of some.
+    """Loads of the segments themselves, `Actuator.loads`: one load of each, none of some.
 
     Attributes:
-        forces, places: spread along each segment [N], shape (n, 3), at a place of the section [m].
-        end_forces, end_places: at its end, likewise.
+        forces, places: force spread along each segment [N], shape (n, 3), and its position in the section
+            [m].
+        end_forces, end_places: force at each segment's end and its position, likewise.
     """
 
     forces: Float[Array, "n 3"]
@@ -199,7 +202,7 @@ def own_loads(loads: tuple[tuple[Load, ...], ...]) -> tuple[SegmentsOwn, ...]:
     """Loads of single segments as loads of the chain that they make.
 
     Args:
-        loads: of each segment, directions in the frame of the chain's base.
+        loads: loads of each segment, with directions in the frame of the chain's base.
 
     Raises:
         ValueError: if one of them cannot be passed on from segment to segment.
@@ -220,20 +223,20 @@ def generalised_forces(
     connectors: Float[Array, "n"],
     rest_lengths: Float[Array, "n"],
 ) -> tuple[Float[Array, "n"], Float[Array, "n 2"]]:
-    """What the loads do to each segment's length and bend, passed on from the tip to the base.
+    """Generalised forces of the loads on each segment's length and bend, summed from the tip to the base.
 
     Args:
-        loads: on the chain.
-        lengths: of the segments' centre lines [m].
-        bends: bend angle vector of each segment in its own axes [rad].
-        angles: by which each segment is mounted turned about z, against the base [rad].
+        loads: loads on the chain.
+        lengths: lengths of the segments' centre lines [m], shape (n,).
+        bends: bend angle vector of each segment in its own axes [rad], shape (n, 2).
+        angles: mounting angle of each segment about z, against the base [rad], shape (n,).
         connectors: length of the rigid connector after each segment [m], also after the last.
-        rest_lengths: of the segments [m].
+        rest_lengths: rest lengths of the segments [m], shape (n,).
 
     Returns:
         Pulls along the centre lines [N], shape (n,), and moments on the bend angle vectors in the segments'
-        own axes [N m], shape (n, 2): the negative virtual work per change of length and of bend, as in
-        `Load.generalised_force`.
+        own axes [N m], shape (n, 2). They are the negative virtual work per change of length and of bend, as
+        in `Load.generalised_force`.
     """
     bends = rotate_in_section(bends, angles)
     shared = jax.vmap(lambda bend: stumpff(bend @ bend))(bends)
@@ -241,13 +244,13 @@ def generalised_forces(
     turns = ends[:, :3, :3] @ jax.vmap(_own_axes)(angles)
     inwards = jnp.swapaxes(bases[:, :3, :3], 1, 2)
     pull, turn = jnp.zeros_like(lengths), jnp.zeros_like(bends)
-    along = about = force = moment = jnp.zeros((lengths.shape[0], 3))  # `along`, `about`: of what is spread
+    along = about = force = moment = jnp.zeros((lengths.shape[0], 3))  # `along`, `about`: spread loads
     for load in loads:
         spread, at_ends = load.spread(rest_lengths), load.at_ends(turns)
         if spread is not None:
             forces, places = spread[0], rotate_in_section(spread[1], angles)
-            seen = jnp.einsum("nij,nj->ni", inwards, forces)
-            more = jax.vmap(yield_of_mean)(seen, lengths, bends, places, shared)
+            local_forces = jnp.einsum("nij,nj->ni", inwards, forces)
+            more = jax.vmap(yield_of_mean)(local_forces, lengths, bends, places, shared)
             pull, turn = pull + more[0], turn + more[1]
             middle = transform(bases, jax.vmap(fibre_mean)(lengths, bends, places, shared))
             along, about = along + forces, about + _cross(middle, forces)

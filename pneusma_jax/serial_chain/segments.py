@@ -1,10 +1,9 @@
 """Chains: segments in series under one pressure, each with its own activation and its own memory.
 
 The shape of a chain follows by placing one constant-curvature arc after the other. Without loads, segments
-share the pressure and nothing else: each is in an equilibrium of its own. Weight, forces and moments pass
-from segment to segment (`chain_loads`), and the whole chain is one equilibrium (`chain_balance`). Segments
-alike in structure are solved together, as one batch of one compiled program, whatever their dimensions.
-Contact is not modelled.
+share the pressure only, and each is in an equilibrium of its own. Weight, forces and moments act from segment
+to segment (`loads`), and the whole chain is one equilibrium (`balance`). Segments of equal structure are
+solved together, as one batch of one compiled program, whatever their dimensions. Contact is not modelled.
 """
 
 import dataclasses
@@ -36,18 +35,18 @@ Drive = tuple[Activation | Heating, ...]  # one per spring of a segment
 
 
 class SegmentChain(eqx.Module):
-    """Segments in series from base to tip; `chain_of` builds one from fewer words.
+    """Segments in series from base to tip; `chain_of` builds one from fewer arguments.
 
     Attributes:
-        segments: the actuators. What they carry themselves, `Actuator.loads`, acts on the whole chain: its
-            directions are those of the chain's base, its places those of the segment's section.
-        angles: by which each segment is mounted turned about z, against the base [rad], shape (n,).
+        segments: actuators. Their own loads, `Actuator.loads`, act on the whole chain, with directions of the
+            chain's base and places of the segment's section.
+        angles: mounting angle of each segment about z, against the base [rad], shape (n,).
         connectors: lengths of the rigid connectors between segments [m], shape (n - 1,).
-        loads: on the chain beyond those of single segments; see `chain_loads`.
+        loads: loads on the chain beyond those of single segments; see `serial_chain.loads`.
 
     Raises:
-        ValueError: if there is no segment, a shape does not fit, a connector is shorter than nothing, or a
-            segment carries a load that cannot be passed on.
+        ValueError: if there is no segment, a shape does not fit, a connector has a negative length, or a
+            segment has a load that cannot be transmitted.
     """
 
     segments: tuple[Actuator, ...]
@@ -74,28 +73,29 @@ class SegmentChain(eqx.Module):
 
     @property
     def loaded(self) -> bool:
-        """Whether anything acts on the chain but pressure."""
+        """True if anything acts on the chain but pressure."""
         return bool(self.loads) or any(segment.loads for segment in self.segments)
 
     @property
     def all_loads(self) -> tuple[ChainLoad, ...]:
-        """Those of the chain and those of its segments."""
+        """Loads of the chain and of its segments."""
         return (*self.loads, *own_loads(tuple(segment.loads for segment in self.segments)))
 
     def with_loads(self, *loads: ChainLoad) -> "SegmentChain":
-        """The same chain under other loads of its own; what segments carry themselves stays."""
+        """The same chain under other loads of its own. The segments' loads stay."""
         return dataclasses.replace(self, loads=loads)
 
 
 class ChainEquilibrium(eqx.Module):
-    """A solved chain: the equilibrium of each segment, and the shape they make.
+    """A solved chain: the equilibrium of each segment, and the shape of the chain.
 
     Attributes:
-        segments: from base to tip. Under loads all of them are NaN where the chain has no equilibrium.
-        shape: in space.
-        stable: whether a loaded chain would stay in this equilibrium when it is pushed a little: the
-            symmetric part of its stiffness is positive definite. A straight chain under a weight beyond the
-            one at which it buckles is in equilibrium, but not stable. None for a chain without loads.
+        segments: equilibria from base to tip. Under loads all of them are NaN where the chain has no
+            equilibrium.
+        shape: shape in space.
+        stable: true if the equilibrium of a loaded chain is stable: the symmetric part of its stiffness is
+            positive definite. A straight chain under a weight beyond its buckling load is in equilibrium, but
+            not stable. None for a chain without loads.
     """
 
     segments: tuple[Equilibrium, ...]
@@ -104,17 +104,17 @@ class ChainEquilibrium(eqx.Module):
 
     @property
     def status(self) -> Array:
-        """A `Status` code of the whole chain: `converged`, or the most telling of the segments' codes."""
+        """`Status` code of the whole chain: `converged`, or the most informative of the segments' codes."""
         return jnp.max(jnp.stack([segment.status for segment in self.segments], axis=-1), axis=-1)
 
     @property
     def converged(self) -> Array:
-        """Whether the whole chain is in equilibrium."""
+        """True if the whole chain is in equilibrium."""
         return solved(self.status)
 
     @property
     def frames(self) -> Float[Array, "n+1 4 4"]:
-        """See `ChainShape`."""
+        """Frames of the segments, see `ChainShape`."""
         return self.shape.frames
 
     @property
@@ -147,8 +147,8 @@ def chain_of(
     Args:
         segments: one actuator, or one per segment from base to tip.
         count: number of segments, where one actuator is given; 1 by default.
-        angles: of each segment about z against the base [rad], or one for all; `(0, pi / 2)` makes an
-            alternating orthogonal pair of planar segments.
+        angles: mounting angle of each segment about z against the base [rad], or one for all; `(0, pi / 2)`
+            makes an alternating orthogonal pair of planar segments.
         connectors: lengths of the rigid connectors between segments [m], or one for all.
 
     Raises:
@@ -178,28 +178,29 @@ def solve_chain(
 ) -> ChainEquilibrium:
     """Equilibrium and shape of a chain; differentiable in activations, pressure, loads and every dimension.
 
-    Under loads the equilibrium found is the one connected with the chain at rest, cold and without pressure;
-    `stable` says whether the chain would stay in it.
+    Under loads the search finds the equilibrium connected with the chain at rest, cold and without pressure.
+    `stable` tells if it is stable.
 
     Args:
-        chain: the segments.
-        pressure: gauge [Pa], in all segments.
-        activations: for each segment one per spring; cold where empty.
-        states: what the springs remember, for each segment one per spring; fresh where None.
-        throw: raise where there is no solution. Otherwise the `status` says why, and what has none is NaN: of
-            a chain without loads the segment and what comes after it, of a loaded chain all segments.
+        chain: chain of segments.
+        pressure: gauge pressure in all segments [Pa].
+        activations: activations for each segment, one per spring; cold where empty.
+        states: memories of the springs for each segment, one per spring; fresh where None.
+        throw: true to raise where there is no solution. Otherwise the `status` gives the reason, and missing
+            results are NaN: for a chain without loads from the failed segment on, for a loaded chain in all
+            segments.
 
     Raises:
-        RuntimeError: if float64 is off, or, with `throw`, which segment is not in equilibrium and why; of a
-            loaded chain, why the whole is not.
+        RuntimeError: if float64 is off, or, with `throw`, if there is no equilibrium. The message names the
+            segment (or the loaded chain) and the reason.
         ValueError: if activations or states do not fit the segments and their springs.
     """
     activations, states = _per_segment(chain, activations, states)
-    rows = list(zip(_bare(chain), activations, states, strict=True))
+    rows = list(zip(_without_loads(chain), activations, states, strict=True))
     if chain.loaded:
         found = _solve_loaded(chain, jnp.asarray(pressure, dtype=float), rows)
         return _raise_for_chain(found) if throw else found
-    results = _alike_together(
+    results = _map_by_structure(
         lambda body, drive, memory: solve(body, pressure, drive, memory, throw=False), rows
     )
     if throw:
@@ -209,26 +210,26 @@ def solve_chain(
     return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths))
 
 
-def _bare(chain: SegmentChain) -> list[Actuator]:
-    """The segments without what they carry."""
+def _without_loads(chain: SegmentChain) -> list[Actuator]:
+    """The segments without their own loads."""
     return [segment.with_loads() if segment.loads else segment for segment in chain.segments]
 
 
 def _solve_loaded(chain: SegmentChain, pressure: Array, rows: list[tuple]) -> ChainEquilibrium:
     """`solve_chain` under loads."""
     require_float64()
-    members = tuple(tuple(group) for group in _alike(rows))
+    members = tuple(tuple(group) for group in _groups_of_equal_structure(rows))
     stacked = tuple(_stack(rows, group) for group in members)
     parts = tuple(
         Problem(body, jnp.broadcast_to(pressure, (len(m),)), drive, memory)
         for m, (body, drive, memory) in zip(members, stacked, strict=True)
     )
     problem = joined(chain, parts, members)
-    return _join(chain, problem, rest_of(problem) or _unloaded(problem))
+    return _joint(chain, problem, rest_of(problem) or _unloaded(problem))
 
 
 def _unloaded(problem: ChainProblem) -> tuple[ChainProblem, Array]:
-    """The chain without loads, and what solves it: every segment alone."""
+    """The chain without loads, and its solution: every segment alone."""
     alone = lambda part: solve(  # noqa: E731
         part.actuator, part.pressure, part.activations, part.states, throw=False
     )
@@ -237,10 +238,10 @@ def _unloaded(problem: ChainProblem) -> tuple[ChainProblem, Array]:
 
 
 @eqx.filter_jit
-def _join(chain: SegmentChain, problem: ChainProblem, begin: tuple[ChainProblem, Array]) -> ChainEquilibrium:
+def _joint(chain: SegmentChain, problem: ChainProblem, begin: tuple[ChainProblem, Array]) -> ChainEquilibrium:
     """Equilibrium of a loaded chain from a start: one compiled program per kind of chain."""
     stand = chain_root(begin[0], problem, begin[1])
-    results = _apart(described(problem, stand), problem.members)
+    results = _by_segment(described(problem, stand), problem.members)
     bends = jnp.stack([result.bend for result in results])
     lengths = jnp.stack([result.length for result in results])
     return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths), stand.stable & stand.found)
@@ -263,15 +264,16 @@ def simulate_chain_history(
 ) -> ChainHistory:
     """Chain under histories of pressure and activation, memories carried; see `simulate_history`.
 
-    Loads are constant. A row of a loaded chain follows from the last one that was solved; one without
-    equilibrium is NaN in all segments, commits nothing, and stops no later row.
+    Loads are constant. A row of a loaded chain continues from the last solved one. A row without equilibrium
+    is NaN in all segments, commits nothing, and stops no later row.
 
     Args:
-        chain: the segments.
-        pressure: gauge [Pa], in all segments, shape (rows,).
-        activations: for each segment one per spring, their arrays of shape (rows,) or (); cold where empty.
+        chain: chain of segments.
+        pressure: gauge pressure in all segments [Pa], shape (rows,).
+        activations: activations for each segment, one per spring, with arrays of shape (rows,) or (); cold
+            where empty.
         states: memories before the first row, for each segment one per spring; fresh where None.
-        time: [s], shape (rows,); needed by `Heating`.
+        time: time [s], shape (rows,); needed by `Heating`.
 
     Raises:
         ValueError: for an empty history, arrays of different lengths, or time going backwards.
@@ -279,13 +281,13 @@ def simulate_chain_history(
     rows = jnp.shape(pressure)[:1]
     activations, states = _per_segment(chain, activations, states)
     spread = lambda x: jnp.broadcast_to(x, rows) if jnp.ndim(x) == 0 else x  # noqa: E731  # alike in shape
-    told = list(zip(_bare(chain), jax.tree.map(spread, activations), states, strict=True))
+    arguments = list(zip(_without_loads(chain), jax.tree.map(spread, activations), states, strict=True))
     if chain.loaded:
         check_course(pressure, activations, time)
-        results = _loaded_history(chain, jnp.asarray(pressure, dtype=float), told, time)
+        results = _loaded_history(chain, jnp.asarray(pressure, dtype=float), arguments, time)
     else:
-        results = _alike_together(
-            lambda body, drive, memory: simulate_history(body, pressure, drive, memory, time=time), told
+        results = _map_by_structure(
+            lambda body, drive, memory: simulate_history(body, pressure, drive, memory, time=time), arguments
         )
     bends = jnp.stack([result.rows.bend for result in results], axis=1)
     lengths = jnp.stack([result.rows.length for result in results], axis=1)
@@ -296,7 +298,7 @@ def _loaded_history(
     chain: SegmentChain, pressure: Array, rows: list[tuple], time: Array | None
 ) -> list[History]:
     """Histories of the segments of a loaded chain."""
-    members = tuple(tuple(group) for group in _alike(rows))
+    members = tuple(tuple(group) for group in _groups_of_equal_structure(rows))
     stacked = tuple(_stack(rows, group) for group in members)
     parts = tuple(
         Problem(
@@ -319,11 +321,11 @@ def _loaded_history(
         guess = _unloaded(joined(chain, warm, members))[1]
     clock = jnp.zeros(pressure.shape[0]) if time is None else jnp.asarray(time, dtype=float)
     found = loaded_history(balance, stacked, pressure, clock, guess)
-    apart: list = [None] * len(rows)
+    by_segment: list = [None] * len(rows)
     for result, group in zip(found, members, strict=True):
         for at, k in enumerate(group):
-            apart[k] = jax.tree.map(lambda leaf, at=at: leaf[:, at], result)
-    return apart
+            by_segment[k] = jax.tree.map(lambda leaf, at=at: leaf[:, at], result)
+    return by_segment
 
 
 def chain_shape(
@@ -332,16 +334,16 @@ def chain_shape(
     """Shape of a chain whose segments are bent by given angles.
 
     Args:
-        chain: mounting angles, connectors and radii are taken from it.
+        chain: chain with mounting angles, connectors and radii.
         bends: bend angle vector of each segment in its own axes [rad].
-        lengths: of the segments' centre lines [m].
+        lengths: lengths of the segments' centre lines [m].
     """
     radii = jnp.stack([enclosing_radius(segment.section) for segment in chain.segments])
     return place_segments(bends, lengths, chain.angles, jnp.append(chain.connectors, 0.0), radii)
 
 
 def enclosing_radius(section: Section) -> Array:
-    """Radius about the centre line of a tube that holds the section, to 0.1 % unless it is round [m]."""
+    """Radius about the centre line of a tube that encloses the section, to 0.1 % unless it is round [m]."""
     angles = jnp.linspace(0.0, 2.0 * jnp.pi, 72, endpoint=False)
     directions = jnp.stack([jnp.cos(angles), jnp.sin(angles)], axis=-1)
     return jnp.max(jax.vmap(lambda n: section.sides(n)[0])(directions))
@@ -371,8 +373,8 @@ def _per_segment(
     return activations, states
 
 
-def _alike(rows: list[tuple]) -> list[list[int]]:
-    """Which rows are of equal structure and shapes."""
+def _groups_of_equal_structure(rows: list[tuple]) -> list[list[int]]:
+    """Groups of rows with equal structure and shapes."""
     groups: dict[tuple, list[int]] = {}
     for k, row in enumerate(rows):
         leaves, structure = jax.tree.flatten(jax.tree.map(jnp.asarray, row))
@@ -385,21 +387,21 @@ def _stack(rows: list[tuple], members: Sequence[int]) -> tuple:
     return jax.tree.map(lambda *leaves: jnp.stack(leaves), *(rows[k] for k in members))
 
 
-def _apart(results: Sequence, members: Sequence[Sequence[int]]) -> list:
+def _by_segment(results: Sequence, members: Sequence[Sequence[int]]) -> list:
     """Stacked results, segment by segment from base to tip."""
-    apart: list = [None] * sum(map(len, members))
+    by_segment: list = [None] * sum(map(len, members))
     for result, group in zip(results, members, strict=True):
         for at, k in enumerate(group):
-            apart[k] = jax.tree.map(lambda leaf, at=at: leaf[at], result)
-    return apart
+            by_segment[k] = jax.tree.map(lambda leaf, at=at: leaf[at], result)
+    return by_segment
 
 
-def _alike_together(function: Callable, rows: list[tuple]) -> list:
-    """A function of every row, rows of equal structure and shapes in one vmapped call."""
-    groups = _alike(rows)
+def _map_by_structure(function: Callable, rows: list[tuple]) -> list:
+    """Results of a function for every row; rows of equal structure and shapes share one vmapped call."""
+    groups = _groups_of_equal_structure(rows)
     if all(len(members) == 1 for members in groups):
         return [function(*row) for row in rows]
-    return _apart([jax.vmap(function)(*_stack(rows, members)) for members in groups], groups)
+    return _by_segment([jax.vmap(function)(*_stack(rows, members)) for members in groups], groups)
 
 
 def _raise_for_chain(found: ChainEquilibrium) -> ChainEquilibrium:

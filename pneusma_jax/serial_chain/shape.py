@@ -1,4 +1,4 @@
-"""The shape of a chain of segments: where each lies in space, its lines, its clearance."""
+"""The shape of a chain of segments: positions in space, lines, clearance."""
 
 import equinox as eqx
 import jax
@@ -6,20 +6,20 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from .clearance import Clearance, Pieces, chain_clearance
-from .kinematics import arc_frame, compose, rotate_in_section, shift_along, side_points, transform
+from .kinematics import arc_frame, arc_points, compose, rotate_in_section, shift_along, side_points, transform
 
 
 class ChainShape(eqx.Module):
-    """A chain in space, in the frame of its base; a history's arrays have a leading axis of rows.
+    """A chain in space, in the frame of its base. The arrays of a history have a leading axis of rows.
 
     Attributes:
         bends: bend angle vector of each segment along the base's x and y [rad], shape (n, 2).
-        lengths: of the segments' centre lines [m], shape (n,).
+        lengths: lengths of the segments' centre lines [m], shape (n,).
         connectors: length of the rigid connector after each segment [m], shape (n,); none after the last.
-        radii: of the tubes about their centre lines [m], shape (n,).
-        angles: by which segments are mounted turned [rad], shape (n,).
-        frames: the base's, and one after each segment and its connector, shape (n + 1, 4, 4). A frame does
-            not turn with a segment's mounting: on a straight chain all frames are parallel.
+        radii: radii of the tubes about their centre lines [m], shape (n,).
+        angles: mounting angles of the segments [rad], shape (n,).
+        frames: frame of the base, and one after each segment and its connector, shape (n + 1, 4, 4). A frame
+            does not turn with a segment's mounting: on a straight chain all frames are parallel.
     """
 
     bends: Float[Array, "*rows n 2"]
@@ -45,8 +45,8 @@ class ChainShape(eqx.Module):
         """Points along one segment at a place of its section [m]; the centre line by default [m].
 
         Args:
-            segment: its index from the base.
-            place: in the segment's own axes, such as `actuator.spring_places[k]`.
+            segment: index of the segment from the base.
+            place: position in the segment's own axes, such as `actuator.spring_places[k]` [m].
             points: number of points, ends included.
         """
         place = rotate_in_section(jnp.asarray(place, dtype=float), self.angles[..., segment, None])
@@ -61,8 +61,11 @@ class ChainShape(eqx.Module):
     @eqx.filter_jit
     def polyline(self, points: int = 25) -> Float[Array, "*rows m 3"]:
         """The centre line from base to tip, `points` on every segment and straight between them [m]."""
-        lines = [self.line(k, points=points) for k in range(self.lengths.shape[-1])]
-        return jnp.concatenate([*lines, self.end_pose[..., None, :3, 3]], axis=-2)
+        share = jnp.linspace(0.0, 1.0, points)
+        arcs = arc_points(self.bends[..., None, :], self.lengths[..., None], share)
+        lines = transform(self.frames[..., :-1, None, :, :], arcs)  # all segments at once: compiles faster
+        lines = lines.reshape(*lines.shape[:-3], -1, 3)
+        return jnp.concatenate([lines, self.end_pose[..., None, :3, 3]], axis=-2)
 
     def clearance(self) -> Clearance:
         """Free space between parts of the chain; see `serial_chain.clearance.chain_clearance`."""
@@ -85,10 +88,10 @@ def place_segments(
 
     Args:
         bends: bend angle vector of each segment in its own axes [rad]; may have leading axes of rows.
-        lengths: of the segments' centre lines [m].
-        angles: by which each segment is mounted turned about z, against the base [rad].
+        lengths: lengths of the segments' centre lines [m].
+        angles: mounting angle of each segment about z, against the base [rad].
         connectors: length of the rigid connector after each segment [m], also after the last.
-        radii: of the tubes about their centre lines [m].
+        radii: radii of the tubes about their centre lines [m].
     """
     angles, connectors, radii = (jnp.broadcast_to(x, lengths.shape) for x in (angles, connectors, radii))
     bends = rotate_in_section(bends, angles)

@@ -1,4 +1,4 @@
-"""The weight of a chain of segments and of what it carries."""
+"""The weight of a chain of segments and of the bodies on it."""
 
 from collections.abc import Sequence
 
@@ -23,16 +23,18 @@ def chain_weight(
     """Gravity on a chain: `chain.with_loads(chain_weight(chain.segments, 1070.0,
     gravity_vector("horizontal")))`.
 
-    Every segment weighs what `weight` says of it alone.
+    Every segment weighs as much as by `weight` alone.
 
     Args:
-        segments: from base to tip.
-        silicone_density: of the wall [kg/m3], one for all or one per segment.
-        acceleration: of gravity in the frame of the chain's base [m/s2]; see `actuator.loads.gravity_vector`.
-        tip_mass: of the end cap and what it carries [kg].
+        segments: actuators from base to tip.
+        silicone_density: density of the wall [kg/m3], one for all or one per segment.
+        acceleration: acceleration of gravity in the frame of the chain's base [m/s2]; see
+            `actuator.loads.gravity_vector`.
+        tip_mass: mass of the end cap and bodies on it [kg].
         tip_place: centre of the tip mass in the last segment's section [m]; its bore's centroid if None.
         connectors: lengths of the rigid connectors between segments [m], as of the chain.
-        connector_mass: of each of them, centred half-way along it [kg]; one for all or one per connector.
+        connector_mass: mass of each of them, centred half-way along it [kg]; one for all or one per
+            connector.
     """
     count = len(segments)
     densities = jnp.broadcast_to(jnp.asarray(silicone_density, dtype=float), (count,))
@@ -52,12 +54,12 @@ def chain_weight(
 
 
 def with_bodies(weight: ChainWeight, masses: Float[Array, "n"], places: Float[Array, "n 2"]) -> ChainWeight:
-    """A weight with further bodies at the segments' ends; the bodies at one end count as one.
+    """A weight with further bodies at the segments' ends. The bodies at one end count as one.
 
     Args:
-        weight: of the chain.
-        masses: of the further bodies [kg].
-        places: of their centres in the section [m].
+        weight: weight of the chain.
+        masses: masses of the further bodies [kg].
+        places: positions of their centres in the section [m].
     """
     places = jnp.concatenate([places, jnp.zeros((len(masses), 1))], axis=1)
     together = weight.end_masses + masses

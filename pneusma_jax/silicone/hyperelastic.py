@@ -6,7 +6,7 @@ Every law is written for the deviatoric uniaxial path `lambda_2 = lambda_3 = lam
 import jax.numpy as jnp
 from jaxtyping import Array
 
-GENT_LIMIT = 0.999  # of (I1 - 3) / J_m, past which the pole is replaced by its tangent
+GENT_LIMIT = 0.999  # Maximum of (I1 - 3) / J_m, beyond which the tangent replaces the pole
 
 
 def first_invariant(stretch: Array) -> Array:
@@ -39,7 +39,7 @@ def gent_stress(stretch: Array, mu: Array, j_m: Array) -> Array:
     """Gent's law of limited chain extension [Pa]. A. N. Gent, Rubber Chem. Technol. 69 (1996) 59.
 
     Within a thousandth of the pole at `I1 - 3 = j_m`, and past it, the amplification is continued along its
-    tangent, so that a trial step may cross the pole.
+    tangent. A trial step may then cross the pole.
 
     Args:
         stretch: axial stretch [1].

@@ -26,7 +26,7 @@ class SiliconeLaw(eqx.Module):
 
     @property
     def tested(self) -> tuple[Array, Array]:
-        """Smallest and largest strain that the law was fitted to [1]; without bounds unless overridden."""
+        """Smallest and largest strain of the law's data [1]; without bounds unless overridden."""
         return -jnp.asarray(jnp.inf), jnp.asarray(jnp.inf)
 
 

@@ -63,9 +63,9 @@ def load_silicone(
     """Silicone law by the name of a shipped table, from a TOML file, or from a loaded table.
 
     Args:
-        name_or_path: such as `"dragon_skin_10_fast"`, or a `material.toml` that a fit has written. Its
+        name_or_path: name such as `"dragon_skin_10_fast"`, or a `material.toml` that a fit has written. Its
             `silicone_stiffness`, where it has one, multiplies the stress of any law.
-        law: another of the laws that the table holds numbers for; the table's own by default.
+        law: name of another law of the table; the table's own by default.
 
     Raises:
         InputError: if there is no such table, or it lacks a number of the law.
@@ -85,9 +85,9 @@ def load_silicone_test(test: str, name_or_path: str | Path = "dragon_skin_10_fas
     """One of the five mechanical tests of Table 3.1.
 
     Args:
-        test: `"standard_tension"`, `"bulk_compression"`, `"tube_tension"`, `"tube_buckling"` or
-            `"needle_buckling"`.
-        name_or_path: the table that holds it.
+        test: name of the test: `"standard_tension"`, `"bulk_compression"`, `"tube_tension"`,
+            `"tube_buckling"` or `"needle_buckling"`.
+        name_or_path: name or path of the table.
     """
     table = load_calibration(name_or_path, kind="silicone")
     values = table.table(test)

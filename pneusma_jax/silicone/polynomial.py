@@ -10,7 +10,7 @@ def polynomial_stress(strain: Array, coefficients: Array) -> Array:
 
     Args:
         strain: engineering strain [1], any shape.
-        coefficients: highest power first, as Table 3.1 lists them [Pa], shape (n + 1,).
+        coefficients: coefficients, highest power first, as in Table 3.1 [Pa], shape (n + 1,).
     """
     return jnp.polyval(coefficients, strain)
 
@@ -24,8 +24,8 @@ class PolynomialFit(eqx.Module):
     """One row of Table 3.1: a mechanical test of the silicone, as fitted.
 
     Attributes:
-        coefficients: highest power first [Pa].
-        strain_min, strain_max: strains that the test reached [1].
+        coefficients: coefficients, highest power first [Pa].
+        strain_min, strain_max: range of strains of the test [1].
     """
 
     coefficients: Array = eqx.field(converter=jnp.asarray)

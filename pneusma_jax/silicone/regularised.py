@@ -1,9 +1,8 @@
 """The silicone law of the actuator: Table 3.1's tension and buckling fits, joined smoothly at zero strain.
 
-Eqs. 3.22 to 3.25 switch from one polynomial to the other at zero strain, where they jump from -0.37 to
-+5.76 kPa, and use them past the strains that were tested. Here each polynomial loses its constant term, is
-held to the tested strains, continued linearly outside, and the two are blended over a narrow band
-(correction 10).
+Eqs. 3.22 to 3.25 switch from one polynomial to the other at zero strain, where they jump from -0.37 to +5.76
+kPa. They also use them past the tested strains. Here each polynomial loses its constant term and is continued
+linearly outside the tested strains. The two are blended over a narrow band (correction 10).
 """
 
 import equinox as eqx
@@ -39,9 +38,9 @@ def regularised_stress(
 
     Args:
         strain: engineering strain [1], any shape.
-        tension, compression: coefficients of Table 3.1, highest power first [Pa]; their constant terms are
+        tension, compression: coefficients of Table 3.1, highest power first [Pa]. Their constant terms are
             dropped, so that there is no stress at zero strain.
-        half_width: of the blend around zero strain [1].
+        half_width: half-width of the blend around zero strain [1].
         lower, upper: strains beyond which the law is linear [1].
         least_slope: smallest slope of those lines [Pa].
     """

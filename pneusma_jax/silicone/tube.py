@@ -12,8 +12,8 @@ def tube_strain(pressure: Array, outer_diameter: Array, wall_thickness: Array, l
     """Axial strain that balances the end cap's pressure with the wall's tension, Eq. 3.9 [1].
 
     Args:
-        pressure: gauge [Pa], scalar.
-        outer_diameter, wall_thickness: of the tube [m].
+        pressure: gauge pressure [Pa], scalar.
+        outer_diameter, wall_thickness: dimensions of the tube [m].
         law: axial engineering stress of the wall; `laws.NeoHookean` or any other.
 
     Raises:

@@ -1,1 +1,1 @@
-"""Memories of springs and effects carried along rows: actuator, spring, tube, coupon."""
+"""Time histories with memories of springs and effects: actuator, spring, tube, coupon."""

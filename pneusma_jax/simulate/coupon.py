@@ -11,16 +11,16 @@ from ..silicone import SiliconeLaw
 from .load_train import strain_in_train
 
 # of a die-C dumbbell (ASTM D412), where a recording does not state its coupon's: 6 mm by 3 mm over 33 mm
-AREA = 18e-6  # m2
-GAUGE_LENGTH = 33e-3  # m
+AREA = 18e-6  # Cross-section [m2]
+GAUGE_LENGTH = 33e-3  # Gauge length [m]
 
 
 class CouponRow(eqx.Module):
-    """What the coupon itself does in a row.
+    """State of the coupon itself in a row.
 
     Attributes:
-        strain: engineering [1]; the recorded one unless the load train gives.
-        stress: engineering [Pa].
+        strain: engineering strain [1]; the recorded one for a rigid load train.
+        stress: engineering stress [Pa].
     """
 
     strain: Array
@@ -31,8 +31,8 @@ class CouponHistory(eqx.Module):
     """A simulated test of an elastomer coupon.
 
     Attributes:
-        rows: the coupon in every row; arrays of shape (rows,).
-        seen: `stress` [Pa] as the instruments show it, shape (rows,).
+        rows: states of the coupon in every row; arrays of shape (rows,).
+        seen: instrument reading of `stress` [Pa], shape (rows,).
     """
 
     rows: CouponRow
@@ -54,11 +54,11 @@ def simulate_coupon(
 
     Args:
         law: engineering stress [Pa] over engineering strain [1].
-        strain: as recorded [1], shape (rows,).
-        time: [s], shape (rows,), for effects that depend on rate or duration.
+        strain: recorded strain [1], shape (rows,).
+        time: time [s], shape (rows,), for effects that depend on rate or duration.
         cycle: number of the load cycle [1], shape (rows,).
-        effects: beyond the base law; their memories start at rest.
-        area, gauge_length: of the coupon [m2, m], for effects that are forces or lengths.
+        effects: effects beyond the base law; their memories start at rest.
+        area, gauge_length: dimensions of the coupon [m2, m], for effects that are forces or lengths.
     """
     strain = jnp.asarray(strain, dtype=float)
     clock = jnp.zeros(strain.shape) if time is None else jnp.asarray(time, dtype=float)
@@ -66,9 +66,9 @@ def simulate_coupon(
 
     def step(memories: tuple, row: tuple) -> tuple:
         strain, time, interval, cycle = row
-        known = dict(time=time, interval=interval, cycle=cycle, silicone=law, area=area)
-        known["recorded_strain"] = strain
-        chain = Chain(effects, memories, Known(known))
+        inputs = dict(time=time, interval=interval, cycle=cycle, silicone=law, area=area)
+        inputs["recorded_strain"] = strain
+        chain = Chain(effects, memories, Known(inputs))
 
         def stress_at(given: tuple, strain: Array) -> Array:
             law, chain = given

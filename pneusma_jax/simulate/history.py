@@ -1,6 +1,6 @@
 """Path-dependent simulation: spring memories carried along a history by one scan.
 
-A row is solved from its neighbour's configuration with the memories of the row before; the memories are
+A row is solved from its neighbour's configuration with the memories of the row before. The memories are
 committed with the converged values. Everything is differentiable end to end and can be vmapped over
 specimens, designs and protocols.
 """
@@ -31,11 +31,12 @@ class History(eqx.Module):
     """A simulated history of an actuator.
 
     Attributes:
-        rows: the equilibrium of every row; arrays have a leading axis of rows.
+        rows: equilibrium of every row; arrays have a leading axis of rows.
         states: each spring's memory after every row, arrays of shape (rows,).
-        temperatures: of each spring [degC], shape (rows, springs); NaN for a spring that no current drives.
-        seen: `curvature` [1/m], `bend_angle` [rad] and `length` [m] as the instruments show them, shape
-            (rows,); those of `rows` unless an effect acts on them.
+        temperatures: temperature of each spring [degC], shape (rows, springs); NaN for a spring that no
+            current drives.
+        seen: instrument readings `curvature` [1/m], `bend_angle` [rad] and `length` [m], shape (rows,); those
+            of `rows` unless an effect changes them.
     """
 
     rows: Equilibrium
@@ -45,7 +46,7 @@ class History(eqx.Module):
 
     @property
     def converged(self) -> Array:
-        """Which rows found an equilibrium, shape (rows,)."""
+        """Mask of the rows with an equilibrium, shape (rows,)."""
         return self.rows.converged
 
 
@@ -53,9 +54,9 @@ class SpringHistory(eqx.Module):
     """A simulated test of one spring on a stand.
 
     Attributes:
-        rows: the spring's response in every row.
-        states: its memory after every row.
-        seen: `force` [N] and `resistance` [ohm] as the instruments show them, shape (rows,).
+        rows: response of the spring in every row.
+        states: memory of the spring after every row.
+        seen: instrument readings `force` [N] and `resistance` [ohm], shape (rows,).
     """
 
     rows: SpringResponse
@@ -64,7 +65,7 @@ class SpringHistory(eqx.Module):
 
 
 class _Carry(eqx.Module):
-    """What one row hands to the next."""
+    """State that one row passes to the next."""
 
     states: tuple[SpringState, ...]
     unknowns: Array
@@ -88,19 +89,19 @@ def simulate_history(
     """Actuator under histories of pressure and of phase, resistance or current.
 
     Args:
-        actuator: what is loaded.
-        pressure: gauge [Pa], shape (rows,).
-        activations: one per spring, with arrays of shape (rows,) or (): `MartensiteFraction`, `Resistance`,
-            or `Heating` by a current. Cold where empty.
+        actuator: loaded actuator.
+        pressure: gauge pressure [Pa], shape (rows,).
+        activations: activations, one per spring, with arrays of shape (rows,) or (): `MartensiteFraction`,
+            `Resistance`, or `Heating` by a current. Cold where empty.
         states: memories before the first row; fresh with the actuator's pre-strain where None.
-        time: [s], shape (rows,); needed by `Heating` and by effects that depend on rate or duration, checked
-            to be non-decreasing.
-        effects: beyond the base model; their memories start at rest.
-        currents: recorded through each spring [A], shape (rows,), or None for one that was not recorded; read
-            by effects only.
-        ambient: temperature of the air [degC], shape (rows,) or (); read by effects only.
-        gravity: its acceleration in the base frame [m/s2], see `actuator.loads.gravity_vector`; read by
+        time: time [s], shape (rows,), non-decreasing; needed by `Heating` and by effects that depend on rate
+            or duration.
+        effects: effects beyond the base model; their memories start at rest.
+        currents: recorded current through each spring [A], shape (rows,), or None where not recorded; read by
             effects only.
+        ambient: temperature of the air [degC], shape (rows,) or (); read by effects only.
+        gravity: acceleration of gravity in the base frame [m/s2], see `actuator.loads.gravity_vector`; read
+            by effects only.
 
     Returns:
         The history. A row without equilibrium is NaN with a status, commits nothing, and stops no later row.
@@ -149,8 +150,8 @@ def _simulate(
         pressure, activations, time, interval, recorded = row
         before = carry.temperatures, carry.resistances
         phases, temperatures = phases_of(actuator.springs, activations, *before, interval)
-        known = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | fixed | recorded)
-        chain = Chain(effects, carry.memories, known)
+        inputs = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | fixed | recorded)
+        chain = Chain(effects, carry.memories, inputs)
         pressure = chain.through("pressure", pressure)
         chain = chain.knowing(pressure=pressure)
         return Problem(actuator, pressure, phases, carry.states, chain), temperatures
@@ -158,7 +159,7 @@ def _simulate(
     def after(
         carry: _Carry, problem: Problem, temperatures: tuple[Array, ...], found: Equilibrium
     ) -> tuple[_Carry, dict[str, Array]]:
-        """What the next row is given, and what the instruments show."""
+        """State for the next row, and instrument readings."""
         good = found.converged
         # a failed row is NaN: what it would commit is replaced before the memory's laws see it
         calm = jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, found)
@@ -185,7 +186,7 @@ def _simulate(
         return next_carry, seen
 
     def commit(carry: _Carry, problem: Problem, temperatures: tuple, root: Array, good: Array) -> _Carry:
-        """What a path that is tried hands to its next row."""
+        """State that a candidate path passes to its next row."""
         root = jnp.where(good, root, jnp.nan)
         return after(carry, problem, temperatures, equilibrium_of(problem, root, jnp.asarray(0)))[0]
 
@@ -231,9 +232,9 @@ def phases_of(
     """Activations of a row, currents turned into phases, and the springs' temperatures [degC].
 
     Args:
-        springs, activations: of one actuator.
-        temperatures, resistances: of its springs after the row before [degC, ohm].
-        interval: since that row [s].
+        springs, activations: springs and activations of one actuator.
+        temperatures, resistances: values of its springs after the row before [degC, ohm].
+        interval: time since that row [s].
     """
     phases, after = [], []
     rows = zip(springs, activations, temperatures, resistances, strict=True)
@@ -255,7 +256,7 @@ def _first_carry(
     states: tuple[SpringState, ...],
     memories: tuple,
 ) -> _Carry:
-    """At rest: springs at ambient temperature and at their attached length."""
+    """State at rest: springs at ambient temperature and at their attached length."""
     temperatures = tuple(
         a.ambient[0] if isinstance(a, Heating) else jnp.asarray(jnp.nan) for a in activations
     )
@@ -281,14 +282,14 @@ def simulate_spring(
     """One spring on a test stand, stretched along a history of elongation.
 
     Args:
-        spring: with `attached_length` equal to its free length, as on a stand.
-        elongation: from the attached length [m], shape (rows,).
-        activation: with arrays of shape (rows,) or (): an isothermal test holds `MartensiteFraction`, an
-            isoresistive one `Resistance`, one that temperature drives `Temperature`.
+        spring: spring with `attached_length` equal to its free length, as on a stand.
+        elongation: elongation from the attached length [m], shape (rows,).
+        activation: activation with arrays of shape (rows,) or (): `MartensiteFraction` for an isothermal
+            test, `Resistance` for an isoresistive one, `Temperature` for one that temperature drives.
         state: memory before the first row; fresh and never stretched where None.
-        time: [s], shape (rows,), for effects that depend on rate or duration.
-        effects: beyond the base model; their memories start at rest.
-        temperature: of the spring [degC], shape (rows,), for effects that depend on it.
+        time: time [s], shape (rows,), for effects that depend on rate or duration.
+        effects: effects beyond the base model; their memories start at rest.
+        temperature: temperature of the spring [degC], shape (rows,), for effects that depend on it.
     """
     rows = jnp.shape(elongation)[0]
     state = SpringState.fresh(0.0) if state is None else state
@@ -333,7 +334,7 @@ def simulate_spring(
 def _check(
     actuator: Actuator, pressure: Array, activations: tuple, states: tuple, time: Array | None
 ) -> None:
-    """Refuse what has no meaning, in one sentence."""
+    """Refuse meaningless inputs, in one sentence."""
     if pressure.ndim != 1 or pressure.shape[0] == 0:
         raise ValueError(
             f"Argument `pressure` must be a history of at least one row, but its shape is {pressure.shape}."

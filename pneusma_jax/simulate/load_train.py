@@ -1,5 +1,7 @@
-"""A specimen in series with a load train that gives, and stiffens as it is loaded:
-`recorded = true + compliance * F / (1 + stiffening * |F|)` with `F = force(true)`."""
+"""A specimen in series with a compliant load train, which stiffens under load.
+
+Its law is `recorded = true + compliance * F / (1 + stiffening * |F|)` with `F = force(true)`.
+"""
 
 from collections.abc import Callable
 
@@ -9,12 +11,14 @@ from jaxtyping import Array, PyTree
 
 from ..numerics.safe import begun_as, frozen
 
-STEPS = 7  # of Newton, at most, the differentiated one included; the force is nearly linear over that length
-CLOSE = 1e-12  # step left to the differentiated one at which they end, relative; a derivative errs by as much
-LEAST_SLOPE = 0.05  # of the recorded over the true length: below, the train snaps and no root is stable
+STEPS = 7
+"""Maximum number of Newton steps, the differentiated one included; the force is nearly linear over them."""
+CLOSE = 1e-12  # Maximum relative step before the differentiated one; it bounds the error of a derivative
+LEAST_SLOPE = 0.05
+"""Minimum slope of the recorded over the true length; below, the train snaps and no root is stable."""
 
 Force = Callable[[PyTree, Array], Array]
-"""Force of a specimen from what it depends on besides its length, and from that."""
+"""Force of a specimen as a function of other quantities and of its length."""
 
 
 def strain_in_train(
@@ -22,19 +26,19 @@ def strain_in_train(
 ) -> Array:
     """True length of a specimen from the recorded one, by Newton's method.
 
-    Written for length and force; strain and stress will do, with the compliance in their units.
+    It is written for length and force. Strain and stress are possible, with the compliance in their units.
 
     Args:
-        force: of the specimen [N], from `given` and a true length [m].
-        given: every number that the force depends on and that derivatives are wanted by; one that `force`
-            closes over instead stops reverse mode.
-        recorded: length over specimen and train [m].
-        compliance: of the unloaded train [m/N]; 0 gives the recorded length exactly.
-        stiffening: one over the force at which the train gives half as much [1/N]; 0 for one that is linear.
+        force: force of the specimen [N], as a function of `given` and a true length [m].
+        given: all numbers that the force depends on and that may be differentiated. A number that `force`
+            closes over prevents reverse mode.
+        recorded: recorded length over specimen and train [m].
+        compliance: compliance of the unloaded train [m/N]; 0 gives the recorded length exactly.
+        stiffening: inverse of the force that halves the compliance [1/N]; 0 for a linear train.
 
     Returns:
         The true length [m]. Only the last step is differentiated, which gives the first derivatives of the
-        implicit function; so tangents stay out of the loop. A rigid train takes no other step.
+        implicit function without tangents in the loop. A rigid train takes no other step.
     """
     still, (shown, give, stiffer) = frozen(given), frozen((recorded, compliance, stiffening))
 

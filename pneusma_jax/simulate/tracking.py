@@ -1,9 +1,8 @@
-"""An actuator followed row by row near configurations that are known: what fits and diagnoses compute over
-and over.
+"""An actuator followed row by row near known configurations, as fits and diagnoses need it repeatedly.
 
-`simulate.history.simulate_history` looks further where a row is hard; here a row starts from its neighbour
-and plain Newton does the rest, so that a program with many effects compiles in a fraction of the time and its
-derivatives along many directions are cheap.
+`simulate.history.simulate_history` searches further where a row is hard. Here a row starts from its
+neighbour, and plain Newton suffices. A program with many effects then compiles in a fraction of the time, and
+its derivatives along many directions are cheap.
 """
 
 from typing import Any
@@ -26,8 +25,8 @@ from ..numerics.safe import begun_as
 from ..pipeline import Chain, Effect, Known, as_recorded
 
 METHOD = BoundedNewton(close=1e-10, patience=6, corner=0.0)
-"""One more step, differentiated, ends it. Near corners (friction, contact) steps are small long before a row
-balances, so that a looser end loses rows."""
+"""One further step, differentiated, ends the iteration. Near corners (friction, contact) steps are small long
+before a row balances, so that a larger tolerance would lose rows."""
 MOST_STEPS = 40
 
 
@@ -35,10 +34,9 @@ class Track(eqx.Module):
     """A followed history.
 
     Attributes:
-        rows: the equilibrium of every row; arrays have a leading axis of rows. NaN where there is none.
-        seen: `curvature` [1/m], `bend_angle` [rad] and `length` [m] as the instruments show them, shape
-            (rows,).
-        good: rows that found their equilibrium, shape (rows,).
+        rows: equilibrium of every row; arrays have a leading axis of rows. NaN where there is none.
+        seen: instrument readings `curvature` [1/m], `bend_angle` [rad] and `length` [m], shape (rows,).
+        good: mask of the rows with an equilibrium, shape (rows,).
     """
 
     rows: Equilibrium
@@ -59,17 +57,16 @@ def track_history(
     """`simulate_history` for rows that lie near each other, not compiled by itself.
 
     Args:
-        actuator: what is loaded.
-        pressure: gauge [Pa].
-        activations: one per spring, with arrays of shape (rows,).
+        actuator: loaded actuator.
+        pressure: gauge pressure [Pa], shape (rows,).
+        activations: activations, one per spring, with arrays of shape (rows,).
         states: memories before the first row.
-        time: [s], non-decreasing.
-        effects: beyond the base model; their memories start at rest.
-        recorded: what else is known of each row, arrays of shape (rows, ...), by the name by which effects
-            ask for it: `currents` [A] by the spring's number, `temperature` of the air [degC], `gravity`
-            [m/s2].
-        guess: phases at which the first row's configuration is sought before `activations` take over: a
-            resistance may be that of two configurations, and from the wrong one no row finds back.
+        time: time [s], non-decreasing, shape (rows,).
+        effects: effects beyond the base model; their memories start at rest.
+        recorded: further inputs of effects by name, arrays of shape (rows, ...): `currents` [A] by the
+            spring's number, `temperature` of the air [degC], `gravity` [m/s2].
+        guess: phases for the search of the first row's configuration. Two configurations may share a
+            resistance, and from the wrong one no row returns to the right branch.
     """
     recorded = recorded or {}
     fixed = dict(actuator=actuator, fibres=actuator.fibres()) if effects else {}
@@ -81,7 +78,7 @@ def track_history(
         chain = Chain(effects, memories, known)
         pressure = chain.through("pressure", pressure)
         problem = Problem(actuator, pressure, activations, states, chain.knowing(pressure=pressure))
-        found = _settled(problem, unknowns)
+        found = _equilibrium_near(problem, unknowns)
         good = found.status == int(Status.converged)
         # a failed row is NaN: what it would commit is replaced before the memory's laws see it
         calm = jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, found)
@@ -108,26 +105,25 @@ def track_history(
     interval = jnp.diff(time, prepend=time[:1])
     rows = (pressure, activations, time, interval, recorded)
     at_start = Problem(actuator, pressure[0], guess or jax.tree.map(lambda x: x[0], activations), states)
-    first = _settled(jax.lax.stop_gradient(at_start), start(actuator))
+    first = _equilibrium_near(jax.lax.stop_gradient(at_start), start(actuator))
     unknowns = jnp.where(first.status == int(Status.converged), first.unknowns, start(actuator))
     carried = begun_as((unknowns, states, at_rest.memories), (actuator, effects, rows))
     _, (found, seen, good) = jax.lax.scan(step, carried, rows)
     return Track(found, as_recorded(effects, seen, time), good)
 
 
-def _settled(problem: Problem, guess: Array) -> Equilibrium:
-    """Equilibrium near a guess; where there is none, its status says so and the rest is NaN.
+def _equilibrium_near(problem: Problem, guess: Array) -> Equilibrium:
+    """Equilibrium near a guess. Where there is none, the status says so and the rest is NaN.
 
-    An activation that has `held` (its phase without what strain does to it) is held in the iterations
-    and let go in the last step.
+    An activation with a method `held` ignores the strain in the iterations and follows it in the last step.
 
-    Newton's iterations carry no derivatives. One more step does, which gives those of the implicit
-    function; so the row's laws are compiled three times and not once for every use.
+    Newton's iterations carry no derivatives. One further step does and gives those of the implicit function.
+    So the row's laws are compiled three times and not once for every use.
     """
     frozen, body = jax.lax.stop_gradient(problem), problem.actuator
 
-    held = tuple(getattr(a, "held", lambda a=a: a)() for a in problem.activations)
-    frozen = eqx.tree_at(lambda p: p.activations, frozen, jax.lax.stop_gradient(held))
+    fixed_phases = tuple(getattr(a, "held", lambda a=a: a)() for a in problem.activations)
+    frozen = eqx.tree_at(lambda p: p.activations, frozen, jax.lax.stop_gradient(fixed_phases))
     guess = jax.lax.stop_gradient(guess)
     found = optx.root_find(residual, METHOD, guess, frozen, max_steps=MOST_STEPS, throw=False)  # type: ignore[var-annotated]
     root, slope = jax.lax.stop_gradient((found.value, found.stats["slope"]))

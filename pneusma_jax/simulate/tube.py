@@ -1,4 +1,4 @@
-"""A pressurised tube without springs along a history: the actuator's equilibrium with nothing attached."""
+"""A pressurised tube without springs along a history, as an actuator with nothing attached."""
 
 import equinox as eqx
 from jaxtyping import Array, Float
@@ -14,8 +14,8 @@ class TubeHistory(eqx.Module):
     """A simulated inflation.
 
     Attributes:
-        rows: the equilibrium of every row; arrays have a leading axis of rows.
-        seen: `length` [m] as the instruments show it, shape (rows,), and what an `unmodelled` remainder adds.
+        rows: equilibrium of every row; arrays have a leading axis of rows.
+        seen: instrument reading `length` [m], shape (rows,), and the contribution of a model discrepancy.
     """
 
     rows: Equilibrium
@@ -23,7 +23,7 @@ class TubeHistory(eqx.Module):
 
     @property
     def converged(self) -> Array:
-        """Which rows found an equilibrium, shape (rows,)."""
+        """Mask of the rows with an equilibrium, shape (rows,)."""
         return self.rows.converged
 
 
@@ -46,10 +46,10 @@ def simulate_tube(
     """A tube under a history of gauge pressure [Pa], shape (rows,); Eqs. 3.9 and 3.10 row by row.
 
     Args:
-        tube: see `make_tube`.
-        pressure: gauge [Pa], shape (rows,).
-        time: [s], shape (rows,), for effects that depend on rate or duration.
-        effects: beyond the base model; their memories start at rest.
+        tube: tube from `make_tube`.
+        pressure: gauge pressure [Pa], shape (rows,).
+        time: time [s], shape (rows,), for effects that depend on rate or duration.
+        effects: effects beyond the base model; their memories start at rest.
 
     Raises:
         ValueError: as `simulate_history`.

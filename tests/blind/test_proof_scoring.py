@@ -3,13 +3,12 @@
 import dataclasses
 import functools
 import json
-from concurrent.futures import ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 
 import numpy as np
 import pytest
 
 from fitting.inference.channels import Channel
+from pneusma_jax.errors import InputError
 from validation.blind.cases import Case
 from validation.blind.proof import __main__ as command
 from validation.blind.proof import baselines, ledger, score, worker
@@ -224,37 +223,33 @@ def _report_of(folder, seed):
     return _report() | {"folder": folder.name}
 
 
-def test_several_workers_leave_no_case_out_and_start_again_after_a_crash(tmp_path, small, monkeypatch):
-    crashes = [BrokenProcessPool("a worker died")]
+def test_cases_may_be_done_elsewhere_in_any_order_and_a_run_that_broke_goes_on(tmp_path, small):
+    def breaks(job, numbers):
+        for number in reversed(list(numbers)):
+            yield number, job(number)
+            raise InputError("the cluster is gone")
 
-    class Pool(ThreadPoolExecutor):
-        """Threads in the place of processes; the first diagnosis breaks the pool."""
+    places, calls = Places(tmp_path), []
+    with pytest.raises(InputError, match="is gone"):
+        running.run(small, places, scheduler=breaks, diagnose=_report_of)
+    assert not list(places.reports.glob("*/report.json")), "no case was sealed to its end"
 
-        def __init__(self, workers, **_):
-            super().__init__(workers)
+    def elsewhere(job, numbers):
+        calls.append(list(numbers))
+        return ((number, job(number)) for number in reversed(calls[-1]))
 
-        def submit(self, function, *arguments):
-            def call(name):
-                if crashes and isinstance(name, str):
-                    raise crashes.pop()
-                return function(name)
-
-            return super().submit(call, *arguments)
-
-    monkeypatch.setattr(running, "ProcessPoolExecutor", Pool)
-    places = Places(tmp_path)
-    done = running.run(small, places, workers=2, diagnose=_report_of)
-    assert [case.name for case in done] == ["c0", "c1", "c2", "c3"] and not crashes
+    done = running.run(small, places, scheduler=elsewhere, diagnose=_report_of)
+    assert [case.name for case in done] == ["c0", "c1", "c2", "c3"]
+    assert calls == [[0, 1, 2], [0, 1, 2, 3]], "one case was sealed before the break"
     assert all(read(places.report(case.name))["folder"] == case.name for case in small)
-    assert list(running.truths(small, places, workers=2)) == ["c0", "c1", "c2", "c3"]
+    assert list(running.truths(small, places, elsewhere)) == ["c0", "c1", "c2", "c3"]
 
 
 def test_a_case_that_kills_its_process_is_recorded(tmp_path, small):
     places, seen = Places(tmp_path), []
-    running._sealed(small[:1], places, 1)
     (places.reports / "c0").mkdir(parents=True)
     (places.reports / "c0" / "attempts.json").write_text(str(worker.MOST_ATTEMPTS))
-    worker.work(places, "c0", 1, "abc", functools.partial(_made_up, seen))
+    running.run(small[:1], places, diagnose=functools.partial(_made_up, seen))
     assert not seen and "the process ended 3 times" in read(places.report("c0"))["error"]
 
 

@@ -69,6 +69,10 @@ def test_too_few_rows_below_max_strain(folder, refused):
         (("--terms", "7"), "7"),
         (("--fix", "p_5"), "NAME=VALUE"),
         (("--fix", "q=1"), "no law has a constant 'q'"),
+        (("--law", "neo_hookean", "--fix", "c_30=1"), "neo_hookean has no constant 'c_30' (yeoh has); it has mu"),
+        (("--law", "gent", "--fix", "c_10=1"), "gent has no constant 'c_10'"),
+        (("--law", "ogden", "--terms", "1", "--fix", "alpha_2=2"), "ogden_1 has no constant 'alpha_2'"),
+        (("--law", "yeoh", "--fix", "c_10=1", "--fix", "p_5=0"), "yeoh has no constant 'p_5'"),
     ],
 )
 def test_options(folder, refused, options, words):

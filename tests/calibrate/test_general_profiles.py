@@ -8,6 +8,7 @@ import pytest
 
 from fitting.calibrate.general import profiles as profiling
 from fitting.calibrate.general.fit import fit_campaign, gone_on
+from fitting.calibrate.profile_likelihood import WIDTH_90
 from fitting.inference.parameters import Parameters, Prior
 from fitting.specimens import Model, Rows
 from pneusma_jax.errors import InputError
@@ -70,13 +71,17 @@ def bent(a, b, t):
 
 def test_of_a_straight_line_profiles_are_parabolas(fitted):
     for profile in profiling.profiles(fitted(line), ["a", "b"]).values():
-        np.testing.assert_allclose(profile.rise, [4.0, 1.0, 0.0, 1.0, 4.0], atol=0.01)
-        assert not profile.curved and profile.below < 1e-6
+        np.testing.assert_allclose(profile.rise, profile.parabola, atol=0.01)
+        assert len(profile.value) == 3 and not profile.curved and profile.below < 1e-6
+        wide = WIDTH_90 * profile.sd
+        np.testing.assert_allclose(profile.quoted(90), profile.value[1] + np.array([-wide, wide]), rtol=0.01)
 
 
 def test_a_curved_valley_shows(fitted):
     found = profiling.profile(fitted(bent), "a")
     assert found.curved and found.rise.min() == 0.0
+    low, high = found.quoted(90)
+    assert high - found.value[np.argmin(found.rise)] > 1.5 * (found.value[np.argmin(found.rise)] - low)
 
 
 def test_all_pins_share_the_program_of_the_fit(fitted):

@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 
 from fitting.calibrate.general import fit as general
+from fitting.calibrate.general import pipeline
+from fitting.characterise import characterise
+from fitting.data.recordings import Campaign, Recording, write_recording
 from fitting.inference.least_squares import Status
 from fitting.inference.parameters import Parameters
+from fitting.report.general import text, wires
+from fitting.specimens import WIRE
 
 STARTS = 8
 
@@ -45,3 +50,70 @@ def test_noise_of_the_drivers_is_no_reason_to_search_on(searching):
 def test_what_that_noise_does_not_explain_is(searching):
     found, many = searching(bare=20.0, decided=10.0)
     assert len(many) == 1 + general.DRAWS and len(found.starts) == STARTS + general.DRAWS * (STARTS - 1)
+
+
+@pytest.mark.parametrize("bare", [1.0, 2.0, 1.8e5])
+def test_a_fit_whose_noise_was_raised_to_its_misfit_is_missed_all_the_same(searching, monkeypatch, bare):
+    """The last fit is made at noise that covers the misfit, so its own reduced chi-square is near 1."""
+    monkeypatch.setattr(general, "inflated", lambda rows, factor: ["decided"])
+    found, _ = searching(bare, bare)
+    assert found.misses == (bare > 1.3)
+    monkeypatch.setattr(general, "inflation_of", lambda reduced, misfits: 40.0)
+    model = SimpleNamespace(decides=lambda rows: False)
+    fitted = general._settled(model, ("a recording",), ["bare"], found.result, (1.0,), lambda word: None)
+    assert fitted.inflation == 40.0 and fitted.misses == (bare > 1.3)
+
+
+HELD = ["gR_amplitude", "gR_slope", "gR_shift", "gR_decay"]
+
+
+@pytest.mark.parametrize(("misses", "takes_off", "laws"), [(True, False, 2), (False, False, 1), (True, True, 1)])
+def test_a_law_that_misses_recordings_is_fitted_without_the_loop_that_nothing_shows(monkeypatch, misses, takes_off, laws):
+    asked = []
+
+    def fitted(campaign, specimen, **options):
+        asked.append(options.get("base"))
+        return SimpleNamespace(fit=SimpleNamespace(misses=misses))
+
+    monkeypatch.setattr(pipeline, "characterise_general", fitted)
+    stress = np.full(60, 200.0)
+    stress[-10:] = 0.0 if takes_off else 200.0
+    columns = {"time_s": np.arange(60.0), "temperature_degC": np.linspace(20.0, 90.0, 60), "strain": np.linspace(0.05, 0.01, 60)}
+    recording = Recording("cycle", None, "wire", geometry={"alloy": "fit"}, columns={**columns, "stress_MPa": stress})
+    pipeline.characterise_specimen(Campaign("c", [recording], None), WIRE)
+    assert len(asked) == laws
+    if laws == 2:
+        wire = WIRE.rows_for(Campaign("c", [recording], None), base=asked[1])[0].base
+        assert float(wire["gR_amplitude"]) == 0.0
+
+
+def test_what_was_held_is_not_said_to_be_missing_for_another_reason():
+    entries = [{"kind": "at_start", "parameters": [name], "text": name} for name in [*HELD, "beta_1", "beta_2"]]
+    alike, held = text._grouped_warnings(entries, set(HELD))
+    assert alike.startswith("beta_1 and beta_2 are still") and "these recordings do not show them" in alike
+    assert held.startswith("gR_amplitude, gR_slope, gR_shift and gR_decay are still") and "no recording takes the load off" in held
+
+
+@pytest.mark.parametrize(("misses", "held", "words"), [(True, {}, "may stand in for a hysteresis"), (False, {"gR_amplitude": 1}, "held at the table's values"), (False, {}, "")])
+def test_a_loop_of_the_residual_strain_is_called_one(misses, held, words):
+    said = wires._loop_means(SimpleNamespace(fit=SimpleNamespace(misses=misses), unseen=held))
+    assert words in said and bool(words) == bool(said)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("cold", "hot", "width", "stress"), [(80.0, 100.0, 3.0, 200.0), (55.0, 70.0, 4.0, 120.0)])
+def test_one_cycle_of_a_wire_with_a_hysteresis_is_drawn_as_one_curve(tmp_path, cold, hot, width, stress):
+    temperature = np.concatenate([np.linspace(20.0, 140.0, 60), np.linspace(140.0, 20.0, 60)])
+    middle = np.where(np.arange(120) < 60, hot, cold)
+    strain = 0.01 + 0.04 / (1.0 + np.exp((temperature - middle) / width))
+    columns = {"time_s": np.arange(120.0), "strain": np.round(strain, 5), "stress_MPa": np.full(120, stress), "temperature_degC": temperature}
+    write_recording(Recording("thermal", None, "wire", geometry={"alloy": "fit"}, columns=columns, real=False), tmp_path)
+    found = characterise(tmp_path, starts=2, profile=0)
+    assert found.parameters["gR_amplitude"].value == 0.0
+    said = " ".join(text.warnings(found))
+    assert "draws a loop" not in said and "fitted without (gR_amplitude = 0) and draws one curve" in said
+    assert cold < found.parameters["T_mid"].value < hot or "lies outside" in said
+    (score,) = found.scores
+    heating, cooling = (np.interp(0.5 * (cold + hot), score.x[part][:: 1 if k == 0 else -1], score.predicted[part][:: 1 if k == 0 else -1])
+                        for k, part in enumerate((slice(0, 60), slice(60, 120))))  # fmt: skip
+    assert heating == pytest.approx(cooling, abs=2e-4)

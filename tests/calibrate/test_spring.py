@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy_spring import Test, refitted
 
 import pneusma_jax as pj
 from fitting.calibrate.spring.information import Information, sentences
@@ -43,6 +44,19 @@ def test_known_constants_come_out_within_three_standard_errors(alloy):
     assert set(far) == {"G_m", "G_a", "gamma_L", "rho_mean", "rho_span", "alpha_1", "alpha_2", "a", "b"}
     assert max(map(abs, far.values())) < 3.0, far
     assert alloy.joint.result.success and 0.6 < alloy.joint.reduced_chi_square < 1.3
+
+
+def test_scipy_finds_the_same_constants_from_the_published_equations(alloy):
+    """Least squares over constants and every row's fraction, without the project's laws or solver."""
+    joint = alloy.joint
+    settled = joint.problem.settled(joint.values)
+    tests = [Test(settled[k]) for k in joint.problem.fitted]
+    priors = {name: entry.prior for name, entry in joint.parameters.items()}
+    mean, sd = ({n: getattr(prior, key) for n, prior in priors.items()} for key in ("mean", "sd"))
+    found, chi_square = refitted(tests, mean, sd)
+    assert chi_square == pytest.approx(joint.result.chi_square, abs=0.05)
+    far = {n: (found[n] - joint.values[n]) / joint.result.standard_errors[n] for n in found}
+    assert max(map(abs, far.values())) < 0.1, far
 
 
 def test_held_out_tests_are_predicted_from_resistance(alloy):

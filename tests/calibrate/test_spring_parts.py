@@ -6,12 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.calibrate.profile_likelihood import lower_end
+from fitting.calibrate.profile_likelihood import WIDTH_90, lower_end
 from fitting.calibrate.spring import profiles as profiling
+from fitting.calibrate.spring import stand_tests
 from fitting.calibrate.spring.joint import Joint, Start, lead, spanned
 from fitting.calibrate.spring.modes import apart, other_modes
 from fitting.calibrate.spring.next_test import _reach, _sentence
 from fitting.calibrate.spring.profiles import profile
+from fitting.calibrate.spring.search import order
 from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameters
 from fitting.report import profile_likelihood as shown
@@ -65,7 +67,7 @@ def test_a_fit_that_differs_by_less_than_every_standard_error_is_no_other_mode()
     [((1.0, 2.0), "1 to 2 GPa"), ((1.0, np.inf), "1 GPa or more"), ((-np.inf, 2.0), "2 GPa or less")],
 )
 def test_a_profile_is_told_in_the_unit_of_files_with_its_open_end(ends, said):
-    profile = SimpleNamespace(interval=lambda: tuple(1e9 * end for end in ends))
+    profile = SimpleNamespace(interval=lambda rise: tuple(1e9 * end for end in ends))
     result = SimpleNamespace(
         parameters={"G_m": SimpleNamespace(value=1.5, unit="GPa")},
         fitted={"G_m": SimpleNamespace(value=1.5e9)},
@@ -97,14 +99,14 @@ def profiled(monkeypatch):
     """Profile of x, whose fit ended at 0, along a chi-square that is a test's own."""
 
     def of(chi_square):
-        entry = SimpleNamespace(value=0.0, standard_error=1.0, min=-9.0, max=9.0)
+        entry = SimpleNamespace(value=0.0, standard_error=1.0, min=-9.0, max=9.0, at_bound=False)
         errors = uncertainty(1.0)
         problem = SimpleNamespace(parameters=Names(NAMES), data=lambda: {"rows": None}, at=lambda values: problem)
         joint = SimpleNamespace(
             problem=problem, parameters={"x": entry}, values={"x": 0.0, "y": 0.0}, result=SimpleNamespace(uncertainty=errors)
         )
 
-        def pinned(problem, data, pins):
+        def pinned(problem, data, pins, known=None):
             x = pins.get("x", 0.0)
             return SimpleNamespace(chi_square=chi_square(x), success=True, values={"x": x, "y": 2.0 * x})
 
@@ -118,8 +120,9 @@ def profiled(monkeypatch):
 
 def test_a_profile_that_falls_below_the_fit_is_said_and_says_where(profiled):
     found = profiled(lambda x: 50.0 + 9.0 * ((x - 2.0) ** 2 - 4.0))
-    assert found.below == pytest.approx(36.0) and found.rise.min() == 0.0
-    assert lower_end({"x": found}) == ("x", {"x": 2.0, "y": 4.0})
+    assert found.below == pytest.approx(36.0 - 9.0 * (2.0 - WIDTH_90) ** 2) and found.rise.min() == 0.0
+    name, place = lower_end({"x": found})
+    assert name == "x" and place == {"x": WIDTH_90, "y": 2.0 * WIDTH_90}
     low, high = found.interval()
     assert low > 1.0
 
@@ -168,3 +171,39 @@ class Best:
 
     parameters: Parameters
     uncertainty: Uncertainty
+
+
+def readings(*pairs):
+    """Tests by slope at the beginning and resistance at rest."""
+    return [stand_tests._Reading(5.0, 0.1, slope, rho, True, False) for slope, rho in pairs]
+
+
+def phases_of(found, softer):
+    return [phase for phase, _ in stand_tests._phases(found, softer)]
+
+
+def test_which_phase_is_the_softer_one_decides_what_a_stiff_test_is():
+    usual = readings((3.0, 20.0), (5.0, 18.5), (8.0, 17.0))
+    assert phases_of(usual, "martensite") == ["cold", "intermediate", "hot"]
+    assert phases_of(usual, "austenite") == ["hot", "intermediate", "cold"]
+    other = readings((8.0, 20.0), (5.0, 18.5), (3.0, 17.0))  # austenite softer, martensite resists more
+    assert phases_of(other, "austenite") == ["cold", "intermediate", "hot"]
+
+
+@pytest.mark.parametrize("slopes, contradiction", [((3.0, 8.0), False), ((8.0, 3.0), True)])
+def test_stiffness_and_resistance_that_contradict_ask_for_two_readings(slopes, contradiction):
+    found = readings((slopes[0], 20.0), (slopes[1], 17.0))
+    tests = [
+        SimpleNamespace(phase=phase, reason=reason, resistivity=r.resistivity)
+        for r, (phase, reason) in zip(found, stand_tests._phases(found, "martensite"), strict=True)
+    ]
+    assert stand_tests.contradicts(tests) is contradiction
+    stated = [SimpleNamespace(**{**vars(test), "reason": stand_tests.STATED}) for test in tests]
+    assert not stand_tests.contradicts(stated)
+
+
+def test_of_two_readings_the_one_that_was_taken_is_named():
+    fit = lambda cost: SimpleNamespace(single=joint_of(ended(0.0, cost, True)))  # noqa: E731
+    said = order([fit(5000.0), fit(900.0)], 1)
+    assert "chi-square is 5000, with austenite 900" in said[0] and "--softer martensite" in said[0]
+    assert order([fit(5000.0)], 0) == []

@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from fitting.engine import Rate, Store, Task, run_tasks
+from fitting.engine import Rate, Store, Task, digest, objects, run_results, run_tasks, unique_names
 from pneusma_jax.errors import InputError
 
 TASKS = [Task(f"part-{k}", 10 * (k + 1)) for k in range(4)]
@@ -59,6 +59,53 @@ def test_a_disk_that_refuses_ends_in_one_line_and_the_run_goes_on_later(tmp_path
     assert not list(tmp_path.glob(".*")), "no part of the refused file is left"
     assert run_tasks(job, TASKS, Store(tmp_path)) == 2
     assert [Store(tmp_path).read(task) for task in TASKS] == [job(k) for k in range(4)]
+
+
+def test_results_are_read_or_computed_and_each_is_told_of(tmp_path):
+    store, told, asked = Store(tmp_path), [], []
+
+    def work(number):
+        asked.append(number)
+        return objects.dump({"task": number, "good": number != 3})
+
+    kept = lambda number, result: told.append(("kept", number)) or result  # noqa: E731
+    finished = lambda number, result: told.append(("finished", number)) or result  # noqa: E731
+    more = {"kept": kept, "finished": finished, "usable": lambda result: result["good"]}
+    first = run_results(work, TASKS[:2], store, **more)
+    assert [result["task"] for result in first] == [0, 1] and told == [("finished", 0), ("finished", 1)]
+    store.path(TASKS[1]).write_bytes(b"damaged")
+    every = run_results(work, TASKS, store, **more)
+    assert [result["task"] for result in every] == [0, 1, 2, 3] and asked == [0, 1, 1, 2, 3]
+    assert told[2:] == [("kept", 0), ("finished", 1), ("finished", 2), ("finished", 3)]
+    again = run_results(work, TASKS, store, **more)
+    assert asked == [0, 1, 1, 2, 3, 3], "what is not good is computed again"
+    assert again == every
+
+
+def test_files_may_have_folders_of_their_own(tmp_path):
+    store, tasks = Store(tmp_path), [Task("a/report.json"), Task("b/report.json")]
+    store.write(tasks[1], b"was there")
+    (tmp_path / "b" / ".report.json.1.part").write_bytes(b"half")
+    assert store.missing(tasks) == [0]
+    assert run_tasks(job, tasks, store) == 1
+    assert sorted(p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*.*")) == [
+        t.name for t in tasks
+    ]
+
+
+def test_names_are_unique_and_digests_follow_content(tmp_path):
+    for folder in ("x/strip", "y/strip"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "pull.csv").write_text("time_s\n")
+    paths = [tmp_path / "x" / "strip", tmp_path / "y" / "strip"]
+    assert unique_names(paths) == ["strip", "strip_2"]
+    before = digest(paths[:1], 3)
+    assert before == digest(paths[1:], 3) != digest(paths[:1], 4)
+    (paths[0] / "pull.csv").write_text("time_s\n1\n")
+    assert digest(paths[:1], 3) != before
+    one = digest([paths[1] / "pull.csv"])
+    (paths[1] / "pull.toml").write_text('kind = "elastomer"')
+    assert digest([paths[1] / "pull.csv"]) != one, "a CSV's meaning is in the TOML beside it"
 
 
 def test_progress_counts_rows_and_says_the_time_left(capsys, monkeypatch):

@@ -41,7 +41,7 @@ def refusal(path, **named):
         (COUPON, {"dimensions": ["area_mm2=18"]}, "--dimension area_mm2: stress is read from 'Stress (kPa)' and there is no load to divide; name one with --map force=..."),
         (COUPON, {"dimensions": ["gauge_length_mm=18"]}, "--dimension gauge_length_mm: strain is read from 'Strain (%)' and there is no extension"),
         (COUPON, {"scales": ["force=-1"]}, "--scale force: nothing in this file is read as force"),
-        (HUNG, {"constants": ["stress_MPa=300"], "compression": True}, "--compression: it turns strain and stress of a coupon (kind elastomer), and this is of kind wire"),
+        (TUBE, {"compression": True}, "--compression: it turns strain and stress of a coupon or wire, and this is of kind tube"),
         (TUBE, {"slack": "auto"}, "--slack: a recording of kind tube has no stroke"),
         (SPRING, {"dimensions": ["gauge_length_mm=18"]}, "a recording of kind spring has no use for it"),
         (SPRING, {"scales": ["temperature=2"]}, "--scale temperature: nothing in this file is read as temperature"),

@@ -232,3 +232,36 @@ def test_a_clock_and_a_load_are_no_stretch_and_stress(put, first):
     assert "without headings, numbers 1 to 2" in message
     named = make_options(columns=["stretch=1", "stress=2"], units=["stress=MPa"], kind="elastomer")
     assert import_file(path, named).kind == "elastomer"
+
+
+RIG = (
+    "Wire rig 2;operator JM\nSample;NT-38-A\nWire diameter;15 mil\nGauge length;4 in\n\n"
+    "{clock};Thermocouple (°F);LVDT (mil);Hung mass (kg)\n"
+    + "".join(f"{k / 60:.4f};{190 - 4 * k:.2f};{3.0 + 0.5 * k:.2f};0.578\n" for k in range(40))
+)
+
+
+@pytest.mark.parametrize("clock", ["Elapsed (min)", "Log point (min)", "t (min)"])
+def test_a_rig_with_words_of_its_own_makes_a_wire_without_any_option(put, clock):
+    recording = import_file(put("run.csv", RIG.format(clock=clock)))
+    assert recording.kind == "wire" and list(recording.columns)[0] == "time_s"
+    np.testing.assert_allclose(recording.columns["time_s"], np.arange(40.0), atol=0.003)
+    np.testing.assert_allclose(recording.columns["temperature_degC"][:2], [(190 - 32) / 1.8, (186 - 32) / 1.8], rtol=1e-6)
+    np.testing.assert_allclose(recording.columns["strain"], (3.0 + 0.5 * np.arange(40)) / 4000.0, rtol=1e-4)
+    np.testing.assert_allclose(recording.columns["stress_MPa"], 0.578 * 9.80665 / (np.pi / 4 * 0.381**2), rtol=1e-9)
+    assert said(recording, "--specimen NT-38-A")
+
+
+def test_a_file_that_speaks_of_a_spring_is_asked_about(put):
+    with pytest.raises(InputError, match="fit the kinds spring, wire"):
+        import_file(put("run.csv", RIG.format(clock="t (min)").replace("Wire rig", "Spring rig")))
+
+
+def test_a_column_in_seconds_that_does_not_rise_is_no_clock(put):
+    text = RIG.format(clock="Dwell (s)").replace("\n0.0167;", "\n0.0000;")
+    assert said(import_file(put("run.csv", text)), "has no clock")
+
+
+def test_columns_of_no_known_format_are_asked_for_with_the_quantities_that_there_are(put):
+    with pytest.raises(InputError, match=r"QUANTITY is one of .*temperature.*resistance"):
+        import_file(put("run.csv", "foo;bar;baz\n" + "".join(f"{k};{2 * k};{3 * k}\n" for k in range(30))))

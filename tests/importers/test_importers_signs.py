@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.data.importers import import_file, make_options
-from fitting.data.importers.slack import find_slack
+from fitting.data.slack import find_slack
 from pneusma_jax.errors import InputError
 
 MU = 200.0

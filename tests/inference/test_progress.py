@@ -37,5 +37,5 @@ def test_sampling_says_in_a_log_how_far_it_is(clock, capsys):
         clock[0] = 0.0
         with SamplingBar(shown, 1000) as bar:
             clock[0] = 40.0
-            bar.moved(200)
+            bar.advance_to(200)
         assert capsys.readouterr().err == said

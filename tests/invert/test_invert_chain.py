@@ -1,10 +1,13 @@
 """A chain of four driven to tip poses, and through a lumen."""
 
+import equinox as eqx
 import numpy as np
 import pytest
 
 from fitting.invert import Inverse, Limits
-from fitting.invert.lumen import Lumen, distances, pass_through
+from fitting.invert.derivatives import values_with_slope
+from fitting.invert.forward import first_guess, fresh
+from fitting.invert.lumen import Lumen, distances, pass_through, refined
 
 LIMITS = Limits((0.0, 50e3), 0.1)
 
@@ -12,6 +15,22 @@ LIMITS = Limits((0.0, 50e3), 0.1)
 @pytest.fixture(scope="module")
 def inverse():
     return Inverse("orthogonal_chain", LIMITS)
+
+
+@pytest.mark.slow
+def test_derivatives_along_few_directions_are_those_of_every_drive(inverse):
+    goals, box = ("tip", "direction"), inverse.box()
+    place, h = np.array([0.6, 0.9, 0.4, 0.7, 0.95, 0.5, 0.8, 0.3, 0.85]), 1e-5
+    memories, guess = fresh(inverse.body), first_guess(inverse.body)
+    look = eqx.filter_jit(values_with_slope)
+    values, slope, unknowns = look(inverse.body, goals, box.drives, place, memories, guess)
+    around = np.array([place, *(place + h * np.eye(9)), *(place - h * np.eye(9))])
+    solved = inverse.verified(np.array([box.drives(x) for x in around]))
+    pose = np.asarray(solved.end_pose)
+    exact = np.column_stack([pose[:, :3, 3], pose[:, :3, 2]])
+    np.testing.assert_allclose(values, exact[0], rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(slope, (exact[1:10] - exact[10:]).T / (2.0 * h), rtol=1e-5, atol=1e-7)
+    assert unknowns.shape == guess.shape
 
 
 @pytest.mark.slow
@@ -40,3 +59,13 @@ def test_the_chain_follows_a_bent_lumen_clear_of_its_wall(inverse):
     away, room = (np.asarray(x) for x in distances(found.line, (points, lumen.diameter)))
     radius = float(inverse.body.segments[0].section.radius)
     assert np.min(room - away) - radius == pytest.approx(found.clearance, abs=1e-9)
+
+
+def test_a_refined_line_is_the_same_line():
+    points = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.1], [0.0, 0.03, 0.12]])
+    lumen = Lumen("bent", points, np.array([10e-3, 12e-3, 8e-3]))
+    line, diameter = refined(lumen)
+    assert len(line) == len(diameter) == 4
+    away, room = (np.asarray(x) for x in distances(line, (points, lumen.diameter)))
+    np.testing.assert_allclose(away, 1e-9, rtol=1e-6)
+    np.testing.assert_allclose(room, 0.5 * diameter)

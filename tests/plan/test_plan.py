@@ -255,6 +255,19 @@ def test_the_protocol_is_complete(planned):
     assert tests[0]["name"] in said and "hours with set-up" in said
 
 
+def test_the_plan_says_which_test_tells_the_memory_and_the_resistivities(planned):
+    """Only unloading shows the residual strain, and only cold wire the resistivity of martensite."""
+    folder, _ = planned
+    expected = tomllib.loads((folder / "protocol.toml").read_text())["expected"]
+    for name, fields in expected.items():
+        assert 0.0 < fields["sd_after_that_alone"] <= fields["sd_before"] * (1.0 + 1e-3), name
+    for name in ("rho_mean", "rho_span", "gR_amplitude"):
+        assert not expected[name]["told_best_by"].startswith("hot"), name
+        assert expected[name]["sd_after_that_alone"] >= 0.99 * expected[name]["sd_after"], name
+    page = (folder / "protocol.html").read_text()
+    assert "Which test tells which constant" in page
+
+
 def test_the_plan_repeats_and_is_not_the_same_for_everything(planned):
     first = (planned[0] / "protocol.toml").read_text(encoding="utf-8")
     names = [t["name"] for t in tomllib.loads(first)["test"]]

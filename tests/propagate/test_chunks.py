@@ -114,7 +114,7 @@ def test_a_damaged_chunk_is_named(write, tmp_path):
     propagate(path, out)
     chunk = next((out / "chunks").iterdir())
     chunk.write_bytes(chunk.read_bytes()[:100])
-    with pytest.raises(InputError, match=rf"{chunk.name}: this chunk is damaged"):
+    with pytest.raises(InputError, match=rf"{chunk.name}: cannot be read as a chunk of a study"):
         propagate(path, out, resume=True)
 
 

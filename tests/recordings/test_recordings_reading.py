@@ -17,6 +17,11 @@ from fitting.data.recordings import (
 from pneusma_jax.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[2]
+TEXTS = {
+    "elastomer": "time_s,strain,stress_kPa\n0,0,0\n1,0.1,5\n2,0.2,9\n",
+    "tube": "time_s,pressure_kPa,length_mm\n0,0,56\n1,5,57\n",
+    "wire": "time_s,strain,stress_MPa,temperature_degC\n0,0.001,50,90\n1,0.002,50,80\n",
+}
 
 
 def test_example_campaigns_are_read_without_a_notice(examples):
@@ -257,3 +262,34 @@ def test_a_campaigns_constant_fills_what_a_recording_lacks(tmp_path):
     a, b, c = read_campaign(tmp_path).recordings
     assert a.columns["temperature_degC"].tolist() == [22.0, 22.0] and b.columns["temperature_degC"].tolist() == [40.0, 41.0]
     assert not c.has("temperature")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[constant]\nstrses_MPa = 3\n", "unknown column 'strses_MPa' in [constant], did you mean 'stress_MPa'"),
+        ("[constant]\ntemprature_degC = 22\n", "did you mean 'temperature_degC'"), ("[zero]\nbanana = 4\n", "unknown column 'banana' in [zero]"),
+        ("[zero]\nforce_N = 4\n", "unknown column 'force_N' in [zero]"), ("[constant]\ntemperature_kPa = 22\n", "[constant] temperature_kPa"),
+    ],
+)  # fmt: skip
+def test_a_column_that_no_kind_knows_is_refused_in_a_campaign(put, tmp_path, text, words):
+    put(TEXTS["wire"], 'kind = "wire"\n')
+    (tmp_path / "campaign.toml").write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_campaign(tmp_path)
+    assert words in str(caught.value) and "campaign.toml" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "noted"),
+    [
+        ("wire", "[zero]\nstrain = 0.01\nstress_MPa = 3\n", ["[zero] strain", "[zero] stress_MPa"]), ("tube", "[constant]\ntemperature_degC = 22\n", ["[constant] temperature_degC"]),
+        ("wire", "[constant]\ntemperature_degC = 22\n", ["[constant] temperature_degC"]), ("elastomer", "[zero]\nstrain = 0.01\nstress_kPa = 1\n", []),
+        ("elastomer", "[constant]\ncycle = 1\n[zero]\nstress_MPa = 0.001\n", []),
+    ],
+)  # fmt: skip
+def test_what_no_recording_uses_of_a_campaign_is_noted(put, tmp_path, kind, text, noted):
+    put(TEXTS[kind], f'kind = "{kind}"\n')
+    (tmp_path / "campaign.toml").write_text(text)
+    notices = [text for text in read_campaign(tmp_path).notices if "no recording uses it" in text]
+    assert len(notices) == len(noted) and all(word in text for word, text in zip(noted, notices, strict=True))

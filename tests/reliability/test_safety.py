@@ -7,6 +7,7 @@ import os
 import pickle
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -139,6 +140,67 @@ def test_a_damaged_cache_is_thrown_away_and_not_believed(tmp_path, damage):
         assert stored.read_bytes() != damaged and program_cache._checked(stored.read_bytes())
     finally:
         jax.config.update("jax_compilation_cache_dir", before)
+
+
+COMPUTE = """
+import jax
+jax.config.update("jax_compilation_cache_dir", {folder!r})
+jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+print(float(jax.jit(lambda x: (3.0 * x + 1.0).sum())(jax.numpy.arange(4.0))))
+"""
+
+
+@pytest.mark.parametrize("damage", [lambda b: b[: len(b) // 2], lambda b: b[:20] + b"\x00" * 30 + b[50:], lambda b: b""])
+def test_a_damaged_compiled_program_is_compiled_again(tmp_path, damage):
+    def computed():
+        done = subprocess.run(
+            [sys.executable, "-c", COMPUTE.format(folder=str(tmp_path))], capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    assert computed() == "22.0\n"
+    stored = [path for path in tmp_path.rglob("*") if path.is_file() and path.name.endswith("-cache")]
+    assert stored
+    for path in stored:
+        path.write_bytes(damage(path.read_bytes()))
+    assert computed() == "22.0\n"
+
+
+@pytest.mark.parametrize("now", [0.0, 946684800.0, 4102444800.0])
+def test_a_clock_that_is_set_costs_no_more_than_time(tmp_path, monkeypatch, now):
+    """1970, 2000 and 2100: programs on disk are found or made again, and results are replaced as ever."""
+    before = jax.config.jax_compilation_cache_dir
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path / "cache"))
+    try:
+        for clock in (time.time(), now, time.time()):
+            monkeypatch.setattr(time, "time", lambda clock=clock: clock)
+            call = program_cache.cached_program(lambda x: {"y": 3.0 * x}, "triple")
+            np.testing.assert_array_equal(call(jnp.arange(3.0))["y"], [0.0, 3.0, 6.0])
+            for path in (tmp_path / "cache").rglob("*.stablehlo"):
+                os.utime(path, (clock, clock))
+            publish(tmp_path / "out", {"a.txt": str(clock), "report.json": "{}"}, force=True)
+            assert (tmp_path / "out" / "a.txt").read_text() == str(clock)
+    finally:
+        jax.config.update("jax_compilation_cache_dir", before)
+
+
+def test_a_folder_that_may_not_be_written_to_is_one_line(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda *_: False)  # the superuser may write everywhere
+    with pytest.raises(InputError, match="no permission in"):
+        publish(tmp_path / "out", {"report.json": "{}"}, force=False)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_read_only_disk_is_one_line(tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr(tempfile, "mkdtemp", refuse)
+    with pytest.raises(InputError, match="Read-only file system"):
+        publish(tmp_path / "out", {"report.json": "{}"}, force=False)
+    assert not (tmp_path / "out").exists()
 
 
 PUBLISH = """

@@ -58,8 +58,8 @@ def test_an_error_that_is_not_known_shows_in_table_and_files():
     }
     rows = parameter_table(parameters, {"a": 1.0}, {"c": 0.5}).rows
     assert [row[1] for row in rows] == ["1.5 ± n/a", "2.5", "3.50 ± 0.50"]
-    assert [row[-1] for row in rows] == ["", "at bound", ""] and rows[2][4] == "50 %" and rows[0][5] == "1"
-    assert parameters_csv(parameters).splitlines()[1:] == ["a,1.5,,1,no", "b,2.5,,kPa,yes", "c,3.5,0.5,kPa,no"]
+    assert [row[-1] for row in rows] == ["", "at bound", ""] and rows[2][5] == "50 %" and rows[0][6] == "1"
+    assert parameters_csv(parameters).splitlines()[1:] == ["a,1.5,,1,no,,", "b,2.5,,kPa,yes,,", "c,3.5,0.5,kPa,no,,"]
     assert list(estimates_json(parameters)["b"]) == ["value", "sd", "unit", "at_bound"]
 
 

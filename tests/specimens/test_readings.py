@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.data.recordings import Recording, read_recording
-from fitting.inference.between_readings import readings_between
+from fitting.inference.between_readings import readings_at, readings_between
 from fitting.inference.channels import correlation_by_lags, serial_correlation
 from fitting.inference.noise import common_step, least_step, robust_noise, rounding_noise
 from fitting.inference.readings import cautions, measurements, noise_found, readings_of
@@ -156,6 +156,22 @@ def test_straight_lines_between_readings_add_none(finer, step):
     assert np.median(found) == pytest.approx(1.0, rel=0.2)
 
 
+@pytest.mark.parametrize("finer", [1.4, 2.3, 3.757, 8.0])
+def test_a_column_with_blunt_corners_is_read_where_another_column_was(finer):
+    """Noise that is far below the digits for most of the time leaves too few corners for a grid of its own."""
+    rows, rng = 150, np.random.default_rng(2)
+    fine = np.linspace(0.0, rows - 1.0, 1 + round((rows - 1) * finer))
+    noise = np.where(np.arange(rows) % 3 == 0, 5e-4, 3e-7) * rng.standard_normal(rows)
+    resistance = 3.2 + 0.4 / (1.0 + np.exp((np.arange(rows) - 60.0) / 9.0)) + noise
+    place = np.arange(float(len(fine)))
+    grid = readings_between(place, seven_digits(np.interp(fine, np.arange(rows), rng.standard_normal(rows))))
+    found = readings_at(grid, place, seven_digits(np.interp(fine, np.arange(rows), resistance)))
+    assert np.array_equal(found.at, grid.at) and np.nanmax(np.abs(found.values - resistance)) < 1e-4
+    elsewhere = seven_digits(np.interp(fine, np.arange(rows) + 0.37, resistance))
+    assert readings_at(grid, place, elsewhere) is None
+    assert readings_at(grid, place, 3.2 + 1e-3 * place) is None  # a straight line shows no readings
+
+
 def test_lines_by_an_uneven_clock_are_seen():
     strain, _, stress = pulls()
     fine = np.sort(np.random.default_rng(5).uniform(0.0, 149.0, 500))
@@ -220,6 +236,33 @@ def test_a_channel_at_full_scale_says_so_and_does_not_count_there(step, level):
 
 def held(time):
     return np.interp(time, [0.0, 20.0, 130.0, 149.0], [0.0, 0.8, 0.8, 0.0])
+
+
+@pytest.mark.parametrize("digits", [3, 4, 5])
+@pytest.mark.parametrize("width", [2.0, 4.0, 9.0])
+@pytest.mark.parametrize("shape", ["sigmoid", "exponential", "gaussian"])
+def test_a_course_without_noise_that_levels_off_is_not_at_full_scale(shape, width, digits):
+    """Printed digits make an exact plateau of every smooth end."""
+    rows = np.arange(240.0)
+    rise = {
+        "sigmoid": 1.0 / (1.0 + np.exp(-(rows - 80.0) / width)),
+        "exponential": 1.0 - np.exp(-rows / (2.0 * width)),
+        "gaussian": 1.0 - np.exp(-0.5 * (rows / (4.0 * width)) ** 2),
+    }[shape]
+    for values in (rise, 1.0 - rise, rise[::-1]):
+        told = readings_of(coupon(np.linspace(0.0, 1.0, 240), 50.0 * np.round(values, digits)), "stress")
+        assert told.saturated == 0 and told.counted.sum() > 200
+
+
+@pytest.mark.parametrize("at", [0.5, 0.8, 0.9])
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+@pytest.mark.parametrize("shape", ["ramp", "sine", "parabola", "bend"])
+def test_a_course_that_is_cut_off_is_at_full_scale(shape, noise, at):
+    part = np.linspace(0.0, 1.0, 400)
+    values = {"ramp": part, "sine": np.sin(np.pi * part), "parabola": 4.0 * part * (1.0 - part), "bend": part**0.6}[shape]
+    values = values + noise * np.random.default_rng(3).standard_normal(400)
+    told = readings_of(coupon(2.0 * part, 50.0 * np.minimum(values, at)), "stress")
+    assert told.level == pytest.approx(5e4 * at)
 
 
 @pytest.mark.parametrize(

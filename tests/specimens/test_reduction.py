@@ -57,7 +57,9 @@ def test_of_very_many_cycles_whole_ones_are_kept():
 def test_slow_courses_are_averaged_and_the_noise_is_that_of_means(noise):
     recording = wire(1, 26_000, noise)
     short = reduced(recording, 1024)
-    assert short.block == 26 and short.reduction.rows is None and "each the mean of 26" in short.reduction.text
+    assert (
+        short.block == 26 and short.reduction.rows is None and "each the mean of 26" in short.reduction.text
+    )
     columns = {"time": short.si("time"), "strain": short.si("strain")}
     heating = np.arange(len(short)) < len(short) / 2
     off = short.columns["strain"] - law(short.columns["temperature_degC"], heating)
@@ -95,7 +97,10 @@ def test_the_report_says_what_was_done_to_which_recording():
     short.name = "short"
     short.columns["strain"] = np.repeat(short.columns["strain"][::4], 4)
     told = " ".join(notices_of([long, short]))
-    assert "cycles: reduced from 9600 rows" in told and "short: strain repeats earlier readings in 240 of 320" in told
+    assert (
+        "cycles: reduced from 9600 rows" in told
+        and "short: strain repeats earlier readings in 240 of 320" in told
+    )
     assert "short: reduced" not in told
     assert "reduced from 320 rows" in " ".join(notices_of([short], most=128))
 
@@ -119,3 +124,91 @@ def test_rows_between_readings_are_left_out_whole_so_that_errors_of_neighbours_s
     short = reduced(Recording("fine", None, "wire", columns=columns), 1024)
     assert short.block == 1 and 318 <= len(short) <= 321 and said([short]) == []
     assert np.median(np.diff(short.reduction.rows)) == 3.0
+
+
+def holds_and_ramps(rows, jumps, ramp, low, high):
+    """A driver that rests for long and jumps between two values within a few rows."""
+    hold = (rows - jumps * ramp) // (jumps + 1)
+    course, now, other = [], low, high
+    for _ in range(jumps):
+        course += [now] * hold + list(np.linspace(now, other, ramp))
+        now, other = other, now
+    return np.array(course + [now] * (rows - len(course)))
+
+
+def rubber(strain, stiffness=120.0):
+    stretch = 1.0 + strain
+    return stiffness * (stretch - stretch**-2)
+
+
+def coupon(strain, noise=0.3, seed=1):
+    stress = rubber(strain) + noise * np.random.default_rng(seed).standard_normal(len(strain))
+    columns = {"time_s": 0.1 * np.arange(len(strain)), "strain": strain, "stress_kPa": stress}
+    return Recording("coupon", None, "elastomer", geometry={"material": "fit"}, columns=columns)
+
+
+@pytest.mark.parametrize(
+    ("rows", "jumps", "ramp"), [(20_000, 16, 20), (26_000, 30, 9), (5_000, 2, 5), (9_000, 1, 3)]
+)
+def test_no_jump_between_long_rests_is_averaged(rows, jumps, ramp):
+    short = reduced(coupon(holds_and_ramps(rows, jumps, ramp, 0.0, 0.8)), 1024)
+    strain = short.columns["strain"]
+    assert short.block == 1 and np.max(np.abs(short.columns["stress_kPa"] - rubber(strain))) < 5.0 * 0.3
+    between = (strain > 0.05) & (strain < 0.75)
+    assert between.sum() >= 0.5 * jumps * (ramp - 2)
+
+
+def test_no_jump_of_temperature_is_averaged_so_that_each_row_lies_on_its_branch():
+    temperature = holds_and_ramps(24_000, 20, 24, 30.0, 200.0)
+    heating = np.concatenate([[True], np.diff(temperature) > 0.0])
+    strain = law(temperature, heating) + NOISE * np.random.default_rng(2).standard_normal(len(temperature))
+    columns = {"time_s": 1.0 * np.arange(24_000), "temperature_degC": temperature, "strain": strain}
+    columns["stress_MPa"] = np.full(24_000, 300.0)
+    short = reduced(Recording("jumps", None, "wire", columns=columns), 1024)
+    seen = short.columns["temperature_degC"]
+    off = [np.abs(short.columns["strain"] - law(seen, np.full(len(seen), way))) for way in (True, False)]
+    assert np.max(np.minimum(*off)) < 5.0 * NOISE and "nothing is averaged" in short.reduction.text
+
+
+@pytest.mark.parametrize("length", [3, 12, 40])
+def test_one_short_pulse_in_a_slow_test_is_not_averaged(length):
+    strain = np.linspace(0.0, 0.5, 12_000)
+    strain[7_003 : 7_003 + length] += 0.2
+    assert reduced(coupon(strain), 1024).block == 1
+
+
+@pytest.mark.parametrize("pulls", [1, 3])
+def test_means_stop_at_turns_and_lie_on_the_curve(pulls):
+    """Loading and unloading on different curves, so that a mean over a turn would lie on neither."""
+    phase = (np.arange(30_000) / 30_000 * pulls) % 1.0
+    strain, back = 0.6 * (1.0 - np.abs(2.0 * phase - 1.0)), phase > 0.5
+    recording = coupon(strain)
+    lower = np.where(back, -0.4 * rubber(strain) * (0.6 - strain) / 0.6, 0.0)
+    recording.columns["stress_kPa"] = recording.columns["stress_kPa"] + lower
+    short = reduced(recording, 1024)
+    assert short.block == 30 and len(short) >= 1000 - 2 * pulls
+    seen, time = short.columns["strain"], short.columns["time_s"]
+    way = ((time / 3000.0 * pulls) % 1.0) > 0.5
+    off = (
+        short.columns["stress_kPa"]
+        - rubber(seen)
+        + np.where(way, 0.4 * rubber(seen) * (0.6 - seen) / 0.6, 0.0)
+    )
+    assert np.max(np.abs(off)) < 4.5 * 0.3 / np.sqrt(30.0)
+    assert ("left over" in short.reduction.text) == (short.block * len(short) < 30_000)
+
+
+def test_what_the_sentence_says_of_means_is_true_of_every_block():
+    recording = wire(1, 26_000)
+    short = reduced(recording, 1024)
+    assert "within none of them a channel moves by more than 5 % of its range" in short.reduction.text
+    temperature = recording.columns["temperature_degC"]
+    moved = [np.ptp(temperature[k : k + 26]) for k in range(0, 25_974)]
+    assert max(moved) < 0.05 * np.ptp(temperature) + 0.1
+
+
+def test_cycles_of_a_few_rows_are_not_taken_for_noise():
+    recording = coupon(np.linspace(0.0, 0.5, 12_000))
+    cycles = 0.25 * (1.0 + np.sin(np.arange(12_000) * 2.0 * np.pi / 4.7))
+    assert reduced(coupon(cycles), 1024).block == 1
+    assert reduced(recording, 1024).block == 12

@@ -24,7 +24,8 @@ LAYERS: tuple[tuple[str, tuple[str, ...]], ...] = (
         "model.base",
         (
             "pneusma_jax.errors", "pneusma_jax.precision", "pneusma_jax.units", "pneusma_jax.documents",
-            "pneusma_jax.files", "pneusma_jax.numerics", "pneusma_jax.pipeline", "pneusma_jax.model_discrepancy",
+            "pneusma_jax.files", "pneusma_jax.late", "pneusma_jax.numerics", "pneusma_jax.pipeline",
+            "pneusma_jax.model_discrepancy",
         ),
     ),
     ("model.calibration", ("pneusma_jax.calibration",)),

@@ -1,4 +1,5 @@
-"""Numbered cases of the blind trial: what each conceals follows from its seed and is written nowhere."""
+"""Numbered cases of the blind trial. The concealed physics of each follows from its seed and is written
+nowhere."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,15 +13,17 @@ from .generator.writing import write
 
 KINDS = ("actuator", "spring", "wire", "elastomer", "tube")
 WEAKER = (6.0, 15.0, 30.0, 100.0)
-"""Post-refit log Bayes factors of the ladder; strong effects are drawn from 30 to 3000."""
+"""Post-refit log Bayes factors of the ladder of weak effects. Strong effects are drawn from 30 to 3000."""
 STRONG = (30.0, 3000.0)
 
 
 @dataclass(frozen=True)
 class Case:
-    """One campaign to come. `strength` is a target of the post-refit log Bayes factor of the true form, or None.
+    """One campaign to be made. `strength` is a target of the post-refit log Bayes factor of the true form, or
+    None.
 
-    Of a null whose channels are digitised (group "readout") `slugs` says how; its truth holds no effect.
+    For a null whose channels are digitised (group "readout") `slugs` names the digitisation. Its truth holds
+    no effect.
     """
 
     name: str
@@ -32,7 +35,7 @@ class Case:
 
 
 def _pairs(rng, count):
-    """Pairs of one kind whose members are not two names of one place."""
+    """Pairs of one kind whose members are not two names of one cause."""
     out = []
     while len(out) < count:
         kind = str(rng.choice(KINDS, p=[0.45, 0.2, 0.1, 0.1, 0.15]))
@@ -52,7 +55,7 @@ def _strong(rng):
 
 
 def _cycle(rng, options, count):
-    """`count` draws that go through all options before any comes again."""
+    """`count` draws that use all options before any is repeated."""
     order = []
     while len(order) < count:
         order += [options[k] for k in rng.permutation(len(options))]
@@ -60,17 +63,19 @@ def _cycle(rng, options, count):
 
 
 SIZES = {"development": (10, 24, 8, 5, 5, 6), "fixed": (8, 8, 2, 2, 2, 2), "full": (320, 150, 200, 48, 48, 48)}
-"""Nulls, strong singles, weaker singles, pairs, masked, outside."""
+"""Numbers of cases: nulls, strong singles, weaker singles, pairs, masked, outside."""
 
 
 READOUT_NULLS = 100
-"""Cases of plan "readout": nulls whose channels are rounded, clipped or re-sampled."""
+"""Number of cases of plan "readout": nulls whose channels are rounded, clipped or re-sampled."""
 
 
 def case_list(plan, seed):
-    """The cases of a plan ("development", "fixed", "full" or "readout") in an order whose every prefix is a fair sample.
+    """Cases of a plan ("development", "fixed", "full" or "readout"), in an order whose every prefix is a fair
+    sample.
 
-    The same plan and seed give the same list. Names say nothing of the truth. Raises ValueError for another plan.
+    The same plan and seed give the same list. Names say nothing of the truth. Raises ValueError for another
+    plan.
     """
     if plan != "readout" and plan not in SIZES:
         raise ValueError(f"plan must be one of {', '.join([*SIZES, 'readout'])}, but is {plan!r}")
@@ -100,7 +105,8 @@ def _numbered(rows, seed, rng):
 
 
 def write_case(case, folder):
-    """Write the campaign of a case into `folder` (made if absent) and return its truth; the truth is not written."""
+    """Write the campaign of a case into `folder` (made if absent) and return its truth, which is not
+    written."""
     folder = Path(folder)
     bench, recorded, truth = build(case.kind, case.group, case.slugs, case.strength, case.seed)
     folder.mkdir(parents=True, exist_ok=True)
@@ -109,5 +115,5 @@ def write_case(case, folder):
 
 
 def truth_of(case):
-    """The truth of a case, found again from its seed."""
+    """Truth of a case, recomputed from its seed."""
     return {"name": case.name} | build(case.kind, case.group, case.slugs, case.strength, case.seed)[2]

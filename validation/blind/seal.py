@@ -1,6 +1,6 @@
-"""Sealing: data and a hash of the truth are written first, the truth is opened only once every report exists.
+"""Sealing: data and a hash of the truth are written first. The truth is opened only once every report exists.
 
-The hash is of the canonical JSON of the truth together with a salt from the case's seed, so that it can neither be
+The hash is of the canonical JSON of the truth together with a salt from the case's seed. So it can neither be
 guessed by trying the catalogue nor be changed afterwards.
 """
 
@@ -25,7 +25,8 @@ def _read(path):
 
 
 def _write(path, content):
-    """Whole or not at all; without the tool's own writer, since the trial shares no code with it."""
+    """Write a file whole or not at all, without the tool's own writer, since the trial shares no code with
+    it."""
     draft = path.with_name(f".{path.name}.part")
     draft.write_text(json.dumps(content, indent=1, sort_keys=True) + "\n", encoding="utf-8")
     draft.replace(path)
@@ -34,8 +35,8 @@ def _write(path, content):
 def seal(cases, directory):
     """Write each case's campaign to directory/<name>/ and the hash of its truth to directory/seals.json.
 
-    Cases already sealed are skipped, so that a long list can be sealed in pieces. Raises ValueError where a sealed
-    case of that name has another seed.
+    Cases already sealed are skipped, so that a long list can be sealed in pieces. Raises ValueError where a
+    sealed case of that name has another seed.
     """
     directory = Path(directory)
     directory.mkdir(parents=True, exist_ok=True)
@@ -51,7 +52,7 @@ def seal(cases, directory):
 
 
 def open_seals(cases, directory, reports):
-    """Truths by name, found again from the seeds and checked against their seals.
+    """Truths by name, recomputed from the seeds and checked against their seals.
 
     Raises ValueError while any case has no reports/<name>/report.json or no seal, and where a truth does not
     match its seal.

@@ -1,1 +1,1 @@
-"""Simulated campaigns that ship with the package, made again by a command each."""
+"""Simulated campaigns that ship with the package, each reproduced by a command."""

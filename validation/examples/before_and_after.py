@@ -1,4 +1,4 @@
-"""The first figure of the README: a pull that was not fitted, before and after the diagnosis of `make demo`.
+"""The first figure of the README: a held-out pull before and after the diagnosis of `make demo`.
 
 python -m validation.examples.before_and_after docs/figures/before_and_after.png
 """
@@ -21,13 +21,14 @@ HELD_OUT = "pull_4"
 
 
 def figure_of(conclusion: Conclusion) -> Figure:
-    """Stress over strain of the held-out pull, and what either model misses, in units of the noise."""
+    """Figure of stress over strain of the held-out pull, and of either model's residual in units of the
+    noise."""
     program = conclusion.explanation.program
     k = next(k for k, recording in enumerate(program.recordings) if recording.name == HELD_OUT)
     channel = program.channels[k][0]
-    there = np.isfinite(channel.sigma)
+    used = np.isfinite(channel.sigma)
     strain = np.asarray(program.recordings[k].columns["strain"])
-    measured = np.asarray(channel.measured)[there] / 1e3
+    measured = np.asarray(channel.measured)[used] / 1e3
     models = {
         "the published law, refitted": (conclusion.explanation.base.evaluation.predicted[k][0], VERMILION),
         "with the softening that was found": (conclusion.shown.predicted[k][0], BLUE),
@@ -43,12 +44,12 @@ def figure_of(conclusion: Conclusion) -> Figure:
             height_ratios=(2.2, 1.0),
         )
         for (title, (predicted, colour)), (top, below) in zip(models.items(), axes.T, strict=True):
-            predicted = np.asarray(predicted)[there] / 1e3
+            predicted = np.asarray(predicted)[used] / 1e3
             top.plot(strain, measured, ".", color=GREY, ms=4, label="measured")
             top.plot(strain, predicted, color=colour, lw=1.6, label="model")
             top.set_title(title)
             top.legend(loc="upper left")
-            below.plot(strain, (predicted - measured) / (channel.sigma[there] / 1e3), ".", color=colour, ms=3)
+            below.plot(strain, (predicted - measured) / (channel.sigma[used] / 1e3), ".", color=colour, ms=3)
             below.axhspan(-2.0, 2.0, color=GREY, alpha=0.2, lw=0)
             below.set_xlabel("engineering strain [1]")
         axes[0, 0].set_ylabel("engineering stress [kPa]")

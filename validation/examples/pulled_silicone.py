@@ -16,10 +16,10 @@ import numpy as np
 from pneusma_jax import enable_float64, load_silicone
 
 SEED = 7
-NOISE_KPA = 0.25  # 1-sigma of the load cell, over the area of the specimen
-STIFFNESS = 1.03  # factor on the stress of `dragon_skin_10_fast`
-SOFTENING = 0.15  # share of the stress that is lost far below the largest strain so far
-RATE_PER_S = 0.02  # of strain
+NOISE_KPA = 0.25  # Standard deviation of the load cell, over the area of the specimen
+STIFFNESS = 1.03  # Factor on the stress of `dragon_skin_10_fast`
+SOFTENING = 0.15  # Maximum loss of stress below the largest strain so far, as a share
+RATE_PER_S = 0.02  # Strain rate
 ROWS = 120
 PULLS = {
     "pull_1": ("fit", (0.5, 0.5, 0.8)),
@@ -52,7 +52,7 @@ def pulled(levels: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def stresses(strain: np.ndarray) -> np.ndarray:
-    """True engineering stress [kPa] along a course of strain [1], both of shape (rows,)."""
+    """True engineering stress [kPa] along a history of strain [1], both of shape (rows,)."""
     most = np.maximum(np.maximum.accumulate(strain), 1e-9)
     lost = SOFTENING * (1.0 - strain / most)
     virgin = np.asarray(load_silicone("dragon_skin_10_fast")(strain)) / 1e3
@@ -73,7 +73,7 @@ def documents() -> dict[str, str]:
 
 
 def truth() -> dict[str, object]:
-    """What the specimen really is."""
+    """True constants and physics of the specimen."""
     return {
         "schema": "pneusma-truth/1",
         "simulated": True,

@@ -1,4 +1,4 @@
-"""The source's figures drawn by this model, and its statements checked number by number.
+"""Reproduction of the source's figures by this model, and check of its statements number by number.
 
 >>> from pneusma_jax import enable_float64
 >>> enable_float64()

@@ -1,6 +1,6 @@
-"""The specimens on which the statements are checked, and the simulations that several of them share.
+"""The specimens of the statements, and the simulations that several statements share.
 
-Everything is computed when first asked for and kept, so that one statement costs no more than it needs.
+Everything is computed on first use and stored, so that one statement costs no more than it needs.
 """
 
 from collections.abc import Callable
@@ -15,10 +15,10 @@ ALLOYS = ("krl35", "krl45")
 PRESTRAIN = (
     0.1924  # shear strain to which the source stretches its springs before they are attached (Section 3.4.1)
 )
-FULL_PRESSURE = 60e3  # Pa, to which the actuators were tested (Section 3.7.3)
-SWEEP_ROWS = 61  # of a pressure sweep up and down, and of a thermal cycle: one compiled program serves both
-HOT = 0.1  # martensite fraction that stands for a strongly heated spring
-SETPOINTS = (10e3, 30e3, 50e3)  # Pa, of the thermal cycles; the source's are lost
+FULL_PRESSURE = 60e3  # Maximum test pressure of the actuators [Pa] (Section 3.7.3)
+SWEEP_ROWS = 61  # Number of rows of a pressure sweep and of a thermal cycle; one compiled program serves both
+HOT = 0.1  # Martensite fraction of a strongly heated spring
+SETPOINTS = (10e3, 30e3, 50e3)  # Pressures of the thermal cycles [Pa]; the source's are lost
 
 T = TypeVar("T")
 
@@ -48,7 +48,7 @@ class Bench:
 
         Args:
             alloys: replacements by name, `"krl35"` (the actuators' springs) or `"krl45"`.
-            silicone: a replacement of Dragon Skin 10 FAST.
+            silicone: replacement of Dragon Skin 10 FAST.
 
         Raises:
             ValueError: for another name.
@@ -61,7 +61,7 @@ class Bench:
         self._kept: dict[tuple, object] = {}
 
     def keep(self, key: tuple, compute: Callable[[], T]) -> T:
-        """The result of `compute`, which is called once for a key."""
+        """Result of `compute`, which is called once for a key."""
         if key not in self._kept:
             self._kept[key] = compute()
         return self._kept[key]
@@ -76,9 +76,9 @@ class Bench:
         """A pressure sweep up and down at constant heat, from fresh springs.
 
         Args:
-            design: of Table 3.3.
+            design: name of a design of Table 3.3.
             heated: martensite fraction of the spring on side 2 [1].
-            opposite: of the spring on side 1 [1].
+            opposite: martensite fraction of the spring on side 1 [1].
         """
         return self.keep(
             ("sweep", design, heated, opposite),
@@ -95,8 +95,8 @@ class Bench:
     def _history(self, design: str, pressure: np.ndarray, heated: np.ndarray, opposite: float) -> pj.History:
         body = self.actuator(design)
         phases = {1: np.full(SWEEP_ROWS, opposite), 2: heated}
-        given = tuple(pj.MartensiteFraction(phases[n]) for n in body.spring_numbers)
-        history = pj.simulate_history(body, pressure, given)
+        activations = tuple(pj.MartensiteFraction(phases[n]) for n in body.spring_numbers)
+        history = pj.simulate_history(body, pressure, activations)
         if not np.all(np.asarray(history.converged)):
             raise RuntimeError(
                 f"A history of {design} must have an equilibrium in every row, but it has not."
@@ -120,5 +120,5 @@ def rising_share(values: np.ndarray) -> float:
 
 
 def listed(values: np.ndarray, digits: int = 1) -> str:
-    """Numbers in a row, for a sentence."""
+    """List of numbers for a sentence."""
     return ", ".join(f"{round(float(v), digits) + 0.0:.{digits}f}" for v in np.ravel(values))

@@ -16,11 +16,11 @@ from .entry import Entry
 from .expectation import Interval, at_least, at_most
 from .statement import Found, Statement
 
-REGIONS = 4  # of the springs that are heated apart; a region is a segment of the actuator's length
-LENGTH = 28e-3  # m, of a region; the source's are lost
-PRESSURE = 20e3  # Pa
-WARM = 0.5  # martensite fraction of a heated region, at which the shapes stay clear of themselves
-SHAPES = {  # which spring is heated, from base to tip: 2 is drawn right, 0 is none
+REGIONS = 4  # Number of separately heated regions; a region is a segment of the actuator's length
+LENGTH = 28e-3  # Length of a region [m]; the source's is lost
+PRESSURE = 20e3  # Gauge pressure [Pa]
+WARM = 0.5  # Martensite fraction of a heated region, at which the shapes do not touch themselves
+SHAPES = {  # Number of the heated spring from base to tip: 2 is drawn right, 0 is none
     "cold": (0, 0, 0, 0),
     "all of spring 2": (2, 2, 2, 2),
     "all of spring 1": (1, 1, 1, 1),
@@ -30,7 +30,7 @@ SHAPES = {  # which spring is heated, from base to tip: 2 is drawn right, 0 is n
     "in turns": (2, 1, 2, 1),
     "ends one way, middle the other": (2, 1, 1, 2),
 }
-DENSITY = 1070.0  # kg/m3, of the silicone (its table)
+DENSITY = 1070.0  # Density of the silicone from its table [kg/m3]
 
 
 def _phases(heated: tuple[int, ...], level: float = WARM) -> list[tuple[pj.MartensiteFraction, ...]]:
@@ -81,7 +81,7 @@ def _both_ways(bench: Bench) -> Found:
 
 
 def _turns(bench: Bench) -> Found:
-    """Changes of the sense of bending along the actuator, most over the shapes."""
+    """Number of changes of the sense of bending along the actuator, the maximum over the shapes."""
     each = {}
     for name, heated in SHAPES.items():
         bends = _bends(shape_of(bench, heated))
@@ -110,7 +110,7 @@ def _one_way(bench: Bench) -> Found:
 
 
 def _out_of_plane(bench: Bench) -> Found:
-    """How far the tip leaves the plane of the first region, over the actuator's length at rest [%]."""
+    """Distance of the tip from the plane of the first region, over the actuator's length at rest [%]."""
     tip = np.asarray(shape_of(bench, (2, 2, 1, 2), turned=True).end_pose)[:3, 3]
     return Found(100.0 * abs(float(tip[0])) / (REGIONS * LENGTH), f"tip at {listed(1e3 * tip)} mm")
 

@@ -1,4 +1,5 @@
-"""Figures 2.12 and 2.13: how strain detwins martensite and turns austenite, and the resistivity with it."""
+"""Figures 2.12 and 2.13: detwinning of martensite and transformation of austenite by strain, and the
+resistivity with them."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -13,7 +14,7 @@ from .resistivity import NAMES
 from .spring_strain import wire_strain
 from .statement import Found, Statement
 
-HOT_LIMIT = 3.45  # spring strain to which hot springs were stretched (Section 2.4.2)
+HOT_LIMIT = 3.45  # Maximum spring strain of hot springs (Section 2.4.2)
 STRAINS = np.linspace(0.0, PRESTRAIN, 200)
 
 
@@ -50,10 +51,10 @@ def _draw(bench: Bench, fraction: str, resistivity: str, axis: str, tested: floa
     with style():
         figure = Figure(figsize=(10.0, 4.6), layout="constrained")
         left, right = figure.subplots(1, 2)
-        known = np.linspace(0.0, tested, 150)
+        tested_strains = np.linspace(0.0, tested, 150)
         beyond = np.linspace(tested, PRESTRAIN, 60)
         for colour, (name, alloy) in zip((BLUE, VERMILION), bench.alloys.items(), strict=True):
-            for gamma, line in ((known, "-"), (beyond, ":")):
+            for gamma, line in ((tested_strains, "-"), (beyond, ":")):
                 if np.ptp(gamma) == 0.0:
                     continue
                 xi, rho = (

@@ -1,4 +1,4 @@
-"""A figure of the source as data: what it shows, how ours is drawn, and what the text says about it."""
+"""A figure of the source as data: its content, our drawing, and the statements of the text."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,13 +14,14 @@ class Entry:
     """One figure of the source.
 
     Attributes:
-        number: in the source, such as `"2.5"`.
-        title: what it shows, in our words.
+        number: number in the source, such as `"2.5"`.
+        title: content, in our words.
         where: section of the source.
-        draw: makes our figure.
-        caption: what our drawing shows.
-        lost: what of the source's figure cannot be compared, because only its text has survived; or empty.
-        statements: about it.
+        draw: function that makes our figure.
+        caption: caption of our drawing.
+        lost: part of the source's figure that cannot be compared, because only its text has survived; or
+            empty.
+        statements: statements about it.
     """
 
     number: str
@@ -41,5 +42,5 @@ class Entry:
 
     @property
     def file_name(self) -> str:
-        """Of the picture on disk."""
+        """File name of the picture."""
         return f"figure_{self.number.replace('.', '_')}.png"

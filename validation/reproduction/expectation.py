@@ -1,4 +1,4 @@
-"""What counts as agreement with the source: a number with a tolerance, or bounds."""
+"""Criteria of agreement with the source: a number with a tolerance, or bounds."""
 
 import enum
 import math
@@ -7,7 +7,7 @@ from typing import Protocol
 
 
 class Verdict(enum.Enum):
-    """How our number stands to the source's; the value is the word for it."""
+    """Relation of our number to the source's; the value is the word for it."""
 
     agrees = "agrees"
     partly = "in part"
@@ -15,10 +15,10 @@ class Verdict(enum.Enum):
 
 
 class Expectation(Protocol):
-    """What counts as agreement with the source.
+    """The interface of a criterion of agreement with the source.
 
     Attributes:
-        quoted: whether the text gives the number or bound; otherwise the text states an order, a trend or a
+        quoted: true if the text gives the number or bound. Otherwise the text states an order, a trend or a
             quality, and the bound is ours.
     """
 
@@ -33,7 +33,7 @@ class Expectation(Protocol):
 
     @property
     def tolerance(self) -> str:
-        """When a number agrees, and when in part, in words."""
+        """Conditions of agreement and of partial agreement, in words."""
 
 
 def number_text(value: float) -> str:
@@ -47,13 +47,13 @@ def number_text(value: float) -> str:
 
 @dataclass(frozen=True)
 class Near:
-    """The source gives a number.
+    """A number that the source gives.
 
     Attributes:
-        value: the number, not zero.
+        value: number of the source, not zero.
         within: largest relative deviation that agrees [1].
         partly: largest relative deviation that agrees in part [1].
-        quoted: see `Expectation`.
+        quoted: true if the text gives the number, see `Expectation`.
     """
 
     value: float
@@ -85,12 +85,12 @@ class Near:
 
 @dataclass(frozen=True)
 class Interval:
-    """The source gives a bound, an interval, an order or a trend.
+    """A bound, an interval, an order or a trend that the source gives.
 
     Attributes:
-        low, high: what agrees; one of them may be infinite.
-        loose_low, loose_high: what agrees in part; encloses the other.
-        quoted: see `Expectation`.
+        low, high: bounds of agreement; one of them may be infinite.
+        loose_low, loose_high: bounds of partial agreement, which enclose the other.
+        quoted: true if the text gives the bound, see `Expectation`.
     """
 
     low: float
@@ -116,7 +116,7 @@ class Interval:
 
     @property
     def tolerance(self) -> str:
-        """What agrees in part, in words; what agrees is `source`."""
+        """Bounds of partial agreement, in words; those of agreement are in `source`."""
         if (self.low, self.high) == (self.loose_low, self.loose_high):
             return "a strict bound"
         return f"in part: {_bounds(self.loose_low, self.loose_high)}"

@@ -16,10 +16,10 @@ from .expectation import at_least, at_most
 from .resistivity import NAMES
 from .statement import Found, Statement
 
-SETPOINTS = 7  # as many as the source tested (Section 2.4.5)
+SETPOINTS = 7  # Number of setpoints, as in the source (Section 2.4.5)
 STRAINS = np.linspace(0.0, PRESTRAIN, 241)
-ALIKE = 0.1  # ohm/m, contrast of the phases below which a fraction read from resistivity is not drawn
-SHADES = ListedColormap(colormaps["plasma_r"](np.linspace(0.15, 1.0, 256)))  # orange: low resistivity, hot
+ALIKE = 0.1  # Minimum contrast of the phases for drawing a fraction read from resistivity [ohm/m]
+SHADES = ListedColormap(colormaps["plasma_r"](np.linspace(0.15, 1.0, 256)))  # Orange: low resistivity, hot
 
 
 def setpoints(alloy: pj.Alloy) -> np.ndarray:
@@ -32,8 +32,8 @@ def controlled(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Resistivity [ohm/m] and onset fraction [1] under a controller that heats or cools as far as it can.
 
-    Where no phase mixture has the setpoint's resistivity at a strain, a resistance too low stops the heating
-    (all martensite) and one too high calls for all of it (all austenite).
+    At some strains no phase mixture has the setpoint's resistivity. Then a resistance that is too low stops
+    the heating (all martensite), and one that is too high calls for full heating (all austenite).
     """
     cold, hot = np.asarray(alloy.rho_m(gamma)), np.asarray(alloy.rho_a(gamma))
     too_low, too_high = setpoint >= np.maximum(cold, hot), setpoint <= np.minimum(cold, hot)
@@ -57,7 +57,7 @@ def _gathering(bench: Bench, name: str) -> Found:
 
 
 def _lost(bench: Bench) -> float:
-    """How many of the fourteen setpoints cannot be held up to the largest strain."""
+    """Number of the fourteen setpoints that cannot be held up to the largest strain."""
     lost = 0
     for alloy in bench.alloys.values():
         lost += sum(abs(controlled(alloy, s)[0] - s).max() > 1e-6 for s in setpoints(alloy))
@@ -134,8 +134,8 @@ def draw_fractions(bench: Bench) -> Figure:
         figure, panels = _panels(bench)
         for row, alloy in zip(panels, bench.alloys.values(), strict=True):
             for axes, s in zip(row, setpoints(alloy), strict=True):
-                told = np.abs(np.asarray(alloy.rho_m(STRAINS) - alloy.rho_a(STRAINS))) > ALIKE
-                xi0 = np.where(told, controlled(alloy, s)[1], np.nan)
+                distinct = np.abs(np.asarray(alloy.rho_m(STRAINS) - alloy.rho_a(STRAINS))) > ALIKE
+                xi0 = np.where(distinct, controlled(alloy, s)[1], np.nan)
                 for (name, values), colour in zip(
                     phase_fractions(alloy, xi0).items(), (ORANGE, BLUE, GREEN), strict=True
                 ):

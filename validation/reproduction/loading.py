@@ -16,7 +16,7 @@ from .isoresistive import ALIKE, SETPOINTS, SHADES, STRAINS, controlled, setpoin
 from .resistivity import NAMES
 from .statement import Found, Statement
 
-NOISE = 0.5e-3  # ohm, of a resistance measurement
+NOISE = 0.5e-3  # Standard deviation of a resistance measurement [ohm]
 
 
 def loading_stress(alloy: pj.Alloy, xi0: np.ndarray, gamma: np.ndarray) -> np.ndarray:
@@ -82,9 +82,9 @@ def _between(bench: Bench) -> float:
         ends = np.sort([loading_stress(alloy, np.asarray(x), STRAINS) for x in (0.0, 1.0)], axis=0)
         for s in setpoints(alloy):
             stress = isoresistive_stress(alloy, s)
-            known = np.isfinite(stress)
-            inside += int(np.sum((stress >= ends[0] - 1e-6) & (stress <= ends[1] + 1e-6) & known))
-            points += int(known.sum())
+            finite = np.isfinite(stress)
+            inside += int(np.sum((stress >= ends[0] - 1e-6) & (stress <= ends[1] + 1e-6) & finite))
+            points += int(finite.sum())
     return 100.0 * inside / points
 
 
@@ -105,8 +105,8 @@ def draw_tests(bench: Bench) -> Figure:
         for row, (name, alloy) in zip(panels, bench.alloys.items(), strict=True):
             for axes, s in zip(row, setpoints(alloy), strict=True):
                 rho, xi0 = controlled(alloy, s)
-                told = np.abs(np.asarray(alloy.rho_m(STRAINS) - alloy.rho_a(STRAINS))) > ALIKE
-                stress = np.where(told, loading_stress(alloy, xi0, STRAINS), np.nan)
+                distinct = np.abs(np.asarray(alloy.rho_m(STRAINS) - alloy.rho_a(STRAINS))) > ALIKE
+                stress = np.where(distinct, loading_stress(alloy, xi0, STRAINS), np.nan)
                 axes.plot(STRAINS, stress, color="#c3c8d0", linewidth=1.0)
                 axes.scatter(
                     STRAINS[::4], stress[::4], c=rho[::4], cmap=SHADES, norm=_norm(alloy), s=9, zorder=3

@@ -1,4 +1,4 @@
-"""Figure 3.18: fibre-reinforced actuators without springs, and what gravity does to them."""
+"""Figure 3.18: fibre-reinforced actuators without springs, and the influence of gravity on them."""
 
 import dataclasses
 
@@ -22,9 +22,9 @@ QUOTED_GRAVITY = {
     "t": 9.7,
     "w": 4.3,
 }  # %, largest change of the predicted curvature (Section 3.7.3)
-UPWARDS = SWEEP_ROWS // 2 + 1  # rows of a sweep until the largest pressure
-WALL_SPREAD = 0.03  # relative, of the wall's thickness, as the shipped tables assume; the source gives none
-STANDING = "vertical_base_down"  # clamped below: the weight adds to the bending, as the source says
+UPWARDS = SWEEP_ROWS // 2 + 1  # Number of rows of a sweep up to the largest pressure
+WALL_SPREAD = 0.03  # Relative tolerance of the wall's thickness in the shipped tables; the source gives none
+STANDING = "vertical_base_down"  # Orientation clamped below: the weight adds to the bending, as in the source
 
 
 def _density() -> float:
@@ -49,15 +49,15 @@ def under_gravity(bench: Bench, kind: str, at_tip: bool = False) -> np.ndarray:
     """Curvature of an actuator that is clamped below [1/m], shape (UPWARDS,).
 
     Args:
-        bench: of the actuators.
-        kind: which of `DESIGNS`.
-        at_tip: put the whole weight on the end cap, where the source writes its balance, not along the tube.
+        bench: bench with the actuators.
+        kind: name of one of `DESIGNS`.
+        at_tip: true to put the whole weight on the end cap, as in the source's balance, not along the tube.
     """
 
     def loaded(body: pj.Actuator) -> pj.Actuator:
         spread = weight(body, _density(), gravity_vector(STANDING))
-        moved = Gravity(spread.acceleration, 0.0 * spread.mass, spread.place, spread.mass, spread.place)
-        return body.with_loads(moved if at_tip else spread)
+        at_end = Gravity(spread.acceleration, 0.0 * spread.mass, spread.place, spread.mass, spread.place)
+        return body.with_loads(at_end if at_tip else spread)
 
     return _curvature(bench, kind, f"gravity {at_tip}", loaded)
 
@@ -83,7 +83,7 @@ def _bends_more(bench: Bench) -> Found:
 
 
 def _gravity_over_wall(bench: Bench) -> Found:
-    """Largest increase by gravity over the largest change by a thinner wall, most of the designs [1]."""
+    """Largest increase by gravity over the largest change by a thinner wall, maximum over the designs [1]."""
     ratios = {}
     for kind in DESIGNS:
         thickness = float(pj.design_geometry(f"pneuflex_{kind}").wall_thickness) * (1.0 - WALL_SPREAD)

@@ -14,10 +14,10 @@ from .expectation import at_least, at_most
 from .statement import Found, Statement
 
 DESIGNS = {"pneusma1": "PneuSMA1", "pneusma2": "PneuSMA2"}
-LEVELS = (1.0, 0.8, 0.6, 0.4, 0.2, HOT)  # martensite fractions of the heated spring
-UPWARDS = slice(5, SWEEP_ROWS // 2 + 1)  # from 10 kPa, where the tube is tight, to 60 kPa
-CLEARANCE = 270.0  # deg, past which the source saw the tip touch the base (Section 3.7.5)
-QUOTED_AT = (10e3, 30e3, 50e3)  # Pa
+LEVELS = (1.0, 0.8, 0.6, 0.4, 0.2, HOT)  # Martensite fractions of the heated spring
+UPWARDS = slice(5, SWEEP_ROWS // 2 + 1)  # Rows from 10 kPa, where the tube is tight, to 60 kPa
+CLEARANCE = 270.0  # Bend angle beyond which the source saw the tip touch the base [deg] (Section 3.7.5)
+QUOTED_AT = (10e3, 30e3, 50e3)  # Pressures of the quoted numbers [Pa]
 WARM_OPPOSITE = 0.9  # martensite fraction of an opposing spring that is heated incidentally
 
 

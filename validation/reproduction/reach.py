@@ -1,4 +1,4 @@
-"""Figure 3.25: where three designs can bend."""
+"""Figure 3.25: reachable bends of three designs."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -37,7 +37,7 @@ def _tightest(bench: Bench) -> Found:
 
 
 def _both_ways(bench: Bench) -> Found:
-    """How equal the largest curvatures to both sides are, 1 where they are the same [1]."""
+    """Ratio of the largest curvatures to both sides, 1 where they are the same [1]."""
     low, high = _least(bench, "pneusma2"), _largest(bench, "pneusma2")
     return Found(-low / high, f"{low:.1f} to {high:.1f} 1/m")
 

@@ -55,7 +55,7 @@ def statements() -> list[Statement]:
 
 
 def _check() -> None:
-    """A number names one figure or one statement.
+    """Check that each number names one figure or one statement.
 
     Raises:
         ValueError: if it names two.

@@ -17,7 +17,7 @@ TONES = {Verdict.agrees: "good", Verdict.partly: "fair", Verdict.disagrees: "bad
 
 
 def report_of(result: Reproduction) -> Report:
-    """Everything that is said about the reproduction."""
+    """The report of the reproduction."""
     against = [judged for judged in result.judged if judged.verdict is Verdict.disagrees]
     return Report(
         title="Reproduction of the published figures and statements",
@@ -36,7 +36,7 @@ def report_of(result: Reproduction) -> Report:
 
 
 def _section(result: Reproduction, entry: Entry) -> Section:
-    """One figure: drawing, what is lost, statements."""
+    """One figure: drawing, lost content, statements."""
     name = entry.file_name.removesuffix(".png")
     blocks: list[Block] = [
         entry.where,

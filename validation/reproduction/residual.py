@@ -1,4 +1,5 @@
-"""Figures 3.4 to 3.7: residual strain after pre-strain; heating recovers it, cooling keeps what is left."""
+"""Figures 3.4 to 3.7: residual strain after pre-strain, its recovery by heating, and its persistence on
+cooling."""
 
 import numpy as np
 from matplotlib import colormaps
@@ -14,7 +15,7 @@ from .entry import Entry
 from .expectation import Near, at_least, at_most
 from .statement import Found, Statement
 
-HEATED = 0.4  # martensite fraction to which the source heats in its example (Section 3.4.1)
+HEATED = 0.4  # Martensite fraction after heating in the source's example (Section 3.4.1)
 PRESTRAINS = np.asarray([0.04, 0.08, 0.12, 0.16, PRESTRAIN])
 STRAINS = np.linspace(0.0, PRESTRAIN, 400)
 
@@ -72,8 +73,8 @@ def _after_heating(bench: Bench, xi0: float) -> float:
 
 def _after_cooling(bench: Bench) -> Found:
     alloy = bench.alloys["krl35"]
-    left = float(alloy.residual_strain(heated_and_cooled(alloy), 1.0))
-    return Found(left, f"hot it was {_after_heating(bench, HEATED):.5f}")
+    remaining = float(alloy.residual_strain(heated_and_cooled(alloy), 1.0))
+    return Found(remaining, f"hot it was {_after_heating(bench, HEATED):.5f}")
 
 
 def _elastic_unloading(bench: Bench) -> float:

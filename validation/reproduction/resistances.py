@@ -15,7 +15,7 @@ from .pressure_sweeps import DESIGNS, LEVELS
 from .statement import Found, Statement
 
 COLOURS = (BLUE, GREEN, VERMILION)
-DEGREE = 6  # of the polynomials that stand for the source's; it does not state theirs
+DEGREE = 6  # Degree of our polynomials; the source does not state its own
 
 
 def along_cycle(bench: Bench, design: str, pressure: float, spring: int = -1) -> np.ndarray:

@@ -16,7 +16,7 @@ from .statement import Found, Statement
 NAMES = {"krl35": "35 degC alloy", "krl45": "45 degC alloy"}
 # Section 2.4.3: temperatures of the drop, last one of the rise after it [degC], drop and rise [ohm/m]
 REPORTED = {"krl35": (20.0, 30.0, 40.0, 2.5, 0.14), "krl45": (22.0, 34.0, 45.0, 3.5, 0.20)}
-LENGTHS = (1.0, 1.5, 2.0, 2.5)  # of the springs in their tests, over the free length
+LENGTHS = (1.0, 1.5, 2.0, 2.5)  # Lengths of the springs in their tests, over the free length
 
 
 def pure_phases(alloy: pj.Alloy) -> dict[str, float]:
@@ -44,15 +44,16 @@ def _change(alloy: pj.Alloy, start: float, end: float) -> float:
 
 
 def _corner_width(alloy: pj.Alloy, gamma: float) -> float:
-    """Temperature in which the last 20 to 2 % of the drop are gone [K]."""
+    """Temperature range of the last 20 to 2 % of the drop [K]."""
     temperature = np.linspace(0.0, 70.0, 7001)
     rho = over_temperature(alloy, temperature, gamma)
-    left = (rho - rho[-1]) / (rho[0] - rho[-1])
-    return float(np.interp(-0.02, -left, temperature) - np.interp(-0.20, -left, temperature))
+    remaining = (rho - rho[-1]) / (rho[0] - rho[-1])
+    return float(np.interp(-0.02, -remaining, temperature) - np.interp(-0.20, -remaining, temperature))
 
 
 def _highest_phase(bench: Bench) -> Found:
-    """How far the twinned martensite lies above the next phase, least of both alloys [ohm/m]."""
+    """Excess of the twinned martensite's resistivity over the next phase's, minimum over both alloys
+    [ohm/m]."""
     each = {name: pure_phases(alloy) for name, alloy in bench.alloys.items()}
     gaps = [p["twinned"] - max(v for k, v in p.items() if k != "twinned") for p in each.values()]
     detail = "; ".join(
@@ -64,11 +65,11 @@ def _highest_phase(bench: Bench) -> Found:
 def _split(bench: Bench, name: str) -> Found:
     """Disagreement of the two curves on detwinned martensite, over the phases' contrast at rest [%]."""
     phases = pure_phases(bench.alloys[name])
-    apart = abs(phases["detwinned cold"] - phases["detwinned hot"])
+    difference = abs(phases["detwinned cold"] - phases["detwinned hot"])
     detail = (
         f"{phases['detwinned cold']:.2f} from martensite, {phases['detwinned hot']:.2f} ohm/m from austenite"
     )
-    return Found(100.0 * apart / abs(phases["twinned"] - phases["austenite"]), detail)
+    return Found(100.0 * difference / abs(phases["twinned"] - phases["austenite"]), detail)
 
 
 def _interpolation_error(bench: Bench) -> float:

@@ -1,4 +1,4 @@
-"""What a reproduction found, as data."""
+"""The result of a reproduction, as data."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -17,8 +17,8 @@ class Reproduction(Result):
     """The statements of the source with our numbers and verdicts, and our figures.
 
     Attributes:
-        entries: the figures that were considered, in the source's order.
-        judged: of every statement, in the same order.
+        entries: considered figures, in the source's order.
+        judged: judgement of every statement, in the same order.
         figures: our drawings by number of the source's figure.
     """
 
@@ -27,14 +27,14 @@ class Reproduction(Result):
     figures: dict[str, Figure]
 
     def about(self, entry: Entry) -> list[Judged]:
-        """What was found on the statements of one figure."""
+        """Judged statements about one figure."""
         return [j for j in self.judged if j.statement in entry.statements]
 
     def counts(self, stated: bool = True) -> dict[Verdict, int]:
-        """How many statements got each verdict.
+        """Number of statements with each verdict.
 
         Args:
-            stated: count the source's own statements, or the expectations that we add.
+            stated: true to count the source's own statements, false for the expectations that we add.
         """
         found = Counter(j.verdict for j in self.judged if j.statement.stated is stated)
         return {verdict: found[verdict] for verdict in Verdict}

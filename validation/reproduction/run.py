@@ -1,4 +1,4 @@
-"""Judge every statement and draw every figure: what `pneusma reproduce` does, without files."""
+"""Judgement of every statement and drawing of every figure: `pneusma reproduce` without files."""
 
 from collections.abc import Callable, Sequence
 
@@ -23,7 +23,7 @@ def reproduce(
     Args:
         bench: specimens; as shipped if None.
         entries: figures to consider; all by default.
-        progress: called with a figure's number once it is done.
+        progress: function that is called with a figure's number once it is done.
 
     Raises:
         RuntimeError: if a statement has no finite number.

@@ -19,9 +19,10 @@ from .expectation import Near, at_least, at_most
 from .silicone_tests import stress_in
 from .statement import Found, Statement
 
-TUBE = dict(length=56e-3, outer_diameter=10e-3, wall_thickness=1e-3)  # of the elongation test (Section 3.4.2)
-TENSION = np.linspace(0.0, 1.5, 301)  # strains of the tension test (Table 3.1)
-PRESSURES = np.linspace(0.0, 50e3, 26)  # Pa
+TUBE = dict(length=56e-3, outer_diameter=10e-3, wall_thickness=1e-3)
+"""Dimensions in the elongation test (Section 3.4.2)."""
+TENSION = np.linspace(0.0, 1.5, 301)  # Strains of the tension test (Table 3.1)
+PRESSURES = np.linspace(0.0, 50e3, 26)  # Gauge pressures [Pa]
 
 
 def fitted_modulus(law: object) -> float:

@@ -12,10 +12,10 @@ from .entry import Entry
 from .expectation import Interval, Near
 from .statement import Found, Statement
 
-WIRE, MANDREL, PITCH = 0.25e-3, 0.9e-3, 0.269e-3  # m, Section 2.4.2
-COILS = 52.0  # of the actuators' springs; the source does not say how many its test springs had
-ATTACHED = 3.0  # spring strain on the actuator: 14 mm stretched to 56 mm (Section 3.6)
-LONGEST = 5.75  # largest spring strain of the tests (Section 2.4.2)
+WIRE, MANDREL, PITCH = 0.25e-3, 0.9e-3, 0.269e-3  # Dimensions of the source's spring [m], Section 2.4.2
+COILS = 52.0  # Number of coils of the actuators' springs; the source does not state it for its test springs
+ATTACHED = 3.0  # Spring strain on the actuator: 14 mm stretched to 56 mm (Section 3.6)
+LONGEST = 5.75  # Maximum spring strain of the tests (Section 2.4.2)
 
 
 def wire_strain(spring_strain: np.ndarray, mandrel: float = MANDREL, pitch: float = PITCH) -> np.ndarray:

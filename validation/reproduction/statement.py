@@ -1,4 +1,4 @@
-"""A statement of the source as data: what it says, what counts as agreement, and how our number is computed.
+"""A statement of the source as data: its text, the criterion of agreement, and the computation of our number.
 
 A statement never holds a number of ours. `judge` computes it from a `Bench`, so that other constants give
 other verdicts.
@@ -14,7 +14,7 @@ from .expectation import Expectation, Verdict
 
 @dataclass(frozen=True)
 class Found:
-    """What we compute for a statement: the number that is judged, and others that explain it."""
+    """Our numbers for a statement: the judged one, and others that explain it."""
 
     value: float
     detail: str = ""
@@ -22,21 +22,21 @@ class Found:
 
 @dataclass(frozen=True)
 class Statement:
-    """One thing that the source says and that can be checked.
+    """One checkable statement of the source.
 
     Attributes:
         number: figure and running number, such as `"3.24-2"`.
         where: section, equation or table of the source.
-        says: what it says, in our words.
-        unit: of both numbers; `"1"` for a pure one.
-        expected: what counts as agreement.
-        ours: computes our number in that unit.
-        reason: why ours differs, where that is known.
-        rests_on: the constant that was reconstructed or assumed with this very statement in view, so that
+        says: content of the statement, in our words.
+        unit: unit of both numbers; `"1"` for a pure one.
+        expected: criterion of agreement.
+        ours: function that computes our number in that unit.
+        reason: reason of a difference, where known.
+        rests_on: constant that was reconstructed or assumed with this very statement in view, so that
             agreement proves nothing; empty for an independent check.
-        contradicted: whether the source says or computes otherwise elsewhere, so that both cannot be met.
-        stated: whether the text says so; False for an expectation that we add, for example where only a lost
-            drawing could have shown it. Such ones are counted apart.
+        contradicted: true if the source says or computes otherwise elsewhere, so that both cannot be met.
+        stated: true if the text says so; false for an expectation that we add, for example where only a lost
+            drawing could have shown it. Those are counted separately.
     """
 
     number: str
@@ -61,7 +61,7 @@ class Judged:
 
     @property
     def reason(self) -> str:
-        """Why ours differs; empty where it agrees."""
+        """Reason of a difference; empty for agreement."""
         if self.verdict is Verdict.agrees:
             return ""
         return self.statement.reason or "the reason is not known"

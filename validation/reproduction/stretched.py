@@ -19,7 +19,7 @@ from .statement import Found, Statement
 PEAKS = np.linspace(0.0, LONGEST, 6)[
     1:
 ]  # spring strains at which the cycles turn; the source's are lost but the last
-ROWS = 24  # from one end of a cycle to the other
+ROWS = 24  # Number of rows from one end of a cycle to the other
 TENTH = 0.1 * PRESTRAIN
 
 
@@ -41,8 +41,8 @@ def stretched(bench: Bench, name: str, setpoint: float | None) -> tuple[pj.Sprin
     """A spring through the cycles, and its resistivity [ohm/m].
 
     Args:
-        bench: with the alloys.
-        name: of the alloy.
+        bench: bench with the alloys.
+        name: name of the alloy.
         setpoint: resistivity that a controller holds as far as it can [ohm/m], or None for a cold spring.
     """
 
@@ -70,7 +70,7 @@ def _falling(bench: Bench) -> Found:
 
 
 def _gradual(bench: Bench) -> Found:
-    """Most of the drop that falls into a tenth of the strains, more of both alloys [%]."""
+    """Largest share of the drop within a tenth of the strains, larger of both alloys [%]."""
     each = {}
     for name, alloy in bench.alloys.items():
         gamma = np.linspace(0.0, PRESTRAIN, 201)
@@ -81,7 +81,7 @@ def _gradual(bench: Bench) -> Found:
 
 
 def _left_to_fall(bench: Bench) -> Found:
-    """What is left of the drop at the largest stretch, to the resistivity of detwinned martensite [%]."""
+    """Remaining drop at the largest stretch, to the resistivity of detwinned martensite [%]."""
     each = {}
     for name, alloy in bench.alloys.items():
         rest, last, detwinned = (
@@ -102,14 +102,14 @@ def _less_when_warmer(bench: Bench) -> Found:
     """Share of neighbouring setpoints of which the warmer one keeps less residual strain [%]."""
     falls, words = [], []
     for name in bench.alloys:
-        left = _residual(bench, name)
-        falls += list(np.diff(left) < 0.0)
-        words.append(f"{NAMES[name]}: {listed(left, 3)} from cold to hot")
+        residual_strains = _residual(bench, name)
+        falls += list(np.diff(residual_strains) < 0.0)
+        words.append(f"{NAMES[name]}: {listed(residual_strains, 3)} from cold to hot")
     return Found(100.0 * float(np.mean(falls)), "; ".join(words))
 
 
 def _coldest_keeps_most(bench: Bench) -> Found:
-    """How many of the two alloys keep the most residual strain in their coldest test."""
+    """Number of the two alloys with the most residual strain in their coldest test."""
     most = [bool(np.argmax(_residual(bench, name)) == 0) for name in bench.alloys]
     return Found(float(np.sum(most)))
 

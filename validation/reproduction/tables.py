@@ -69,7 +69,7 @@ def content(result: Reproduction) -> dict[str, Any]:
 
 
 def _bounds(expected: Near | Interval) -> dict[str, float | None]:
-    """What agrees and what agrees in part, as numbers; None where there is no bound."""
+    """Bounds of agreement and of partial agreement, as numbers; None where there is no bound."""
     if isinstance(expected, Near):
         return {"value": expected.value, "within": expected.within, "partly": expected.partly}
     bounds = {name: value for name, value in vars(expected).items() if name != "quoted"}

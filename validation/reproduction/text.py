@@ -1,4 +1,4 @@
-"""What the numbers of a reproduction amount to, in sentences."""
+"""Summary of a reproduction's numbers in sentences."""
 
 from .expectation import Verdict, number_text
 from .results import Reproduction
@@ -28,14 +28,14 @@ def verdict_sentences(result: Reproduction) -> list[str]:
         f"{counts[Verdict.disagrees]}. {quoted} of them give a number; the others an order, a trend or a "
         "quality."
     )
-    said = [first]
+    sentences = [first]
     forced = [
         j
         for j in result.judged
         if j.statement.stated and j.verdict is Verdict.agrees and j.statement.rests_on
     ]
     if forced:
-        said.append(
+        sentences.append(
             f"{len(forced)} of the agreements prove nothing by themselves: a constant that the source does "
             "not give, or prints wrong, was reconstructed or assumed with that statement in view. They are "
             "marked."
@@ -43,23 +43,23 @@ def verdict_sentences(result: Reproduction) -> list[str]:
     against = [j for j in result.judged if j.statement.stated and j.verdict is Verdict.disagrees]
     if against:
         itself = sum(j.statement.contradicted for j in against)
-        said.append(
+        sentences.append(
             f"In {itself} of the {len(against)} disagreements the source contradicts itself or cannot be "
             f"computed as printed; in the other {len(against) - itself} the model leaves something out or "
             "computes it in another way. All are listed and explained."
         )
     extra = result.counts(stated=False)
     if sum(extra.values()):
-        said.append(
+        sentences.append(
             f"{sum(extra.values())} expectations that we add, which the text does not state, are counted "
             f"apart: {extra[Verdict.agrees]} agree, {extra[Verdict.partly]} in part, "
             f"{extra[Verdict.disagrees]} not."
         )
-    return said
+    return sentences
 
 
 def remark(judged: Judged) -> str:
-    """What to know about a verdict: more numbers, what it rests on, why it is not an agreement."""
+    """Remark on a verdict: further numbers, constants that it rests on, reason of a difference."""
     parts = [judged.found.detail]
     if judged.reason:
         parts.append(f"why: {judged.reason}")

@@ -1,7 +1,8 @@
-"""The installed model against values derived by hand, and its derivatives against finite differences.
+"""Self-check of the installed model against values derived by hand, and of its derivatives against finite
+differences.
 
 Every expected value follows from physics or mathematics written down beside it, with the constants of the
-shipped tables; none was produced by a model.
+shipped tables. None was produced by a model.
 """
 
 import math
@@ -15,12 +16,12 @@ __all__ = ["Claim", "Outcome", "all_claims", "run"]
 
 
 def all_claims() -> list[Claim]:
-    """Everything that is checked, in the order of the model's packages."""
+    """All claims, in the order of the model's packages."""
     return [claim for module in (springs, silicone, actuators, gradients) for claim in claims_of(module)]
 
 
 def claims_of(module: ModuleType) -> list[Claim]:
-    """Claims of one module; if they cannot even be set up, one that fails instead of the missing ones."""
+    """Claims of one module. If they cannot even be set up, one failing claim replaces them."""
     found: list[Claim] = []
     try:
         found.extend(module.claims())
@@ -37,7 +38,7 @@ def _raising(error: Exception) -> Callable[[], tuple[float, float]]:
 
 
 def run(claims: list[Claim] | None = None) -> Iterator[Outcome]:
-    """Check claims one after the other; one that cannot be computed fails and stops no other."""
+    """Check claims one after the other. One that cannot be computed fails and stops no other."""
     for claim in all_claims() if claims is None else claims:
         try:
             value, expected = (float(number) for number in claim.evaluate())

@@ -13,7 +13,7 @@ from .claims import Claim
 from .silicone import AREA, INERTIA, OUTER, PUSHED, Linear
 
 MODULUS, PRESSURE, LENGTH, RADIUS = 2e5, 20e3, 56e-3, OUTER / 2.0
-FIBRE = 300.0  # N/m, soft enough that it matters
+FIBRE = 300.0  # Stiffness of the fibre [N/m], low enough to matter
 
 
 def claims() -> Iterator[Claim]:

@@ -1,4 +1,4 @@
-"""What a check says, and how it came out."""
+"""A claim of the self-check, and its outcome."""
 
 import math
 from collections.abc import Callable
@@ -11,9 +11,9 @@ class Claim:
 
     Attributes:
         group: part of the model.
-        name: what is compared, in words.
-        evaluate: returns the model's value and the expected one.
-        limit: largest error; relative to the expected value unless that is zero.
+        name: description of the comparison.
+        evaluate: function that returns the model's value and the expected one.
+        limit: maximum error; relative to the expected value unless that is zero.
     """
 
     group: str
@@ -24,7 +24,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A claim that was checked; `problem` says why it could not be computed."""
+    """A checked claim; `problem` gives the reason why it could not be computed."""
 
     claim: Claim
     value: float
@@ -38,5 +38,5 @@ class Outcome:
 
     @property
     def passed(self) -> bool:
-        """Whether the error is within the limit; what is not a number is not."""
+        """True if the error is within the limit; false for NaN."""
         return math.isfinite(self.error) and self.error <= self.claim.limit

@@ -13,7 +13,7 @@ import pneusma_jax as pj
 from .claims import Claim
 from .silicone import AREA, INERTIA, PUSHED, Linear
 
-STEP = 1e-3  # relative; the differences are of fourth order, so that their own error is about 1e-10
+STEP = 1e-3  # Relative step of the differences; they are of fourth order, so their own error is about 1e-10
 # where the derivative is taken: a bent PneuSMA2, away from every kink (at the source's pre-strain of 0.1924
 # the two bounds of the residual strain meet); SI
 POINT = {
@@ -76,7 +76,7 @@ def _slopes() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _with(module: eqx.Module, names: tuple[str, ...], values: list) -> eqx.Module:
-    """A module with some of its numbers replaced."""
+    """A module with some of its constants replaced."""
     return eqx.tree_at(lambda m: [getattr(m, name) for name in names], module, values)
 
 

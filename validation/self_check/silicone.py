@@ -13,8 +13,8 @@ from pneusma_jax.silicone import Gent, NeoHookean, Ogden, SiliconeLaw, Yeoh, tub
 
 from .claims import Claim
 
-MU = 85e3  # Pa
-OUTER, WALL, BORE = 10e-3, 1e-3, 8e-3  # m
+MU = 85e3  # Shear modulus [Pa]
+OUTER, WALL, BORE = 10e-3, 1e-3, 8e-3  # Outer diameter, wall and bore of the tube [m]
 AREA = math.pi / 4.0 * (OUTER**2 - BORE**2)
 PUSHED = math.pi / 4.0 * BORE**2
 INERTIA = math.pi / 64.0 * (OUTER**4 - BORE**4)

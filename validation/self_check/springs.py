@@ -11,7 +11,8 @@ from pneusma_jax.nitinol import detwinning, geometry
 
 from .claims import Claim
 
-D, WIRE, PITCH, NU = 1.15e-3, 0.25e-3, 0.269e-3, 0.33  # the source's spring [m]
+D, WIRE, PITCH, NU = 1.15e-3, 0.25e-3, 0.269e-3, 0.33
+"""Dimensions of the source's spring [m] and Poisson's ratio [1]."""
 
 
 def claims() -> Iterator[Claim]:
@@ -136,17 +137,17 @@ def _stress(name: str) -> Iterator[Claim]:
         1e-6,
     )
     printed = a.gR_amplitude * (1.0 + math.erf(a.gR_slope * gp - a.gR_shift))
-    left = min(printed, a.gamma_L * logistic(gp))
+    bound = min(printed, a.gamma_L * logistic(gp))
     yield Claim(
         group,
         "residual strain after the pre-strain 0.1924, Eq. 3.1",
-        lambda: (alloy.residual_strain_limit(gp), left),
+        lambda: (alloy.residual_strain_limit(gp), bound),
         1e-10,
     )
     yield Claim(
         group,
         "residual strain after heating to xi0 = 0.4, Eq. 3.2",
-        lambda: (alloy.residual_strain(pj.SpringState.fresh(gp), 0.4), left * math.exp(-0.6 * a.gR_decay)),
+        lambda: (alloy.residual_strain(pj.SpringState.fresh(gp), 0.4), bound * math.exp(-0.6 * a.gR_decay)),
         1e-10,
     )
 
@@ -154,7 +155,7 @@ def _stress(name: str) -> Iterator[Claim]:
         state = pj.SpringState.fresh(gp)
         for xi0 in (0.4, 1.0, 0.9):
             state = alloy.remember(state, jnp.asarray(0.0), jnp.asarray(xi0))
-        return alloy.residual_strain(state, 1.0), left * math.exp(-0.6 * a.gR_decay)
+        return alloy.residual_strain(state, 1.0), bound * math.exp(-0.6 * a.gR_decay)
 
     def stretched_again() -> tuple:
         state = alloy.remember(pj.SpringState(gp, 0.4), jnp.asarray(0.08), jnp.asarray(1.0))

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.inference.parameters import Prior
-from fitting.specimens.zeros import taut
+from fitting.specimens.zeros import strain_from_taut
 
 from .laws import CurveLaw
 from .samples import Samples
@@ -92,7 +92,7 @@ def stress_of(
             jnp.stack([jnp.zeros(()), *(values[name] for name in zeros if name.startswith(quantity))])
             for quantity in ("strain", "stress")
         )
-        strain = taut(data["strain"], slack[data["strain_zero"]], data["flat"])
+        strain = strain_from_taut(data["strain"], slack[data["strain_zero"]], data["flat"])
         return factors[data["specimen"]] * law.stress(strain, constants) + offset[data["stress_zero"]]
 
     return stress

@@ -1,6 +1,6 @@
 """From a campaign of elastomer recordings to a characterised material."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -95,6 +95,26 @@ def chosen_laws(law: str = EVERY_LAW, terms: int | None = None) -> list[CurveLaw
     return [entry for entry in LAWS.values() if entry.law in words and entry.name not in skipped]
 
 
+def _check_constants(laws: Sequence[CurveLaw], names: Iterable[str]) -> None:
+    """Refuse a constant that none of the laws to be fitted has.
+
+    Raises:
+        InputError: with the constants that they have, or the laws that have it.
+    """
+    own = list(dict.fromkeys(name for law in laws for name in law.names))
+    for name in names:
+        if name in own:
+            continue
+        others = [law.name for law in LAWS.values() if name in law.names]
+        if not others:
+            every = [constant for law in LAWS.values() for constant in law.names]
+            raise InputError(f"no law has a constant {name!r}, {nearest(name, every)}")
+        raise InputError(
+            f"{', '.join(law.name for law in laws)} has no constant {name!r} ({', '.join(others)} has); it"
+            f" has {', '.join(own)}"
+        )
+
+
 def characterise_elastomer(
     campaign: Campaign,
     *,
@@ -129,6 +149,7 @@ def characterise_elastomer(
         raise InputError(f"there is no weighting {weighting!r}, {nearest(weighting, WEIGHTINGS)}")
     if max_strain is not None and not max_strain > 0.0:
         raise InputError(f"max-strain = {max_strain:g} must be more than 0; 1.5 is a stretch of 2.5")
+    _check_constants(laws, adjust or {})
     samples = stack(campaign.of_kind("elastomer"), max_strain, weighting)
     engine = Engine(samples, adjust, seed)
     narrow = samples.fitted & (samples.strain >= ACTUATOR_STRAIN[0]) & (samples.strain <= ACTUATOR_STRAIN[1])

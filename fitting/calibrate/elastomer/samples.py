@@ -9,7 +9,7 @@ import numpy as np
 from fitting.data.recordings import Recording
 from fitting.inference.noise import robust_noise
 from fitting.inference.readings import cautions, readings_of
-from fitting.specimens.zeros import Zeros, offered, taut, zeros_of
+from fitting.specimens.zeros import Zeros, offered, strain_from_taut, zeros_of
 from pneusma_jax.errors import InputError
 
 FEWEST_SAMPLES = 12  # a law of six constants needs some samples over
@@ -99,7 +99,7 @@ class Samples:
             if zero.quantity == "stress":
                 stress[mine] -= value
             else:
-                strain[mine] = np.asarray(taut(strain[mine], value, self.flat[mine]))
+                strain[mine] = np.asarray(strain_from_taut(strain[mine], value, self.flat[mine]))
         return strain, stress
 
     def of(self, index: int) -> np.ndarray:

@@ -13,7 +13,7 @@ from fitting.calibrate.soft_constraints import constrained_residual_of, constrai
 from fitting.data.recordings import Recording
 from fitting.inference.least_squares import FitResult, Status, fit_least_squares
 from fitting.inference.noise import correlation_time, inflation_of
-from fitting.inference.parameters import Parameters
+from fitting.inference.parameters import Parameter, Parameters
 from fitting.specimens import Model, Rows, predictor_of, silenced, specimen_of, stack
 
 RTOL = 1e-4
@@ -61,6 +61,11 @@ class GeneralFit:
     def kind(self) -> str:
         """Of the recordings."""
         return self.recordings[0].kind
+
+    @property
+    def misses(self) -> bool:
+        """Whether what is left is more than noise; `result` was made at noise that covers it."""
+        return not self.reduced_chi_square <= MISFIT
 
     @property
     def used(self) -> list[Rows]:
@@ -140,11 +145,18 @@ def fit_pinned(fit: GeneralFit, values: Mapping[str, float], pins: Mapping[str, 
     Args:
         fit: any.
         values: to start from, SI; what is missing starts from the fit.
-        pins: parameters that are held, with their values, SI; they have a standard error.
+        pins: parameters that are held, with their values, SI.
     """
     rows, known = inflated(fit.rows, fit.inflation), fit.result.parameters
-    held = {name: (value, PINNED * known[name].standard_error) for name, value in pins.items()}
+    held = {name: (value, PINNED * _size(known[name])) for name, value in pins.items()}
     return _fit(fit.model, fit.recordings, rows, known.at({**values, **pins}), 1, 0, held)
+
+
+def _size(entry: Parameter) -> float:
+    """Standard error of a parameter; a part of its prior's where it stopped at a bound and has none."""
+    if entry.standard_error:
+        return entry.standard_error
+    return PINNED * entry.prior.sd if entry.prior is not None else PINNED * (abs(entry.value) or 1.0)
 
 
 def gone_on(

@@ -1,14 +1,16 @@
 """What recordings of any kind say about each parameter, what they leave open, what a repeat would add."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from fitting.calibrate.spring.information import HARDLY, STAYED, TOGETHER, Information
+from fitting.inference.lasting_noise import Lasting, Series, lasting
 from fitting.inference.parameters import Parameter, Parameters
 from fitting.specimens import Rows
+from pneusma_jax.calibration.records import Quantity
 
 from .fit import GeneralFit
 
@@ -16,6 +18,8 @@ STEP = 1e-3
 """Step of a derivative, as a share of the parameter's prior 1-sigma."""
 FLAT = 12.0**0.5
 """Width of a flat prior in its standard deviations."""
+CONSIDERED = 0.1
+"""Step of a constant that is held, as a share of its prior's 1-sigma."""
 NOTHING = 0.98
 """Ratio of error bars above which a repeat is not said to help."""
 
@@ -35,24 +39,92 @@ class Repeat:
     shrinks: tuple[tuple[str, float], ...]
 
 
-def informed(fit: GeneralFit) -> tuple[Information, list[np.ndarray]]:
-    """Information of all fitted recordings together, and of each recording, held-out ones too; SI."""
+def informed(
+    fit: GeneralFit, held: Mapping[str, Quantity] | None = None
+) -> tuple[Information, list[np.ndarray], Lasting]:
+    """Information of all fitted recordings together, and of each recording, held-out ones too; SI.
+
+    And what zeros of the instruments that are off, or wander, add to the errors.
+
+    Args:
+        fit: any.
+        held: constants that no recording shows, so that they were held; what is known of them counts.
+    """
     names = fit.result.parameters.layout().free
     entries = [fit.result.parameters[name] for name in names]
     scale = np.array([_scale(entry) for entry in entries])
     slopes = [_slopes(fit, entry, size) for entry, size in zip(entries, scale, strict=True)]
-    each = []
-    for k, rows in enumerate(fit.rows):
-        columns = np.stack([_column(rows, slope[k], fit.inflation) for slope in slopes], axis=-1)
-        each.append(columns.T @ columns)
+    columns = [
+        np.stack([_column(rows, slope[k], fit.inflation) for slope in slopes], axis=-1)
+        for k, rows in enumerate(fit.rows)
+    ]
+    each = [column.T @ column for column in columns]
     fitted = [k for k, recording in enumerate(fit.recordings) if recording.role == "fit"]
-    return Information(
+    told = Information(
         names=tuple(names),
         matrix=np.sum([each[k] for k in fitted], axis=0),
         scale=scale,
         prior=np.array([_precision(entry) for entry in entries]),
         fixed=np.array([entry.at_bound for entry in entries]),
-    ), each
+    )
+    series = [one for k in fitted for one in _series(fit, k, slopes, ~told.fixed)]
+    pull = np.array([0.0 if e.prior is None else e.value - e.prior.mean for e in entries])
+    last = lasting(series, told.prior, pull, fit.inflation)
+    if held:
+        last = replace(last, held=_considered(fit, told, [columns[k] for k in fitted], fitted, held))
+    return told, each, last
+
+
+def _considered(
+    fit: GeneralFit,
+    told: Information,
+    columns: Sequence[np.ndarray],
+    fitted: Sequence[int],
+    held: Mapping[str, Quantity],
+) -> np.ndarray:
+    """What the doubt about constants that are held adds to each parameter's variance, over that variance.
+
+    The doubt is the prior's, less what the recordings themselves say of such a constant: a fit that had it
+    free would have these errors (S. F. Schmidt's considered parameters, with what data tell of them).
+    """
+    covariance = told.covariance()
+    taken = {name: quantity.value for name, quantity in held.items()}
+    moved = []
+    for name, quantity in held.items():
+        step = CONSIDERED * quantity.prior.sd
+        ends = [
+            float(np.clip(quantity.value + side * step, quantity.prior.min, quantity.prior.max))
+            for side in (-1.0, 1.0)
+        ]
+        below, above = (fit.predict({**fit.result.values, **taken, name: end}) for end in ends)
+        size = quantity.prior.sd / (ends[1] - ends[0])
+        rows = [
+            _column(fit.rows[k], {n: (above[k][n] - below[k][n]) * size for n in above[k]}, fit.inflation)
+            for k in fitted
+        ]
+        moved.append(np.concatenate(rows))
+    more = np.stack(moved, axis=-1)
+    slopes = np.where(told.fixed, 0.0, np.concatenate(list(columns)))
+    pull = slopes.T @ more
+    given_way = covariance @ pull
+    doubt = np.linalg.inv(np.eye(len(held)) + more.T @ more - pull.T @ given_way)
+    added, variance = np.einsum("ij,jk,ik->i", given_way, doubt, given_way), np.diag(covariance)
+    return np.where(told.fixed | ~(variance > 0.0), 0.0, added / np.where(variance > 0.0, variance, 1.0))
+
+
+def _series(
+    fit: GeneralFit, k: int, slopes: Sequence[list[dict[str, np.ndarray]]], free: np.ndarray
+) -> list[Series]:
+    """What is left of every output of a recording, with its slopes by parameters that are not at a bound."""
+    rows, predicted, found = fit.rows[k], fit.predict()[k], []
+    for name, weight in rows.weight.items():
+        weight = np.asarray(weight)
+        held = (weight > 0.0) & np.isfinite(predicted[name])
+        columns = np.stack([_column_of(weight * held, s[k][name]) for s in slopes], axis=-1)
+        if held.any():
+            misfit = weight * (predicted[name] - rows.measured[name])
+            found.append(Series(np.asarray(rows.time)[held], misfit[held], (columns * free)[held], name))
+    return found
 
 
 def _scale(entry: Parameter) -> float:
@@ -79,8 +151,12 @@ def _slopes(fit: GeneralFit, entry: Parameter, size: float) -> list[dict[str, np
 
 
 def _column(rows: Rows, slopes: Mapping[str, np.ndarray], inflation: float) -> np.ndarray:
-    parts = [np.asarray(rows.weight[name]) / inflation * slope for name, slope in slopes.items()]
-    return np.nan_to_num(np.concatenate(parts), posinf=0.0, neginf=0.0)
+    weights = {name: np.asarray(rows.weight[name]) / inflation for name in slopes}
+    return np.concatenate([_column_of(weights[name], slope) for name, slope in slopes.items()])
+
+
+def _column_of(weight: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    return np.nan_to_num(weight * slope, posinf=0.0, neginf=0.0)
 
 
 def repeats(fit: GeneralFit, told: Information, each: Sequence[np.ndarray]) -> list[Repeat]:

@@ -7,25 +7,30 @@ from typing import Any
 
 import numpy as np
 
-from fitting.calibrate.profile_likelihood import Profile, lower_end
+from fitting.calibrate.profile_likelihood import Profile, loosest, lower_end
+from fitting.calibrate.quoted import KELVIN, estimates, of_prior_alone
 from fitting.calibrate.result import Characterisation, Estimate
-from fitting.calibrate.spring.alloy_table import KELVIN, estimate
 from fitting.calibrate.spring.information import Information, with_errors
 from fitting.data.recordings import Campaign, Recording
+from fitting.inference.lasting_noise import Lasting
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Specimen, priors
 from fitting.specimens.refitted import refitted
 from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.specimen import EVERY
 from fitting.specimens.with_saved_model import Augmented, Held
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
-from pneusma_jax.units import from_si, to_si
+from pneusma_jax.units import to_si
 
-from .fit import GeneralFit, fit_campaign, gone_on, missed
+from .fit import GeneralFit, fit_campaign, gone_on
 from .information import Repeat, cannot_tell, held_back, informed, repeats
-from .profiles import profiles, worth_profiling
+from .profiles import profiles
 from .scores import Score, scores
+
+RENEWALS = 2
+"""Times that a fit begins anew where a profile found a lower chi-square, at most."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,7 @@ class GeneralCharacterisation(Characterisation):
         options: tables that the campaign was fitted from.
         seed: of the scattered starts.
         model: the model on disk that was fitted; None for the base model.
+        lasting: zeros of instruments that are off or wander, and what they add to errors.
     """
 
     campaign: Campaign
@@ -59,6 +65,7 @@ class GeneralCharacterisation(Characterisation):
     options: dict[str, str | Path]
     seed: int
     model: Augmented | None = None
+    lasting: Lasting | None = None
 
     @property
     def title(self) -> str:
@@ -90,21 +97,17 @@ class GeneralCharacterisation(Characterisation):
     def parameters(self) -> dict[str, Estimate]:
         """Everything that was free, and what was held because no recording shows it, with the error of its
         prior; in the unit of files."""
-        return {name: estimate(entry) for name, entry in self.fitted.items()} | {
-            name: Estimate(
-                float(from_si(q.value, q.unit, q.unit == KELVIN)),
-                float(from_si(np.hypot(q.prior.sd, q.value - q.prior.mean), q.unit, True)),
-                q.unit,
-                False,
-            )
-            for name, q in self.unseen.items()
+        last = self.lasting
+        units = {} if last is None else _by_name(self.told, last.variance)
+        held = {} if last is None else _by_name(self.told, last.held)
+        return estimates(self.fitted, self.profiles, units, held) | {
+            name: of_prior_alone(quantity) for name, quantity in self.unseen.items()
         }
 
     @property
     def unseen(self) -> dict[str, Quantity]:
         """Constants that no recording shows, held at their table's values, by name; SI."""
-        found = self.specimen.unseen(self.campaign, **self.options)
-        return {name: q for name, q in found.items() if name not in self.fitted}
+        return _held(self.specimen, self.campaign, self.options, self.fitted)
 
     def held(self) -> list[Held]:
         """What the model on disk states and this fit left as it is; nothing for the base model."""
@@ -136,7 +139,7 @@ def characterise_general(
         specimen: what is recorded.
         adjust: changes to free parameters by name, in the unit of files; see `characterise_spring`.
         starts: of the fit in all.
-        profile: parameters to profile, or how many of the loosest that the recordings inform.
+        profile: parameters to profile, or how many of the loosest.
         seed: of the scattered ones.
         progress: called with a word for each step that is done.
         model: model on disk, of this kind; the base model by default.
@@ -164,14 +167,19 @@ def characterise_general(
         rows = model.prepared(start, rows)
     progress("read")
     fit = fit_campaign(recordings, rows, parameters, starts, seed, progress, predictor)
-    fit, told, each = _with_information(fit)
+    unseen = {} if model else _held(specimen, campaign, options, fit.result.parameters)
+    fit, told, each, last = _with_information(fit, unseen)
     progress("information")
-    wanted = worth_profiling(fit, told, profile) if isinstance(profile, int) else list(profile)
-    profiled = profiles(fit, wanted)
-    lower = lower_end(profiled)
-    if lower:  # the fit had not reached its end
-        fit, told, each = _with_information(gone_on(fit, lower[1], progress))
-        profiled = profiles(fit, _still_open(fit, wanted))
+    wanted = _wanted(fit, profile)
+    profiled = profiles(fit, wanted, _by_name(told, last.variance))
+    for _ in range(RENEWALS):
+        lower = lower_end(profiled)
+        if not lower:
+            break
+        # the fit had not reached its end
+        fit, told, each, last = _with_information(gone_on(fit, lower[1], progress), unseen)
+        wanted = _wanted(fit, profile)
+        profiled = profiles(fit, wanted, _by_name(told, last.variance))
     if wanted:
         progress("profiles")
     result = GeneralCharacterisation(
@@ -189,19 +197,40 @@ def characterise_general(
         options=dict(options),
         seed=seed,
         model=model,
+        lasting=last,
     )
     return replace(result, identifiability=[*result.identifiability, *map(held_back, result.unseen)])
 
 
-def _with_information(fit: GeneralFit) -> tuple[GeneralFit, Information, list[np.ndarray]]:
-    """A fit with standard errors, what all its recordings say, and each of them; SI."""
-    told, each = informed(fit)
-    return replace(fit, result=with_errors(fit.result, lambda _: told)), told, each
+def _held(
+    specimen: Specimen, campaign: Campaign, options: Mapping[str, Any], fitted: Parameters
+) -> dict[str, Quantity]:
+    """Constants that no recording shows, held at their table's values, by name; SI."""
+    found = specimen.unseen(campaign, **options)
+    return {name: quantity for name, quantity in found.items() if name not in fitted}
 
 
-def _still_open(fit: GeneralFit, names: Sequence[str]) -> list[str]:
-    """Parameters that have not stopped at a bound."""
-    return [name for name in names if fit.result.parameters[name].standard_error is not None]
+def _with_information(
+    fit: GeneralFit, unseen: Mapping[str, Quantity]
+) -> tuple[GeneralFit, Information, list[np.ndarray], Lasting]:
+    """A fit with standard errors, what all its recordings say, and each of them, SI; noise that lasts."""
+    told, each, last = informed(fit, unseen)
+    return replace(fit, result=with_errors(fit.result, lambda _: told)), told, each, last
+
+
+def _by_name(told: Information, numbers: np.ndarray | float) -> dict[str, float]:
+    """A number of every parameter, by name."""
+    each = np.broadcast_to(numbers, len(told.names))
+    return dict(zip(told.names, map(float, each), strict=True))
+
+
+def _wanted(fit: GeneralFit, profile: int | Sequence[str]) -> list[str]:
+    """Parameters to profile: so many of the loosest, or those of a list."""
+    found = fit.result.parameters
+    if isinstance(profile, int):
+        return loosest(found, found.layout().free, profile)
+    able = loosest(found, [name for name in profile if name in found], EVERY)
+    return [name for name in profile if name in able or name not in found]
 
 
 def _identifies(recordings: list[Recording]) -> bool:
@@ -252,7 +281,7 @@ def characterise_specimen(
     }
     found = characterise_general(campaign, specimen, **common, **tables)
     plain, words = specimen.simpler(campaign, **tables)
-    if plain and missed(found.fit.result):
+    if plain and found.fit.misses:
         progress(words)
         found = characterise_general(campaign, specimen, **common, **{**tables, **plain})
     return found

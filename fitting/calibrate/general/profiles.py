@@ -1,42 +1,32 @@
 """Profile likelihoods of wires, tubes and actuators: noise and decisions stay as they were at the fit."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
-from fitting.calibrate.profile_likelihood import Profile, followed, loosest
-from fitting.calibrate.spring.information import HARDLY, Information
+from fitting.calibrate.profile_likelihood import Profile
+from fitting.calibrate.profile_search import followed
 
 from .fit import GeneralFit, fit_pinned
 
 
-def profiles(fit: GeneralFit, names: Sequence[str]) -> dict[str, Profile]:
+def profiles(
+    fit: GeneralFit, names: Sequence[str], units: Mapping[str, float] | None = None
+) -> dict[str, Profile]:
     """Profile likelihoods of several parameters, by name.
 
     Args:
         fit: with standard errors.
-        names: of free parameters that have one.
+        names: of free parameters that have one, or stand at a bound.
+        units: rise of chi-square that counts as one standard deviation, by name.
 
     Raises:
         InputError: if one is not free, or has no standard error.
     """
     result = fit.result
-    return followed(names, result.parameters, result.values, result.uncertainty, partial(fit_pinned, fit))
+    pinned = partial(fit_pinned, fit)
+    return followed(names, result.parameters, result.values, result.uncertainty, pinned, units=units)
 
 
 def profile(fit: GeneralFit, name: str) -> Profile:
     """Profile likelihood of one parameter; see `profiles`."""
     return profiles(fit, [name])[name]
-
-
-def worth_profiling(fit: GeneralFit, told: Information, count: int) -> list[str]:
-    """The loosest parameters that the recordings say something about.
-
-    Of the others only the prior is known, and the profile is its parabola.
-
-    Args:
-        fit: with standard errors.
-        told: by the recordings.
-        count: at most.
-    """
-    shown = [name for name, sd in zip(told.names, told.alone() / told.scale, strict=True) if sd < HARDLY]
-    return loosest(fit.result.parameters, shown, count)

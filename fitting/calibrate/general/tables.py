@@ -24,7 +24,9 @@ def tables(result: "GeneralCharacterisation") -> dict[str, Calibration]:
     found, simulated = {}, result.real is False
     alloy = _alloy(result)
     if alloy:
-        found["alloy.toml"] = alloy_table(result.title, alloy, result.fitted, simulated, {})
+        found["alloy.toml"] = alloy_table(
+            result.title, alloy, result.fitted, simulated, {}, result.parameters
+        )
     stiffness = {n: e for n, e in result.fitted.items() if n.partition(MARK)[0] == silicones.FACTOR}
     if stiffness:
         found["material.toml"] = _material(result, simulated)

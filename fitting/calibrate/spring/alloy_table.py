@@ -3,6 +3,9 @@
 import re
 from collections.abc import Mapping
 
+import numpy as np
+
+from fitting.calibrate.quoted import KELVIN
 from fitting.calibrate.result import Estimate
 from fitting.inference.parameters import Parameter, Parameters
 from pneusma_jax.calibration import Calibration
@@ -10,7 +13,6 @@ from pneusma_jax.calibration.records import Prior, Quantity
 from pneusma_jax.units import from_si, to_si
 
 DIGITS = 10  # of a fitted number
-KELVIN = "K"  # unit of differences of temperature, which have no zero to be shifted
 
 
 def slug(title: str) -> str:
@@ -19,9 +21,14 @@ def slug(title: str) -> str:
 
 
 def alloy_table(
-    title: str, base: Mapping[str, Quantity], parameters: Parameters, simulated: bool, text: Mapping[str, str]
+    title: str,
+    base: Mapping[str, Quantity],
+    parameters: Parameters,
+    simulated: bool,
+    text: Mapping[str, str],
+    quoted: Mapping[str, Estimate] | None = None,
 ) -> Calibration:
-    """Table of an alloy: what was fitted, with its standard error as prior, and the rest as it was taken.
+    """Table of an alloy: what was fitted, with its quoted error as prior, and the rest as it was taken.
 
     Args:
         title: of the campaign.
@@ -29,12 +36,13 @@ def alloy_table(
         parameters: free ones at the values found, in SI.
         simulated: whether the recordings were.
         text: further strings of the table, such as `interpolation`.
+        quoted: errors and intervals of those, in the unit of files; the standard errors where there are none.
     """
     source = f"Fitted to {title}{', simulated data' if simulated else ''}"
     quantities = {}
     for name, taken in base.items():
         if name in parameters:
-            quantities[name] = _fitted(parameters[name], taken, source)
+            quantities[name] = _fitted(parameters[name], taken, source, (quoted or {}).get(name))
         else:
             quantities[name] = Quantity(
                 name, taken.value, taken.unit, taken.status, taken.source, taken.prior
@@ -49,11 +57,17 @@ def alloy_table(
     )
 
 
-def _fitted(entry: Parameter, taken: Quantity, source: str) -> Quantity:
-    value, sd = _rounded(entry.value, taken.unit), entry.standard_error
-    prior = None if not sd else Prior(mean=value, sd=_rounded(sd, taken.unit))
+def _fitted(entry: Parameter, taken: Quantity, source: str, quoted: Estimate | None) -> Quantity:
+    width = taken.unit == KELVIN
+    value, sd, interval = _rounded(entry.value, taken.unit), entry.standard_error, None
+    if quoted is not None and np.isfinite(quoted.sd):
+        sd = float(to_si(quoted.sd, taken.unit, True))
+    if quoted is not None and 90 in quoted.interval:
+        ends = (float(to_si(end, taken.unit, width)) for end in quoted.interval[90])
+        interval = tuple(_rounded(end, taken.unit) for end in ends)
+    prior = None if not sd else Prior(mean=value, sd=_rounded_width(sd, taken.unit))
     note = "" if sd else "; at a bound" if entry.at_bound else "; not determined by these tests"
-    return Quantity(entry.name, value, taken.unit, "fitted", source + note, prior)
+    return Quantity(entry.name, value, taken.unit, "fitted", source + note, prior, interval)
 
 
 def _rounded(value: float, unit: str) -> float:
@@ -62,12 +76,6 @@ def _rounded(value: float, unit: str) -> float:
     return float(to_si(float(f"{float(from_si(value, unit, width)):.{DIGITS}g}"), unit, width))
 
 
-def estimate(entry: Parameter) -> Estimate:
-    """A parameter in the unit of files."""
-    sd = entry.standard_error
-    return Estimate(
-        value=float(from_si(entry.value, entry.unit, entry.unit == KELVIN)),
-        sd=float("nan") if sd is None else float(from_si(sd, entry.unit, difference=True)),
-        unit=entry.unit,
-        at_bound=entry.at_bound,
-    )
+def _rounded_width(value: float, unit: str) -> float:
+    """The same of a difference, which has no zero that could be shifted."""
+    return float(to_si(float(f"{float(from_si(value, unit, True)):.{DIGITS}g}"), unit, True))

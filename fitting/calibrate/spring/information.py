@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.inference.least_squares import FitResult
 from fitting.inference.least_squares.covariance import Uncertainty
-from fitting.inference.parameters import Parameter, Parameters
+from fitting.inference.parameters import Parameters
 from fitting.specimens.spring_trajectory import decided
 
 from .problem import Problem, jacobian, scale_of, values_of
@@ -277,13 +277,6 @@ def _needed(name: str, tests: Sequence[StandTest]) -> str:
 
 def _list(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def relative_to_prior(entry: Parameter) -> float | None:
-    """Standard error over the prior's 1-sigma; None where either is missing."""
-    if entry.prior is None or entry.standard_error is None:
-        return None
-    return float(entry.standard_error / entry.prior.sd)
 
 
 def spread_given_geometry(found: Information, names: Sequence[str]) -> dict[str, float]:

@@ -8,38 +8,38 @@ from typing import Any
 import numpy as np
 
 from fitting.calibrate.assumed import notices_of
+from fitting.calibrate.combinations import Combination
 from fitting.calibrate.profile_likelihood import Profile, loosest, lower_end
+from fitting.calibrate.quoted import estimates
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign
+from fitting.inference.lasting_noise import Lasting
 from fitting.inference.parameters import Parameters
-from fitting.specimens import SPRING, priors
+from fitting.specimens import priors
+from fitting.specimens.specimen import EVERY
 from fitting.specimens.spring_trajectory import ALLOY
-from pneusma_jax.calibration import Calibration, available, load_calibration
+from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.precision import require_float64
-from pneusma_jax.units import to_si
 
-from .alloy_table import alloy_table, estimate
+from .alloy_table import alloy_table
 from .information import Information, information, sentences, spread_given_geometry
-from .joint import Joint, fit_jointly, loosened, retried, shifted, spanned, try_others
-from .memory_starts import memory_starts
+from .joint import Joint, spanned, try_others
 from .modes import Mode, other_modes
 from .next_test import NextTest, next_test
-from .problem import Problem
-from .profiles import profiles
+from .plateaus import plateaus
+from .profiles import profiles, with_other_fits
 from .scores import Score, scores
-from .stages import Stage, run_stages
-from .stand_tests import LEVEL, Phase, StandTest, classify
+from .search import fitted_from, order, readings_of
+from .stages import Stage
+from .stand_tests import SOFTER, Phase, Softer, StandTest
+from .zeros import zeros
 
 STARTS = 3
-PROFILES = 2
-CHANCE, MORE = 3.5, 6
-"""Standard deviations of a reduced chi-square above 1 from which a known alloy is fitted from further starts,
-and how many: rows that a spring remembers shut fits in."""
-FAR = 4.0
-"""Standard deviations along the loosest direction at which one start is placed."""
+RENEWALS = 2
+"""Times that a fit begins anew where a profile found a lower chi-square, at most."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,9 @@ class SpringCharacterisation(Characterisation):
         real: measured (True), simulated (False), or nobody said (None).
         notices: what was assumed or left out.
         seed: of the scattered starts.
+        softer: the phase that was taken as the softer one; None for a known alloy.
+        combinations: what the tests tell best: resistivities and stresses of both phases.
+        lasting: zeros of force and resistance that are off or wander, and what they add to errors.
     """
 
     title: str
@@ -81,6 +84,9 @@ class SpringCharacterisation(Characterisation):
     real: bool | None
     notices: tuple[str, ...]
     seed: int
+    softer: Softer | None = None
+    combinations: tuple[Combination, ...] = ()
+    lasting: Lasting | None = None
 
     @property
     def fitted(self) -> Parameters:
@@ -95,7 +101,10 @@ class SpringCharacterisation(Characterisation):
     @property
     def parameters(self) -> dict[str, Estimate]:
         """Constants of the alloy and dimensions that were free, in the unit of files."""
-        return {name: estimate(entry) for name, entry in self.fitted.items()}
+        names = self.information.names
+        variance = np.ones(len(names)) if self.lasting is None else self.lasting.variance
+        units = dict(zip(names, map(float, variance), strict=True))
+        return estimates(self.fitted, self.profiles, units)
 
     def sd_given_geometry(self) -> dict[str, float]:
         """Standard errors of the alloy's constants if the dimensions were exactly as stated, SI."""
@@ -103,7 +112,7 @@ class SpringCharacterisation(Characterisation):
 
     def table(self) -> Calibration:
         """The alloy as a table of constants."""
-        return alloy_table(self.title, self.base, self.fitted, self.real is False, {})
+        return alloy_table(self.title, self.base, self.fitted, self.real is False, {}, self.parameters)
 
 
 def characterise_spring(
@@ -111,9 +120,10 @@ def characterise_spring(
     *,
     base: str | Path | None = None,
     phases: Mapping[str, Phase] | None = None,
+    softer: Softer | None = None,
     adjust: Mapping[str, Mapping[str, Any]] | None = None,
     starts: int = STARTS,
-    profile: int | Sequence[str] = PROFILES,
+    profile: int | Sequence[str] = EVERY,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
 ) -> SpringCharacterisation:
@@ -128,6 +138,8 @@ def characterise_spring(
         campaign: recordings of kind `spring` of one alloy.
         base: table to start from, instead of the one named, or of a nitinol that nobody has characterised.
         phases: `cold`, `hot` or `intermediate` for recordings, by name, whose phase is known better.
+        softer: the phase whose wire is the softer one; by default the martensite, or where its tests then
+            resist less at rest than the hot ones, which no nitinol does, whichever fits better.
         adjust: changes to free parameters by name, each a mapping with any of `value`, `min`, `max` (in the
             unit of files), `vary` and `tie`: `{"gR_decay": {"value": 5, "vary": False}}`.
         starts: joint fits in all, from different places.
@@ -147,110 +159,62 @@ def characterise_spring(
         )
     quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
     known = None if identify else Alloy(**{name: q.value for name, q in quantities.items()})
-    tests = classify(recordings, phases, known)
-    problem = _problem(campaign, tests, base, identify, adjust or {})
-    start = {name: entry.value for name, entry in problem.parameters.items()}
-    staged, stages = run_stages(problem, progress) if identify else (start, [])
-    joint = fit_jointly(problem, staged, progress)
-    if identify:
-        again = memory_starts(joint.problem.inflated(1.0), staged, seed, progress)
-        joint = retried(loosened(try_others(joint, again, progress), progress), progress)
-    others = _other_starts(joint, stages, identify, starts - 1, seed)
-    single = try_others(joint, others, progress)
-    if not identify and _suspicious(single):
-        more = _draws(single, MORE, np.random.default_rng([seed, 1]), "further draw")
-        single = try_others(single, more, progress)
-    joint = spanned(single)
-    free = list(joint.problem.parameters)
-    wanted = loosest(joint.parameters, free, profile) if isinstance(profile, int) else list(profile)
-    profiled = profiles(joint, wanted)
-    progress("profiles")
-    lower = lower_end(profiled)
-    if lower:  # the fit had not reached its end
+    readings = readings_of(recordings, phases, known, softer)
+    options = base, identify, adjust or {}, starts, seed, progress
+    found = [fitted_from(campaign, tests, *options) for tests in readings]
+    best = min(range(len(found)), key=lambda k: found[k].single.starts[0].result.chi_square or np.inf)
+    tests, single = readings[best], found[best].single
+    profiled, last = _profiled(single, profile, progress)
+    for _ in range(RENEWALS):
+        lower = lower_end(profiled)
+        if not lower:
+            break
+        # the fit had not reached its end
         single = try_others(single, {f"the profile of {lower[0]}": lower[1]}, progress)
-        joint = spanned(single)
-        profiled = profiles(joint, wanted)
-        progress("profiles again")
+        profiled, last = _profiled(single, profile, progress)
+    fitted = [test for test in tests if test.fitted]
+    told_best = plateaus(single, quantities, fitted, profiled)
+    profiled = with_other_fits(profiled, single)
+    joint = spanned(single)
     told = information(joint.problem, joint.parameters)
     progress("information")
-    fitted = [test for test in tests if test.fitted]
     further = next_test(joint.problem, joint.parameters, told, identify)
     stated = [recording.real for recording in recordings]
     return SpringCharacterisation(
         title=campaign.title,
         identify=identify,
         tests=tuple(tests),
-        stages=tuple(stages),
+        stages=tuple(found[best].stages),
         joint=joint,
         base=quantities,
-        start=start,
+        start=found[best].start,
         information=told,
-        identifiability=sentences(told, joint.parameters, start, fitted),
+        identifiability=sentences(told, joint.parameters, found[best].start, fitted),
         modes=tuple(other_modes(single)),
         profiles=profiled,
         scores=tuple(scores(joint.problem, joint.values)),
         next_test=further,
         real=False if False in stated else None if None in stated else True,
-        notices=tuple(notices_of(recordings)),
+        notices=(*order(found, best), *notices_of(recordings)),
         seed=seed,
+        softer=(softer or SOFTER[best]) if identify else None,
+        combinations=tuple(told_best),
+        lasting=last,
     )
 
 
-def _problem(
-    campaign: Campaign, tests: Sequence[StandTest], base: Any, identify: bool, adjust: Mapping[str, Mapping]
-) -> Problem:
-    held = {t.name: LEVEL[t.phase] for t in tests if LEVEL[t.phase] is not None} if identify else {}
-    parameters = SPRING.parameters_for(campaign, base=base)
-    if not parameters:
-        raise InputError(
-            f"{campaign.path}: the alloy is known and the tolerances leave nothing open; "
-            'state alloy = "fit", or a [tolerance]'
-        )
-    changes = {name: _in_si(parameters, name, change) for name, change in adjust.items()}
-    rows = SPRING.rows_for(campaign, base=base, held_at=held)
-    return Problem.of(tests, rows, priors.adjusted(parameters, changes))
+def _profiled(
+    joint: Joint, profile: int | Sequence[str], progress: Callable[[str], None]
+) -> tuple[dict[str, Profile], Lasting]:
+    """Profiles that know about zeros of the instruments, and those."""
+    told = information(joint.problem, joint.parameters)
+    last = zeros(joint.problem, joint.parameters, told)
+    units = dict(zip(told.names, map(float, last.variance), strict=True))
+    return profiles(joint, _wanted(joint, profile), units, progress), last
 
 
-def _in_si(parameters: Parameters, name: str, change: Mapping[str, Any]) -> dict[str, Any]:
-    """A change in the unit of files, in SI."""
-    if name not in parameters:
-        return dict(change)
-    unit = parameters[name].unit
-    return {
-        key: to_si(value, unit) if key in ("value", "min", "max") else value for key, value in change.items()
-    }
-
-
-def _other_starts(
-    joint: Joint, stages: Sequence[Stage], identify: bool, count: int, seed: int
-) -> dict[str, dict[str, float]]:
-    """Further places to start from: along the loosest direction, the published alloys, then drawn from the
-    priors.
-    """
-    free = joint.problem.parameters
-    found = {"the loosest direction": shifted(joint.result, FAR)}
-    last = stages[-1] if stages else None
-    if last is not None and last.result is not None:
-        found["what unloading gave alone"] = {n: last.result.values[n] for n in last.parameters}
-    if identify:
-        for name in available("alloy"):
-            table = load_calibration(name).values()
-            if set(free) <= set(table):
-                found[f"the constants of {name}"] = {n: table[n] for n in free}
-    found |= _draws(joint, max(count - len(found), 0), np.random.default_rng(seed), "draw")
-    return dict(list(found.items())[: max(count, 0)])
-
-
-def _draws(joint: Joint, count: int, random: np.random.Generator, name: str) -> dict[str, dict[str, float]]:
-    """Starts drawn from the priors."""
-    priors_of = {n: p.prior for n, p in joint.problem.parameters.items() if p.prior is not None}
-    return {
-        f"{name} {k + 1} from the priors": {n: random.normal(p.mean, p.sd) for n, p in priors_of.items()}
-        for k in range(count)
-    }
-
-
-def _suspicious(joint: Joint) -> bool:
-    """Whether more is left than chance leaves, so that the fit may have been shut in."""
-    freedom = max(joint.starts[0].result.degrees_of_freedom, 1)
-    return joint.reduced_chi_square > 1.0 + CHANCE * float(np.sqrt(2.0 / freedom))
+def _wanted(joint: Joint, profile: int | Sequence[str]) -> list[str]:
+    """Parameters to profile: so many of the loosest, or those of a list."""
+    if not isinstance(profile, int):
+        return list(profile)
+    return loosest(joint.parameters, list(joint.problem.parameters), profile)

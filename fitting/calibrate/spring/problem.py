@@ -31,6 +31,8 @@ SAME = 0.05
 """Change of chi-square below which two rounds of decisions agree."""
 PINNED = 1e-4
 """1-sigma of a pin, as a share of the parameter's prior."""
+FIRM = 0.01
+"""The same, as a share of the standard error where there is one."""
 
 
 residual = constrained_residual_of("spring")
@@ -175,10 +177,23 @@ def solve(parameters: Parameters, data: PyTree) -> FitResult:
     )
 
 
-def fit_pinned(problem: Problem, data: PyTree, values: Mapping[str, float]) -> FitResult:
-    """Fit with some parameters held at values, and no others."""
-    held = problem.held(values, values)
+def fit_pinned(
+    problem: Problem, data: PyTree, values: Mapping[str, float], known: Mapping[str, Any] | None = None
+) -> FitResult:
+    """Fit with some parameters held at values, and no others; `known` are parameters with standard errors."""
+    held = pins_of(problem, values, known)
     return solve(problem.at(values).parameters, {**data, "pins": constraint_table(problem.parameters, held)})
+
+
+def pins_of(
+    problem: Problem, values: Mapping[str, float], known: Mapping[str, Any] | None = None
+) -> dict[str, tuple[float, float]]:
+    """Pins that hold parameters at values, tight beside standard errors where `known` has any."""
+    held = problem.held(values, values)
+    for name, (value, sd) in held.items():
+        error = known[name].standard_error if known is not None else None
+        held[name] = value, min(sd, FIRM * error) if error else sd
+    return held
 
 
 def values_of(parameters: Parameters, values: Mapping[str, float] | None = None) -> dict[str, Array]:

@@ -1,34 +1,69 @@
-"""Profile likelihoods of springs: what the rule decided stays as it was at the fit."""
+"""Profile likelihoods of springs: what the rule decided stays as it was at the fit, and is decided anew where
+a fit stops early."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
-from fitting.calibrate.profile_likelihood import Profile, followed
+from fitting.calibrate.profile_likelihood import Profile
+from fitting.calibrate.profile_search import followed
 from fitting.inference.least_squares import FitResult
 from fitting.specimens.spring_trajectory import decided
 
-from .joint import Joint
-from .problem import fit_pinned, values_of
+from .joint import Joint, lead
+from .problem import fit_pinned, pins_of, values_of
 
 
-def profiles(joint: Joint, names: Sequence[str]) -> dict[str, Profile]:
+def profiles(
+    joint: Joint,
+    names: Sequence[str],
+    units: Mapping[str, float] | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> dict[str, Profile]:
     """Profile likelihoods of several parameters, by name.
 
     Args:
-        joint: the fit.
-        names: of free parameters with a standard error.
-
-    Raises:
-        InputError: if one is not free, or has no standard error.
+        joint: the fit, with the errors of the best start alone.
+        names: of free parameters with a standard error, or at a bound.
+        units: rise of chi-square that counts as one standard deviation, by name.
+        progress: called with the name of each that is done.
     """
     data = joint.problem.data()
     data["rows"] = decided(values_of(joint.problem.parameters, joint.values), data["rows"])
 
     def fit(values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
-        return fit_pinned(joint.problem.at(values), data, pins)
+        return fit_pinned(joint.problem.at(values), data, pins, joint.parameters)
 
-    return followed(names, joint.parameters, joint.values, joint.result.uncertainty, fit)
+    def again(values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
+        problem = joint.problem.at({**values, **pins})
+        return problem.fit(pins=pins_of(problem, pins, joint.parameters))
+
+    return followed(
+        names, joint.parameters, joint.values, joint.result.uncertainty, fit, again, units, progress
+    )
 
 
 def profile(joint: Joint, name: str) -> Profile:
     """Profile likelihood of one parameter; see `profiles`."""
     return profiles(joint, [name])[name]
+
+
+def with_other_fits(found: Mapping[str, Profile], joint: Joint) -> dict[str, Profile]:
+    """Profiles that know the other fits which are nearly as good: other turning points, other constants.
+
+    Where no other start ends at the best fit, nobody knows that it is the best, and chi-square counts in
+    units of what it is better by.
+
+    Args:
+        found: by parameter.
+        joint: with all its starts.
+    """
+    best = joint.starts[0].result
+    if best.chi_square is None:
+        return dict(found)
+    unit = max(joint.inflation**2, lead(joint))
+    others = [s.result for s in joint.starts[1:] if s.result.chi_square is not None]
+    return {
+        name: profile.joined([
+            (other.values[name], max(other.chi_square - best.chi_square, 0.0) / unit) for other in others
+        ])
+        for name, profile in found.items()
+    }  # fmt: skip

@@ -1,8 +1,9 @@
 """What each test on the stand is: cold, hot or between, how far it goes and whether it comes back.
  Decided from the recording itself. Resistance tells cold wire apart sharply, hot wire hardly (an exponent
-near eight); stiffness tells hot wire apart, because austenite is the stiffer phase whatever the alloy. So the
-stiffness of the stiffest test marks the hot end, and the resistance at rest that is farthest from its own the
-cold one.
+near eight); stiffness tells hot wire apart, because austenite is the stiffer phase, unless somebody says
+otherwise. So the stiffness of the stiffest test marks the hot end, and the resistance at rest that is
+farthest from its own the cold one. Of nitinol the cold wire resists more. Where that contradicts, both
+readings are possible, and `contradicts` says so.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,6 +19,10 @@ from pneusma_jax.nitinol import Alloy
 
 Phase = Literal["cold", "hot", "intermediate"]
 PHASES: tuple[Phase, ...] = ("cold", "hot", "intermediate")
+Softer = Literal["martensite", "austenite"]
+SOFTER: tuple[Softer, ...] = ("martensite", "austenite")
+STATED = "stated"
+"""Reason for a phase that somebody knows better."""
 LEVEL: dict[Phase, float | None] = {"cold": 1.0, "hot": 0.0, "intermediate": None}
 """Martensite fraction that a test is taken to be at when the alloy is to be identified."""
 BEGINNING = 0.02
@@ -98,6 +103,7 @@ def classify(
     recordings: Sequence[Recording],
     stated: Mapping[str, Phase] | None = None,
     alloy: Alloy | None = None,
+    softer: Softer = "martensite",
 ) -> list[StandTest]:
     """What each recording of a spring is.
 
@@ -106,11 +112,14 @@ def classify(
         stated: phase of recordings, by name, that somebody knows better.
         alloy: the alloy if it is known, whose reading of the resistance at rest then decides; otherwise the
             tests are compared with each other.
+        softer: the phase whose wire is the softer one at the beginning of a pull.
 
     Raises:
         InputError: if a stated name or phase is unknown.
     """
     stated = dict(stated or {})
+    if softer not in SOFTER:
+        raise InputError(f"no phase {softer!r} can be the softer one, {nearest(softer, SOFTER)}")
     names = [recording.name for recording in recordings]
     for name, phase in stated.items():
         if name not in names:
@@ -118,11 +127,11 @@ def classify(
         if phase not in PHASES:
             raise InputError(f"{name}: there is no phase {phase!r}, {nearest(phase, PHASES)}")
     readings = [_read(recording) for recording in recordings]
-    phases = _phases(readings) if alloy is None else [_by_alloy(alloy, reading) for reading in readings]
+    phases = _phases(readings, softer) if alloy is None else [_by_alloy(alloy, r) for r in readings]
     tests = []
     for recording, reading, (phase, reason) in zip(recordings, readings, phases, strict=True):
         if recording.name in stated:
-            phase, reason = stated[recording.name], "stated"
+            phase, reason = stated[recording.name], STATED
         tests.append(StandTest(recording, phase, reason, **vars(reading)))
     return tests
 
@@ -171,24 +180,39 @@ def _median(values: np.ndarray) -> float:
     return float(np.median(known)) if known.size else float("nan")
 
 
-def _phases(readings: Sequence[_Reading]) -> list[tuple[Phase, str]]:
+def contradicts(tests: Sequence[StandTest]) -> bool:
+    """Whether the tests that were taken as hot resist more at rest than the cold ones, which no nitinol does.
+
+    Args:
+        tests: classified by comparison with each other.
+    """
+    rest = {p: [t.resistivity for t in tests if t.phase == p and t.reason != STATED] for p in ("cold", "hot")}
+    known = {phase: np.array(values)[np.isfinite(values)] for phase, values in rest.items()}
+    if not (known["cold"].size and known["hot"].size):
+        return False
+    return bool(np.median(known["hot"]) > (1.0 + CONTRAST) * np.median(known["cold"]))
+
+
+def _phases(readings: Sequence[_Reading], softer: Softer) -> list[tuple[Phase, str]]:
+    sign = 1.0 if softer == "martensite" else -1.0
     slopes = np.array([r.slope for r in readings])
     rho = np.array([r.resistivity for r in readings])
     if not (np.isfinite(slopes).any() and np.isfinite(rho).any()):
         return [
             ("cold", "nothing tells its phase; taken as cold, as the source takes what was not measured")
         ] * len(readings)
-    coldest, stiffest = int(np.nanargmin(slopes)), int(np.nanargmax(slopes))
-    away = np.abs(rho - rho[stiffest])
+    coldest, hottest = int(np.nanargmin(sign * slopes)), int(np.nanargmax(sign * slopes))
+    away = np.abs(rho - rho[hottest])
     if np.isfinite(away).any():  # at rest resistance goes one way from hot to cold; stiffness has its noise
         coldest = int(np.nanargmax(away))
-    contrast = rho[coldest] - rho[stiffest]
-    apart = slopes[stiffest] > STIFFER * slopes[coldest]
+    contrast = rho[coldest] - rho[hottest]
+    apart = (slopes[hottest] / slopes[coldest]) ** sign > STIFFER
     if not apart or not abs(contrast) > CONTRAST * abs(rho[coldest]):
         return [("cold", "all tests are alike in stiffness and resistance at rest; taken as cold")] * len(
             readings
         )
-    return [_phase(s, r, slopes[stiffest], rho[coldest], contrast) for s, r in zip(slopes, rho, strict=True)]
+    ends = slopes[hottest], rho[coldest], contrast, sign
+    return [_phase(s, r, *ends) for s, r in zip(slopes, rho, strict=True)]
 
 
 def _by_alloy(alloy: Alloy, reading: _Reading) -> tuple[Phase, str]:
@@ -203,17 +227,20 @@ def _by_alloy(alloy: Alloy, reading: _Reading) -> tuple[Phase, str]:
     )
 
 
-def _phase(slope: float, rho: float, stiffest: float, cold: float, contrast: float) -> tuple[Phase, str]:
+def _phase(
+    slope: float, rho: float, hottest: float, cold: float, contrast: float, sign: float
+) -> tuple[Phase, str]:
     share = (rho - (cold - contrast)) / contrast
+    word = "stiffer" if sign > 0.0 else "softer"
     if share > 1.0 - SAME_RESISTANCE:
         return (
             "cold",
             f"its resistance at rest is that of the coldest test (to {100.0 * abs(1.0 - share):.1f} %)",
         )
-    if slope > (1.0 - SAME_STIFFNESS) * stiffest and share < SAME_RESISTANCE:
+    if sign * (slope - hottest) > -SAME_STIFFNESS * hottest and share < SAME_RESISTANCE:
         return (
             "hot",
-            "no test is stiffer at the beginning, and its resistance at rest is that of the stiffest",
+            f"no test is {word} at the beginning, and its resistance at rest is that of the hottest",
         )
     return (
         "intermediate",

@@ -1,7 +1,7 @@
-"""Readers of raw laboratory files: from what instruments and databases export to recordings.
+"""Importers: readers of raw laboratory files, from exports of instruments and databases to recordings.
 
-A file's format is recognised by its content. Every import says what it understood (`Recording.notices`), and
-a file that cannot be a recording is refused with a sentence that says what it is and what would be needed.
+A file's format is recognised by its content. Every import reports its interpretation (`Recording.notices`). A
+file that cannot be a recording is refused with one sentence: its likely content, and the missing information.
 """
 
 from .options import Options, make_options

@@ -9,14 +9,15 @@ from ..recordings import NOT_STATED, Recording, check_recording, schema
 from ..recordings.nominal import nominal_geometry
 from ..recordings.table import refuse
 from .channels import UnitMissing, canonical, units_missing, with_options
-from .derive import CREDIBLE_STRESS_MPA, derive
+from .compression import About
+from .derive import derive, question_stress
 from .making import Channel, Making
 from .options import Options
 from .parts import Sample
 from .provenance import Provenance, find_provenance
 from .raw import RawFile
-from .straighten import gauge_pressure, straighten, subtract
-from .strain_unit import settle_strain_unit
+from .signs_and_zeros import correct_signs_and_zeros, gauge_pressure, subtract
+from .strain_unit import refuse_far_wire, say_far, settle_strain_unit
 from .unused import explain, mark_used
 
 LOGGED_CLOCK = "clock_as_logged"
@@ -25,14 +26,14 @@ DEFAULT_INTERVAL_S = 1.0
 
 @dataclass(frozen=True)
 class Facts:
-    """What a format knows about its file beyond the numbers.
+    """Facts that a format finds in its file beyond the numbers.
 
     Attributes:
-        format: the format's name.
-        specimen: from the preamble, if it names one.
-        provenance: if the preamble identifies the source.
-        geometry: of the specimen, where the preamble states it; canonical keys.
-        source: more lines for [source].
+        format: name of the format.
+        specimen: name of the specimen in the preamble, if any.
+        provenance: citation and licence, if the preamble identifies the source.
+        geometry: dimensions of the specimen that the preamble states; canonical keys.
+        source: further lines for [source].
     """
 
     format: str
@@ -50,21 +51,21 @@ def assemble(
     facts: Facts,
     notices: list[str],
 ) -> Recording:
-    """Make a recording of the channels of one test of a raw file.
+    """Make a recording from the channels of one test of a raw file.
 
     Args:
-        sample: the test: its file, table of numbers, title and sizes.
-        channels: by quantity.
-        kind: of recording to make.
-        options: of the person; units, factors, sizes, provenance, specimen and role.
-        facts: what the format knows.
-        notices: what was understood so far; more are added after them.
+        sample: test with its file, table of numbers, title and dimensions.
+        channels: channels by quantity.
+        kind: kind of recording to make.
+        options: instructions of the user: units, factors, dimensions, provenance, specimen and role.
+        facts: facts that the format found.
+        notices: notices so far; further ones are appended.
 
     Returns:
-        A checked recording, `real = true`; citation and licence are "not stated" where none was found.
+        A checked recording, `real = true`. Citation and licence are "not stated" where none was found.
 
     Raises:
-        InputError: if the quantities of the kind cannot be made, or the numbers cannot be.
+        InputError: if the quantities of the kind cannot be made, or the numbers are impossible.
     """
     raw, grid = sample.raw, sample.require_grid()
     place = f"{raw.path} ({sample.title})" if sample.title else str(raw.path)
@@ -77,16 +78,17 @@ def assemble(
         gauge_pressure(making)
         settle_strain_unit(making)
         derive(making)
+        say_far(making)
         subtract(making)
         columns = canonical(making)
     except UnitMissing:
         raise units_missing(making) from None
     mark_used(making, columns)
-    kept = straighten(columns, making, _words_of(sample, making))
-    _say_engineering(columns, making)
-    _say_preload(sample, making)
-    columns = {name: values[kept] for name, values in columns.items()}
-    columns, rows = _drop_empty(columns, np.array(grid.rows)[kept], making.notices)
+    keep = correct_signs_and_zeros(columns, making, _loading_texts(sample, making))
+    _notice_engineering_stress(columns, making)
+    _notice_preload(sample, making)
+    columns = {name: values[keep] for name, values in columns.items()}
+    columns, rows = _drop_empty(columns, np.array(grid.rows)[keep], making)
     columns = _with_clock(columns, rows, making)
     provenance = find_provenance(raw.path, options.citation, options.licence, facts.provenance)
     making.notices += provenance.notices
@@ -103,12 +105,7 @@ def assemble(
             " it. State one that"
             " did not change with --constant temperature_degC=..."
         )
-    most = float(np.nanmax(np.abs(columns["stress_MPa"]))) if kind == "wire" else 0.0
-    if most > CREDIBLE_STRESS_MPA:
-        making.warn(
-            f"stress reaches {most:.0f} MPa, more than any nitinol bears: is the cross-section right, and the"
-            " wire of such an alloy?"
-        )
+    question_stress(columns, making)
     name, specimen = _names(sample, options, facts)
     recording = Recording(
         name=name,
@@ -123,27 +120,31 @@ def assemble(
         columns=columns,
         notices=making.notices,
     )
+    refuse_far_wire(making)
     check_recording(recording, [int(row) for row in rows])
     explain(making, columns)
     recording.source["notes"] = list(making.notices)
     return recording
 
 
-def _words_of(sample: Sample, making: Making) -> str:
-    """Headings of strain and stress, lines above them, the sheet's name: where loading is spoken of."""
+def _loading_texts(sample: Sample, making: Making) -> About:
+    """Texts that may mention the loading: headings of strain and stress, the preamble, the sheet's name."""
     labels = [making.channels[name].label for name in ("strain", "stress") if name in making.channels]
-    lines = [" ".join(row) for row in sample.require_grid().preamble]
-    return "\n".join([*labels, *lines, sample.title, sample.sheet])
+    lines = [
+        "; ".join(cell.strip() for cell in row if cell.strip()) for row in sample.require_grid().preamble
+    ]
+    return About(labels, lines, [sample.title, sample.sheet])
 
 
-def _say_engineering(columns: dict[str, np.ndarray], making: Making) -> None:
-    """Say that a stress of which nobody says it was taken as engineering, where that makes a difference."""
+def _notice_engineering_stress(columns: dict[str, np.ndarray], making: Making) -> None:
+    """Report that a stress of unstated definition was taken as engineering stress, where that makes a
+    difference."""
     stress = making.channels.get("stress")
     if making.kind != "elastomer" or stress is None or "stress" not in making.raw or "strain" not in columns:
         return
     words = ("engineering", "eng", "nominal", "pk1", "piola", "true", "agrees")
-    told = any(word in stress.label.lower() for word in words) or "force" in making.sources
-    if not told and float(np.nanmax(np.abs(columns["strain"]))) > 0.05:
+    is_stated = any(word in stress.label.lower() for word in words) or "force" in making.sources
+    if not is_stated and float(np.nanmax(np.abs(columns["strain"]))) > 0.05:
         making.say(
             f"{stress.label!r} taken as engineering stress, load over the first cross-section (if it is"
             " true stress:"
@@ -151,8 +152,8 @@ def _say_engineering(columns: dict[str, np.ndarray], making: Making) -> None:
         )
 
 
-def _say_preload(sample: Sample, making: Making) -> None:
-    """Say that a file speaks of a preload: its strain then begins there, and not at no stress."""
+def _notice_preload(sample: Sample, making: Making) -> None:
+    """Report that a file mentions a preload, so that its strain begins there and not at zero stress."""
     for row in sample.require_grid().preamble:
         line = " ".join(cell for cell in row if cell).strip()
         if re.search(r"pre-?\s?load|pre-?tension|vorkraft|pr[ée]charge", line, re.IGNORECASE):
@@ -163,13 +164,13 @@ def _say_preload(sample: Sample, making: Making) -> None:
 
 
 def _geometry(facts: Facts, making: Making) -> dict:
-    """What goes into the sidecar's [geometry]: sizes of the kind, and a law that is to be identified."""
+    """Content of the sidecar's [geometry]: dimensions of the kind, and a law that is to be identified."""
     kind, notices = making.kind, making.notices
-    known = {*nominal_geometry(kind, {}), *(schema.GEOMETRY_NUMBERS if kind == "actuator" else ())}
+    keys = {*nominal_geometry(kind, {}), *(schema.GEOMETRY_NUMBERS if kind == "actuator" else ())}
     stated = {
         key: size
         for key, size in making.options.dimensions.items()
-        if key in schema.GEOMETRY_NUMBERS and key in known
+        if key in schema.GEOMETRY_NUMBERS and key in keys
     }
     for key in stated:
         making.use("--dimension", key)
@@ -188,7 +189,8 @@ def _geometry(facts: Facts, making: Making) -> dict:
 
 
 def _names(sample: Sample, options: Options, facts: Facts) -> tuple[str, str]:
-    """Name of the recording and of its specimen; a file's several tests are told by their titles."""
+    """Names of the recording and of its specimen. Several tests of a file are distinguished by their
+    titles."""
     stem = slug(sample.raw.path.stem)
     name = slug(f"{stem}_{sample.title}") if sample.title else stem
     specimen = facts.specimen or stem
@@ -211,22 +213,32 @@ def _source(sample: Sample, provenance: Provenance, facts: Facts) -> dict[str, o
 
 
 def slug(text: str) -> str:
-    """A name for files and specimens: letters, digits, points, dashes and underscores."""
-    kept = "".join(c if c.isalnum() or c in ".-" else "_" for c in text)
-    return "_".join(part for part in kept.split("_") if part) or "recording"
+    """A valid name for files and specimens: letters, digits, points, dashes and underscores."""
+    cleaned = "".join(c if c.isalnum() or c in ".-" else "_" for c in text)
+    return "_".join(part for part in cleaned.split("_") if part) or "recording"
 
 
 def _drop_empty(
-    columns: dict[str, np.ndarray], rows: np.ndarray, notices: list[str]
+    columns: dict[str, np.ndarray], rows: np.ndarray, making: Making
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Leave out columns without a single number, and rows in which nothing but the clock was recorded."""
+    """Remove columns without a number, and rows in which only the clock was recorded.
+
+    Raises:
+        InputError: if a required column has no number, or no row is left.
+    """
+    notices = making.notices
+    needed = schema.KINDS[making.kind].columns.required
     for name in [name for name, values in columns.items() if np.isnan(values).all()]:
+        if name in needed:
+            raise refuse(making.place, f"{name} has no number in it; name its column with --map")
         notices.append(f"{name} has no number in it and was left out")
         del columns[name]
     data = [values for name, values in columns.items() if name != "time_s"]
     empty = np.all([np.isnan(values) for values in data], axis=0)
     if "time_s" in columns:
         empty = empty | np.isnan(columns["time_s"])
+    if empty.all():
+        raise refuse(making.place, "no row has a time and a value; is a column named that holds no numbers?")
     if empty.any():
         notices.append(
             f"{int(empty.sum())} rows without a time or without any value dropped (row {rows[empty][0]})"
@@ -239,7 +251,8 @@ def _with_clock(
     rows: np.ndarray,
     making: Making,
 ) -> dict[str, np.ndarray]:
-    """A clock that never goes back: made where there is none, set aside where reset, spread where coarse."""
+    """A non-decreasing clock. It is made where there is none, set aside where it was reset, interpolated
+    where it is coarse."""
     needed, notices = "time_s" in schema.KINDS[making.kind].columns.required, making.notices
     if "time_s" not in columns:
         if not needed:
@@ -267,10 +280,10 @@ def _with_clock(
         )
         others = {name: values for name, values in columns.items() if name != "time_s"}
         return {**others, LOGGED_CLOCK: time}
-    return {**columns, "time_s": _spread(time, notices)}
+    return {**columns, "time_s": _spread_ticks(time, notices)}
 
 
-def _spread(time: np.ndarray, notices: list[str]) -> np.ndarray:
+def _spread_ticks(time: np.ndarray, notices: list[str]) -> np.ndarray:
     """Spread the samples of one tick of a coarse clock evenly over that tick (its resolution at most)."""
     steps = np.diff(time)
     repeats = int(np.sum(steps == 0.0))

@@ -1,4 +1,4 @@
-"""From named columns of a raw file to the quantities of a recording, in their units."""
+"""Assignment of named raw columns to the quantities of a recording, in their units."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -15,37 +15,37 @@ from .grid import Grid
 from .making import Channel, Making
 from .options import Options
 from .parts import Sample
-from .spelling import WEIGHTS, unit_name
+from .spelling import WEIGHTS, dimension, unit_name
 from .words import meaning
 
-# Quantities that the strain or the stress of a coupon or wire can be made of, first the one that is it.
+# Quantities from which the strain or the stress of a coupon or wire can be derived, itself first.
 FAMILIES = (("strain", "stretch", "true_strain", "elongation"), ("stress", "true_stress", "force"))
 
 
 class UnitMissing(InputError):
-    """A column is needed whose unit nobody states."""
+    """A required column whose unit is not stated."""
 
 
 def units_missing(making: Making) -> InputError:
-    """One refusal for all columns whose unit nobody states, so that they need not be asked for one by one."""
-    known = {schema.quantity_and_unit(name)[0] for name in schema.KINDS[making.kind].columns.known}
+    """One error for all columns without a unit, so that they need not be stated one by one."""
+    names = {schema.quantity_and_unit(name)[0] for name in schema.KINDS[making.kind].columns.known}
     plain = {"strain", "stretch", "true_strain", "cycle"}
     bare = [
         quantity
         for quantity, channel in making.channels.items()
-        if channel.unit is None and quantity not in plain and (quantity in known | {"force", "elongation"})
+        if channel.unit is None and quantity not in plain and (quantity in names | {"force", "elongation"})
     ]
     labels = ", ".join(repr(making.channels[quantity].label) for quantity in bare)
-    what = f"the unit of {labels} is" if len(bare) == 1 else f"the units of {labels} are"
+    subject = f"the unit of {labels} is" if len(bare) == 1 else f"the units of {labels} are"
     options = " ".join(f"--unit {quantity}=..." for quantity in bare)
     return refuse(
         making.place,
-        f"{what} not stated in the file; state {'it' if len(bare) == 1 else 'them'} with {options}",
+        f"{subject} not stated in the file; state {'it' if len(bare) == 1 else 'them'} with {options}",
     )
 
 
 def named_channels(grid: Grid) -> dict[str, Channel]:
-    """Quantities that the headings of a grid name; of several headings for one, the first in `WORDS` wins."""
+    """Quantities that the headings of a grid name. Of several headings for one, the first in `WORDS` wins."""
     found: dict[str, tuple[tuple[bool, int, int], Channel]] = {}
     for column, heading in enumerate(grid.headings):
         means = meaning(heading)
@@ -55,7 +55,18 @@ def named_channels(grid: Grid) -> dict[str, Channel]:
         order = (empty, means.rank, column)
         if means.quantity not in found or order < found[means.quantity][0]:
             found[means.quantity] = (order, _channel(grid, column))
-    return {quantity: channel for quantity, (_, channel) in found.items()}
+    channels = {quantity: channel for quantity, (_, channel) in found.items()}
+    clock = None if "time" in channels else _clock(grid)
+    return channels if clock is None else {"time": _channel(grid, clock), **channels}
+
+
+def _clock(grid: Grid) -> int | None:
+    """The one column that is in a unit of time, whatever its heading says, and rises from row to row."""
+    columns = [k for k, heading in enumerate(grid.headings) if dimension(heading.unit) == "time"]
+    if len(columns) != 1 or meaning(grid.headings[columns[0]]) is not None:
+        return None
+    values = grid.values[:, columns[0]]
+    return columns[0] if len(values) > 1 and np.all(np.diff(values) > 0.0) else None
 
 
 def _channel(grid: Grid, column: int) -> Channel:
@@ -66,34 +77,41 @@ def _channel(grid: Grid, column: int) -> Channel:
         label=heading.text if heading else f"column {column + 1}",
         zero=heading.zero if heading else "",
         trouble=grid.troubles.get(column, ""),
+        by_row=column in grid.by_row,
     )
 
 
 def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[str, Channel]:
-    """Quantities that the headings name and those that the person names, who has the last word.
+    """Quantities that the headings or the user name; the user's names win.
 
-    What the person names for strain or stress, in whatever form, takes the place of what headings name.
+    A strain or stress that the user names in any form replaces the one that headings name.
 
     Raises:
         InputError: if a named column is not there; the ones that exist are listed.
     """
     grid = sample.require_grid()
     mapped = mapped_channels(sample, options)
-    taken = {channel.label for channel in mapped.values()}
-    recognised = {q: c for q, c in named_channels(grid).items() if c.label not in taken}
+    mapped_labels = {channel.label for channel in mapped.values()}
+    recognised = {q: c for q, c in named_channels(grid).items() if c.label not in mapped_labels}
     for family in FAMILIES:
         if any(quantity in mapped for quantity in family):
             aside = [q for q in family if q in recognised and q not in mapped]
-            # What a further column says of the same is kept for comparison, but does not come first.
+            # A further column of the same quantity is kept for comparison, but does not come first.
             first = min(family.index(q) for q in family if q in mapped)
             for quantity in (q for q in aside if family.index(q) < first):
                 notices.append(f"{recognised[quantity].label!r} set aside for what --map names")
                 del recognised[quantity]
-    return {**recognised, **mapped}
+    found = {**recognised, **mapped}
+    for quantity in (q for q in options.units if q in found and found[q].by_row):
+        raise refuse(
+            sample.raw.path, f"--unit {quantity}: the file states the unit of {found[quantity].label!r} row"
+            " by row; leave the option out",
+        )  # fmt: skip
+    return found
 
 
 def mapped_channels(sample: Sample, options: Options) -> dict[str, Channel]:
-    """Quantities that the person named with `--map`, by heading or by number from 1.
+    """Quantities that the user named with `--map`, by heading or by column number from 1.
 
     Raises:
         InputError: if there is no such column; the ones that exist are listed.
@@ -134,7 +152,7 @@ def numbered(grid: Grid, quantities: Iterable[str]) -> dict[str, Channel]:
 
 
 def with_options(channels: dict[str, Channel], options: Options) -> dict[str, Channel]:
-    """Channels with the units and factors that the person stated; these win over the file's own."""
+    """Channels with the units and factors that the user stated; these win over the file's own."""
     changed = dict(channels)
     for quantity, unit in options.units.items():
         if quantity in changed:
@@ -146,10 +164,11 @@ def with_options(channels: dict[str, Channel], options: Options) -> dict[str, Ch
 
 
 def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.ndarray:
-    """Values of a channel in a unit; a weight where a force is wanted is taken as the force of that weight.
+    """Values of a channel in a unit. Where a force is wanted, a mass is converted to its weight.
 
     Raises:
-        InputError: if the numbers cannot be read, the unit is not stated, unknown, or of another dimension.
+        InputError: if the numbers cannot be read, or if the unit is not stated, unknown, or of another
+            dimension.
     """
     option = f"state it with --unit {quantity}=..."
     if channel.trouble:
@@ -162,10 +181,10 @@ def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.n
     if find_unit(wanted).dimension == "force":
         unit = WEIGHTS.get(unit, unit)
     try:
-        dimension = find_unit(unit).dimension
+        measured = find_unit(unit).dimension
     except InputError as error:
         raise refuse(place, f"column {channel.label!r}: {error}; {option}") from None
-    if dimension != find_unit(wanted).dimension:
+    if measured != find_unit(wanted).dimension:
         raise refuse(
             place, f"column {channel.label!r} is in {unit}, which is not a unit of {quantity}; {option}"
         )
@@ -173,7 +192,7 @@ def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.n
 
 
 def canonical(making: Making) -> dict[str, np.ndarray]:
-    """Canonical columns of a kind in its units, the clock first; channels that it has no use for are named.
+    """Canonical columns of a kind in its units, the clock first. Unused channels are reported.
 
     Raises:
         InputError: if a unit is missing or wrong, or a required column cannot be made.
@@ -202,7 +221,7 @@ def canonical(making: Making) -> dict[str, np.ndarray]:
 
 
 def _origin(name: str, unit: str, channel: Channel) -> str:
-    """Where a column comes from, in words: the file's column and its unit, or what it was made of."""
+    """Origin of a column in words: the file's column and its unit, or its source quantities."""
     if channel.made:
         return f"{name} is {channel.made}"
     if channel.unit is None:
@@ -213,7 +232,7 @@ def _origin(name: str, unit: str, channel: Channel) -> str:
 
 
 def _add_constants(columns: dict[str, np.ndarray], making: Making) -> None:
-    """Columns of what did not change, as the person or the file states it."""
+    """Columns of constant quantities that the user or the file states."""
     rules = schema.KINDS[making.kind].columns
     rows = len(next(iter(columns.values()), next(iter(making.channels.values())).values))
     names = {schema.quantity_and_unit(name)[0]: name for name in rules.known}

@@ -1,8 +1,8 @@
-"""From the raw voltages of the source's measuring circuit to resistance, Eq. 2.50.
+"""Conversion of raw voltages of the source's measuring circuit to resistance, Eq. 2.50.
 
-A current regulator (LM2941) drives `V_adj / R_set` through the nitinol; its output voltage, less `V_adj`,
-over that current is the resistance. The source measured the output through an amplifier (INA125) against an
-offset voltage, so that what is logged may be `gain (V_out - V_offset)`.
+A current regulator (LM2941) drives `V_adj / R_set` through the nitinol. The resistance is its output voltage,
+less `V_adj`, over that current. The source measured the output through an amplifier (INA125) against an
+offset voltage. The logged value may then be `gain (V_out - V_offset)`.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ NEEDED = ("adjust_V", "set_ohm")
 
 
 def resistance_named(voltage: str) -> str:
-    """Quantity that a voltage becomes: `voltage_2` becomes `resistance_2`."""
+    """Resistance that a voltage yields: `voltage_2` becomes `resistance_2`."""
     return voltage.replace("voltage", "resistance")
 
 
@@ -26,10 +26,10 @@ def nitinol_resistance(
     """Resistance of the nitinol [ohm], Eq. 2.50.
 
     Args:
-        voltage: logged, `gain (V_out - offset)` [V].
+        voltage: logged voltage, `gain (V_out - offset)` [V].
         adjust: voltage of the regulator's adjustment pin, V_adj [V].
         set_resistor: R_set, which sets the current V_adj / R_set [ohm].
-        gain: of the amplifier [1].
+        gain: gain of the amplifier [1].
         offset: reference voltage of the amplifier [V].
     """
     current = adjust / set_resistor
@@ -37,7 +37,7 @@ def nitinol_resistance(
 
 
 def add_resistances(making: Making) -> None:
-    """Add the resistance of each measured voltage of a spring or actuator that has none.
+    """Add the resistance for each measured voltage of a spring or actuator that has none.
 
     Raises:
         InputError: if the circuit was not stated, or the voltage's unit is unknown.

@@ -1,4 +1,5 @@
-"""Compression of a cast cylinder: free lines of preamble, then time, load, negative strain and stress."""
+"""Format: compression of a cast cylinder, with a free preamble, then time, load, negative strain and
+stress."""
 
 import re
 
@@ -21,13 +22,13 @@ _PHANTOMS = Provenance(
 
 
 def recognises(sample: Sample) -> bool:
-    """A line `Compression test` before a header with engineering strain and stress."""
+    """True for a line `Compression test` before a header with engineering strain and stress."""
     head = sample.head.lower()
     return "compression test" in head and "engineering strain" in head and "engineering stress" in head
 
 
 def read(sample: Sample, options: Options) -> Recording:
-    """An elastomer coupon in compression: strain and stress negative, as the recording format has them."""
+    """An elastomer coupon in compression. Strain and stress are negative, as in the recording format."""
     grid = sample.require_grid()
     lines = [" ".join(row).rstrip("; ") for row in grid.preamble]
     notices = [*grid.notices, *(f"preamble: {line}" for line in lines)]

@@ -1,6 +1,6 @@
-"""Strain, stress and resistance from what a machine logs: stretch, extension, load, true strain, voltage."""
+"""Strain, stress and resistance, derived from logged quantities: stretch, extension, load, true strain,
+voltage."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,14 +9,16 @@ from ..recordings.table import refuse
 from .channels import in_unit
 from .circuit import add_resistances
 from .making import Channel, Making
+from .sizes import SAME
+from .specimen_sizes import AREAS, area_mm2, gauge_length_mm
 
 CREDIBLE_STRESS_MPA = 1500.0
-"""Nitinol breaks near 1000 MPa: more is a wrong cross-section, or another metal."""
-SAME = 0.02
-"""Relative difference below which two ways to one quantity agree: calipers read sizes to a percent or two."""
+"""Maximum credible stress. Nitinol breaks near 1000 MPa, so a larger one indicates a wrong cross-section or
+another metal."""
+METAL_MPA = 60.0
+"""Minimum stress that no elastomer bears [MPa]: natural rubber, the strongest, breaks at 30 MPa."""
 LEAST = 0.2
-"""Of the largest value, what a row must reach for a ratio of it to mean something."""
-_AREAS = (("area_mm2",), ("diameter_mm",), ("width_mm", "thickness_mm"))
+"""Minimum part of the largest value at which a row's ratio is meaningful."""
 
 
 def derive(making: Making) -> None:
@@ -24,12 +26,12 @@ def derive(making: Making) -> None:
 
     A spring's or actuator's resistance follows from a voltage (`circuit`).
 
-    Strain is stretch - 1, or extension over gauge length, or exp(true strain) - 1; stress is load over the
-    specimen's first area, or true stress over stretch (an incompressible material). Where a file has a
-    quantity in two ways, the two are compared and a factor between them is said. Changes the channels.
+    Strain is stretch - 1, or extension over gauge length, or exp(true strain) - 1. Stress is load over the
+    specimen's initial area, or true stress over stretch (incompressible material). If a file has a quantity
+    in two ways, both are compared, and a factor between them is reported. The channels are changed in place.
 
     Raises:
-        InputError: if a size of the specimen is needed that neither the person nor the file states.
+        InputError: if neither the user nor the file states a required dimension of the specimen.
     """
     add_resistances(making)
     if making.kind in ("wire", "elastomer"):
@@ -55,7 +57,7 @@ def _add(making: Making, quantity: str, channel: Channel, source: str) -> None:
 
 
 def _scaled(making: Making, quantity: str) -> None:
-    """A factor that the person states on what was made, rather than on a column of the file."""
+    """Apply a factor that the user states for a derived quantity, rather than for a column of the file."""
     channel = making.channels.get(quantity)
     if channel is not None and quantity not in making.raw:
         factor = making.options.scales[quantity]
@@ -116,75 +118,41 @@ def _derive_stress(making: Making) -> None:
         _add(making, "stress", replace(cauchy, values=cauchy.values / stretch, made=made), "true_stress")
 
 
-def gauge_length_mm(making: Making, quiet: bool = False) -> float | None:
-    """Length between the grips as stated, or as the file states it, which is said; None if nobody does."""
-    stated = making.options.dimensions.get("gauge_length_mm")
-    if stated is not None:
-        making.use("--dimension", "gauge_length_mm")
-        return stated
-    for key in ("gauge_length_mm", "length"):
-        if key in making.sizes:
-            _say_size(making, key, "the gauge length", quiet)
-            return making.sizes[key].value
-    return None
-
-
-def area_mm2(making: Making, quiet: bool = False) -> float | None:
-    """Cross-section as stated, or as the file states it, which is said; None if nobody does."""
-    sizes = dict(making.options.dimensions)
-    if making.kind == "wire" and "wire_diameter_mm" in sizes:
-        sizes.setdefault("diameter_mm", sizes["wire_diameter_mm"])
-        making.use("--dimension", "wire_diameter_mm")
-    for names in _AREAS:
-        if set(names) <= sizes.keys():
-            for name in names:
-                making.use("--dimension", name)
-            return _area(names, [sizes[name] for name in names])
-    found = {key: size.value for key, size in making.sizes.items()} | sizes
-    for names in _AREAS:
-        if set(names) <= found.keys():
-            for name in names:
-                if name in sizes:
-                    making.use("--dimension", name)
-                else:
-                    _say_size(making, name, "the " + name.rpartition("_")[0], quiet)
-            return _area(names, [found[name] for name in names])
-    return None
-
-
-def _area(names: tuple[str, ...], values: list[float]) -> float:
-    if names == ("diameter_mm",):
-        return math.pi * values[0] ** 2 / 4.0
-    return math.prod(values)
-
-
-def _say_size(making: Making, key: str, what: str, quiet: bool) -> None:
-    """Say which size was read from the file; what was assumed about it is to be looked at."""
-    size = making.sizes[key]
-    unit = "mm2" if key == "area_mm2" else "mm"
-    text = f"{what} is {size.value:.6g} {unit}, as the file states ({size.said!r})"
-    option = f"--dimension {'gauge_length_mm' if key == 'length' else key}=..."
-    if quiet:
+def question_stress(columns: dict[str, np.ndarray], making: Making) -> None:
+    """Ask about a stress that no specimen of the kind bears."""
+    name, most, matter = {
+        "wire": ("stress_MPa", CREDIBLE_STRESS_MPA, "nitinol"),
+        "elastomer": ("stress_kPa", 1e3 * METAL_MPA, "rubber"),
+    }.get(making.kind, ("", 0.0, ""))
+    if name not in columns:
         return
-    if size.assumed:
-        making.warn(f"{text}; its unit is not stated and was taken as {unit} ({option} to correct)")
-    elif key == "length":
-        making.warn(f"{text}: right if that is the length between the grips ({option} to correct)")
-    else:
-        making.say(text)
+    values = np.abs(columns[name])
+    farthest = float(np.nanmax(values))
+    asked = f"check: {making.channels['stress'].label!r} is " if "stress" in making.channels else "none"
+    if farthest <= most or any(text.startswith(asked) for text in making.notices):
+        return  # credible, or asked about beside a load
+    rows = int(np.sum(values > most))
+    mark = (
+        ", or is it a mark for a missing reading (leave such fields empty)" if 5 * rows < len(values) else ""
+    )
+    making.warn(
+        f"stress reaches {farthest:.4g} {name.rpartition('_')[2]} in {rows} rows, more than any {matter}"
+        f" bears: are its unit and the cross-section right{mark}?"
+    )
 
 
 def _ratio(above: np.ndarray, below: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Ratio of two columns where both are large enough to have one, and those rows; None without any."""
-    there = np.isfinite(above) & np.isfinite(below)
-    if not there.any() or not np.abs(below[there]).max() > 0.0 or not np.abs(above[there]).max() > 0.0:
+    """Ratio of two columns in the rows where both are large enough, and those rows; None without any."""
+    finite = np.isfinite(above) & np.isfinite(below)
+    if not finite.any() or not np.abs(below[finite]).max() > 0.0 or not np.abs(above[finite]).max() > 0.0:
         return None
-    large = there & (np.abs(below) > LEAST * np.abs(below[there]).max())
+    large = finite & (np.abs(below) > LEAST * np.abs(below[finite]).max())
     return above[large] / below[large], large
 
 
 def _compare_stress(making: Making) -> None:
-    """Compare a file's stress with its load: which cross-section lies between, and is it the first one."""
+    """Compare a file's stress with its load: find the cross-section between them, and check that it is the
+    initial one."""
     channels = making.channels
     if "force" not in channels or channels["stress"].made or "stress" in making.options.columns:
         return
@@ -198,7 +166,7 @@ def _compare_stress(making: Making) -> None:
     per_load, rows = found
     label, load = channels["stress"].label, channels["force"].label
     strain = _fraction(making)
-    if strain is not None and (true := _grows_as_stretch(per_load, strain[rows])):
+    if strain is not None and (true := _growth_with_stretch(per_load, strain[rows])):
         making.warn(
             f"{label!r} grows against {load!r} as the stretch does ({true:.0%} over the test): it is true"
             " stress, "
@@ -215,11 +183,11 @@ def _compare_stress(making: Making) -> None:
         sign = ", but for the sign" if factor < 0.0 else ""
         making.say(f"{label!r} agrees with {load!r} over the cross-section of {area:.6g} mm2{sign}")
         return
-    stated = any(set(names) <= stated_before.keys() for names in _AREAS)
-    taken = f"{load!r} over the cross-section" if stated else repr(label)
+    stated = any(set(names) <= stated_before.keys() for names in AREAS)
+    source = f"{load!r} over the cross-section" if stated else repr(label)
     making.warn(
         f"{label!r} is {factor:.4g} times {load!r} over the cross-section of {area:.6g} mm2 (its own would be"
-        f" {abs(implied):.4g} mm2); {taken} was taken"
+        f" {abs(implied):.4g} mm2); {source} was taken"
         + ("" if stated else ", state the right size with --dimension if the load is right")
     )
     if stated:
@@ -228,7 +196,7 @@ def _compare_stress(making: Making) -> None:
 
 
 def _compare_strain(making: Making) -> None:
-    """Compare a file's strain with its extension: which gauge length lies between them."""
+    """Compare a file's strain with its extension and find the gauge length between them."""
     channels = making.channels
     strain = _fraction(making)
     if "elongation" not in channels or channels["strain"].made or strain is None:
@@ -263,24 +231,24 @@ def _compare_strain(making: Making) -> None:
 
 
 def _fraction(making: Making) -> np.ndarray | None:
-    """Strain as a fraction, or None where its unit is not known to be right."""
+    """Strain as a fraction; None where its unit is uncertain."""
     channel = making.channels.get("strain")
     if channel is None or channel.trouble:
         return None
     return in_unit(channel, "1", "strain", making.place)
 
 
-def _grows_as_stretch(per_load: np.ndarray, strain: np.ndarray) -> float | None:
-    """How far stress over load grows, if it grows as the stretch and not as a constant; None if it does not.
+def _growth_with_stretch(per_load: np.ndarray, strain: np.ndarray) -> float | None:
+    """Growth of stress over load, if it grows as the stretch and not as a constant; None if it does not.
 
-    A first cross-section gives a constant, the current one of an incompressible specimen the stretch. The
-    test is made where the stretch changes by more than calipers err.
+    An initial cross-section gives a constant ratio; the current one of an incompressible specimen gives the
+    stretch. The test is made where the stretch changes by more than the error of calipers.
     """
     stretch = 1.0 + strain
-    there = np.isfinite(stretch) & (stretch > 0.0)
-    if there.sum() < 3 or float(np.ptp(stretch[there])) < 3.0 * SAME:
+    finite = np.isfinite(stretch) & (stretch > 0.0)
+    if finite.sum() < 3 or float(np.ptp(stretch[finite])) < 3.0 * SAME:
         return None
-    ratio, stretch = per_load[there], stretch[there]
+    ratio, stretch = per_load[finite], stretch[finite]
     misfits = []
     for shape in (np.ones_like(stretch), stretch):
         scale = float(shape @ ratio) / float(shape @ shape)

@@ -1,4 +1,4 @@
-"""What a raw file format is: a name, a sentence, a way to recognise it, and a way to read it."""
+"""The interface of a raw file format: a name, a description, a recogniser and a reader."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,15 +10,16 @@ from .parts import Sample
 
 @dataclass(frozen=True)
 class Format:
-    """One shape of raw file.
+    """One raw file format.
 
     Attributes:
-        name: what `--format` calls it.
-        about: one line: what such a file holds and what becomes of it.
-        recognises: whether a file looks like it, by content alone.
-        read: makes the recording, or raises InputError with a sentence that says why it cannot be one.
-        fallback: only tried where no other format recognises the file.
-        refuses: whether reading always ends in a sentence that says what the file is.
+        name: name for `--format`.
+        about: one line with the content of such a file and its result.
+        recognises: function that is true for files of this format, by content alone.
+        read: function that makes the recording, or raises InputError with the reason why the file cannot be
+            one.
+        fallback: true if it is only tried where no other format recognises the file.
+        refuses: true if reading always ends in an error that describes the file.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""A table of numbers as a raw file holds it."""
+"""A table of numbers from a raw file."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -10,16 +10,17 @@ from .spelling import Heading
 
 @dataclass
 class Grid:
-    """A table of numbers of a raw file.
+    """A table of numbers from a raw file.
 
     Attributes:
-        headings: one per column, or none if the file has no header.
-        values: shape (rows, columns), NaN where a field is blank.
-        rows: line of the file (from 1) of each row.
+        headings: column headings, or none if the file has no header.
+        values: numbers, shape (rows, columns), NaN where a field is blank.
+        rows: line number in the file (from 1) of each row.
         preamble: fields of the lines before the header.
-        notices: delimiter, decimal mark, rows dropped and why.
+        notices: sentences about delimiter, decimal mark and dropped rows.
         cells: the fields of each row as text.
-        troubles: by column, why its numbers cannot be trusted; a sentence without subject.
+        troubles: reason why a column's numbers are doubtful, by column; a sentence without subject.
+        by_row: columns whose unit a column beside them stated row by row.
     """
 
     headings: list[Heading]
@@ -29,9 +30,10 @@ class Grid:
     notices: list[str] = field(default_factory=list)
     cells: list[list[str]] = field(default_factory=list)
     troubles: dict[int, str] = field(default_factory=dict)
+    by_row: set[int] = field(default_factory=set)
 
     def part(self, rows: Sequence[int] | slice, columns: Sequence[int] | None = None) -> "Grid":
-        """Some rows and columns of it, as a table of their own."""
+        """Some rows and columns, as a table of their own."""
         picked = list(range(len(self.rows)))[rows] if isinstance(rows, slice) else list(rows)
         chosen = list(range(self.values.shape[1])) if columns is None else list(columns)
         return Grid(
@@ -41,5 +43,6 @@ class Grid:
             preamble=self.preamble,
             notices=list(self.notices),
             cells=[[self.cells[i][c] if c < len(self.cells[i]) else "" for c in chosen] for i in picked],
+            by_row={k for k, c in enumerate(chosen) if c in self.by_row},
             troubles={k: self.troubles[c] for k, c in enumerate(chosen) if c in self.troubles},
         )

@@ -1,4 +1,5 @@
-"""Three columns without header: time, stretch, nominal stress of a coupon that is pulled and let back."""
+"""Format: three columns without header, with time, stretch and nominal stress of a coupon that is loaded and
+unloaded."""
 
 from dataclasses import replace
 
@@ -17,7 +18,8 @@ DEFAULT_UNIT = "kPa"
 
 
 def recognises(sample: Sample) -> bool:
-    """Three columns of numbers: a clock, a stretch that begins near one, a stress that begins near zero."""
+    """True for three columns of numbers: a clock, a stretch that begins near one, a stress that begins near
+    zero."""
     if not sample.headerless(3) or not np.isfinite(sample.grid.values).all():
         return False
     time, stretch, stress = sample.grid.values.T

@@ -1,4 +1,5 @@
-"""Logs of a testing machine: quoted preamble (`Test Method`, `Sample I. D.`) and headings, `****` blanks."""
+"""Format: logs of a testing machine with a quoted preamble (`Test Method`, `Sample I. D.`), headings, and
+`****` for blanks."""
 
 import numpy as np
 
@@ -17,13 +18,13 @@ NAME = "machine-log"
 
 
 def recognises(sample: Sample) -> bool:
-    """Lines `Test Method` and `Specimen Number` before headings of time and load."""
+    """True for lines `Test Method` and `Specimen Number` before headings of time and load."""
     head = sample.head.lower()
     return "test method" in head and "specimen number" in head and "time (" in head and "load (" in head
 
 
 def read(sample: Sample, options: Options) -> Recording:
-    """A wire pulled straight; of a bent beam, given span and depth, the stress and strain of its surface."""
+    """A wire in tension. For a bent beam with stated span and depth, the stress and strain of its surface."""
     grid = sample.require_grid()
     kind = options.kind or "wire"
     preamble = {row[0].strip('"'): row[1].strip('"') for row in grid.preamble if len(row) > 1}
@@ -67,7 +68,7 @@ def _bend(
 ) -> None:
     """Stress and strain of the surface of a beam in three-point bending (ASTM D790, Eq. 5).
 
-    strain = 6 depth deflection / span^2; both are turned so that the stretched side is positive.
+    strain = 6 depth deflection / span^2. Both get the sign that makes the stretched side positive.
     """
     span, depth = options.dimensions.get("span_mm"), options.dimensions.get("depth_mm")
     stress = next((i for i, h in enumerate(grid.headings) if h.name == "flexurestress"), None)
@@ -93,13 +94,13 @@ def _bend(
 
 
 def _check_sizes(channels: dict[str, Channel], options: Options, sample: Sample) -> None:
-    """Ask for sizes that are missing, and for the cross-section where the machine's stress cannot be."""
-    held = {*options.dimensions, *sample.sizes}
+    """Ask for missing dimensions, and for the cross-section where the machine's stress is impossible."""
+    named = {*options.dimensions, *sample.sizes}
     area = (
-        bool(held & {"area_mm2", "diameter_mm", "wire_diameter_mm"}) or {"width_mm", "thickness_mm"} <= held
+        bool(named & {"area_mm2", "diameter_mm", "wire_diameter_mm"}) or {"width_mm", "thickness_mm"} <= named
     )
     missing = []
-    if "strain" not in channels and not held & {"gauge_length_mm", "length"}:
+    if "strain" not in channels and not named & {"gauge_length_mm", "length"}:
         missing.append("gauge_length_mm (there is no strain, only extension)")
     if "stress" not in channels and not area:
         missing.append("area_mm2 (there is no stress, only load)")

@@ -1,4 +1,4 @@
-"""What an import holds while it turns the columns of one test into a recording."""
+"""State of an import while the columns of one test become a recording."""
 
 from dataclasses import dataclass, field
 
@@ -13,12 +13,13 @@ class Channel:
     """One quantity of a raw file.
 
     Attributes:
-        values: shape (rows,), NaN where blank.
-        unit: as the file or the person states it; None if neither does.
-        label: the raw column's own name or number.
-        zero: of a pressure: `"absolute"`, `"gauge"`, or nothing where nobody says.
-        trouble: why its numbers cannot be trusted, a sentence; empty where they can.
-        made: how it was made of others, in words; empty where it is a column of the file.
+        values: numbers, shape (rows,), NaN where blank.
+        unit: unit that the file or the user states; None if neither does.
+        label: name or number of the raw column.
+        zero: reference of a pressure: `"absolute"`, `"gauge"`, or empty where unstated.
+        trouble: reason why its numbers are doubtful, a sentence; empty where there is none.
+        made: derivation from other quantities, in words; empty for a column of the file.
+        by_row: true if the file stated its unit row by row.
     """
 
     values: np.ndarray
@@ -27,6 +28,7 @@ class Channel:
     zero: str = ""
     trouble: str = ""
     made: str = ""
+    by_row: bool = False
 
 
 @dataclass
@@ -34,15 +36,15 @@ class Making:
     """The state of an import.
 
     Attributes:
-        channels: by quantity; those that are made of others are added.
-        kind: of recording to make.
-        options: of the person.
-        sizes: of the specimen, as the file states them.
-        place: file (and test) that messages name.
-        notices: what was understood so far.
-        sources: quantities that something was made of.
+        channels: channels by quantity; derived ones are added.
+        kind: kind of recording to make.
+        options: instructions of the user.
+        sizes: dimensions of the specimen that the file states.
+        place: name of the file (and test) in messages.
+        notices: notices so far.
+        sources: quantities that others were derived from.
         raw: quantities that the file itself has.
-        zero: what every fit is to find of the zeros, one standard deviation by canonical column.
+        zero: standard deviations of the zeros that every fit is to find, by canonical column.
     """
 
     channels: dict[str, Channel]
@@ -56,13 +58,13 @@ class Making:
     zero: dict[str, float] = field(default_factory=dict)
 
     def say(self, text: str) -> None:
-        """Add to what was understood."""
+        """Add a notice about the interpretation."""
         self.notices.append(text)
 
     def warn(self, text: str) -> None:
-        """Add what a person should look at."""
+        """Add a notice that the user should check."""
         self.notices.append(f"check: {text}")
 
     def use(self, option: str, name: str = "") -> None:
-        """Record that a stated option was of use."""
+        """Record that a stated option was used."""
         self.options.used.names.add((option, name))

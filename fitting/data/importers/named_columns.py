@@ -1,43 +1,54 @@
-"""Any delimited file or sheet: columns that the person names (`--map`), or whose headings name a quantity."""
+"""Format: any delimited file or sheet whose columns the user names (`--map`), or whose headings name a
+quantity."""
+
+import re
+import shlex
 
 import numpy as np
 
 from ..recordings import Recording, schema
 from ..recordings.columns import convert
+from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
 from ..recordings.table import refuse
-from .assemble import Facts, assemble
+from .assemble import Facts, assemble, slug
 from .channels import channels_of, in_unit, named_channels
 from .circuit import VOLTAGES, resistance_named
-from .derive import area_mm2
+from .derive import METAL_MPA
 from .format import Format
 from .making import Channel, Making
 from .options import Options
-from .parts import Sample
+from .parts import Sample, stated_specimen
+from .specimen_sizes import area_mm2
 from .spelling import dimension, unit_name
 from .unmodelled import KINDS, unmodelled
 
 NAME = "named-columns"
-METAL_MPA = 60.0
-"""Stress that no elastomer bears: natural rubber, the strongest, breaks at 30 MPa."""
+COIL_SIZES = ("active_coils", "mandrel_diameter_mm", "initial_pitch_mm", "free_length_mm")
+"""Dimensions that only a coiled spring has."""
 METAL_MODULUS_MPA = 500.0
-"""Stress over strain beyond that of any elastomer (100 MPa) and below that of any nitinol (5 GPa)."""
+"""Minimum modulus of a metal [MPa]; above that of any elastomer (100 MPa) and below that of any nitinol (5
+GPa)."""
 
 
 def recognises(sample: Sample) -> bool:
-    """Headings that name at least two quantities."""
+    """True for headings that name at least two quantities."""
     return sample.grid is not None and len(named_channels(sample.grid)) >= 2
 
 
 def read(sample: Sample, options: Options) -> Recording:
-    """A recording of the stated kind, or of the one that the quantities fit."""
+    """A recording of the stated kind, or of the kind that the quantities fit."""
     grid = sample.require_grid()
     notices: list[str] = list(grid.notices)
     channels = channels_of(sample, options, notices)
     kind = options.kind or _kind(sample, channels, options)
     if not options.kind:
         notices.append(f"taken as kind {kind} from its columns (--kind to correct)")
-    taken = {channel.label for channel in channels.values()}
-    aside = [heading.text for heading in grid.headings if heading.text.strip() and heading.text not in taken]
+    used = {channel.label for channel in channels.values()}
+    aside = [
+        heading.text
+        for column, heading in enumerate(grid.headings)
+        if heading.text.strip() and heading.text not in used and column - 1 not in grid.by_row
+    ]
     if aside:
         notices.append(
             f"columns left aside: {', '.join(repr(text) for text in aside)} (--map QUANTITY=COLUMN takes one)"
@@ -46,84 +57,95 @@ def read(sample: Sample, options: Options) -> Recording:
         notices.append(
             f"{len(grid.preamble)} lines before the table were left aside, but for sizes that are named here"
         )
+    stated = stated_specimen(grid)
+    if stated and not options.specimen and not sample.title:
+        notices.append(
+            f"the file names the specimen {stated!r}: --specimen {shlex.quote(slug(stated))} for all of its"
+            " files lets them share its constants"
+        )
     return assemble(sample, channels, kind, options, Facts(NAME), notices)
 
 
-def _held(channels: dict[str, Channel], options: Options, sample: Sample) -> set[str]:
-    """Quantities that are there, can be made, or are stated as constant."""
-    held = {*channels, *options.constants}
-    if held & {"stretch", "true_strain"}:
-        held.add("strain")
-    if "true_stress" in held:
-        held.add("stress")
+def _available(channels: dict[str, Channel], options: Options, sample: Sample) -> set[str]:
+    """Quantities that are present, can be derived, or are stated as constant."""
+    usable = {*channels, *options.constants}
+    if usable & {"stretch", "true_strain"}:
+        usable.add("strain")
+    if "true_stress" in usable:
+        usable.add("stress")
     sizes = {*options.dimensions, *sample.sizes}
-    if "elongation" in held and sizes & {"gauge_length_mm", "length"}:
-        held.add("strain")
-    if "force" in held and (sizes & {"area_mm2", "diameter_mm"} or {"width_mm", "thickness_mm"} <= sizes):
-        held.add("stress")
-    if "temperature" in held and "stress_MPa" in sizes:
-        held.add("stress")
-    return held | {resistance_named(voltage) for voltage in VOLTAGES if voltage in held}
+    if "elongation" in usable and sizes & {"gauge_length_mm", "length"}:
+        usable.add("strain")
+    if "force" in usable and (sizes & {"area_mm2", "diameter_mm"} or {"width_mm", "thickness_mm"} <= sizes):
+        usable.add("stress")
+    if "temperature" in usable and "stress_MPa" in sizes:
+        usable.add("stress")
+    return usable | {resistance_named(voltage) for voltage in VOLTAGES if voltage in usable}
 
 
 def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str:
-    """Kind whose required quantities are all there or can be derived, if there is exactly one."""
-    held = _held(channels, options, sample)
+    """The one kind whose required quantities are all present or derivable; an error if it is not unique."""
+    available = _available(channels, options, sample)
     fits = []
     for kind in schema.KINDS.values():
         rules = kind.columns
         needed = {schema.quantity_and_unit(name)[0] for name in rules.required} - {"time"}
         choice = {schema.quantity_and_unit(name)[0] for name in rules.one_of}
-        if needed <= held and (not choice or choice & held):
+        if needed <= available and (not choice or choice & available):
             fits.append(kind.name)
     if {"wire", "elastomer"} <= set(fits):
-        fits.remove(
-            "elastomer"
-            if held & {"temperature", "resistance"} or _metal(sample, channels, options)
-            else "wire"
-        )
+        fits.remove("elastomer" if _is_wire(sample, channels, options, available) else "wire")
+    if "spring" in fits and {"wire", "elastomer"} & set(fits) and not _coiled(sample, options):
+        fits.remove("spring")  # a gauge length and a cross-section are those of a straight specimen
     if {"tube", "actuator"} <= set(fits):
         fits.remove(
-            "tube" if held & {"curvature", "bend_angle", "resistance_1", "resistance_2"} else "actuator"
+            "tube" if available & {"curvature", "bend_angle", "resistance_1", "resistance_2"} else "actuator"
         )
-    told = unmodelled(sample, channels)
-    if told and (not fits or told.certain):
-        raise refuse(sample.raw.path, told.sentence)
+    unmodelled_test = unmodelled(sample, channels)
+    if unmodelled_test and (not fits or unmodelled_test.certain):
+        raise refuse(sample.raw.path, unmodelled_test.sentence)
     if len(fits) != 1:
-        what = (
+        kinds_text = (
             f"its columns fit the kinds {', '.join(fits)}" if fits else "its columns fit no kind of recording"
         )
         labels = [repr(heading.text) for heading in sample.require_grid().headings]
         columns = ", ".join(labels) or "no headings"
         raise refuse(
-            sample.raw.path, f"{what} ({columns}){_nearest(held)}; state"
+            sample.raw.path, f"{kinds_text} ({columns}){_nearest(available)}; state"
             f" --kind, and name the columns with --map QUANTITY=COLUMN. Kinds: {KINDS}",
         )  # fmt: skip
     return fits[0]
 
 
-def _nearest(held: set[str]) -> str:
-    """What is missing for the kinds that lack one or two quantities, and how to state it."""
+def _coiled(sample: Sample, options: Options) -> bool:
+    """True if the file or the user mentions a spring."""
+    words = f"{sample.title} {sample.head}".lower()
+    sizes = {*options.dimensions, *sample.sizes}
+    return bool(re.search(r"spring|feder|coil|ressort", words)) or bool(sizes & set(COIL_SIZES))
+
+
+def _nearest(available: set[str]) -> str:
+    """Missing quantities of the kinds that lack one or two, and the way to state them."""
     near = []
-    if {"strain", "temperature"} <= held and "stress" not in held:
+    if {"strain", "temperature"} <= available and "stress" not in available:
         near.append("of a wire the stress is missing: if it did not change, --constant stress_MPa=...")
-    if {"force", "elongation"} <= held and not held & {"strain", "stress"}:
+    if {"force", "elongation"} <= available and not available & {"strain", "stress"}:
         near.append(
             "of a coupon or wire the sizes are missing: --dimension gauge_length_mm=... and --dimension"
             " area_mm2=..."
             " (or diameter_mm, or width_mm and thickness_mm); of a spring the resistance"
         )
-    elif "force" in held and "strain" in held and "stress" not in held:
+    elif "force" in available and "strain" in available and "stress" not in available:
         near.append(
             "of a coupon or wire the cross-section is missing: --dimension area_mm2=... (or diameter_mm=...)"
         )
-    elif "stress" in held and "elongation" in held and "strain" not in held:
+    elif "stress" in available and "elongation" in available and "strain" not in available:
         near.append("of a coupon or wire the gauge length is missing: --dimension gauge_length_mm=...")
     return f"; {'; '.join(near)}" if near else ""
 
 
 def _most_stress_MPa(sample: Sample, channels: dict[str, Channel], options: Options) -> float | None:
-    """Largest stress, as it is or as load over the specimen's cross-section; None where neither is known."""
+    """Largest stress, measured or as load over the cross-section [MPa]; None where neither is known."""
     stress, force = channels.get("stress"), channels.get("force")
     if stress is not None and dimension(stress.unit) == "pressure":
         return float(np.nanmax(np.abs(convert(stress.values, unit_name(str(stress.unit)), "MPa"))))
@@ -134,18 +156,46 @@ def _most_stress_MPa(sample: Sample, channels: dict[str, Channel], options: Opti
     return float(np.nanmax(np.abs(in_unit(force, "N", "force", sample.raw.path)))) / area
 
 
-def _metal(sample: Sample, channels: dict[str, Channel], options: Options) -> bool:
-    """Whether stress over strain is that of a metal."""
-    most = _most_stress_MPa(sample, channels, options)
-    strain = channels.get("strain")
-    if most is None:
+def _farthest(sample: Sample, channels: dict[str, Channel], options: Options) -> float | None:
+    """Range of the strain, as a fraction; None where no unit or gauge length states it.
+
+    A position that is counted from the machine's zero is as good as an extension for that.
+    """
+    strain, stretch, extension = (channels.get(name) for name in ("strain", "stretch", "elongation"))
+    if strain is not None:
+        stated = dimension(strain.unit) == "number"
+        return _range(convert(strain.values, unit_name(str(strain.unit)), "1")) if stated else None
+    if stretch is not None:
+        return _range(stretch.values - 1.0)
+    gauge = options.dimensions.get("gauge_length_mm")
+    if gauge is None and "gauge_length_mm" in sample.sizes:
+        gauge = sample.sizes["gauge_length_mm"].value
+    if extension is None or gauge is None or dimension(extension.unit) != "length":
+        return None
+    return _range(convert(extension.values, unit_name(str(extension.unit)), "mm")) / gauge
+
+
+def _range(values: np.ndarray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.ptp(finite)) if finite.size else 0.0
+
+
+def _is_wire(sample: Sample, channels: dict[str, Channel], options: Options, held: set[str]) -> bool:
+    """True for strain and stress of a wire, false for those of a coupon.
+
+    Their sizes decide first: no wire strains as far as a rubber, and no rubber bears the stress of a metal.
+    Where both are possible, a temperature or a resistance tells a wire.
+    """
+    most, far = _most_stress_MPa(sample, channels, options), _farthest(sample, channels, options)
+    if far is not None and far > WIRE_STRAIN_FRACTION_LIMIT:
         return False
-    if most > METAL_MPA:
+    if most is not None and most > METAL_MPA:
         return True
-    if strain is None or dimension(strain.unit) != "number":
+    if most is not None and far is not None and far > WIRE_STRAIN_LIMIT:
         return False
-    far = float(np.nanmax(np.abs(convert(strain.values, unit_name(str(strain.unit)), "1"))))
-    return far > 0.0 and most / far > METAL_MODULUS_MPA
+    if held & {"temperature", "resistance"}:
+        return True
+    return most is not None and bool(far) and most / far > METAL_MODULUS_MPA
 
 
 FORMAT = Format(

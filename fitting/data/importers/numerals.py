@@ -1,4 +1,5 @@
-"""Numbers as instruments and spreadsheets write them: decimal marks, thousands separators, blanks, clocks."""
+"""Parser of numbers in the notations of instruments and spreadsheets: decimal marks, thousands separators,
+blanks, clocks."""
 
 import math
 import re
@@ -37,9 +38,9 @@ def to_number(text: str, decimal: str, spaced: str = "any") -> float | None:
     """Number of a field; NaN if it is blank (`****`, `-`, `NaN`, `N/A`, nothing), None if it is text.
 
     Args:
-        text: stripped.
-        decimal: the decimal mark, `"."` or `","`; the other one may group thousands, as may `'` and spaces.
-        spaced: whether spaces may group thousands: in `"any"` number, or in those with a decimal `"point"`.
+        text: field without surrounding spaces.
+        decimal: decimal mark, `"."` or `","`; the other one may group thousands, as may `'` and spaces.
+        spaced: numbers in which spaces may group thousands: `"any"`, or those with a decimal `"point"`.
     """
     if _NUMBER.fullmatch(text) and (decimal == "." or "." not in text):
         return _float(text)
@@ -68,7 +69,7 @@ def _float(text: str) -> float:
 
 
 def decimal_evidence(text: str) -> str | None:
-    """The decimal mark that a field proves, or None where either mark could be meant (`1,234`)."""
+    """Decimal mark that a field proves, or None where either mark is possible (`1,234`)."""
     if to_number(text, ".") is None and to_number(text, ",") is not None:
         return ","
     if to_number(text, ",") is None and to_number(text, ".") is not None:
@@ -77,12 +78,12 @@ def decimal_evidence(text: str) -> str | None:
 
 
 def like_a_number(text: str) -> bool:
-    """Whether a field is made of digits and marks alone, whatever number it may be."""
+    """True if a field consists of digits and marks alone, whatever number it may be."""
     return bool(_LIKE_A_NUMBER.fullmatch(text.strip()))
 
 
 def like_a_clock(text: str) -> bool:
-    """Whether a field is made of the digits and marks of a date or a time of day."""
+    """True if a field consists of the digits and marks of a date or a time of day."""
     return bool(_LIKE_A_CLOCK.fullmatch(text.strip()))
 
 

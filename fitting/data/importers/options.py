@@ -1,4 +1,4 @@
-"""What a person may tell an importer that the file does not say, parsed and checked."""
+"""Options of an import: statements of the user that the file lacks, parsed and checked."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -19,7 +19,7 @@ QUANTITIES = tuple(
         + ["stretch", "true_strain", "true_stress", "voltage", "voltage_1", "voltage_2", "voltage_3"]
     )
 )
-# Other words for a quantity that people use on the command line.
+# Synonyms of a quantity on the command line.
 SYNONYMS = {
     "displacement": "elongation", "extension": "elongation", "position": "elongation", "load": "force",
     "temp": "temperature", "angle": "bend_angle",
@@ -38,11 +38,11 @@ SLACK_WORDS = ("auto", "fit", "keep")
 
 @dataclass
 class Used:
-    """Which of the stated options something used, and why each of the others was of no use.
+    """Record of the options that were used, and of the reasons why others were not.
 
     Attributes:
         names: pairs of option and name, such as `("--scale", "force")`.
-        why: a sentence for each stated pair that nothing used.
+        why: sentence for each stated pair that was not used.
     """
 
     names: set[tuple[str, str]] = field(default_factory=set)
@@ -51,25 +51,25 @@ class Used:
 
 @dataclass(frozen=True)
 class Options:
-    """Instructions for an import; what is None or absent is left to the file.
+    """Instructions for an import. None or absent means that the file decides.
 
     Attributes:
-        kind: of recording to make.
-        format: name of the raw format, where detection is not wanted or not possible.
-        columns: quantity -> column of the raw file, by its heading or its number from 1.
-        units: quantity -> unit that the raw column is in.
-        scales: quantity -> factor on the raw numbers (-1 turns a sign).
-        dimensions: size of the specimen by name (`DIMENSIONS`, `GEOMETRY`), in the unit of its name.
-        circuit: that turns raw voltages into resistance, by name (`CIRCUIT`).
-        constants: quantity that did not change during the test -> its value and unit.
-        subtracted: quantity -> what is taken off it, with its unit: a zero, the air's pressure.
-        compression: whether the specimen was pressed; None leaves it to the file.
-        slack: strain (or elongation in mm) up to which a specimen hung slack; `"auto"` finds it, `"fit"`
-            leaves it and the load cell's zero to every fit, `"keep"` leaves the start as it is and says
-            nothing; None says what is seen.
+        kind: kind of recording to make.
+        format: name of the raw format, in place of detection.
+        columns: raw column by quantity, given by its heading or its number from 1.
+        units: unit of the raw column by quantity.
+        scales: factor on the raw numbers by quantity (-1 turns a sign).
+        dimensions: dimension of the specimen by name (`DIMENSIONS`, `GEOMETRY`), in the unit of its name.
+        circuit: constants of the circuit that turns raw voltages into resistance, by name (`CIRCUIT`).
+        constants: value and unit by quantity that did not change during the test.
+        subtracted: offset and its unit by quantity, such as a zero or the atmospheric pressure.
+        compression: true if the specimen was in compression; None leaves it to the file.
+        slack: strain (or elongation in mm) up to which a specimen hung slack. `"auto"` finds it. `"fit"`
+            leaves it and the load cell's zero to every fit. `"keep"` leaves the start unchanged without a
+            notice. None reports slack that is found.
         sheet: name or number of the only sheet to read.
         interval_s: seconds between samples, for files without a clock.
-        licence, citation, specimen, role: go into the sidecar.
+        licence, citation, specimen, role: entries of the sidecar.
     """
 
     kind: str | None = None
@@ -92,7 +92,7 @@ class Options:
     used: Used = field(default_factory=Used, compare=False)
 
     def stated(self) -> list[tuple[str, str]]:
-        """Pairs of option and name of everything that must be of use for something in a file."""
+        """Pairs of option and name of every statement that a file must use."""
         tables = {
             "--map": self.columns, "--unit": self.units, "--scale": self.scales,
             "--dimension": self.dimensions, "--constant": self.constants, "--subtract": self.subtracted,
@@ -108,7 +108,7 @@ class Options:
         return pairs + ([("--interval", "")] if self.interval_s is not None else [])
 
     def mends(self) -> bool:
-        """Whether anything is stated that changes the numbers of a recording."""
+        """True if any option changes the numbers of a recording."""
         return bool(
             self.scales
             or self.constants
@@ -118,7 +118,7 @@ class Options:
         )
 
     def alone(self) -> "Options":
-        """The same with a record of use of its own."""
+        """The same options with a record of use of their own."""
         return replace(self, used=Used())
 
 
@@ -142,11 +142,11 @@ def make_options(
     specimen: str | None = None,
     role: str = "fit",
 ) -> Options:
-    """Options from texts of the form `NAME=VALUE`, as the command line gives them.
+    """Options from texts of the form `NAME=VALUE`, as on the command line.
 
     Raises:
-        InputError: for an unknown quantity, unit, dimension or kind, a pair that is not one, a number that
-            cannot be.
+        InputError: for an unknown quantity, unit, dimension or kind, a malformed pair, or an impossible
+            number.
     """
     if kind is not None and kind not in schema.KINDS:
         raise InputError(f"--kind {kind}: no such kind of recording, {nearest(kind, schema.KINDS)}")
@@ -216,11 +216,11 @@ def _slack(text: str | None) -> str | float | None:
 
 
 def _amounts(option: str, texts: Iterable[str]) -> dict[str, tuple[float, str]]:
-    """Value and unit by quantity of texts such as `temperature_degC=22`.
+    """Value and unit by quantity, from texts such as `temperature_degC=22`.
 
     Raises:
-        InputError: for an unknown quantity, a unit that is absent, unknown or of another dimension, a value
-            that is not a number.
+        InputError: for an unknown quantity, a unit that is absent, unknown or of another dimension, or a
+            value that is not a number.
     """
     amounts: dict[str, tuple[float, str]] = {}
     for text in texts:
@@ -234,6 +234,10 @@ def _amounts(option: str, texts: Iterable[str]) -> dict[str, tuple[float, str]]:
             names = sorted({column for kind in schema.KINDS.values() for column in kind.columns.known})
             raise InputError(f"{option} {text}: {name!r} is not known here, {nearest(name, names)}")
         quantity, _ = schema.quantity_and_unit(canonical)
+        if quantity == "time" and option == "--constant":
+            raise InputError(
+                f"{option} {text}: a time goes on; state the seconds between rows with --interval"
+            )
         try:
             unit = written_unit(name, canonical)
         except InputError as error:
@@ -251,7 +255,7 @@ def _amounts(option: str, texts: Iterable[str]) -> dict[str, tuple[float, str]]:
 
 
 def _canonical_of(name: str) -> str | None:
-    """A canonical column that a name speaks of, whatever its unit is."""
+    """A canonical column whose quantity a name refers to, in any unit."""
     for kind in schema.KINDS.values():
         for canonical in kind.columns.known:
             quantity, _ = schema.quantity_and_unit(canonical)

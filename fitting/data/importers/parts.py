@@ -1,4 +1,4 @@
-"""What a raw file holds: one test, or several in sheets, below each other, side by side, or by a column."""
+"""Tests in a raw file: one, or several in sheets, below each other, side by side, or marked by a column."""
 
 import re
 from dataclasses import dataclass, field, replace
@@ -11,6 +11,7 @@ from .sizes import Sizes, may_hold_sizes, sizes_in, sizes_in_a_name, table_of_si
 from .spelling import plain
 from .splits import split
 from .tables import find_grids
+from .unit_columns import with_units_of_rows
 from .words import SPECIMEN_WORDS
 
 _LABEL = re.compile(
@@ -20,20 +21,26 @@ _LABEL = re.compile(
     re.IGNORECASE,
 )
 
+_NAMING = {
+    f"{word}{more}"
+    for word in SPECIMEN_WORDS
+    for more in ("", " name", " id", " label", " no", " no.", " number")
+}
+
 
 @dataclass(frozen=True)
 class Sample:
-    """One test of a raw file, which a format is recognised by.
+    """One test of a raw file, as formats recognise it.
 
     Attributes:
-        raw: the file.
-        grid: its table of numbers, or None if there is none.
-        head: the first lines of its page as text.
-        title: what tells it from the file's other tests; empty where it is the only one.
-        own_specimen: whether the title names a specimen of its own, rather than a further test of one.
-        sizes: of the specimen, as the file states them.
-        notices: what was understood of the file as a whole.
-        sheet: that it is on.
+        raw: raw file.
+        grid: table of numbers, or None if there is none.
+        head: first lines of its page as text.
+        title: text that distinguishes it from the file's other tests; empty where it is the only one.
+        own_specimen: true if the title names a specimen of its own, rather than a further test of one.
+        sizes: dimensions of the specimen that the file states.
+        notices: sentences about the file as a whole.
+        sheet: name of its sheet.
     """
 
     raw: RawFile
@@ -46,7 +53,7 @@ class Sample:
     sheet: str = ""
 
     def require_grid(self) -> Grid:
-        """The table of numbers.
+        """The table of numbers, or an error if there is none.
 
         Raises:
             InputError: if the file holds none.
@@ -58,7 +65,7 @@ class Sample:
         return self.grid
 
     def headerless(self, columns: int) -> bool:
-        """Whether the file is nothing but this many columns of numbers, without header or preamble."""
+        """True if the file is nothing but this many columns of numbers, without header or preamble."""
         grid = self.grid
         return (
             grid is not None and not grid.headings and not grid.preamble and grid.values.shape[1] == columns
@@ -69,7 +76,7 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
     """Every test in a raw file, at least one (without a grid where the file holds no table).
 
     Args:
-        raw: the file.
+        raw: raw file.
         sheet: name or number (from 1) of the only sheet to read.
 
     Raises:
@@ -81,15 +88,15 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
     notices: list[str] = []
     found: list[Sample] = []
     for page in raw.pages:
-        kept = page in pages
-        tests = _tests_on(raw, page) if kept else []
+        selected = page in pages
+        tests = _tests_on(raw, page) if selected else []
         if not tests:
             rows = page.rows if page.rows is not None else []
             own, table = sizes_in(rows), table_of_sizes(rows)
             shared = {**shared, **own}
             by_specimen |= table
             if page.is_sheet and len(raw.pages) > 1:
-                notices.append(_about(page, own, table, kept))
+                notices.append(_sheet_description(page, own, table, selected))
         found += tests
     if not found:
         return [Sample(raw, None, pages[0].head(), notices=tuple(notices))]
@@ -105,7 +112,7 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
             **sample.sizes,
         }
         done.append(replace(sample, title=title, sizes=stated, notices=(*notices, *sample.notices)))
-    return _named_apart(done)
+    return _with_unique_titles(done)
 
 
 def _wanted(raw: RawFile, sheet: str) -> list[Page]:
@@ -124,21 +131,21 @@ def _wanted(raw: RawFile, sheet: str) -> list[Page]:
     )
 
 
-def _about(page: Page, sizes: Sizes, table: dict[str, Sizes], kept: bool) -> str:
-    """What a sheet without a test is, in words."""
+def _sheet_description(page: Page, sizes: Sizes, table: dict[str, Sizes], selected: bool) -> str:
+    """Description of a sheet without a test."""
     if sizes or table:
-        said = [size.said for size in sizes.values()] + [
+        texts = [size.said for size in sizes.values()] + [
             f"{name}: {', '.join(s.said for s in own.values())}" for name, own in table.items()
         ]
-        return f"sheet {page.name!r} states sizes: {'; '.join(said)}"
+        return f"sheet {page.name!r} states sizes: {'; '.join(texts)}"
     return f"sheet {page.name!r} " + (
-        "holds no table of a test and was left out" if kept else "was left out (--sheet)"
+        "holds no table of a test and was left out" if selected else "was left out (--sheet)"
     )
 
 
 def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
-    """Tests on one page: its tables, each cut where it holds several specimens or a test begins anew."""
-    grids = find_grids(page)
+    """Tests on one page: its tables, each split where it holds several specimens or a test restarts."""
+    grids = [with_units_of_rows(grid) for grid in find_grids(page)]
     texts = [[[h.text for h in grid.headings], *grid.cells] for grid in grids]
     tables = [
         table_of_sizes(rows) if grid.headings and may_hold_sizes(len(grid.rows)) else {}
@@ -169,6 +176,15 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     ]
 
 
+def stated_specimen(grid: Grid) -> str:
+    """Name of the specimen in a line of its own above a table, such as `Sample;NT-38-A`, or nothing."""
+    for row in grid.preamble:
+        cells = [cell.strip().strip('":') for cell in row if cell.strip().strip('":')]
+        if len(cells) == 2 and plain(cells[0]) in _NAMING and re.search(r"[^\W\d]", cells[1]):
+            return cells[1]
+    return ""
+
+
 def _label(grid: Grid) -> str:
     """Name of the specimen that the lines above a table state."""
     for row in reversed(grid.preamble):
@@ -180,7 +196,7 @@ def _label(grid: Grid) -> str:
 
 
 def _sizes_of(sample: Sample, title: str, number: int, count: int, table: dict[str, Sizes]) -> Sizes:
-    """Sizes of a sample's specimen in a table of them: by its name, else by its place."""
+    """Dimensions of a sample's specimen in a table of them: by its name, else by its position."""
     if not table:
         return {}
     about = plain(
@@ -200,8 +216,8 @@ def _sizes_of(sample: Sample, title: str, number: int, count: int, table: dict[s
     return {}
 
 
-def _named_apart(samples: list[Sample]) -> list[Sample]:
-    """Titles made different from each other where several tests have one."""
+def _with_unique_titles(samples: list[Sample]) -> list[Sample]:
+    """Titles made unique where several tests have one."""
     titles = [plain(sample.title) for sample in samples]
     if len(set(titles)) == len(samples):
         return samples

@@ -1,4 +1,4 @@
-"""What an import understood, as text for a terminal: kind, columns, units, ranges, first rows, notices."""
+"""Preview of an import as text for a terminal: kind, columns, units, ranges, first rows, notices."""
 
 import numpy as np
 
@@ -8,10 +8,10 @@ FIRST_ROWS = 5
 
 
 def describe(recording: Recording) -> str:
-    """Text that lets a person judge at a glance whether the file was understood.
+    """Text that shows at a glance if the file was interpreted correctly.
 
     Args:
-        recording: as an importer made it.
+        recording: recording from an importer.
 
     Returns:
         Several lines: name and kind, a table of columns, the first rows, provenance, notices.

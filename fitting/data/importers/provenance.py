@@ -1,4 +1,4 @@
-"""Who measured it and who may use it: citation and licence, stated, in the file, or beside it."""
+"""Citation and licence of a raw file: stated by the user, in the file, or beside it."""
 
 import os
 import re
@@ -17,12 +17,12 @@ _LICENCES = (
     ("gnu general public license", "GPL (see its text)"),
 )
 _LICENCE_FILE = re.compile(r"^(data[_-]?)?licen[cs]e(\.(md|txt))?$", re.IGNORECASE)
-_LEVELS = 4  # the file's folder and three above it
+_LEVELS = 4  # Number of searched folders: the file's own and three above it
 
 
 @dataclass(frozen=True)
 class Provenance:
-    """Citation and licence of a raw file, empty where nothing says, and where they were found."""
+    """Citation and licence of a raw file, empty where unknown, and their origin."""
 
     citation: str = ""
     licence: str = ""
@@ -32,14 +32,14 @@ class Provenance:
 def find_provenance(
     path: Path, citation: str | None, licence: str | None, known: Provenance | None
 ) -> Provenance:
-    """Citation and licence: what the person says, else what the file identifies, else what lies beside it.
+    """Citation and licence: the user's statement, else the file's own, else one found beside the file.
 
     Args:
-        path: the raw file; its folder and the ones above, up to the root of a repository, are searched for
+        path: raw file. Its folder and those above, up to the root of a repository, are searched for
             `PROVENANCE.md`, a licence, `CITATION.cff` or a text with a BibTeX entry.
-        citation: stated by the person.
-        licence: stated by the person.
-        known: what the file's own preamble identifies, if anything.
+        citation: citation stated by the user.
+        licence: licence stated by the user.
+        known: provenance that the file's own preamble identifies, if any.
     """
     beside = _search(path)
     notices = []
@@ -82,7 +82,7 @@ def _provenance_first(file: Path) -> tuple[bool, str]:
 
 
 def _statements(file: Path) -> dict[str, str]:
-    """What one neighbouring file says about citation and licence."""
+    """Statements of one neighbouring file about citation and licence."""
     name = file.name.lower()
     if _LICENCE_FILE.match(name):
         return {"licence": _licence_name(_text(file))}
@@ -120,7 +120,7 @@ def _from_provenance(text: str) -> dict[str, str]:
 
 
 def _from_cff(text: str) -> dict[str, str]:
-    """Title, date and address of a CITATION.cff; its top level alone, which needs no YAML reader."""
+    """Title, date and address of a CITATION.cff. Only its top level is read, which needs no YAML reader."""
     values = dict(
         re.findall(r"^(title|doi|url|date-released|version):\s*[\"']?(.+?)[\"']?\s*$", text, re.MULTILINE)
     )

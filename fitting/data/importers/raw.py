@@ -1,4 +1,4 @@
-"""A raw laboratory file as rows of text fields, whatever it came in: encodings, delimiters, spreadsheets."""
+"""A raw laboratory file as rows of text fields, for any encoding, delimiter or spreadsheet."""
 
 import csv
 import hashlib
@@ -17,7 +17,7 @@ from ..recordings.table import refuse
 _CHINESE = ("时间", "位移", "力", "应变", "应力", "温度", "变形")
 
 
-# How files that are no tables begin.
+# First bytes of files that are no tables.
 _OTHERS = {
     b"%PDF": "a PDF",
     b"\x89HDF": "an HDF5 file (MATLAB 7.3 or another program's)",
@@ -37,10 +37,10 @@ class Page:
     """One sheet of a workbook, or the whole of a text file.
 
     Attributes:
-        name: of the sheet; nothing for text.
-        lines: of text.
-        rows: of cells as text, with no trailing empty ones; None for text.
-        hidden: whether the workbook does not show it.
+        name: name of the sheet; empty for text.
+        lines: lines of text.
+        rows: cells as text by row, without trailing empty ones; None for text.
+        hidden: true if the workbook hides the sheet.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Page:
 
     @property
     def is_sheet(self) -> bool:
-        """Whether it has cells rather than lines."""
+        """True if it has cells rather than lines."""
         return self.rows is not None
 
     @property
@@ -59,7 +59,8 @@ class Page:
         return len(self.lines) if self.rows is None else len(self.rows)
 
     def fields(self, delimiter: str, picked: Iterable[int] | None = None) -> list[list[str]]:
-        """Rows split at a delimiter (a space: at white space), all or picked ones; a sheet's rows for any."""
+        """Rows split at a delimiter (a space: at white space), all or selected ones. A sheet's rows ignore
+        the delimiter."""
         if self.rows is not None:
             return self.rows if picked is None else [self.rows[i] for i in picked]
         lines = self.lines if picked is None else [self.lines[i] for i in picked]
@@ -74,11 +75,11 @@ class Page:
 
 @dataclass(frozen=True)
 class RawFile:
-    """Bytes of a file, and what they say as text or as sheets of cells.
+    """Bytes of a file, and their interpretation as text or as sheets of cells.
 
     Attributes:
-        path: where it is.
-        content: its bytes.
+        path: path of the file.
+        content: bytes of the file.
     """
 
     path: Path
@@ -86,17 +87,17 @@ class RawFile:
 
     @property
     def sha256(self) -> str:
-        """Fingerprint of the bytes, so that an import can be traced to its file."""
+        """SHA-256 of the bytes, so that an import can be traced to its file."""
         return hashlib.sha256(self.content).hexdigest()
 
     @property
     def is_workbook(self) -> bool:
-        """Whether it is an Excel workbook (xlsx)."""
+        """True for an Excel workbook (xlsx)."""
         return self.content[:4] == b"PK\x03\x04"
 
     @cached_property
     def pages(self) -> list[Page]:
-        """Filled sheets of a workbook in order, or the one page that a text is.
+        """Filled sheets of a workbook in order, or the one page of a text.
 
         Raises:
             InputError: if the file is neither text nor a workbook, or a workbook without a filled sheet.
@@ -134,7 +135,8 @@ def open_raw(path: str | Path) -> RawFile:
 
 
 def _decode(content: bytes) -> str:
-    """Text in UTF-8, UTF-16, a Chinese code whose headings are read, or else Windows Latin (degree signs)."""
+    """Text in UTF-8, UTF-16, a Chinese encoding whose headings are readable, or else Windows Latin (degree
+    signs)."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content.decode("utf-16", errors="replace")
     if content.count(0) > len(content) // 3:  # UTF-16 without its mark: every other byte is zero
@@ -156,8 +158,8 @@ def _decode(content: bytes) -> str:
 def split_line(line: str, delimiter: str) -> list[str]:
     """Fields of one line, stripped, without the empty ones that trailing delimiters leave.
 
-    Every line is split for itself, so that one stray quotation mark cannot swallow the lines below it. A line
-    that is quoted as a whole, with doubled quotes inside (some machines export so), is unpacked first.
+    Every line is split on its own, so that one stray quotation mark cannot swallow the lines below it. Some
+    machines quote a whole line, with doubled quotes inside; such a line is unpacked first.
     """
     if delimiter == " ":
         return line.split()
@@ -171,7 +173,8 @@ def split_line(line: str, delimiter: str) -> list[str]:
 
 
 def _cell_text(cell: Any) -> str:
-    """Text of a cell as the sheet shows it: a cell in a percent format holds a hundredth of what is shown."""
+    """Text of a cell as the sheet displays it. A cell in a percent format holds a hundredth of the displayed
+    number."""
     value = cell.value
     if value is None:
         return ""
@@ -181,7 +184,7 @@ def _cell_text(cell: Any) -> str:
 
 
 def formulas_without_values(raw: RawFile) -> str:
-    """Why columns of a workbook are empty that hold formulas: no program computed them; nothing elsewhere."""
+    """Reason why columns with formulas are empty: no program computed them. Empty for other files."""
     if not raw.is_workbook:
         return ""
     import openpyxl  # as below
@@ -189,11 +192,11 @@ def formulas_without_values(raw: RawFile) -> str:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         books = [
-            openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=told)
-            for told in (False, True)
+            openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=computed)
+            for computed in (False, True)
         ]
-    for written, told in zip(*(book.worksheets for book in books), strict=True):
-        for formulas, values in zip(written.iter_rows(), told.iter_rows(), strict=False):
+    for written, computed in zip(*(book.worksheets for book in books), strict=True):
+        for formulas, values in zip(written.iter_rows(), computed.iter_rows(), strict=False):
             for formula, value in zip(formulas, values, strict=False):
                 if str(formula.value).startswith("=") and value.value is None:
                     return (
@@ -205,11 +208,12 @@ def formulas_without_values(raw: RawFile) -> str:
 
 
 MOST_UNPACKED = 512 * 2**20
-"""Maximum of bytes that a workbook may unpack to: ten columns of a full sheet (2^20 rows) have 400 MiB."""
+"""Maximum number of bytes that a workbook may unpack to. Ten columns of a full sheet (2^20 rows) have 400
+MiB."""
 
 
 def _check_size(raw: RawFile) -> None:
-    """Refuse a workbook that was packed to exhaust the memory; zipfile unpacks no more than is stated here.
+    """Refuse a workbook that was packed to exhaust the memory. Zipfile unpacks no more than is stated here.
 
     Raises:
         InputError: if its parts together are too large.
@@ -218,7 +222,7 @@ def _check_size(raw: RawFile) -> None:
         with zipfile.ZipFile(io.BytesIO(raw.content)) as packed:
             size = sum(part.file_size for part in packed.infolist())
     except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError):
-        return  # whoever reads it says so
+        return  # the reader of the file reports the error
     if size > MOST_UNPACKED:
         raise refuse(
             raw.path,
@@ -228,7 +232,7 @@ def _check_size(raw: RawFile) -> None:
 
 
 def _texts_of(sheet: Any) -> list[list[str]]:
-    """Cells of a sheet as text; the size that the file states for it is not believed, but counted."""
+    """Cells of a sheet as text. The stated size of the sheet is not trusted; cells are counted."""
     sheet.reset_dimensions()
     return [[_cell_text(cell) for cell in row] for row in sheet.iter_rows()]
 

@@ -1,4 +1,4 @@
-"""Raw files that are recognised but that no kind of recording can hold: what they are, what to do."""
+"""Formats that are recognised but that no kind of recording can hold, each with a description and advice."""
 
 from collections.abc import Callable
 
@@ -28,7 +28,8 @@ def _is_dsc(sample: Sample) -> bool:
 
 
 def _is_shear_relaxation(sample: Sample) -> bool:
-    """Five columns: clock, load, displacement, stress (multiple of load), shear strain (of displacement)."""
+    """True for five columns: clock, load, displacement, stress (multiple of load), shear strain (of
+    displacement)."""
     if not sample.headerless(5) or not np.isfinite(sample.grid.values).all():
         return False
     time, load, shift, stress, strain = sample.grid.values.T
@@ -50,7 +51,7 @@ def _is_single_column(sample: Sample) -> bool:
 
 
 def _is_recording(sample: Sample) -> bool:
-    """A header of canonical names: every required column of some kind."""
+    """True for a header of canonical names with every required column of some kind."""
     if sample.raw.is_workbook or sample.grid is None:
         return False
     lines = (line for page in sample.raw.pages for line in page.lines)

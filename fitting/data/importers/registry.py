@@ -1,4 +1,4 @@
-"""Which formats there are, which one a file is, and the way from files to recordings."""
+"""Registry of formats, their detection, and the conversion of files to recordings."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -21,7 +21,7 @@ from . import (
 from .assemble import slug
 from .channels import named_channels
 from .format import Format
-from .options import Options
+from .options import QUANTITIES, Options
 from .parts import Sample, samples_of
 from .raw import formulas_without_values, open_raw
 from .refused import RECORDING as recording_format
@@ -47,16 +47,16 @@ def detect(sample: Sample) -> Format:
     Raises:
         InputError: if none does (the known ones are listed), or several do (the person picks).
     """
-    hits = [known for known in FORMATS if not known.fallback and known.recognises(sample)]
-    hits = hits or [known for known in FORMATS if known.fallback and known.recognises(sample)]
+    hits = [format for format in FORMATS if not format.fallback and format.recognises(sample)]
+    hits = hits or [format for format in FORMATS if format.fallback and format.recognises(sample)]
     if len(hits) == 1:
         return hits[0]
     if hits:
         names = " or ".join(hit.name for hit in hits)
         raise refuse(sample.raw.path, f"this could be {names}; pick one with --format")
-    told = unmodelled(sample, named_channels(sample.grid)) if sample.grid is not None else None
-    if told:
-        raise refuse(sample.raw.path, told.sentence)
+    unmodelled_test = unmodelled(sample, named_channels(sample.grid)) if sample.grid is not None else None
+    if unmodelled_test:
+        raise refuse(sample.raw.path, unmodelled_test.sentence)
     if sample.grid is None:
         for page in sample.raw.pages:
             if why := words_for_numbers(page):
@@ -65,15 +65,15 @@ def detect(sample: Sample) -> Format:
                 raise refuse(sample.raw.path, why)
     if why := formulas_without_values(sample.raw):
         raise refuse(sample.raw.path, why)
-    known = ", ".join(known.name for known in FORMATS)
+    names = ", ".join(format.name for format in FORMATS)
     headings = [] if sample.grid is None else [heading.text for heading in sample.grid.headings]
     columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""
     if sample.grid is not None and not headings:
         columns = f" (without headings, numbers 1 to {sample.grid.values.shape[1]})"
     raise refuse(
         sample.raw.path,
-        f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, or see the known ones: "
-        f"{known}",
+        f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, where QUANTITY is one of "
+        f"{', '.join(QUANTITIES)}; or see the known formats: {names}",
     )
 
 
@@ -81,15 +81,15 @@ def import_file(path: str | Path, options: Options | None = None) -> Recording:
     """Make a recording of a raw laboratory file that holds one test.
 
     Args:
-        path: text or xlsx.
-        options: what the person states; none by default.
+        path: text file or xlsx.
+        options: statements of the user; none by default.
 
     Returns:
-        A checked recording with `real = true`; its `notices` say what was understood.
+        A checked recording with `real = true`. Its `notices` report the interpretation.
 
     Raises:
         InputError: if the file is of no known format, of several, holds several tests, or cannot be a
-            recording; one line, with remedy.
+            recording. The message is one line, with remedy.
     """
     recordings = import_tests(path, options)
     if len(recordings) > 1:
@@ -104,8 +104,8 @@ def import_tests(path: str | Path, options: Options | None = None) -> list[Recor
     """Make a recording of each test in a raw file: its sheets, its tables, its groups of columns.
 
     Args:
-        path: text or xlsx.
-        options: what the person states; `specimen` picks a test where one is called so.
+        path: text file or xlsx.
+        options: statements of the user; `specimen` selects the test of that name, if there is one.
 
     Raises:
         InputError: as `import_file`, and if the person states something that no test uses.
@@ -117,11 +117,11 @@ def import_tests(path: str | Path, options: Options | None = None) -> list[Recor
 
 
 def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Options]]:
-    """Recordings of a file, each with the options as they were used for it."""
-    samples, options = _picked(samples_of(open_raw(path), options.sheet), options)
+    """Recordings of a file, each with its own record of used options."""
+    samples, options = _selected_test(samples_of(open_raw(path), options.sheet), options)
     formats: list[Format | InputError] = [_format_or_error(sample, options) for sample in samples]
-    known = [found for found in formats if isinstance(found, Format) and not found.refuses]
-    if not known:
+    formats_of_tests = [found for found in formats if isinstance(found, Format) and not found.refuses]
+    if not formats_of_tests:
         first = formats[0]
         if isinstance(first, InputError):
             raise first
@@ -136,20 +136,20 @@ def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Optio
         own = options.alone()
         made.append((found.read(sample, own), own))
     for recording, _ in made:
-        _add_notices(recording, [*aside, *_others(recording, made)])
+        _add_notices(recording, [*aside, *_several_tests_notice(recording, made)])
     return made
 
 
-def _picked(samples: list[Sample], options: Options) -> tuple[list[Sample], Options]:
-    """The test that `--specimen` names, where a file holds several and one is called so."""
+def _selected_test(samples: list[Sample], options: Options) -> tuple[list[Sample], Options]:
+    """The test that `--specimen` names, where a file holds several and one has that name."""
     wanted = options.specimen
     if wanted is None or len(samples) < 2:
         return samples, options
     hits = [s for s in samples if wanted.casefold() in (s.title.casefold(), slug(s.title).casefold())]
     if len(hits) != 1:
-        said = f"check: --specimen {wanted} names none of the tests in this file: all are taken as one"
+        warning = f"check: --specimen {wanted} names none of the tests in this file: all are taken as one"
         own = any(sample.own_specimen for sample in samples)
-        return [replace(s, notices=(*s.notices, said)) if own else s for s in samples], options
+        return [replace(s, notices=(*s.notices, warning)) if own else s for s in samples], options
     titles = ", ".join(repr(sample.title) for sample in samples)
     only = replace(
         hits[0], notices=(*hits[0].notices, f"--specimen names one of the tests {titles}: only that was read")
@@ -165,7 +165,7 @@ def _format_or_error(sample: Sample, options: Options) -> Format | InputError:
             return named_columns.FORMAT
         if not options.columns:
             return detect(sample)
-        # A format that reads headings takes those that are named, too; columns without names are a person's.
+        # A format that reads headings also takes named columns; the user must name columns without headings.
         hits = [
             known
             for known in FORMATS
@@ -176,8 +176,8 @@ def _format_or_error(sample: Sample, options: Options) -> Format | InputError:
         return error
 
 
-def _others(recording: Recording, made: list[tuple[Recording, Options]]) -> list[str]:
-    """That a file holds several tests, and what they are called."""
+def _several_tests_notice(recording: Recording, made: list[tuple[Recording, Options]]) -> list[str]:
+    """Notice that a file holds several tests, with their names."""
     if len(made) < 2:
         return []
     titles = ", ".join(repr(other.source["raw_part"]) for other, _ in made)
@@ -200,7 +200,7 @@ def _columns_of(sample: Sample) -> str:
 
 
 def _refuse_unused(made: list[tuple[Recording, Options]], options: Options) -> None:
-    """Refuse what the person states and no recording uses; say it where only some do.
+    """Refuse statements of the user that no recording uses. Report those that only some recordings use.
 
     Raises:
         InputError: with the reason, and the option that is meant.
@@ -229,11 +229,11 @@ def _named_format(name: str, sample: Sample) -> Format:
 
 
 def import_files(paths: Iterable[str | Path], options: Options | None = None) -> list[Recording]:
-    """Make the recordings of each file; all or none. Names that would clash get their folders in front.
+    """Make the recordings of each file, all or none. Names that would clash are prefixed by their folders.
 
     Raises:
-        InputError: if any cannot be imported: the first one's line, with how many more are wrong; or if an
-            option is of use for none of them.
+        InputError: if any file cannot be imported (first one's line and the number of others), or if no file
+            uses an option.
     """
     options = options or Options()
     made: list[tuple[Recording, Options]] = []
@@ -252,10 +252,10 @@ def import_files(paths: Iterable[str | Path], options: Options | None = None) ->
 
 
 def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
-    """Files to import: those named, and those of named folders that hold numbers.
+    """Files to import: the named ones, and those of named folders that hold numbers.
 
     Returns:
-        The files, and the ones of folders that were left aside because they are notes or licences.
+        The files, and the files of folders that were ignored because they are notes or licences.
 
     Raises:
         InputError: if a folder holds no raw file.
@@ -268,24 +268,24 @@ def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
             continue
         files = sorted(p for p in source.iterdir() if p.suffix.lower() in RAW_ENDINGS and p.is_file())
         samples = {path: samples_of(open_raw(path)) for path in files}
-        held = [
+        with_numbers = [
             path
             for path, tests in samples.items()
             if any(
                 test.grid is not None or any(known.recognises(test) for known in FORMATS) for test in tests
             )
         ]
-        if not held:
+        if not with_numbers:
             raise refuse(
                 source, f"there is no raw file ({', '.join(RAW_ENDINGS)}) with numbers in this folder"
             )
-        wanted += held
-        aside += [path for path in files if path not in held]
+        wanted += with_numbers
+        aside += [path for path in files if path not in with_numbers]
     return wanted, aside
 
 
 def _separate_names(recordings: list[Recording]) -> None:
-    """Put the folders in front of names that would clash, as many as it takes."""
+    """Prefix names that would clash with as many of their folders as it takes."""
     for depth in range(1, 6):
         names = [recording.name for recording in recordings]
         clashing = [recording for recording in recordings if names.count(recording.name) > 1]

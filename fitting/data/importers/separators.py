@@ -1,4 +1,4 @@
-"""How a page is to be read: the delimiter and the decimal mark with which most of its fields are numbers."""
+"""Detection of a page's delimiter and decimal mark: those with which most of its fields are numbers."""
 
 import math
 import re
@@ -7,17 +7,17 @@ from typing import NamedTuple
 from .numerals import decimal_evidence, like_a_clock, like_a_number, to_number
 from .raw import Page
 
-LEAST_ROWS = 3  # fewer rows of numbers are not a table
-_SAMPLED = 1000  # lines from which the delimiter and the decimal mark are told
+LEAST_ROWS = 3  # Minimum number of rows of numbers in a table
+_SAMPLED = 1000  # Number of lines that decide the delimiter and the decimal mark
 
 
 class Reading(NamedTuple):
-    """How a page is read.
+    """Delimiter and decimal mark of a page.
 
     Attributes:
-        delimiter: between fields; a space for any white space, nothing for the cells of a sheet.
-        decimal: the decimal mark.
-        doubtful: a field that another decimal mark would make another number, where nothing proves either.
+        delimiter: character between fields; a space for any white space, empty for the cells of a sheet.
+        decimal: decimal mark.
+        doubtful: field that another decimal mark would make another number, where nothing proves either.
     """
 
     delimiter: str
@@ -26,7 +26,8 @@ class Reading(NamedTuple):
 
 
 def best_reading(page: Page) -> Reading | None:
-    """Delimiter and decimal mark with which most fields of a sample of lines are numbers, fewest text."""
+    """Delimiter and decimal mark with which most fields of a sample of lines are numbers and fewest are
+    text."""
     best: tuple[float, Reading] | None = None
     pure = False
     for delimiter in ("",) if page.is_sheet else (",", ";", "\t", "|", " "):
@@ -39,17 +40,17 @@ def best_reading(page: Page) -> Reading | None:
                 (row, numeric_row(row, decimal, "point" if delimiter == "," else "any")) for row in fields
             ]
             rows = [(row, numbers) for row, numbers in rows if numbers is not None]
-            wide = max((len(row) for row, _ in rows), default=0)
-            if len(rows) < LEAST_ROWS or (wide == 1 and delimiter not in (" ", "")):
+            most_fields = max((len(row) for row, _ in rows), default=0)
+            if len(rows) < LEAST_ROWS or (most_fields == 1 and delimiter not in (" ", "")):
                 continue
-            held = sum(x is not None and not math.isnan(x) for _, numbers in rows for x in numbers)
+            numeric_fields = sum(x is not None and not math.isnan(x) for _, numbers in rows for x in numbers)
             texts = sum(
                 x is None and not like_a_clock(text)
                 for row, numbers in rows
                 for x, text in zip(numbers, row, strict=True)
             )
-            scores[decimal] = (held - texts, rows)
-            pure = pure or (4 * texts <= held and wide > 1)
+            scores[decimal] = (numeric_fields - texts, rows)
+            pure = pure or (4 * texts <= numeric_fields and most_fields > 1)
         if not scores:
             continue
         most = max(score for score, _ in scores.values())
@@ -63,7 +64,7 @@ def best_reading(page: Page) -> Reading | None:
 
 
 def _sample(page: Page, delimiter: str) -> list[list[str]]:
-    """Fields of the first lines and of lines all over the rest."""
+    """Fields of the first lines and of lines spread over the rest."""
     count = page.count
     first = min(count, _SAMPLED // 2)
     step = max(1, (count - first) // (_SAMPLED // 2))
@@ -71,9 +72,9 @@ def _sample(page: Page, delimiter: str) -> list[list[str]]:
 
 
 def _decimal_of(rows: list[list[str]]) -> tuple[str, str]:
-    """The decimal mark that more fields prove, and a field that proves neither where none does.
+    """Decimal mark that more fields prove, and an ambiguous field where none proves either.
 
-    A column of `950` and `1,045` groups thousands: three decimals would stand in all of its fields.
+    A column of `950` and `1,045` groups thousands. Three decimals would appear in all of its fields.
     """
     fields = [text for row in rows for text in row]
     proofs = [proof for text in fields if (proof := decimal_evidence(text)) is not None]
@@ -90,9 +91,9 @@ def _decimal_of(rows: list[list[str]]) -> tuple[str, str]:
 
 
 def numeric_row(row: list[str], decimal: str, spaced: str = "any") -> list[float | None] | None:
-    """Numbers of a row (None where a field is text), or None if it is mostly text or blank: no data.
+    """Numbers of a row (None where a field is text), or None if it is mostly text or blank and so no data.
 
-    A field of digits whose marks cannot be read, or of a date, is no text: its row is data.
+    A field of digits with unreadable marks, or of a date, is no text: its row is data.
     """
     numbers = [to_number(text, decimal, spaced) for text in row]
     texts = sum(

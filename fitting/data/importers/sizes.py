@@ -1,9 +1,10 @@
-"""Sizes of a specimen that a file states itself: a preamble, a sheet of parameters, a table of specimens."""
+"""Dimensions of a specimen that a file states itself: in a preamble, a sheet of parameters, or a table of
+specimens."""
 
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import find_unit
@@ -13,7 +14,7 @@ from .numerals import to_number
 from .spelling import is_unit, parse_heading, plain, unit_name
 from .words import SPECIMEN_WORDS
 
-# Words for sizes, without their unit; beside them the unit in which the tool keeps them.
+# Words for dimensions, without their unit, and the tool's own unit of each.
 _LENGTH = (
     "gauge length", "gage length", "gauge length initial", "initial gauge length", "initial gage length",
     "gauge", "gage",
@@ -27,7 +28,7 @@ _LENGTH = (
     "messlänge", "einspannlänge",
     "longueur initiale", "free length between grips", "active length", "length between grips", "wire length",
 )  # fmt: skip
-# Lengths that may be those of the whole specimen: read where nothing better is stated, and said.
+# Lengths that may be those of the whole specimen: used with a notice where nothing better is stated.
 _DOUBTFUL_LENGTH = (
     "length", "specimen length", "sample length", "height", "specimen height", "sample height",
     "initial height", "cylinder height",
@@ -78,45 +79,57 @@ _PREFIX = re.compile(
 _NUMBER_UNIT = re.compile(rf"^(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$")
 
 
-_MOST_ROWS = 60  # specimens of a table of sizes, and lines above it
+SAME = 0.02
+"""Maximum relative difference of two statements of one size that agree. Calipers read to a percent or two."""
+_MOST_ROWS = 60  # Maximum number of specimens in a table of dimensions, and of lines above it
 
 
 @dataclass(frozen=True)
 class Size:
-    """One size that a file states.
+    """One dimension that a file states.
 
     Attributes:
-        value: in the unit of its key.
-        said: as the file has it, for messages.
-        assumed: whether its unit was not stated.
+        value: number in the unit of its key.
+        said: original text, for messages.
+        assumed: true if its unit was not stated.
+        others: original texts that state another number for the same.
     """
 
     value: float
     said: str
     assumed: bool = False
+    others: tuple[str, ...] = ()
+
+    def beside(self, other: "Size") -> "Size":
+        """This size, with what another text says of the same if that is another number."""
+        if abs(other.value - self.value) <= SAME * abs(self.value):
+            return self
+        return replace(self, others=(*self.others, other.said))
 
 
 Sizes = dict[str, Size]
 
 
 def sizes_in(rows: Iterable[Sequence[str]]) -> Sizes:
-    """Sizes among the lines before a table or on a sheet: `Width;6;mm`, `Gauge length (mm)  50`, `d = 2 mm`.
+    """Dimensions in the lines before a table or on a sheet: `Width;6;mm`, `Gauge length (mm)  50`, `d = 2
+    mm`.
 
     Returns:
-        By the name of `--dimension` (or of `--constant` for a temperature or a hung stress); a length that
-        may be the whole specimen's is under `length`.
+        Dimensions by the name of `--dimension` (or of `--constant` for a temperature or a dead-weight
+        stress). A length that may be the whole specimen's is under `length`.
     """
     found: Sizes = {}
     for row in rows:
         cells = [cell.strip().strip('"') for cell in row if cell.strip().strip('"')]
         read = _of_cells(cells) or _of_text(cells[0] if len(cells) == 1 else ",".join(cells))
-        if read is not None and read[0] not in found:
-            found[read[0]] = read[1]
+        if read is not None:
+            key, size = read
+            found[key] = found[key].beside(size) if key in found else size
     return found
 
 
 def _of_cells(cells: list[str]) -> tuple[str, Size] | None:
-    """`Width (mm) | 6`, `Width | 6 | mm`, `Width: | 6 mm`."""
+    """Dimensions in cells: `Width (mm) | 6`, `Width | 6 | mm`, `Width: | 6 mm`."""
     if len(cells) not in (2, 3):
         return None
     heading = parse_heading(_PREFIX.sub("", cells[0].rstrip(":= ")))
@@ -128,7 +141,7 @@ def _of_cells(cells: list[str]) -> tuple[str, Size] | None:
 
 
 def _of_text(text: str) -> tuple[str, Size] | None:
-    """`Cylinder Diameter: 50mm` in one cell or line."""
+    """Dimensions in one cell or line: `Cylinder Diameter: 50mm`."""
     found = _IN_ONE.match(_PREFIX.sub("", text.rstrip("; ,")))
     if found is None:
         return None
@@ -165,7 +178,7 @@ def _size(name: str, number: str, unit: str | None, said: str) -> tuple[str, Siz
 
 
 def sizes_in_a_name(name: str) -> Sizes:
-    """Stress and temperature that the name of a sheet or file states: `200 MPa`, `pull_22C`."""
+    """Stress and temperature in the name of a sheet or file: `200 MPa`, `pull_22C`."""
     found: Sizes = {}
     for key, unit in (("stress_MPa", "MPa"), ("temperature_degC", "(?:°|deg)? ?C")):
         read = re.search(rf"(?<![\w.])(\d+(?:\.\d+)?)[ _]?{unit}(?![\w²])", name.replace("_", " "))
@@ -175,15 +188,16 @@ def sizes_in_a_name(name: str) -> Sizes:
 
 
 def may_hold_sizes(rows: int) -> bool:
-    """Whether a table is short enough to have one specimen a line."""
+    """True if a table is short enough to have one specimen a line."""
     return rows <= _MOST_ROWS
 
 
 def table_of_sizes(rows: Sequence[Sequence[str]]) -> dict[str, Sizes]:
-    """Sizes by specimen of a table with one specimen a line: headings of sizes, units perhaps, then lines.
+    """Dimensions by specimen, from a table with one specimen a line: headings of dimensions, possibly units,
+    then lines.
 
     Returns:
-        By the specimen's name (or its number where no column names it); empty if this is no such table.
+        Dimensions by the specimen's name (or its number where no column names it); empty for any other table.
     """
     filled = [[cell.strip().strip('"') for cell in row] for row in rows if any(cell.strip() for cell in row)]
     for at, header in enumerate(filled[:_MOST_ROWS]):

@@ -1,4 +1,5 @@
-"""Three columns without header: temperature, strain, stress of a shape-memory alloy under constant load."""
+"""Format: three columns without header, with temperature, strain and stress of a shape-memory alloy under
+constant load."""
 
 from dataclasses import replace
 
@@ -12,12 +13,14 @@ from .options import Options
 from .parts import Sample
 
 NAME = "sma-columns"
-LOAD_NOISE_MPA = 5.0  # spread of a constant load near zero
-FRACTION_LIMIT = 0.15  # no shape-memory alloy recovers more: larger numbers are percent
+LOAD_NOISE_MPA = 5.0  # Maximum spread of a constant load near zero
+FRACTION_LIMIT = 0.15
+"""Maximum strain as a fraction; no shape-memory alloy recovers more, so larger numbers are percent."""
 
 
 def recognises(sample: Sample) -> bool:
-    """Three columns of numbers: one that swings like a temperature, one small, one nearly constant."""
+    """True for three columns of numbers: one that varies like a temperature, one small, one nearly
+    constant."""
     if not sample.headerless(3):
         return False
     temperature, strain, stress = sample.grid.values.T
@@ -33,7 +36,7 @@ def recognises(sample: Sample) -> bool:
 
 
 def read(sample: Sample, options: Options) -> Recording:
-    """A wire. Strain beyond 0.15 is taken as percent, unless `--unit strain=...` says otherwise."""
+    """A wire. A strain beyond 0.15 is taken as percent, unless `--unit strain=...` says otherwise."""
     grid = sample.require_grid()
     channels = numbered(grid, ("temperature", "strain", "stress"))
     largest = float(np.nanmax(np.abs(channels["strain"].values)))

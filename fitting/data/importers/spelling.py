@@ -1,4 +1,4 @@
-"""How instruments and people write units and headings: `Load (N)`, `Strain %`, `Druck / bar abs`."""
+"""Spelling of units and headings by instruments and people: `Load (N)`, `Strain %`, `Druck / bar abs`."""
 
 import re
 import unicodedata
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pneusma_jax.units import UNITS, find_unit
 
-# How units are written, in lower case, where it differs from the package's names in more than capitals.
+# Spellings of units, in lower case, that differ from the package's names in more than capitals.
 _SPELLINGS = {
     "": "1", "-": "1", "–": "1", "/": "1", "--": "1", "[-]": "1", "none": "1", "mm/mm": "1", "m/m": "1",
     "in/in": "1",
@@ -58,7 +58,7 @@ _REFERENCE = re.compile(
     r" ]?\(?(?P<zero>a|abs|abs\.|absolute|g|ga|gauge|gage)\)?$",
     re.IGNORECASE,
 )
-# Weights that stand for forces, as many load cells show them.
+# Masses that stand for forces, as many load cells display them.
 WEIGHTS = {"g": "gf", "kg": "kgf", "mg": "gf"}
 # Words and letters that end a heading more often as a name than as a unit.
 _LETTERS = frozenset(
@@ -71,10 +71,10 @@ class Heading:
     """A column's name and unit as its header gives them.
 
     Attributes:
-        text: as written.
-        name: without its unit, in lower case, brackets and repeated spaces left out.
-        unit: None where the header is silent.
-        zero: of a pressure: `"absolute"`, `"gauge"`, or nothing where the header is silent.
+        text: original text.
+        name: name without its unit, in lower case, without brackets and repeated spaces.
+        unit: unit in the header; None where it has none.
+        zero: reference of a pressure: `"absolute"`, `"gauge"`, or empty where the header is silent.
     """
 
     text: str
@@ -84,11 +84,11 @@ class Heading:
 
 
 def unit_name(text: str) -> str:
-    """The package's name of a unit as an instrument writes it; unchanged if it has none."""
+    """The package's name of a unit that an instrument spells differently; unchanged if unknown."""
     text = text.strip()
     if text in UNITS and text.casefold() not in _SPELLINGS:
         return text
-    folded = _folded(text)
+    folded = _normalised(text)
     for written in (text, folded, folded.replace("^", "").replace("**", ""), folded.replace(" ", "")):
         if written in _SPELLINGS:
             return _SPELLINGS[written]
@@ -101,20 +101,20 @@ def unit_name(text: str) -> str:
     return unit_name(with_zero["unit"]) if with_zero else text
 
 
-def _folded(text: str) -> str:
-    """Lower case, powers and compatibility characters written plainly (`mm²` is `mm2`, `℃` is `°c`)."""
+def _normalised(text: str) -> str:
+    """Lower case, with powers and compatibility characters in plain form (`mm²` is `mm2`, `℃` is `°c`)."""
     plain = unicodedata.normalize("NFKC", text).replace("μ", "µ").replace("⁄", "/").replace("\u2212", "-")
     return re.sub(r"\s+", " ", plain).strip().lower()
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text names a unit."""
+    """True if a text names a unit."""
     return unit_name(text) in UNITS
 
 
 def pressure_zero(text: str) -> str:
-    """What a pressure counts from, as its unit or heading says: `"absolute"`, `"gauge"` or nothing."""
-    found = _REFERENCE.match(_folded(text))
+    """Reference of a pressure, from its unit or heading: `"absolute"`, `"gauge"` or empty."""
+    found = _REFERENCE.match(_normalised(text))
     if found:
         return (
             "absolute" if found["zero"].lower().startswith("abs") or found["zero"].lower() == "a" else "gauge"
@@ -159,13 +159,13 @@ def parse_heading(text: str) -> Heading:
 
 
 def _like_a_unit(text: str) -> bool:
-    """Whether the content of brackets may be a unit: short, one word, with a letter."""
+    """True if the content of brackets may be a unit: short, one word, with a letter."""
     text = text.strip()
     return 0 < len(text) <= 8 and " " not in text and any(c.isalpha() for c in text)
 
 
 def plain(name: str) -> str:
-    """A name in lower case, its brackets' content kept as words, spaces and underscores single."""
+    """A name in lower case. Content of brackets is kept as words; spaces and underscores are single."""
     return re.sub(r"[\s_()\[\]{}]+", " ", unicodedata.normalize("NFKC", name)).strip(" \"'-:,;/.").lower()
 
 

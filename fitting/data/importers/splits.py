@@ -1,4 +1,5 @@
-"""A table that holds several tests: cut by a column of names, by groups of columns, where one begins anew."""
+"""Splitting of a table that holds several tests: by a column of names, by groups of columns, or at
+restarts."""
 
 import re
 from collections.abc import Sequence
@@ -10,8 +11,8 @@ from .separators import LEAST_ROWS
 from .words import SPECIMEN_WORDS, TEST_WORDS, meaning
 
 _MOST_PARTS = 60
-_RESTART = 0.05  # of the range of what drives a test: so near its start it begins anew
-_SAME = 0.005  # of the largest value: rounding of one measurement in two units
+_RESTART = 0.05  # Maximum distance from its start at which a test restarts, as part of the drive's range
+_SAME = 0.005  # Maximum rounding of one measurement in two units, as part of the largest value
 _OUTPUTS = ("stress", "true_stress", "force")
 _DRIVERS = ("strain", "true_strain", "stretch", "elongation", "pressure")
 _ID_COLUMN = re.compile(
@@ -21,11 +22,11 @@ _ID_COLUMN = re.compile(
 
 
 Part = tuple[str, Grid, bool]
-"""Title of a test, its table, and whether the title names a specimen of its own."""
+"""Title of a test, its table, and a flag that is true if the title names a specimen of its own."""
 
 
 def split(grid: Grid) -> list[Part]:
-    """The tests of a table; one without a title where it holds only one."""
+    """Tests of a table; one without a title where it holds only one."""
     for cut in (_by_column, _by_groups, _by_restart):
         parts = cut(grid)
         if len(parts) > 1:
@@ -34,7 +35,7 @@ def split(grid: Grid) -> list[Part]:
 
 
 def _by_column(grid: Grid) -> list[Part]:
-    """Rows by the specimen that a column names for each, where every one has enough of them."""
+    """Rows by the specimen that a column names, where every specimen has enough rows."""
     for column, heading in enumerate(grid.headings):
         found = _ID_COLUMN.match(heading.name)
         if found is None or meaning(heading) is not None:
@@ -65,26 +66,26 @@ def _own_notices(grid: Grid, rows: Sequence[int], columns: Sequence[int]) -> Gri
 
 
 def _by_groups(grid: Grid) -> list[Part]:
-    """Columns by the specimen that they belong to, where stress or load stands there several times."""
+    """Columns by their specimen, where stress or load occurs several times."""
     means = [meaning(heading) for heading in grid.headings]
-    held: dict[tuple[str, int], list[int]] = {}
+    by_word: dict[tuple[str, int], list[int]] = {}
     for column, means_of in enumerate(means):
         if means_of is not None and not np.isnan(grid.values[:, column]).all():
-            members = held.setdefault((means_of.quantity, means_of.rank), [])
+            members = by_word.setdefault((means_of.quantity, means_of.rank), [])
             if not any(_same_in_another_unit(grid, column, other) for other in members):
                 members.append(column)
-    repeated = {key: columns for key, columns in held.items() if len(columns) > 1}
+    repeated = {key: columns for key, columns in by_word.items() if len(columns) > 1}
     outputs = [key for key in repeated if key[0] in _OUTPUTS] or [
-        key for key in repeated if key[0] == "strain" and not any(other[0] in _OUTPUTS for other in held)
+        key for key in repeated if key[0] == "strain" and not any(other[0] in _OUTPUTS for other in by_word)
     ]
-    if not outputs or not any(key[0] in (*_DRIVERS, "temperature") for key in held):
+    if not outputs or not any(key[0] in (*_DRIVERS, "temperature") for key in by_word):
         return []
-    groups, named = _groups(grid, means, repeated, held[outputs[0]])
+    groups, named = _groups(grid, means, repeated, by_word[outputs[0]])
     if not 1 < len(groups) <= _MOST_PARTS:
         return []
-    once = [columns[0] for key, columns in held.items() if key not in repeated]
-    taken = {*once, *(c for columns in groups.values() for c in columns)}
-    aside = [h.text for c, h in enumerate(grid.headings) if c not in taken and h.text.strip()]
+    once = [columns[0] for key, columns in by_word.items() if key not in repeated]
+    assigned = {*once, *(c for columns in groups.values() for c in columns)}
+    aside = [h.text for c, h in enumerate(grid.headings) if c not in assigned and h.text.strip()]
     parts = []
     for name, columns in groups.items():
         rows = [i for i in range(len(grid.rows)) if np.isfinite(grid.values[i, columns]).any()]
@@ -97,22 +98,22 @@ def _by_groups(grid: Grid) -> list[Part]:
 
 
 def _same_in_another_unit(grid: Grid, column: int, other: int) -> bool:
-    """Whether two columns are one measurement in two units, rather than those of two specimens."""
+    """True if two columns are one measurement in two units, rather than those of two specimens."""
     if grid.headings[column].unit == grid.headings[other].unit:
         return False
     first, second = grid.values[:, other], grid.values[:, column]
-    there = np.isfinite(first) & np.isfinite(second)
-    if not there.any() or not np.abs(first[there]).max() > 0.0:
+    finite = np.isfinite(first) & np.isfinite(second)
+    if not finite.any() or not np.abs(first[finite]).max() > 0.0:
         return False
-    scale = float(first[there] @ second[there]) / float(first[there] @ first[there])
-    rest = float(np.abs(second[there] - scale * first[there]).max())
-    return rest <= _SAME * float(np.abs(second[there]).max())
+    scale = float(first[finite] @ second[finite]) / float(first[finite] @ first[finite])
+    rest = float(np.abs(second[finite] - scale * first[finite]).max())
+    return rest <= _SAME * float(np.abs(second[finite]).max())
 
 
 def _groups(
     grid: Grid, means: list, repeated: dict[tuple[str, int], list[int]], outputs: list[int]
 ) -> tuple[dict[str, list[int]], bool]:
-    """Columns of each group by its name, and whether the file names them: by titles above, tags, or order."""
+    """Columns of each group by its name, and the origin of the names: titles above, tags, or order."""
     columns = sorted(c for members in repeated.values() for c in members)
     spans = _titles(grid)
     titles = {c: spans[c] for c in columns if c in spans}
@@ -135,7 +136,7 @@ def _groups(
 
 
 def _titles(grid: Grid) -> dict[int, str]:
-    """Titles that stand over groups of columns, by column: the row above the headings, its gaps filled."""
+    """Titles above groups of columns, by column: the row above the headings, with its gaps filled."""
     row = grid.preamble[-1] if grid.preamble else []
     if len({cell for cell in row if cell}) < 2:
         return {}
@@ -148,7 +149,8 @@ def _titles(grid: Grid) -> dict[int, str]:
 
 
 def _by_restart(grid: Grid) -> list[Part]:
-    """Rows cut where the clock and what drives the test both begin anew, and no count of cycles says why."""
+    """Rows split where the clock and the drive of the test both restart, and no count of cycles explains
+    it."""
     means = [meaning(heading) for heading in grid.headings]
     column = {m.quantity: c for c, m in reversed(list(enumerate(means))) if m is not None}
     driver = next((column[name] for name in _DRIVERS if name in column), None)

@@ -1,4 +1,4 @@
-"""Units that nobody states: whether a strain is a fraction or a percentage, and what an assumed one means."""
+"""Units that nobody states: strain as a fraction or a percentage, and consequences of an assumed unit."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -6,39 +6,39 @@ from dataclasses import replace
 import numpy as np
 
 from ..recordings.columns import convert
-from ..recordings.kinds import WIRE_STRAIN_LIMIT
+from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
 from ..recordings.table import refuse
 from .making import Channel, Making
-from .spelling import dimension
+from .spelling import dimension, unit_name
 
 FARTHEST_STRETCH = 20.0
-"""The softest silicones break near a stretch of 17 (Ecoflex 00-30 in tension)."""
+"""Maximum stretch [1]. The softest silicones break near a stretch of 17 (Ecoflex 00-30 in tension)."""
 DECISIVE = 0.25
-"""Ratio of misfits below which one reading of a strain explains another column and the other does not."""
+"""Maximum ratio of misfits at which one unit of strain explains another column and the other does not."""
 SHAPED = 2.0
-"""Strain up to which the first, neo-Hookean part of a rubber's curve is looked at."""
+"""Maximum strain of the first, neo-Hookean part of a rubber's curve [1]."""
 
 
 def settle_strain_unit(making: Making) -> None:
-    """Give a strain without unit the one that it must be in, and say it.
+    """Assign the unit to a strain without one, and report it.
 
-    A true strain or an extension beside it tells; else a fraction is taken, if the numbers can be one.
+    A true strain or an extension beside it decides. Otherwise a fraction is assumed, if the numbers can be
+    one.
 
     Raises:
-        InputError: if the numbers cannot be a fraction, or fit a percentage better.
+        InputError: if the numbers cannot be a fraction, or fit a percentage better, or if no specimen of the
+            kind strains as far as their heading says.
     """
     channel = making.channels.get("strain")
-    if (
-        channel is None
-        or channel.unit is not None
-        or channel.trouble
-        or making.kind not in ("wire", "elastomer")
-    ):
+    if channel is None or channel.trouble or making.kind not in ("wire", "elastomer"):
+        return
+    if channel.unit is not None:
+        _refuse_far(making, channel)
         return
     largest = float(np.nanmax(np.abs(channel.values)))
-    told = _told(making, channel)
-    if told is not None:
-        unit, by = told
+    proven = _proven_unit(making, channel)
+    if proven is not None:
+        unit, by = proven
         words = "percent" if unit == "percent" else "a fraction"
         making.say(f"{channel.label!r} has no unit: taken as {words}, as {by} tells")
         making.channels["strain"] = replace(channel, unit=unit)
@@ -65,12 +65,82 @@ def settle_strain_unit(making: Making) -> None:
     making.channels["strain"] = replace(channel, unit="1")
 
 
+def _refuse_far(making: Making, channel: Channel) -> None:
+    """Refuse a coupon's strain whose unit, as the heading states it, makes it larger than that of any rubber.
+
+    A unit that the user states is believed: `--unit strain=1` answers the question.
+    """
+    if making.kind != "elastomer" or dimension(channel.unit) != "number" or "strain" in making.options.units:
+        return
+    farthest, reaches, stated = _reach(channel)
+    if farthest > FARTHEST_STRETCH - 1.0:
+        other = "1" if stated == "percent" else "percent"
+        raise refuse(
+            making.place, f"{reaches} would be a stretch of {1.0 + farthest:.4g}, further than any rubber"
+            f" stretches; state the unit with --unit strain={other} (--unit strain={stated} keeps it)",
+        )  # fmt: skip
+
+
+def refuse_far_wire(making: Making) -> None:
+    """Refuse a wire's strain whose stated unit makes it larger than that of any wire.
+
+    Raises:
+        InputError: with the kind or the unit that is probably meant.
+    """
+    channel = making.channels.get("strain")
+    if channel is None or making.kind != "wire" or dimension(channel.unit) != "number":
+        return
+    farthest, reaches, stated = _reach(channel)
+    if farthest <= WIRE_STRAIN_FRACTION_LIMIT:
+        return
+    strain = convert(channel.values, stated, "1")
+    first = float(strain[np.isfinite(strain)][0])
+    change = float(np.nanmax(strain) - np.nanmin(strain))
+    if change <= WIRE_STRAIN_FRACTION_LIMIT:
+        raise refuse(
+            making.place, f"strain begins at {first:.4g}, further than any wire strains, and changes by"
+            f" {change:.4g}: was it counted from another zero? --subtract strain={first:.4g}",
+        )  # fmt: skip
+    if channel.made:
+        raise refuse(
+            making.place, f"strain, which is {channel.made}, reaches {farthest:.4g}, further than any wire"
+            " strains; are units and sizes right? If the specimen is of rubber: --kind elastomer",
+        )  # fmt: skip
+    other = "" if stated == "percent" else "; if these are percent: --unit strain=percent"
+    raise refuse(
+        making.place, f"{reaches} is further than any wire strains; if the specimen is of rubber: --kind"
+        f" elastomer{other}",
+    )  # fmt: skip
+
+
+def _reach(channel: Channel) -> tuple[float, str, str]:
+    """Largest strain in size, as a fraction; the same in words; and the name of its unit."""
+    unit = unit_name(str(channel.unit))
+    farthest = float(np.nanmax(np.abs(convert(channel.values, unit, "1"))))
+    words = {"percent": "percent", "1": "a fraction"}.get(unit, unit)
+    written = float(np.nanmax(np.abs(channel.values)))
+    return farthest, f"{channel.label!r} reaches {written:.4g}, which as {words}", unit
+
+
+def say_far(making: Making) -> None:
+    """Warn of a strain made from other columns that is larger than that of any specimen."""
+    channel = making.channels.get("strain")
+    if channel is None or not channel.made or making.kind != "elastomer" or channel.trouble:
+        return
+    farthest = float(np.nanmax(channel.values)) if np.isfinite(channel.values).any() else 0.0
+    if farthest > FARTHEST_STRETCH - 1.0:
+        making.warn(
+            f"strain, which is {channel.made}, reaches {farthest:.4g}, a stretch of {1.0 + farthest:.4g}:"
+            " further than any rubber stretches. Are units and sizes right?"
+        )
+
+
 def unit_assumed(channels: Mapping[str, Channel], unit: str) -> str:
-    """What to look at where nobody states the unit of stress: the modulus that follows from an assumed one.
+    """Warning where nobody states the unit of stress: the modulus that follows from the assumed one.
 
     Args:
-        channels: with `stretch` and `stress`.
-        unit: that was taken.
+        channels: channels with `stretch` and `stress`.
+        unit: assumed unit.
     """
     stretch, stress = channels["stretch"].values, channels["stress"].values
     far = int(np.nanargmax(np.abs(stretch - 1.0)))
@@ -82,8 +152,8 @@ def unit_assumed(channels: Mapping[str, Channel], unit: str) -> str:
     )
 
 
-def _told(making: Making, channel: Channel) -> tuple[str, str] | None:
-    """Unit that another column of the file proves, and which one."""
+def _proven_unit(making: Making, channel: Channel) -> tuple[str, str] | None:
+    """Unit that another column of the file proves, and the name of that column."""
     strain = channel.values
     true = making.channels.get("true_strain")
     if true is not None and not true.trouble and true.unit is None:
@@ -113,15 +183,15 @@ def _told(making: Making, channel: Channel) -> tuple[str, str] | None:
 
 
 def _bends_as_percent(making: Making, channel: Channel) -> bool:
-    """Whether the first part of an elastomer's curve is a neo-Hookean one of percent, and none of fractions.
+    """True if the first part of an elastomer's curve is neo-Hookean in percent, but not in fractions.
 
-    Every rubber's tangent falls by half up to a strain of one; up to a percent it does not fall.
+    Every rubber's tangent falls by half up to a strain of one. Up to a percent it does not fall.
     """
     stress = making.channels.get("stress") or making.channels.get("force")
     if making.kind != "elastomer" or stress is None or stress.trouble:
         return False
-    there = np.isfinite(channel.values) & np.isfinite(stress.values)
-    strain, force = channel.values[there], stress.values[there]
+    finite = np.isfinite(channel.values) & np.isfinite(stress.values)
+    strain, force = channel.values[finite], stress.values[finite]
     rising = slice(0, int(np.argmax(strain)) + 1) if strain.size else slice(0, 0)
     strain, force = strain[rising], force[rising]
     first = (strain >= 0.0) & (strain <= SHAPED)

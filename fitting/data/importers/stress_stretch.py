@@ -1,4 +1,4 @@
-"""Two columns without header: nominal stress and stretch, as tables of rubber tests in the literature are."""
+"""Format: two columns without header, with nominal stress and stretch, as in the literature on rubber."""
 
 from dataclasses import replace
 
@@ -15,8 +15,8 @@ from .strain_unit import FARTHEST_STRETCH, unit_assumed
 
 NAME = "stress-stretch"
 DEFAULT_UNIT = "MPa"
-NEAR_REST = 0.5  # a test that never comes nearer to a stretch of one is none, or is counted otherwise
-# Folders of such collections name the mode of loading, which the numbers do not.
+NEAR_REST = 0.5  # Maximum distance of some reading from a stretch of one; beyond it the column is no stretch
+# Folders of such collections name the mode of loading, which the numbers do not show.
 _OTHER_MODES = {
     "ET": "equibiaxial tension",
     "PS": "pure shear",
@@ -25,8 +25,9 @@ _OTHER_MODES = {
 }
 
 
-def _agree(stretch: np.ndarray, stress: np.ndarray) -> bool:
-    """Stretch is positive, begins near one, and stress pulls where it is above one and pushes where below."""
+def _signs_agree(stretch: np.ndarray, stress: np.ndarray) -> bool:
+    """True if a stretch is positive and begins near one, and stress is tensile above one and compressive
+    below."""
     if np.abs(stretch - 1.0).min() > NEAR_REST or stretch.max() > FARTHEST_STRETCH:
         return False
     slack = 0.02 * np.abs(stress).max()
@@ -36,21 +37,21 @@ def _agree(stretch: np.ndarray, stress: np.ndarray) -> bool:
 
 
 def _orders(sample: Sample) -> list[tuple[str, str]]:
-    """Orders of the two columns that make sense, the usual one first."""
+    """Possible orders of the two columns, the usual one first."""
     if not sample.headerless(2) or not np.isfinite(sample.grid.values).all():
         return []
     first, second = sample.grid.values.T
-    orders = [("stress", "stretch")] if _agree(second, first) else []
-    return orders + ([("stretch", "stress")] if _agree(first, second) else [])
+    orders = [("stress", "stretch")] if _signs_agree(second, first) else []
+    return orders + ([("stretch", "stress")] if _signs_agree(first, second) else [])
 
 
 def recognises(sample: Sample) -> bool:
-    """Two columns of numbers, one of which is a stretch and the other a stress of matching sign."""
+    """True for two columns of numbers, one a stretch and the other a stress of matching sign."""
     return bool(_orders(sample))
 
 
 def read(sample: Sample, options: Options) -> Recording:
-    """An elastomer coupon in uniaxial loading, strain = stretch - 1; other modes of loading are refused."""
+    """An elastomer coupon in uniaxial loading, strain = stretch - 1. Other modes of loading are refused."""
     grid = sample.require_grid()
     path = sample.raw.path.resolve()
     mode = next((_OTHER_MODES[part] for part in path.parts[-3:-1] if part in _OTHER_MODES), None)

@@ -1,4 +1,4 @@
-"""Finding the tables of numbers on a page: preamble, header, units below it, rows that belong to none."""
+"""Detection of the tables of numbers on a page: preamble, header, units below it, stray rows."""
 
 import itertools
 import math
@@ -16,7 +16,7 @@ from .spelling import unit_name
 from .texts import read_texts
 from .words import heading_of, meaning
 
-# Names of columns, though units are called so, too.
+# Names of columns that are also spelled like units.
 _NAMES_TOO = ("strain", "ratio", "t", "f", "r", "i", "temp")
 _SEPARATORS = {
     ",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "white space", "": "cells of a sheet",
@@ -53,7 +53,8 @@ def find_grids(page: Page) -> list[Grid]:
 
 
 def words_for_numbers(page: Page) -> str:
-    """Why a page with headings of quantities holds no table: a column of words below them, or nothing."""
+    """Reason why a page with headings of quantities holds no table: a column of words below them. Empty
+    otherwise."""
     for delimiter in ("",) if page.is_sheet else (",", ";", "\t", "|"):
         fields = page.fields(delimiter)
         for at, header in enumerate(fields):
@@ -74,7 +75,7 @@ def words_for_numbers(page: Page) -> str:
 
 
 def _blocks(fields: list[list[str]], parsed: list[list | None]) -> list[tuple[int, int]]:
-    """Lines of each table with what stands above it: a new one begins below a row of headings."""
+    """Lines of each table with the lines above it. A new table begins below a row of headings."""
     blocks = []
     begin = 0
     run = _first_run(parsed, fields, 0)
@@ -101,7 +102,7 @@ def _blocks(fields: list[list[str]], parsed: list[list | None]) -> list[tuple[in
 
 
 def _is_header(other: list[str], first: list[str]) -> bool:
-    """Whether a row above numbers is a header: the first one again, or one that names two quantities."""
+    """True if a row above numbers is a header: the first one again, or one that names two quantities."""
     if [text.casefold() for text in other] == [text.casefold() for text in first]:
         return True
     return sum(meaning(heading_of(text)) is not None for text in other) >= 2
@@ -132,7 +133,7 @@ def _grid_of(
     if dropped:
         where = ", ".join(str(i + 1) for i in dropped[:3]) + (", ..." if len(dropped) > 3 else "")
         notices.append(f"{len(dropped)} rows below the header are not numbers and were dropped (row {where})")
-    notices += _longer(fields, keep, stated)
+    notices += _surplus_fields_warning(fields, keep, stated)
     grid = Grid(
         headings=[heading_of(text) for text in header],
         values=values,
@@ -145,8 +146,8 @@ def _grid_of(
     return grid
 
 
-def _longer(fields: list[list[str]], rows: list[int], stated: int) -> list[str]:
-    """A caution where a few rows have more fields than there are headings: a comma too many moves numbers."""
+def _surplus_fields_warning(fields: list[list[str]], rows: list[int], stated: int) -> list[str]:
+    """Warning where a few rows have more fields than there are headings. A surplus comma shifts numbers."""
     longer = [i for i in rows if len(fields[i]) > stated] if stated else []
     if not longer or 2 * len(longer) > len(rows):
         return []
@@ -158,8 +159,8 @@ def _longer(fields: list[list[str]], rows: list[int], stated: int) -> list[str]:
 
 
 def few_numbers(page: Page) -> str:
-    """Why a page with headings of quantities holds no table: fewer rows of numbers than one needs, or
-    nothing."""
+    """Reason why a page with headings of quantities holds no table: too few rows of numbers. Empty
+    otherwise."""
     for delimiter in ("",) if page.is_sheet else (",", ";", "\t", "|"):
         fields = page.fields(delimiter)
         for at, header in enumerate(fields):
@@ -167,9 +168,9 @@ def few_numbers(page: Page) -> str:
             if len(named) >= 2:
                 count = sum(any(to_number(t, ".") is not None and t for t in row) for row in fields[at + 1 :])
                 if count < LEAST_ROWS:
-                    what = f"{count} row{'s' * (count != 1)} of numbers" if count else "no numbers"
+                    count_text = f"{count} row{'s' * (count != 1)} of numbers" if count else "no numbers"
                     return (
-                        f"below the headings {', '.join(map(repr, named))} stand {what}; a table needs"
+                        f"below the headings {', '.join(map(repr, named))} stand {count_text}; a table needs"
                         f" {LEAST_ROWS}"
                     )
     return ""
@@ -206,10 +207,10 @@ def _header_above(fields: list[list[str]], start: int, named: int, floor: int) -
     the last columns without a name is a header if it names two quantities.
 
     Args:
-        fields: of the whole page.
-        start: first row of numbers.
-        named: columns that need a name.
-        floor: first row that belongs to this table.
+        fields: fields of the whole page by row.
+        start: index of the first row of numbers.
+        named: number of columns that need a name.
+        floor: index of the first row that belongs to this table.
     """
     above = [i for i in range(start - 1, floor - 1, -1) if fields[i]][:2]
     if not above:
@@ -229,14 +230,14 @@ def _header_above(fields: list[list[str]], start: int, named: int, floor: int) -
 
 
 def _uncommented(names: list[str]) -> list[str]:
-    """A row of headings without the mark of a comment before it."""
+    """A row of headings without a leading comment mark."""
     if names and names[0] in ("#", "%", "//", "#:"):
         return names[1:]
     return [re.sub(r"^[#%]\s*", "", names[0]), *names[1:]] if names else names
 
 
 def _is_unit(text: str) -> bool:
-    """Whether a field is a unit alone: `(kPa)`, `[-]`, `mm`, or nothing."""
+    """True if a field is a unit alone: `(kPa)`, `[-]`, `mm`, or nothing."""
     if text.casefold() in _NAMES_TOO:
         return False
     return not text or bool(re.fullmatch(r"[(\[].*[)\]]", text)) or unit_name(text) in UNITS

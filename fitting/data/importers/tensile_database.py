@@ -1,4 +1,5 @@
-"""Pull-to-failure files of a materials database: semicolons, PARAMETER;INFO lines, true and engineering."""
+"""Format: pull-to-failure files of a materials database, with semicolons, PARAMETER;INFO lines, true and
+engineering values."""
 
 from dataclasses import replace
 
@@ -22,13 +23,13 @@ _SYMME = Provenance(
 
 
 def recognises(sample: Sample) -> bool:
-    """A first line `PARAMETER;INFO`, and engineering strain and stress below."""
+    """True for a first line `PARAMETER;INFO`, with engineering strain and stress below."""
     head = sample.head.lower()
     return head.startswith("parameter;info") and "engineering strain" in head and "engineering stress" in head
 
 
 def read(sample: Sample, options: Options) -> Recording:
-    """An elastomer coupon; true strain and stress are left out, the preamble goes into [source]."""
+    """An elastomer coupon. True strain and stress are left out; the preamble goes into [source]."""
     grid = sample.require_grid()
     preamble = {row[0]: row[1] for row in grid.preamble if len(row) > 1 and row[0].lower() != "parameter"}
     material = preamble.get("Material", "")

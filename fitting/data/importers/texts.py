@@ -11,24 +11,24 @@ from .words import meaning
 
 _DAY_S = 86400.0
 HUGE = 1e30
-"""Beyond any reading in any unit: instruments mark overflow by 1e37 or 9.9e37."""
+"""Minimum magnitude that no reading reaches in any unit. Instruments mark overflow by 1e37 or 9.9e37."""
 
 
 def read_texts(grid: Grid, parsed: list[list[float | None]]) -> None:
-    """Read what a table's fields hold beside plain numbers, and say it. Changes the grid.
+    """Interpret fields of a table that are no plain numbers, and report it. The grid is changed in place.
 
     Args:
-        grid: with its cells as text.
-        parsed: the numbers of each row, None where a field is text.
+        grid: table with its cells as text.
+        parsed: numbers of each row, None where a field is text.
     """
     _grouped_notice(grid)
     _percent_signs(grid)
     _read_words(grid, parsed)
-    _marks(grid)
+    _drop_marks(grid)
 
 
 def _grouped_notice(grid: Grid) -> None:
-    """Say that thousands were grouped, with an example."""
+    """Report that thousands were grouped, with an example."""
     for row, cells in zip(grid.rows, grid.cells, strict=True):
         for text in cells:
             if re.fullmatch(
@@ -41,7 +41,7 @@ def _grouped_notice(grid: Grid) -> None:
 
 
 def _percent_signs(grid: Grid) -> None:
-    """Take the unit of columns whose fields end in a percent sign from there."""
+    """Take the unit of columns whose fields end in a percent sign from that sign."""
     for column, heading in enumerate(grid.headings):
         signs = sum(cells[column].endswith("%") for cells in grid.cells if column < len(cells))
         if signs and heading.unit in (None, "1", "percent"):
@@ -55,8 +55,9 @@ def _percent_signs(grid: Grid) -> None:
             grid.notices.append(f"fields of column {heading.text!r} end in a percent sign: taken as percent")
 
 
-def _marks(grid: Grid) -> None:
-    """Leave out numbers that loggers write for no reading: all nines, or huge, and far from every other."""
+def _drop_marks(grid: Grid) -> None:
+    """Remove numbers by which loggers mark a missing reading: all nines, or huge, and far from every
+    other."""
     for column in range(grid.values.shape[1]):
         values = grid.values[:, column]
         marks = np.array([_is_mark(value) for value in values])
@@ -77,14 +78,15 @@ def _marks(grid: Grid) -> None:
 
 
 def _is_mark(value: float) -> bool:
-    """Whether a number is all nines, three or more, or beyond what anything is."""
+    """True if a number consists of three or more nines, or exceeds any physical reading."""
     return bool(np.isfinite(value)) and (
         abs(value) >= HUGE or bool(re.fullmatch(r"-?999+(\.9+|\.0*)?", f"{value:.10g}"))
     )
 
 
 def _read_words(grid: Grid, parsed: list[list[float | None]]) -> None:
-    """Clocks among columns of text; which columns are text; which fields of the others are no numbers."""
+    """Interpret columns of text: clocks, columns of words, and fields of number columns that are no
+    numbers."""
     for column in range(grid.values.shape[1]):
         texts = [
             (row, cells[column])
@@ -131,7 +133,7 @@ def _may_be_clock(heading: Heading) -> bool:
 
 
 def _past_midnight(seconds: np.ndarray) -> np.ndarray:
-    """A clock of the day counted on past midnight."""
+    """A clock of the day, continued past midnight."""
     filled = np.isfinite(seconds)
     days = np.cumsum(np.diff(seconds[filled], prepend=seconds[filled][0]) < -_DAY_S / 2.0)
     counted = seconds.copy()

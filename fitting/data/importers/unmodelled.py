@@ -1,4 +1,4 @@
-"""Tests of things that are not modelled: membranes, pistons, muscles, grippers, other modes of loading."""
+"""Detection of tests that no kind models: membranes, pistons, muscles, grippers, other modes of loading."""
 
 import re
 from dataclasses import dataclass
@@ -13,8 +13,10 @@ KINDS = (
     " with curvature, bend"
     " angle or length)"
 )
-TORSION = "torsion"  # a machine that can twist writes torque and angle of every pull, too
-# What a heading, the lines above the table, a sheet or the file's name speak of; whether that is certain.
+TORSION = "torsion"
+"""Name of a subject that is uncertain: a machine that can twist writes torque and angle of every pull,
+too."""
+# Subjects by their words in a heading, the preamble, a sheet's or the file's name.
 _THINGS: tuple[tuple[str, str], ...] = (
     (
         r"mckibben|artificial muscle|\bpam\b|contraction|muscle|contracted|braid(ed)? angle",
@@ -46,22 +48,22 @@ _MODES: tuple[tuple[str, str], ...] = (
 
 
 @dataclass(frozen=True)
-class Told:
-    """What a file speaks of, and whether its columns leave no doubt."""
+class UnmodelledTest:
+    """Subject that a file mentions, and a flag that is true if its columns leave no doubt."""
 
     sentence: str
     certain: bool
 
 
-def unmodelled(sample: Sample, channels: dict[str, Channel]) -> Told | None:
-    """A sentence about a recording of something that no kind holds, or None where nothing says so."""
+def unmodelled(sample: Sample, channels: dict[str, Channel]) -> UnmodelledTest | None:
+    """Sentence about a recording of something that no kind holds, or None where nothing indicates it."""
     grid = sample.require_grid()
     headings = " | ".join(heading.text for heading in grid.headings).lower()
     above = "\n".join(" ".join(row) for row in grid.preamble).lower()
     around = f"{above}\n{sample.title}\n{sample.sheet}\n{sample.raw.path.stem.replace('_', ' ')}".lower()
     for pattern, what in _MODES:
         if re.search(pattern, headings) or re.search(pattern, around):
-            return Told(
+            return UnmodelledTest(
                 f"this speaks of {what}; an elastomer or wire recording is uniaxial. If this one is, state"
                 " --kind elastomer"
                 f" (or wire). The kinds that are modelled: {KINDS}",
@@ -71,10 +73,11 @@ def unmodelled(sample: Sample, channels: dict[str, Channel]) -> Told | None:
         if re.search(pattern, headings) or re.search(pattern, around):
             if what == TORSION and channels.keys() & {"force", "stress"}:
                 continue
-            return Told(_sentence(f"this looks like {what}"), bool(re.search(pattern, headings)))
+            return UnmodelledTest(_sentence(f"this looks like {what}"), bool(re.search(pattern, headings)))
     if "pressure" in channels and channels.keys() & {"force", "elongation", "strain"}:
         other = " and ".join(sorted(channels.keys() & {"force", "elongation", "strain"}))
-        return Told(_sentence(f"pressure with {other} is that of a muscle, piston or membrane"), False)
+        sentence = _sentence(f"pressure with {other} is that of a muscle, piston or membrane")
+        return UnmodelledTest(sentence, False)
     return None
 
 

@@ -1,4 +1,4 @@
-"""What headings call a quantity: machines' and laboratories' words, and which specimen they speak of."""
+"""Vocabulary of headings: words of machines and laboratories for quantities, and for specimens."""
 
 import re
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from .spelling import Heading, dimension, is_unit, parse_heading, plain, unit_na
 WORDS: dict[str, tuple[str, ...]] = {
     "time": (
         "time", "elapsed time", "test time", "total time", "t", "time elapsed", "running time", "run time",
-        "timestamp",
+        "timestamp", "elapsed", "duration",
         "time stamp", "zeit", "prüfzeit", "temps", "tiempo", "tijd", "时间", "試験時間", "时刻", "date time",
         "datetime", "clock",
     ),
@@ -48,6 +48,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "course traverse", "course", "verlängerung", "course standard", "allongement", "déplacement",
         "deplacement",
         "verplaatsing", "位移", "变形", "変位", "ストローク", "extensometer", "ext", "dl", "delta l", "δl",
+        "lvdt", "lvdt displacement", "laser displacement", "dial gauge", "dial indicator",
     ),
     "force": (
         "load", "force", "tensile force", "tensile load", "compressive load", "compressive force",
@@ -56,7 +57,8 @@ WORDS: dict[str, tuple[str, ...]] = {
         "load cell force", "f", "kraft",
         "standardkraft", "force standard", "charge", "fuerza", "kracht", "力", "荷重",
         "試験力", "载荷", "负荷",
-        "weight",
+        "weight", "hung mass", "hanging mass", "suspended mass", "applied mass", "hung weight",
+        "hanging weight", "suspended weight", "applied weight", "dead weight", "applied load",
     ),
     "temperature": (
         "temperature", "specimen temperature", "sample temperature", "wire temperature", "temp", "temp.",
@@ -97,9 +99,10 @@ _NEEDS_UNIT = {
     "compression": "length", "p": "pressure", "p abs": "pressure", "p gauge": "pressure",
     "p rel": "pressure", "r": "resistance", "i": "current",
     "ave": "number", "ave2": "number", "ave 2": "number",
+    "lvdt": "length", "dial gauge": "length", "dial indicator": "length", "duration": "time",
 }  # fmt: skip
 _QUANTITY = {word: (quantity, rank) for quantity, words in WORDS.items() for rank, word in enumerate(words)}
-# What a unit makes of a heading whose word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
+# Quantity from the unit where the word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
 _BY_UNIT = {
     ("elongation", "number"): "strain", ("strain", "length"): "elongation", ("stress", "force"): "force",
     ("force", "pressure"): "stress", ("stress", "voltage"): "voltage", ("length", "number"): "stretch",
@@ -138,12 +141,12 @@ _TAG_PATTERNS = (
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a heading means.
+    """Meaning of a heading.
 
     Attributes:
-        quantity: one of `WORDS`.
-        rank: place of its word among those of the quantity; the lowest wins.
-        tag: what tells it from others of the same word (`"specimen 2"`), or nothing.
+        quantity: quantity, one of `WORDS`.
+        rank: position of its word among those of the quantity; the lowest wins.
+        tag: text that distinguishes it from others of the same word (`"specimen 2"`), or empty.
     """
 
     quantity: str
@@ -152,7 +155,7 @@ class Meaning:
 
 
 def meaning(heading: Heading) -> Meaning | None:
-    """Quantity that a heading names, and which specimen's, or None if it names none."""
+    """Quantity and specimen that a heading names; None if it names none."""
     direct = _lookup(heading.name, heading)
     if direct is not None:
         return Meaning(*direct)
@@ -175,21 +178,21 @@ def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
         if written in _QUANTITY:
             quantity, rank = _QUANTITY[written]
             quantity = _BY_UNIT.get((quantity, dimension(heading.unit)), quantity)
-            if written in _NEEDS_UNIT and dimension(heading.unit) not in _fitting(written, quantity):
+            if written in _NEEDS_UNIT and dimension(heading.unit) not in _dimensions(written, quantity):
                 return None
             return quantity, rank
     return None
 
 
-def _fitting(written: str, quantity: str) -> tuple[str, ...]:
-    """Dimensions that a word of many meanings may have."""
+def _dimensions(written: str, quantity: str) -> tuple[str, ...]:
+    """Dimensions that an ambiguous word may have."""
     if quantity == "force":
         return ("force", "mass")
     return (_NEEDS_UNIT[written],) if quantity not in ("temperature", "strain") else ("temperature", "number")
 
 
 def heading_of(text: str) -> Heading:
-    """Heading of a text; a letter at its end is a unit where the rest names a quantity (`Temperature C`)."""
+    """Heading of a text. A letter at its end is a unit where the rest names a quantity (`Temperature C`)."""
     heading = parse_heading(text)
     percent = re.match(r"(?:percent|per cent|pct\.?|%)\s+(.+)$", text.strip(), re.IGNORECASE)
     if heading.unit is None and percent and plain(percent[1]) in _QUANTITY:

@@ -1,4 +1,4 @@
-"""Protocols as data: what is done to a specimen over time."""
+"""Protocols as data: the prescribed inputs of a specimen over time."""
 
 from .reading import SCHEMA, load_protocol, protocol_examples
 

@@ -1,4 +1,5 @@
-"""Protocols as TOML: start values, then steps along which each named channel goes straight to its new value.
+"""Protocols as TOML: start values, then steps along which each named channel changes linearly to its new
+value.
 
     schema = "pneusma-protocol/1"
     name = "thermal_cycle"
@@ -14,11 +15,12 @@
     duration_s = 40.0                  # 0: a jump
     xi0_2 = 0.4                        # channels that a step does not name hold their value
 
-Channels of an actuator: `pressure_kPa`, and for each spring that is driven one of `xi0_K`,
-`resistance_K_ohm`, `temperature_K_degC`, `current_K_A` (root mean square), `duty_K` (share of the time that
-`[supply]` is on); `ambient_degC`. In a chain, `segment_N = {xi0_K = ...}` drives one segment. Of a spring:
-`elongation_mm` and one of `xi0`, `resistance_ohm`, `temperature_degC`. Of a tube: `pressure_kPa`. Any unit of
-the right kind will do.
+Channels of an actuator are `pressure_kPa`, `ambient_degC`, and one per driven spring. That is one of `xi0_K`,
+`resistance_K_ohm`, `temperature_K_degC`, `current_K_A` (root mean square) or `duty_K` (share of the time that
+`[supply]` is on). In a chain, `segment_N = {xi0_K = ...}` drives one segment.
+
+A spring has `elongation_mm` and one of `xi0`, `resistance_ohm`, `temperature_degC`. A tube has
+`pressure_kPa`. Any unit of the right dimension is allowed.
 """
 
 import math
@@ -51,7 +53,7 @@ DIMENSIONS = {
     "ambient": "temperature",
     "elongation": "length",
 }
-LIMITS = {  # SI: least, most, in words
+LIMITS = {  # Minimum and maximum in SI, and both in words
     "pressure": (-102e3, 1000e3, "a gauge pressure from -102 to 1000 kPa"),
     "xi0": (0.0, 1.0, "a fraction from 0 (hot) to 1 (cold)"),
     "duty": (0.0, 1.0, "a share from 0 to 1"),
@@ -69,16 +71,16 @@ _SEGMENT = re.compile(r"segment_(\d+)")
 
 @dataclass(frozen=True)
 class Protocol:
-    """What is done over time.
+    """Prescribed inputs over time.
 
     Attributes:
-        name, description: for people.
-        kind: of specimen: `actuator`, `spring` or `tube`.
-        path: of the file.
-        time: [s], ascending, shape (rows,).
-        channels: by quantity (`pressure`, `xi0_2`, `elongation`, ...; `2.xi0_1` is of segment 2), SI, shape
-            (rows,).
-        supply: `current` [A] while it is on and `period` [s] of its pulses (0: averaged heat).
+        name, description: texts for people.
+        kind: kind of specimen: `actuator`, `spring` or `tube`.
+        path: path of the file.
+        time: time [s], ascending, shape (rows,).
+        channels: inputs by quantity (`pressure`, `xi0_2`, `elongation`, ...; `2.xi0_1` is of segment 2), SI,
+            shape (rows,).
+        supply: `current` [A] while it is on, and `period` [s] of its pulses (0: averaged heat).
     """
 
     name: str
@@ -106,8 +108,8 @@ def load_protocol(name_or_path: str | Path) -> Protocol:
         name_or_path: name of a shipped protocol, or a path.
 
     Raises:
-        InputError: one line with file, step, channel and remedy, for anything unknown, missing or impossible:
-            no step, a duration below zero, a channel that never got a start value.
+        InputError: one line with file, step, channel and remedy, for anything unknown, missing or impossible.
+            Examples are no step, a negative duration, or a channel without a start value.
     """
     name = str(name_or_path)
     if name in protocol_examples():
@@ -122,9 +124,9 @@ def load_protocol(name_or_path: str | Path) -> Protocol:
 
 def _protocol(document: dict[str, Any], path: Path) -> Protocol:
     kind = document.get("kind", "actuator")
-    known = [name for name, one in schema.KINDS.items() if one.channels]
-    if kind not in known:
-        raise InputError(f"{path}: kind is {kind!r}, {nearest(str(kind), known)}")
+    kinds = [name for name, one in schema.KINDS.items() if one.channels]
+    if kind not in kinds:
+        raise InputError(f"{path}: kind is {kind!r}, {nearest(str(kind), kinds)}")
     steps = document.get("step")
     if not isinstance(steps, list) or not steps:
         raise InputError(f"{path}: this history is empty: a protocol needs at least one [[step]]")
@@ -146,7 +148,7 @@ def _protocol(document: dict[str, Any], path: Path) -> Protocol:
         kind=kind,
         path=path,
         time=time,
-        channels={name: _sampled(time, corners, column) for name, column in values.items()},
+        channels={name: _interpolated(time, corners, column) for name, column in values.items()},
         supply=supply,
     )
 
@@ -179,7 +181,7 @@ def _corners(start: Any, steps: list, kind: str, path: Path) -> tuple[np.ndarray
 
 
 def _values(table: Mapping[str, Any], kind: str, where: str) -> dict[str, float]:
-    """Channels of a table in SI, those of single segments with the segment's number in front."""
+    """Channels of a table in SI. Those of single segments have the segment's number in front."""
     found: dict[str, float] = {}
     of_kind = schema.KINDS[kind]
     for key, entry in table.items():
@@ -213,16 +215,16 @@ def _channel(key: str, where: str) -> tuple[str, str]:
 
 
 def _check_phases(channels: Mapping[str, float], where: str) -> None:
-    """Each spring is driven by one thing."""
-    taken: dict[str, str] = {}
+    """Check that each spring is driven by one quantity."""
+    channel_of: dict[str, str] = {}
     for name in channels:
         segment, _, rest = name.rpartition(".")
         stem, _, number = rest.partition("_")
         spring = f"{segment}.{number}"
-        if stem in PHASE and spring in taken:
-            raise InputError(f"{where}: {taken[spring]} and {name} both drive one spring; keep one")
+        if stem in PHASE and spring in channel_of:
+            raise InputError(f"{where}: {channel_of[spring]} and {name} both drive one spring; keep one")
         if stem in PHASE:
-            taken[spring] = name
+            channel_of[spring] = name
 
 
 def _number(value: Any, where: str) -> float:
@@ -265,8 +267,8 @@ def _clock(document: dict[str, Any], total: float, supply: dict[str, float], pat
     return np.minimum(interval * np.arange(rows), total)
 
 
-def _sampled(time: np.ndarray, corners: np.ndarray, column: np.ndarray) -> np.ndarray:
-    """Straight between corners; at a jump the value after it."""
+def _interpolated(time: np.ndarray, corners: np.ndarray, column: np.ndarray) -> np.ndarray:
+    """Linear interpolation between corners; at a jump, the value after it."""
     last = np.searchsorted(corners, time, side="right") - 1
     after = np.minimum(last + 1, len(corners) - 1)
     span = corners[after] - corners[last]

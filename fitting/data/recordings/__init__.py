@@ -1,7 +1,8 @@
-"""The recording format: `NAME.csv` with units in its column names, `NAME.toml` with what the bench knows.
+"""The recording format: `NAME.csv` with units in its column names, `NAME.toml` with everything else about the
+test.
 
-`read_recording` and `read_campaign` return checked data in canonical units (SI on request, `Recording.si`);
-`write_recording` writes what they read. Nothing here needs JAX.
+`read_recording` and `read_campaign` return checked data in canonical units (SI by `Recording.si`).
+`write_recording` writes files that read back equal. Nothing here needs JAX.
 """
 
 from . import kinds, schema

@@ -1,4 +1,4 @@
-"""Reading a campaign: a folder of recordings, or one of them."""
+"""Reading of a campaign: a folder of recordings, or a single one."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Any
 
 from pneusma_jax.errors import InputError
 
-from . import schema, sidecar
+from . import schema, sidecar, stated_columns
 from .reading import read_merged
 from .recording import Campaign, Recording
 from .table import first_of, refuse
@@ -19,14 +19,14 @@ def read_campaign(path: str | Path, overrides: Mapping[str, Any] | None = None) 
 
     Args:
         path: folder or CSV; `campaign.toml` in the folder gives title and shared [geometry] and [tolerance].
-        overrides: settings that take precedence over campaign and sidecars, keyed as a sidecar.
+        overrides: settings that take precedence over campaign and sidecars, with the keys of a sidecar.
 
     Returns:
-        The campaign, recordings in the order of their names.
+        The campaign, with recordings in the order of their names.
 
     Raises:
-        InputError: if there is nothing to read or any file cannot be used: the first one's line, with how
-            many more files are wrong.
+        InputError: if there is nothing to read or any file cannot be used. The message is the first one's
+            line, with the number of further bad files.
     """
     path = Path(path)
     if not path.exists():
@@ -48,6 +48,7 @@ def read_campaign(path: str | Path, overrides: Mapping[str, Any] | None = None) 
     if errors:
         raise first_of(errors)
     _check_specimens(recordings)
+    notices += [f"{CAMPAIGN_FILE}: {text}" for text in stated_columns.unused(shared, recordings)]
     title = shared.get("title", path.resolve().name if path.is_dir() else path.stem)
     return Campaign(title, recordings, path, notices)
 
@@ -56,11 +57,13 @@ def _shared_settings(folder: Path) -> dict[str, Any]:
     file = folder / CAMPAIGN_FILE
     if not file.exists():
         return {}
-    return sidecar.check_settings(sidecar.read_toml(file), file, schema.CAMPAIGN_KEYS)
+    found = sidecar.check_settings(sidecar.read_toml(file), file, schema.CAMPAIGN_KEYS)
+    stated_columns.check_shared(found, file)
+    return found
 
 
 def _recordings_in(folder: Path, notices: list[str]) -> list[Path]:
-    """CSV files below a folder, hidden ones left out; a sidecar without its CSV is an error."""
+    """CSV files below a folder, without hidden ones. A sidecar without its CSV is an error."""
     found = [p for p in sorted(folder.rglob("*")) if not _hidden(p.relative_to(folder))]
     files = [p for p in found if p.suffix.lower() == ".csv" and p.is_file()]
     if not files:
@@ -82,7 +85,7 @@ def _hidden(path: Path) -> bool:
 
 
 def _states_a_kind(file: Path) -> bool:
-    """Whether a TOML is a sidecar; alloys and models may lie beside recordings too."""
+    """True if a TOML is a sidecar. Alloys and models may lie beside recordings too."""
     try:
         return sidecar.read_toml(file).get("kind") in schema.KINDS
     except InputError:

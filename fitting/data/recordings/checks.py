@@ -1,4 +1,4 @@
-"""What cannot be measured: the physical refusals of a recording, each with file, row and column."""
+"""Checks for physically impossible values of a recording; each error names file, row and column."""
 
 import functools
 import math
@@ -14,23 +14,24 @@ from . import schema
 from .recording import Recording
 from .table import refuse
 
-PRESSURE_LIMIT_KPA = 1000.0  # a silicone tube bursts far below; more is a pressure in the wrong unit
-VACUUM_KPA = -102.0  # gauge; just past the emptiest vacuum, for a sensor's zero error
+PRESSURE_LIMIT_KPA = 1000.0
+"""Maximum pressure; a silicone tube bursts far below, so more is a pressure in the wrong unit."""
+VACUUM_KPA = -102.0  # Minimum gauge pressure: just below perfect vacuum, to allow a sensor's zero error
 ABSOLUTE_ZERO_DEGC = -273.15
 
 
 def check_recording(
     recording: Recording, rows: Sequence[int] | None = None, sidecar: Path | str | None = None
 ) -> None:
-    """Refuse what cannot be.
+    """Refuse impossible values.
 
     Args:
-        recording: columns in canonical units.
-        rows: line of the file of each sample; None counts samples from 1.
-        sidecar: file that messages about settings name; None: the recording's own.
+        recording: recording with columns in canonical units.
+        rows: line number in the file of each sample; None counts samples from 1.
+        sidecar: file that messages about settings name; None for the recording's own.
 
     Raises:
-        InputError: at the first sample or setting that cannot be, in one line.
+        InputError: at the first impossible sample or setting, in one line.
     """
     place = recording.path or recording.name
     rows = rows if rows is not None else range(1, len(recording) + 1)
@@ -54,7 +55,7 @@ def _check_tube(recording: Recording, where: Path | str) -> None:
 
 
 def _check_table_names(recording: Recording, where: Path | str) -> None:
-    """An alloy or material that the sidecar names must exist; nominal ones are the package's own affair."""
+    """Check that the alloy or material of a sidecar exists. Nominal ones ship with the package."""
     for key, kind in (("alloy", "alloy"), ("material", "silicone")):
         if recording.geometry.get(key, "fit") != "fit":
             try:
@@ -77,9 +78,9 @@ def _load_shipped(name: str, kind: str) -> dict[str, float]:
 
 
 def _check_missing(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
-    known = recording.known_columns
-    gone = np.stack([np.isnan(recording.columns[name]) for name in known])
-    for name, column in zip(known, gone, strict=True):
+    columns = recording.known_columns
+    gone = np.stack([np.isnan(recording.columns[name]) for name in columns])
+    for name, column in zip(columns, gone, strict=True):
         if column.all():
             raise refuse(place, "no row has a value here; remove the column or fill it in", column=name)
     empty = np.flatnonzero(gone.all(axis=0))
@@ -139,20 +140,20 @@ def _refuse_first(
 
 
 def wire_length(geometry: dict) -> float:
-    """Length of wire in the active coils, in m: n sqrt((pi D)^2 + p^2), D = mandrel + wire (Eqs. 2.1-2.2).
+    """Length of wire in the active coils [m]: n sqrt((pi D)^2 + p^2), D = mandrel + wire (Eqs. 2.1-2.2).
 
     Args:
-        geometry: a full geometry, canonical keys in mm.
+        geometry: full geometry, canonical keys in mm.
     """
     diameter = geometry["mandrel_diameter_mm"] + geometry["wire_diameter_mm"]
     return 1e-3 * geometry["active_coils"] * math.hypot(math.pi * diameter, geometry["initial_pitch_mm"])
 
 
 def resistance_range(recording: Recording) -> tuple[float, float] | None:
-    """Resistances [ohm] that a spring of the recording's alloy can show: half the least to twice the most.
+    """Possible resistances of a spring of the recording's alloy [ohm]: half the least to twice the most.
 
-    None where nothing bounds them: no coil geometry (a straight wire), an alloy that is to be identified, an
-    alloy table without resistivity.
+    None if unbounded: for no coil geometry (a straight wire), an alloy to be identified, or a table without
+    resistivity.
 
     Raises:
         InputError: if the alloy cannot be found.
@@ -172,10 +173,10 @@ def resistance_range(recording: Recording) -> tuple[float, float] | None:
 
 
 def _check_resistance(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
-    held = [
+    resistances = [
         name for name in recording.known_columns if schema.quantity_and_unit(name)[0].startswith("resistance")
     ]
-    bounds = resistance_range(recording) if held else None
+    bounds = resistance_range(recording) if resistances else None
     if bounds is None:
         return
     geometry = recording.full_geometry()
@@ -183,6 +184,6 @@ def _check_resistance(recording: Recording, place: Path | str, rows: Sequence[in
         f"half to twice the range of alloy {geometry['alloy']!r} on {geometry['active_coils']:g} coils is"
         f' {bounds[0]:.3g} to {bounds[1]:.3g} ohm; state the spring in [geometry], or alloy = "fit"'
     )
-    for name in held:
+    for name in resistances:
         values = recording.columns[name]
         _refuse_first((values < bounds[0]) | (values > bounds[1]), values, right, place, rows, name)

@@ -1,4 +1,4 @@
-"""From the columns of a CSV file to the canonical ones of a kind; the kind itself where nobody stated it."""
+"""Conversion of a CSV file's columns to the canonical ones of a kind, and inference of an unstated kind."""
 
 import difflib
 from collections.abc import Iterable, Mapping
@@ -14,17 +14,17 @@ from .table import Table, numbers, refuse
 
 
 def _quantity_of(name: str) -> str:
-    """Quantity that a column name speaks of, whatever its unit is."""
+    """Quantity of a column name, for any unit."""
     quantity, underscore, unit = name.rpartition("_")
     return quantity if underscore and not unit.isdigit() and unit not in schema.PLAIN else name
 
 
 def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
-    """Kind of a recording that has no sidecar to state it, from its columns.
+    """Kind of a recording whose sidecar does not state it, from its columns.
 
     Args:
-        table: the text of the CSV.
-        constant: names of what the sidecar states as constant.
+        table: text of the CSV.
+        constant: names of the quantities that the sidecar states as constant.
 
     Returns:
         The kind, and the reason in a few words.
@@ -32,9 +32,9 @@ def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
     Raises:
         InputError: if the columns fit no kind; the nearest kind's missing columns are named.
     """
-    told = _Header(table, frozenset(_quantity_of(name) for name in (*table.header, *constant)))
+    header = _Header(table, frozenset(_quantity_of(name) for name in (*table.header, *constant)))
     for kind in schema.KINDS.values():
-        reason = kind.told_by(told)
+        reason = kind.told_by(header)
         if reason:
             return kind.name, reason
     raise refuse(
@@ -46,18 +46,18 @@ def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class _Header:
-    """See `schema.Told`."""
+    """Evidence of a header about its kind, see `schema.Told`."""
 
     table: Table
     held: frozenset[str]
 
     def unit(self, quantity: str) -> str:
-        """See `schema.Told`."""
+        """Unit, see `schema.Told`."""
         name = self._column(quantity)
         return "" if name is None else name.rpartition("_")[2]
 
     def largest(self, quantity: str) -> float:
-        """See `schema.Told`."""
+        """Largest magnitude, see `schema.Told`."""
         name = self._column(quantity)
         return 0.0 if name is None else float(np.nanmax(np.abs(numbers(self.table, name)), initial=0.0))
 
@@ -68,19 +68,19 @@ class _Header:
 def canonical_columns(
     table: Table, kind: str, constant: Mapping[str, float] | None = None
 ) -> tuple[dict[str, np.ndarray], list[str]]:
-    """Columns by canonical name in canonical units, the others after them as they are.
+    """Known columns by canonical name in canonical units, then the others unchanged.
 
     Args:
-        table: the text of the CSV.
-        kind: which decides what is known.
-        constant: value of columns that did not change and that the table lacks, by canonical name.
+        table: text of the CSV.
+        kind: kind of the recording, which decides which columns are known.
+        constant: value of constant columns that the table lacks, by canonical name.
 
     Returns:
-        The columns, each of shape (rows,), and notices about what was converted or set aside.
+        The columns, each of shape (rows,), and notices about conversions and ignored columns.
 
     Raises:
-        InputError: for an unknown or wrong unit, two columns of one quantity, a required column that is
-            missing, a field that is not a number.
+        InputError: for an unknown or wrong unit, two columns of one quantity, a missing required column, or a
+            field that is not a number.
     """
     assigned, unknown, doubtful = _assign(table, kind)
     for name, problem in doubtful.items():
@@ -109,19 +109,19 @@ def canonical_columns(
 
 
 def held_by(table: Table, kind: str, canonical: str) -> bool:
-    """Whether a table has a column of a canonical one's quantity, in any unit."""
+    """True if a table has a column of a canonical one's quantity, in any unit."""
     return any(_canonical_of(name, kind) == canonical for name in table.header)
 
 
 def convert(values: np.ndarray, unit: str, wanted: str, difference: bool = False) -> np.ndarray:
-    """Values in another unit of the same dimension; untouched, to the bit, where the unit is the same."""
+    """Values in another unit of the same dimension; bit-identical where the unit is the same."""
     if unit == wanted or find_unit(unit) == find_unit(wanted):
         return values
     return from_si(to_si(values, unit, difference), wanted, difference)
 
 
 def _canonical_of(name: str, kind: str) -> str | None:
-    """Canonical column of this kind that a name means, by its quantity."""
+    """Canonical column of this kind with the quantity of a name."""
     for canonical in schema.KINDS[kind].columns.known:
         quantity, _ = schema.quantity_and_unit(canonical)
         if name == quantity or (name.startswith(quantity + "_") and "_" not in name[len(quantity) + 1 :]):
@@ -130,7 +130,7 @@ def _canonical_of(name: str, kind: str) -> str | None:
 
 
 def _assign(table: Table, kind: str):
-    """Written column and unit of each canonical one; what is unknown; what has a doubtful unit."""
+    """Written column and unit of each canonical one; unknown columns; columns with a doubtful unit."""
     assigned: dict[str, tuple[str, str]] = {}
     unknown: list[str] = []
     doubtful: dict[str, InputError] = {}
@@ -157,14 +157,14 @@ def written_unit(name: str, canonical: str) -> str:
     """Unit in which a column (or sidecar key) is written, checked against the canonical one's dimension.
 
     Args:
-        name: as written, e.g. `force_mN`.
-        canonical: what it stands for, e.g. `force_N`.
+        name: written name, e.g. `force_mN`.
+        canonical: canonical name, e.g. `force_N`.
 
     Returns:
-        The unit's name, e.g. `mN`.
+        Name of the unit, e.g. `mN`.
 
     Raises:
-        InputError: if the unit is absent, unknown, or of another dimension; the message does not name the
+        InputError: if the unit is absent, unknown, or of another dimension. The message does not name the
             place.
     """
     quantity, wanted = schema.quantity_and_unit(canonical)
@@ -193,7 +193,7 @@ def _check_present(table: Table, kind: str, assigned: set[str], unknown: list[st
             hint = f"; is it the one named {close[0]!r}?" if close else ""
             raise refuse(
                 table.path,
-                f"a recording of kind {kind} needs the column {canonical}{hint}{_other(table, kind)}; what"
+                f"a recording of kind {kind} needs the column {canonical}{hint}{_remark(table, kind)}; what"
                 " did"
                 f" not change may be stated in the sidecar instead: [constant] {canonical} = ...",
             )
@@ -204,8 +204,8 @@ def _check_present(table: Table, kind: str, assigned: set[str], unknown: list[st
         )
 
 
-def _other(table: Table, kind: str) -> str:
-    """Remark that the columns look like another kind than the stated one."""
+def _remark(table: Table, kind: str) -> str:
+    """Remark that the columns suggest another kind than the stated one."""
     try:
         other, reason = infer_kind(table)
     except InputError:

@@ -1,7 +1,7 @@
-"""The kinds of recording of the project: their columns, the geometry that they take as nominal, and how a
-file without a sidecar shows which one it is.
+"""The kinds of recording of the project: columns, nominal geometry, and recognition of a file without a
+sidecar.
 
-A further kind is registered by the module that models it (`docs/new_kind.md`).
+The module that models a further kind also registers it (`docs/new_kind.md`).
 """
 
 from collections.abc import Mapping
@@ -13,14 +13,15 @@ from . import schema
 from .nominal import STANDARD_DESIGN, design_geometry, wound
 from .schema import Columns, Kind, Told, register
 
-WIRE_STRAIN_LIMIT = 0.15  # no nitinol wire strains further, and a coupon of rubber is rarely pulled less
-WIRE_STRAIN_FRACTION_LIMIT = 0.5  # nitinol breaks at a fraction of that: such numbers are percent
+WIRE_STRAIN_LIMIT = 0.15  # Maximum strain of a nitinol wire; a coupon of rubber is rarely pulled less
+WIRE_STRAIN_FRACTION_LIMIT = 0.5
+"""Maximum strain of a wire as a fraction; nitinol breaks far below, so larger numbers are percent."""
 WIRE_ALLOY = "niti_wire"
-"""Nominal alloy of a wire: the source's springs have no constants of a wire in tension."""
+"""Nominal alloy of a wire. The source's springs have no constants of a wire in tension."""
 METAL_UNITS = ("MPa", "GPa", "ksi")
 PERCENT = "if these are percent, name the column strain_percent (on import: --unit strain=percent)"
 PHASE = ("xi0", "resistance", "temperature", "current", "duty")
-"""Channels of a protocol that say how warm a spring is: one of them for each spring."""
+"""Channels of a protocol that determine a spring's phase; each spring has one of them."""
 _SPRING_KEYS = ("alloy", "wire_diameter_mm", "mandrel_diameter_mm", "initial_pitch_mm", "active_coils")
 _TUBE_KEYS = ("material", "outer_diameter_mm", "wall_thickness_mm", "length_mm")
 
@@ -55,59 +56,59 @@ def _of_actuator(stated: Mapping[str, Any]) -> dict[str, Any]:
     return {**nominal, "cycles_before": 0.0}
 
 
-def _spring_told(told: Told) -> str | None:
-    return "elongation and force" if {"elongation", "force"} <= told.held else None
+def _spring_reason(header: Told) -> str | None:
+    return "elongation and force" if {"elongation", "force"} <= header.held else None
 
 
-def _bends(held: frozenset[str]) -> bool:
-    bending = held & {"curvature", "bend_angle", "bend_direction"}
-    return bool(bending) or any(quantity.startswith("resistance") for quantity in held)
+def _bends(quantities: frozenset[str]) -> bool:
+    bending = quantities & {"curvature", "bend_angle", "bend_direction"}
+    return bool(bending) or any(quantity.startswith("resistance") for quantity in quantities)
 
 
-def _actuator_told(told: Told) -> str | None:
-    if _spring_told(told) or "pressure" not in told.held or not _bends(told.held):
+def _actuator_reason(header: Told) -> str | None:
+    if _spring_reason(header) or "pressure" not in header.held or not _bends(header.held):
         return None
     return "pressure with bending or resistance"
 
 
-def _tube_told(told: Told) -> str | None:
-    if _spring_told(told) or not {"pressure", "length"} <= told.held or _bends(told.held):
+def _tube_reason(header: Told) -> str | None:
+    if _spring_reason(header) or not {"pressure", "length"} <= header.held or _bends(header.held):
         return None
     return "pressure and length"
 
 
-def _strained(told: Told) -> tuple[str, str] | None:
+def _strained(header: Told) -> tuple[str, str] | None:
     """Wire or elastomer, which share strain and stress, with the reason; None for recordings of neither.
 
-    Temperature or resistance makes it a wire; no clock or a `cycle` column an elastomer; then the unit of
-    stress and, for that of a metal, the size of the strain decide.
+    Temperature or resistance makes it a wire. No clock or a `cycle` column makes it an elastomer. Otherwise
+    the unit of stress decides and, for that of a metal, the magnitude of the strain.
     """
     if (
-        _spring_told(told)
-        or _tube_told(told)
-        or _actuator_told(told)
-        or not {"strain", "stress"} <= told.held
+        _spring_reason(header)
+        or _tube_reason(header)
+        or _actuator_reason(header)
+        or not {"strain", "stress"} <= header.held
     ):
         return None
-    if told.held & {"temperature", "resistance"}:
+    if header.held & {"temperature", "resistance"}:
         return "wire", "strain and stress with temperature or resistance"
-    if "time" not in told.held or "cycle" in told.held:
+    if "time" not in header.held or "cycle" in header.held:
         return "elastomer", "strain and stress without a clock, or with a cycle count"
-    unit = told.unit("stress") or "MPa"
+    unit = header.unit("stress") or "MPa"
     if unit not in METAL_UNITS:
         return "elastomer", f"stress in {unit}"
-    if told.largest("strain") > WIRE_STRAIN_LIMIT:
+    if header.largest("strain") > WIRE_STRAIN_LIMIT:
         return "elastomer", f"strain beyond {WIRE_STRAIN_LIMIT:g}"
     return "wire", f"stress in {unit} and strain within {WIRE_STRAIN_LIMIT:g}"
 
 
-def _wire_told(told: Told) -> str | None:
-    kind, reason = _strained(told) or ("", None)
+def _wire_reason(header: Told) -> str | None:
+    kind, reason = _strained(header) or ("", None)
     return reason if kind == "wire" else None
 
 
-def _elastomer_told(told: Told) -> str | None:
-    kind, reason = _strained(told) or ("", None)
+def _elastomer_reason(header: Told) -> str | None:
+    kind, reason = _strained(header) or ("", None)
     return reason if kind == "elastomer" else None
 
 
@@ -116,12 +117,12 @@ SPRING = register(
         "spring",
         Columns(
             required=("time_s", "elongation_mm", "force_N"),
-            one_of=("resistance_ohm", "temperature_degC"),  # either tells the phase
+            one_of=("resistance_ohm", "temperature_degC"),  # either one determines the phase
             optional=("current_A", "setpoint_ohm"),
             outputs=("force_N", "resistance_ohm"),
         ),
         _of_spring,
-        _spring_told,
+        _spring_reason,
         channels=("elongation", "xi0", "resistance", "temperature"),
         needed="elongation_mm",
     )
@@ -135,7 +136,7 @@ WIRE = register(
             outputs=("strain", "stress_MPa"),
         ),
         _of_wire,
-        _wire_told,
+        _wire_reason,
         either=("stress_MPa", "strain"),
         ranges=(
             (
@@ -151,7 +152,7 @@ ELASTOMER = register(
         "elastomer",
         Columns(required=("strain", "stress_kPa"), optional=("time_s", "cycle"), outputs=("stress_kPa",)),
         _of_elastomer,
-        _elastomer_told,
+        _elastomer_reason,
         zeros=("strain", "stress_kPa"),
         ranges=(("strain", lambda strain: strain <= -1.0, f"engineering strain stays above -1; {PERCENT}"),),
     )
@@ -161,7 +162,7 @@ TUBE = register(
         "tube",
         Columns(required=("time_s", "pressure_kPa", "length_mm"), outputs=("length_mm",)),
         _of_tube,
-        _tube_told,
+        _tube_reason,
         channels=("pressure",),
         needed="pressure_kPa",
     )
@@ -181,7 +182,7 @@ ACTUATOR = register(
             outputs=("curvature_1pm", "bend_angle_deg", "length_mm", "bend_direction_deg"),
         ),
         _of_actuator,
-        _actuator_told,
+        _actuator_reason,
         channels=("pressure", "ambient", *PHASE),
         needed="pressure_kPa",
         numbered=True,

@@ -1,4 +1,4 @@
-"""Nominal geometry where a sidecar is silent: the source's specimens, from the tables of the package."""
+"""Nominal geometry where a sidecar states none: the source's specimens, from the tables of the package."""
 
 import functools
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ STANDARD_DESIGN = (
 
 
 def design_geometry(name: str) -> dict[str, Any]:
-    """Geometry of a design by canonical key; spring keys only where the design has springs."""
+    """Geometry of a design by canonical key, with spring keys only where the design has springs."""
     # a file of the laboratory may change at any time
     return _read_design(name) if name.endswith(".toml") else _shipped_design(name)
 
@@ -38,7 +38,7 @@ def _read_design(name: str) -> dict[str, Any]:
 
 
 def wound(nominal: Mapping[str, Any], stated: Mapping[str, Any]) -> dict[str, float]:
-    """Coils and free length of an actuator's springs, as far as stated ones change them.
+    """Coils and free length of an actuator's springs, as far as stated values change them.
 
     The free length is that of the coils, one pitch each.
     """
@@ -52,14 +52,13 @@ def wound(nominal: Mapping[str, Any], stated: Mapping[str, Any]) -> dict[str, fl
 
 
 def nominal_geometry(kind: str, stated: dict[str, Any]) -> dict[str, Any]:
-    """Nominal values of the keys that matter to a kind, given what the sidecar states.
+    """Nominal values of a kind's geometry keys, given the statements of the sidecar.
 
     Args:
-        kind: of the recording.
-        stated: checked [geometry]; its `design` picks the table, and lengths that follow from others follow
-            from it.
+        kind: kind of the recording.
+        stated: checked [geometry]; its `design` selects the table, and dependent lengths follow from it.
 
     Returns:
-        Canonical keys in canonical units. `tip_to_base_clearance_deg` has no nominal value.
+        Values by canonical key in canonical units. `tip_to_base_clearance_deg` has no nominal value.
     """
     return schema.KINDS[kind].nominal(stated)

@@ -1,4 +1,4 @@
-"""Reading one recording: CSV, sidecar and overrides into a checked `Recording`."""
+"""Reading of one recording: CSV, sidecar and overrides become a checked `Recording`."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,11 +17,11 @@ def read_recording(path: str | Path, overrides: Mapping[str, Any] | None = None)
     """Read `NAME.csv` and the `NAME.toml` beside it.
 
     Args:
-        path: the CSV.
-        overrides: settings that take precedence over the sidecar, keyed as a sidecar (the command line's).
+        path: CSV file.
+        overrides: settings that take precedence over the sidecar, with its keys (the command line's).
 
     Returns:
-        The recording, columns in canonical units.
+        The recording, with columns in canonical units.
 
     Raises:
         InputError: if anything in either file cannot be used; one line with file, row, column and remedy.
@@ -38,10 +38,10 @@ def read_merged(
     """Read a recording of a campaign.
 
     Args:
-        path: the CSV.
-        campaign: checked [geometry] and [tolerance] shared by the campaign.
-        overrides: as in `read_recording`.
-        name: what reports call it; the file's name without its ending by default.
+        path: CSV file.
+        campaign: checked [geometry] and [tolerance] that the campaign shares.
+        overrides: settings as in `read_recording`.
+        name: name in reports; by default the file's name without its ending.
 
     Raises:
         InputError: as `read_recording`.

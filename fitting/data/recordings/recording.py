@@ -1,4 +1,5 @@
-"""A recording and a campaign in memory: columns in canonical units, what the sidecar says, SI on request."""
+"""A recording and a campaign in memory: columns in canonical units, the sidecar's statements, SI on
+request."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,13 +16,13 @@ from .nominal import nominal_geometry
 
 @dataclass(frozen=True)
 class Reduction:
-    """How a recording with fewer rows came from a longer one.
+    """Origin of a recording with fewer rows than the original.
 
     Attributes:
-        source: the recording as it was read.
-        rows: those that were kept as they are, ascending; None where rows are means.
-        block: readings that a row is the mean of; 1 where rows were kept.
-        text: what was done, one sentence.
+        source: original recording.
+        rows: indices of the rows that were kept, ascending; None where rows are means.
+        block: number of readings averaged in a row; 1 where rows were kept.
+        text: description of the reduction, one sentence.
     """
 
     source: "Recording"
@@ -35,25 +36,24 @@ class Recording:
     """One test of one specimen.
 
     Attributes:
-        name: file name without its ending, and the folder below the campaign's in front (`"hot/run_1"`).
-        path: the CSV it was read from, or None if it was made in memory.
+        name: file name without its ending, with the folder below the campaign's in front (`"hot/run_1"`).
+        path: CSV that it was read from, or None if it was made in memory.
         kind: `spring`, `wire`, `elastomer`, `tube` or `actuator`.
         role: `fit`, or `validation` (never fitted, only scored).
-        specimen: recordings of one specimen share parameters.
-        real: measured (True) or simulated (False); None where nobody said.
+        specimen: name of the specimen; recordings of one specimen share parameters.
+        real: true if measured, false if simulated; None where unstated.
         source: provenance, free text by key (`citation`, `licence`, ...).
-        noise: marginal 1-sigma of the instrument by canonical column, in that column's unit.
-        geometry: what the sidecar states, by canonical key; `full_geometry` adds the nominal values.
-        tolerance: 1-sigma relative uncertainties, complete where given; None where the defaults hold.
-        zero: how far off a column's zero may be, one standard deviation by canonical column, in its unit; a
-            fit finds it.
-        columns: by canonical name, in canonical units, each of shape (rows,); a missing sample is NaN.
+        noise: standard deviation of the instrument's noise by canonical column, in that column's unit.
+        geometry: stated geometry by canonical key; `full_geometry` adds the nominal values.
+        tolerance: relative standard deviations, complete where given; None where the defaults hold.
+        zero: standard deviation of a column's zero by canonical column, in its unit; a fit finds the zero.
+        columns: data by canonical name, in canonical units, each of shape (rows,); a missing sample is NaN.
             Columns that the kind does not know come after, under their own names (as text if they are not
             numbers).
-        notices: what a reader had to assume or left aside, one sentence each.
-        comments: the lines before the header, without `#`.
-        reduction: where these rows came from, if they were made from more of them.
-        memo: what was worked out about columns before, by whoever did; a changed recording has none.
+        notices: assumptions and omissions of the reader, one sentence each.
+        comments: lines before the header, without `#`.
+        reduction: origin of these rows, if they were made from more of them.
+        memo: cache of results about the columns; a changed recording starts with none.
     """
 
     name: str
@@ -83,24 +83,24 @@ class Recording:
         Raises:
             InputError: if this recording does not have it; the nearest one that it has is named.
         """
-        held = {schema.quantity_and_unit(name)[0]: name for name in self.known_columns}
-        name = quantity if quantity in self.known_columns else held.get(quantity)
+        column_of = {schema.quantity_and_unit(name)[0]: name for name in self.known_columns}
+        name = quantity if quantity in self.known_columns else column_of.get(quantity)
         if name is None:
             raise InputError(
-                f"{self.path or self.name}: no {quantity!r} was recorded, {nearest(quantity, held)}"
+                f"{self.path or self.name}: no {quantity!r} was recorded, {nearest(quantity, column_of)}"
             )
         return name
 
     def has(self, quantity: str) -> bool:
-        """Whether a quantity (`"pressure"`, or its column `"pressure_kPa"`) was recorded."""
-        known = self.known_columns
-        return quantity in known or quantity in {schema.quantity_and_unit(name)[0] for name in known}
+        """True if a quantity (`"pressure"`, or its column `"pressure_kPa"`) was recorded."""
+        columns = self.known_columns
+        return quantity in columns or quantity in {schema.quantity_and_unit(name)[0] for name in columns}
 
     def si(self, quantity: str) -> np.ndarray:
         """Values of a quantity in SI units (temperatures in degC); shape (rows,), NaN where missing.
 
         Args:
-            quantity: `"pressure"`, `"resistance_1"`, ..., or a canonical column name.
+            quantity: name of the quantity (`"pressure"`, `"resistance_1"`, ...), or a canonical column name.
 
         Raises:
             InputError: if this recording does not have it.
@@ -109,7 +109,8 @@ class Recording:
         return to_si(self.columns[name], schema.quantity_and_unit(name)[1])
 
     def noise_si(self, quantity: str) -> float | None:
-        """Stated 1-sigma of a quantity in SI units (K for temperatures), or None where it is not stated."""
+        """Stated standard deviation of a quantity's noise in SI units (K for temperatures), or None where
+        unstated."""
         name = self.column(quantity)
         sigma = self.noise.get(name)
         return None if sigma is None else to_si(sigma, schema.quantity_and_unit(name)[1], difference=True)
@@ -120,35 +121,37 @@ class Recording:
 
     @property
     def whole(self) -> "Recording":
-        """The recording as it was read: its noise is told there, before any reduction."""
+        """The original recording before any reduction, for estimates of its noise."""
         return self.reduction.source if self.reduction else self
 
     @property
     def block(self) -> int:
-        """Readings that a row is the mean of."""
+        """Number of readings averaged in a row."""
         return self.reduction.block if self.reduction else 1
 
     @property
     def known_columns(self) -> list[str]:
-        """Canonical columns that are there, in the file's order."""
+        """Canonical columns of the recording, in the file's order."""
         known = schema.KINDS[self.kind].columns.known
         return [name for name in self.columns if name in known]
 
     @property
     def outputs(self) -> list[str]:
-        """Canonical columns that are there and that the model can predict for this kind."""
+        """Canonical columns of the recording that the model can predict for this kind."""
         return [name for name in schema.KINDS[self.kind].columns.outputs if name in self.columns]
 
     def full_geometry(self) -> dict[str, Any]:
-        """Geometry with the source's nominal values where the sidecar is silent; canonical keys and units."""
+        """Geometry with the source's nominal values where the sidecar states none; canonical keys and
+        units."""
         return {**nominal_geometry(self.kind, self.geometry), **self.geometry}
 
     def full_tolerance(self) -> dict[str, float]:
-        """The stated tolerances (complete: what is not named is exact), or the defaults where none are."""
+        """The stated tolerances (complete: other quantities are exact), or the defaults where none are
+        stated."""
         return dict(schema.TOLERANCE_DEFAULTS if self.tolerance is None else self.tolerance)
 
     def table(self, key: str) -> str | Path:
-        """The alloy or material of this recording: a name, `"fit"`, or the path of a TOML beside it.
+        """Alloy or material of this recording: a name, `"fit"`, or the path of a TOML beside it.
 
         Args:
             key: `"alloy"` or `"material"`.
@@ -157,7 +160,7 @@ class Recording:
 
 
 def locate_table(stated: str, recording: Path | None) -> str | Path:
-    """Resolve an alloy or material that a sidecar states: a relative path is relative to the sidecar."""
+    """Resolve the path of an alloy or material. A relative path counts from the sidecar."""
     if not (stated.endswith(".toml") or "/" in stated or "\\" in stated):
         return stated
     beside = Path(stated) if recording is None else recording.parent / stated
@@ -169,10 +172,10 @@ class Campaign:
     """The recordings that are fitted together.
 
     Attributes:
-        title: from `campaign.toml`, else the folder's name.
-        recordings: in the order of their names.
-        path: the folder, or the single CSV.
-        notices: about the campaign as a whole.
+        title: title from `campaign.toml`, else the folder's name.
+        recordings: recordings in the order of their names.
+        path: folder, or the single CSV.
+        notices: sentences about the campaign as a whole.
     """
 
     title: str

@@ -1,7 +1,7 @@
-"""What a recording may hold: the columns of each kind, the keys of its sidecar, default tolerances.
+"""Schema of a recording: the columns of each kind, the keys of its sidecar, default tolerances.
 
-Tables only; the checks that use them are in `columns.py`, `sidecar.py` and `checks.py`, nominal values of the
-geometry in `nominal.py`, the kinds themselves in `kinds.py`.
+This module holds tables only. The checks that use them are in `columns.py`, `sidecar.py` and `checks.py`.
+Nominal values of the geometry are in `nominal.py`, the kinds themselves in `kinds.py`.
 """
 
 import re
@@ -19,10 +19,10 @@ class Columns:
     """The columns of one kind, by canonical name (unit after the last underscore; none for plain numbers).
 
     Attributes:
-        required: must all be there.
-        optional: understood when there.
-        one_of: at least one must be there (empty: no such rule).
-        outputs: what the model can predict, the rest being what drives it.
+        required: columns that must all be present.
+        optional: columns that are used if present.
+        one_of: columns of which at least one must be present (empty: no such rule).
+        outputs: columns that the model can predict; the others drive it.
     """
 
     required: tuple[str, ...]
@@ -37,47 +37,47 @@ class Columns:
 
 
 class Told(Protocol):
-    """A CSV file without a sidecar, as far as it shows its kind."""
+    """Evidence of a CSV file without a sidecar about its kind."""
 
     held: frozenset[str]
     """Quantities that have a column or a constant."""
 
     def unit(self, quantity: str) -> str:
-        """Unit in which a quantity is written; empty if none is stated."""
+        """Unit in which a quantity is written; empty if unstated."""
 
     def largest(self, quantity: str) -> float:
-        """Largest size of a quantity; 0 without readings."""
+        """Largest magnitude of a quantity; 0 without readings."""
 
 
 Rule = tuple[str, Callable[[np.ndarray], np.ndarray], str]
-"""How the columns begin that a rule is for; which of their values are wrong; the words for what would be
-right."""
+"""A rule for values: the prefix of its columns, a function that marks wrong values, and a description of
+right ones."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """How recordings of one kind of specimen are written down. `kinds.py` has those of the project.
+    """Schema of the recordings of one kind of specimen. `kinds.py` has those of the project.
 
     Attributes:
-        name: the word for `kind` in a sidecar.
-        columns: of the CSV file.
-        nominal: from what `[geometry]` states to the nominal values of every key that matters to this kind.
-        told_by: from a CSV file without a sidecar to the reason why it is of this kind, in a few words; None
-            if it is not. A kind that only a sidecar states answers None to everything.
-        either: two columns of which the steadier one drives the specimen and the other is predicted; empty
-            if inputs and outputs are always the same columns.
+        name: value of `kind` in a sidecar.
+        columns: columns of the CSV file.
+        nominal: function from the stated `[geometry]` to the nominal values of all keys of this kind.
+        told_by: function from a CSV file without a sidecar to the reason why it is of this kind, in a few
+            words. It returns None for any other file, and always for a kind that only a sidecar states.
+        either: two columns, of which the steadier one drives the specimen and the other is predicted. It is
+            empty if inputs and outputs are always the same columns.
         ranges: rules for values that only this kind has.
-        zeros: columns whose zero a fit can find: the table `[zero]` holds one standard deviation of each.
-        geometry: keys of `[geometry]` that only this kind has: as `GEOMETRY_NUMBERS`.
+        zeros: columns whose zero a fit can find; the table `[zero]` holds the standard deviation of each.
+        geometry: keys of `[geometry]` that only this kind has, as in `GEOMETRY_NUMBERS`.
         channels: quantities that a protocol may prescribe; empty if no protocol is for this kind.
-        needed: the column of the channel that every protocol prescribes.
-        numbered: whether a protocol's channels of heat carry the number of a spring, as of actuators.
+        needed: column of the channel that every protocol prescribes.
+        numbered: true if a protocol's channels of heat carry the number of a spring, as for actuators.
     """
 
     name: str
     columns: Columns
     nominal: Callable[[Mapping[str, Any]], dict[str, Any]]
-    told_by: Callable[[Told], str | None] = lambda told: None
+    told_by: Callable[[Told], str | None] = lambda header: None
     either: tuple[str, ...] = ()
     ranges: tuple[Rule, ...] = ()
     zeros: tuple[str, ...] = ()
@@ -92,7 +92,7 @@ KINDS: dict[str, Kind] = {}
 
 
 def register(kind: Kind) -> Kind:
-    """Make a kind of recording known: files of it can then be read and written.
+    """Register a kind of recording; files of it can then be read and written.
 
     Raises:
         ValueError: if its name, or a key of its geometry, is taken by another meaning.
@@ -147,7 +147,7 @@ GEOMETRY_WORDS = {
 
 
 def with_zeros() -> list[str]:
-    """Kinds of recordings some of whose zeros a fit can find."""
+    """Kinds of recordings with zeros that a fit can find."""
     return [name for name, kind in KINDS.items() if kind.zeros]
 
 
@@ -180,7 +180,7 @@ def tolerance_keys() -> tuple[str, ...]:
     return (*GEOMETRY_NUMBERS, *ALLOY_PARAMETERS, *material, "silicone_stiffness")
 
 
-# Used where no [tolerance] table is given; a table that is given is complete.
+# Defaults without a [tolerance] table; a stated table is complete.
 TOLERANCE_DEFAULTS = {
     **{key: 0.02 for key in GEOMETRY_NUMBERS if re.search(r"(diameter|length|pitch)_mm$", key)},
     "wall_thickness_mm": 0.03,
@@ -197,4 +197,4 @@ SIDECAR_KEYS = (
     "kind", "role", "specimen", "real", "source", "noise", "geometry", "tolerance", "constant", "zero",
 )  # fmt: skip
 CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "constant", "zero")
-NOT_STATED = "not stated"  # what a sidecar says of a citation or licence that nobody gave
+NOT_STATED = "not stated"  # Text of a sidecar for an unknown citation or licence

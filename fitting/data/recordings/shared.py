@@ -1,4 +1,4 @@
-"""Where recordings measured by other laboratories lie, if anywhere; they are never part of the project."""
+"""Folder with recordings of other laboratories, if there is one. They are never part of the project."""
 
 import os
 from pathlib import Path

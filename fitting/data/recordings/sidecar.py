@@ -1,4 +1,5 @@
-"""The TOML half of a recording, and `campaign.toml`: each key, word, number and unit checked, then merged."""
+"""The TOML half of a recording, and `campaign.toml`: keys, words, numbers and units are checked, then
+merged."""
 
 import math
 from collections.abc import Mapping
@@ -17,7 +18,7 @@ COMMAND_LINE = "command line"
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file as it is.
+    """Read a TOML file without checks of its content.
 
     Raises:
         InputError: if it cannot be read, is not UTF-8, or is not TOML (with the line).
@@ -34,19 +35,19 @@ def read_toml(path: Path) -> dict[str, Any]:
 def check_settings(
     settings: Mapping[str, Any], where: Path | str, allowed: tuple[str, ...]
 ) -> dict[str, Any]:
-    """Check what a sidecar, a campaign or the command line states.
+    """Check the settings of a sidecar, a campaign or the command line.
 
     Args:
-        settings: keys as in a sidecar.
+        settings: settings by key, as in a sidecar.
         where: file (or the words "command line") that messages name.
-        allowed: top-level keys that may occur.
+        allowed: permitted top-level keys.
 
     Returns:
-        The same with canonical keys, floats for numbers, lengths in mm; `noise` is only checked by
-        `check_noise`, because its keys depend on the kind.
+        The same with canonical keys, floats for numbers, lengths in mm. Only `check_noise` checks `noise`,
+        because its keys depend on the kind.
 
     Raises:
-        InputError: for an unknown key, word or unit, a value of the wrong type, or a number that cannot be.
+        InputError: for an unknown key, word or unit, a value of the wrong type, or an impossible number.
     """
     for key in settings:
         if key not in allowed:
@@ -189,13 +190,12 @@ def _check_zero(table: Mapping[str, Any], where: Path | str) -> dict[str, float]
 
 
 def merge(campaign: Mapping, sidecar: Mapping, command_line: Mapping) -> dict[str, Any]:
-    """Settings of one recording: campaign, then its sidecar, then the command line, key by key.
+    """Settings of one recording: those of the campaign, then its sidecar, then the command line, key by key.
 
-    A campaign's [constant] is for the columns that a recording lacks, and its [zero] for kinds that have one
-    (`stated_columns`), so they are not merged here.
-    A [tolerance] table is complete, so a sidecar's replaces the campaign's as a whole; the command line
-    changes the keys that it names and leaves the others as they stand (the defaults, where no table was
-    given).
+    A campaign's [constant] applies to columns that a recording lacks, and its [zero] to kinds that have one
+    (`stated_columns`). So they are not merged here. A [tolerance] table is complete, so a sidecar's replaces
+    the campaign's as a whole. The command line changes the keys that it names. The others stay as they are
+    (the defaults, where no table was given).
     """
     merged: dict[str, Any] = {key: campaign[key] for key in ("geometry", "tolerance") if key in campaign}
     for key, value in sidecar.items():

@@ -1,13 +1,16 @@
-"""Tables of a sidecar that speak of columns: what did not change, noise, zeros that a fit finds."""
+"""Tables of a sidecar about columns: constant columns, noise, zeros that a fit finds."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from pneusma_jax.errors import InputError, nearest
 
 from . import schema
 from .columns import convert, written_unit
+from .recording import Recording
 from .sidecar import finite_number
 from .table import refuse
 
@@ -16,23 +19,23 @@ def zeros(table: Mapping[str, float], kind: str, where: Path | str, strict: bool
     """Standard deviations of zeros that a fit is to find, by canonical column in its unit.
 
     Args:
-        table: by column, in any unit of that column's dimension.
-        kind: which decides what columns there are.
+        table: standard deviation by column, in any unit of that column's dimension.
+        kind: kind of the recording, which decides which columns are known.
         where: file that messages name.
-        strict: refuse a kind whose zeros no fit finds; else there are none.
+        strict: true to refuse a kind whose zeros no fit finds; false to return none.
 
     Raises:
-        InputError: for an unknown column or unit, one that is there twice, or a kind without such zeros.
+        InputError: for an unknown column or unit, a repeated one, or a kind without such zeros.
     """
-    known = schema.KINDS[kind].zeros
-    if not known and table and strict:
+    columns = schema.KINDS[kind].zeros
+    if not columns and table and strict:
         raise refuse(
             where, f"[zero] is for recordings of kind {', '.join(schema.with_zeros())}; of kind {kind} take a"
             " zero off on import, with --subtract",
         )  # fmt: skip
     found: dict[str, float] = {}
-    for key, value in table.items() if known else ():
-        canonical, unit = _column_of(key, known, "zero", where)
+    for key, value in table.items() if columns else ():
+        canonical, unit = _column_of(key, columns, "zero", where)
         if canonical in found:
             raise refuse(where, f"[zero] {key} is there twice, in two units; keep one")
         wanted = schema.quantity_and_unit(canonical)[1]
@@ -43,13 +46,13 @@ def zeros(table: Mapping[str, float], kind: str, where: Path | str, strict: bool
 def constants(
     table: Mapping[str, float], kind: str, where: Path | str, shared: Mapping[str, float]
 ) -> dict[str, float]:
-    """Values of columns that did not change, by canonical column in its unit.
+    """Values of constant columns, by canonical column in its unit.
 
     Args:
-        table: of the recording's sidecar, value by column in any unit of that column's dimension.
-        kind: which decides what columns there are.
+        table: value by column, from the recording's sidecar, in any unit of that column's dimension.
+        kind: kind of the recording, which decides which columns are known.
         where: file that messages name.
-        shared: the campaign's; what a kind has no column for is passed over.
+        shared: table of the campaign; columns that the kind does not have are ignored.
 
     Raises:
         InputError: for an unknown column or unit, or a column that is there twice.
@@ -58,10 +61,10 @@ def constants(
     for source, strict in ((shared, False), (table, True)):
         seen = set()
         for key, value in source.items():
-            known = schema.KINDS[kind].columns.known
-            if not strict and not any(key.startswith(schema.quantity_and_unit(name)[0]) for name in known):
+            columns = schema.KINDS[kind].columns.known
+            if not strict and not any(key.startswith(schema.quantity_and_unit(name)[0]) for name in columns):
                 continue
-            canonical, unit = _column_of(key, known, "constant", where)
+            canonical, unit = _column_of(key, columns, "constant", where)
             if canonical in seen:
                 raise refuse(where, f"[constant] {key} is there twice, in two units; keep one")
             seen.add(canonical)
@@ -69,29 +72,83 @@ def constants(
     return found
 
 
-def _column_of(key: str, known: tuple[str, ...], section: str, where: Path | str) -> tuple[str, str]:
+def check_shared(campaign: Mapping[str, Any], where: Path | str) -> None:
+    """Check that the [constant] and [zero] of a campaign name columns that some kind of recording has.
+
+    Args:
+        campaign: checked settings of a campaign.
+        where: file that messages name.
+
+    Raises:
+        InputError: for a column that no kind has, or a unit that is not its own.
+    """
+    kinds = schema.KINDS.values()
+    known = {
+        "constant": tuple(dict.fromkeys(name for kind in kinds for name in kind.columns.known)),
+        "zero": tuple(dict.fromkeys(name for kind in kinds for name in kind.zeros)),
+    }
+    for section, names in known.items():
+        for key in campaign.get(section, {}):
+            _column_of(key, names, section, where)
+
+
+def unused(campaign: Mapping[str, Any], recordings: Sequence[Recording]) -> list[str]:
+    """Sentences about the [constant] and [zero] of a campaign that none of its recordings uses.
+
+    Args:
+        campaign: checked settings of a campaign.
+        recordings: those of the campaign, read with these settings.
+    """
+    said = []
+    for key, value in campaign.get("constant", {}).items():
+        if not any(_is_constant(recording, key, value) for recording in recordings):
+            said.append(
+                f"[constant] {key}: no recording uses it; each has a column of it, or is of a kind without"
+            )
+    for key in campaign.get("zero", {}):
+        if not any(
+            key == name or key.startswith(f"{schema.quantity_and_unit(name)[0]}_")
+            or key == schema.quantity_and_unit(name)[0]
+            for recording in recordings
+            for name in recording.zero
+        ):  # fmt: skip
+            kinds = ", ".join(schema.with_zeros())
+            said.append(f"[zero] {key}: no recording uses it; fits find zeros of recordings of kind {kinds}")
+    return said
+
+
+def _is_constant(recording: Recording, key: str, value: float) -> bool:
+    """True if a recording has a column with this stated value in every row."""
+    found = constants({}, recording.kind, recording.name, {key: value})
+    return any(
+        name in recording.columns and np.all(recording.columns[name] == stated)
+        for name, stated in found.items()
+    )
+
+
+def _column_of(key: str, columns: tuple[str, ...], section: str, where: Path | str) -> tuple[str, str]:
     """Canonical column and written unit of a key of a section."""
-    for canonical in known:
+    for canonical in columns:
         quantity, _ = schema.quantity_and_unit(canonical)
         if key == quantity or (key.startswith(quantity + "_") and "_" not in key[len(quantity) + 1 :]):
             try:
                 return canonical, written_unit(key, canonical)
             except InputError as error:
                 raise refuse(where, f"[{section}] {key}: {error}") from None
-    raise refuse(where, f"unknown column {key!r} in [{section}], {nearest(key, known)}")
+    raise refuse(where, f"unknown column {key!r} in [{section}], {nearest(key, columns)}")
 
 
 def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Path | str) -> dict[str, float]:
     """Check the [noise] table of a recording of a known kind.
 
     Args:
-        table: 1-sigma by column, in any unit of that column's dimension.
-        kind: which decides what columns there are.
-        extra: columns of the file that the kind does not know; their noise is kept as it is.
+        table: standard deviation by column, in any unit of that column's dimension.
+        kind: kind of the recording, which decides which columns are known.
+        extra: columns of the file that the kind does not know; their noise is kept unchanged.
         where: file that messages name.
 
     Returns:
-        1-sigma by canonical column, in its unit.
+        Standard deviation by canonical column, in its unit.
 
     Raises:
         InputError: for an unknown column or unit, or a number that is not more than zero (an input may have
@@ -113,15 +170,15 @@ def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Pa
     return checked
 
 
-def _noise_column(key: str, known: tuple[str, ...], where: Path | str) -> tuple[str, str]:
-    if key in known:
+def _noise_column(key: str, columns: tuple[str, ...], where: Path | str) -> tuple[str, str]:
+    if key in columns:
         return key, schema.quantity_and_unit(key)[1]
     quantity = key.rpartition("_")[0]
-    for canonical in known:
+    for canonical in columns:
         expected, _ = schema.quantity_and_unit(canonical)
         if key == expected or quantity == expected:
             try:
                 return canonical, written_unit(key, canonical)
             except InputError as error:
                 raise refuse(where, f"[noise] {key}: {error}") from None
-    raise refuse(where, f"unknown column {key!r} in [noise], {nearest(key, known)}")
+    raise refuse(where, f"unknown column {key!r} in [noise], {nearest(key, columns)}")

@@ -12,7 +12,7 @@ from pneusma_jax.errors import InputError
 
 
 def refuse(path: Path | str, what: str, row: int | None = None, column: str | None = None) -> InputError:
-    """The error for unusable input, in one order: file, row, column, what is wrong, what would be right."""
+    """The error for unusable input, in a fixed order: file, row, column, problem, remedy."""
     place = [str(path)]
     place += [] if row is None else [f"row {row}"]
     place += [] if column is None else [f"column {column}"]
@@ -20,7 +20,7 @@ def refuse(path: Path | str, what: str, row: int | None = None, column: str | No
 
 
 def first_of(errors: list[InputError]) -> InputError:
-    """The first of several files' errors, with how many more there are; still one line."""
+    """The first of several files' errors, with the number of the others, in one line."""
     more = len(errors) - 1
     return InputError(f"{errors[0]}" + (f" (and {more} more file{'s' * (more > 1)})" if more else ""))
 
@@ -30,13 +30,13 @@ class Table:
     """Cells of a CSV file as text.
 
     Attributes:
-        path: the file.
+        path: path of the file.
         comments: lines before the header, without `#`.
         header: column names as written.
-        header_row: line of the file (from 1) of the header.
-        rows: line of the file (from 1) of each data row.
+        header_row: line number in the file (from 1) of the header.
+        rows: line number in the file (from 1) of each data row.
         cells: text by column name; each list has one entry per row.
-        notices: what was left aside.
+        notices: sentences about ignored content.
     """
 
     path: Path
@@ -52,11 +52,11 @@ def read_table(path: Path) -> Table:
     """Read the text of a CSV file.
 
     Args:
-        path: the file; UTF-8, comma, one header row, comments (`#`) before it.
+        path: CSV file in UTF-8, with commas, one header row, comments (`#`) before it.
 
     Raises:
-        InputError: if the file is missing, empty, not text, has no rows, a header that is not one, two
-            columns of one name, or a row with another number of fields.
+        InputError: if the file is missing, empty or not text, has no rows, or has a malformed header. Also
+            for two columns of one name, or a row with another number of fields.
     """
     lines = list(io.StringIO(_read_text(path), newline=None))
     comments: list[str] = []
@@ -151,8 +151,8 @@ def numbers(table: Table, name: str) -> np.ndarray:
     """Column as numbers, NaN where the field is empty (or says nan).
 
     Args:
-        table: the text.
-        name: a column of its header.
+        table: text of the CSV.
+        name: name of a column of its header.
 
     Returns:
         Array of shape (rows,).

@@ -1,12 +1,11 @@
-"""Writing a recording as CSV and sidecar that read back equal; both files appear whole or not at all."""
+"""Writing of a recording as CSV and sidecar that read back equal. Both files appear whole or not at all."""
 
 import os
 from contextlib import ExitStack
 from pathlib import Path, PurePosixPath
 
-import tomlkit
-
 from pneusma_jax.files import replacing
+from pneusma_jax.late import tomlkit
 
 from ..csv_text import csv_text
 from .checks import check_recording
@@ -18,9 +17,10 @@ def write_recording(recording: Recording, folder: str | Path, force: bool = True
     """Write `NAME.csv` and `NAME.toml`.
 
     Args:
-        recording: what to write; it must be one that `read_recording` would accept.
-        folder: made if it does not exist. A name with folders in it (`"hot/run_1"`) makes those too.
-        force: replace files of that name; otherwise they are an error.
+        recording: recording to write; `read_recording` would have to accept it.
+        folder: folder to write to, made if it does not exist. A name with folders in it (`"hot/run_1"`) makes
+            those too.
+        force: true to replace files of that name; otherwise they are an error.
 
     Returns:
         Path of the CSV.
@@ -47,7 +47,7 @@ def write_recording(recording: Recording, folder: str | Path, force: bool = True
 
 
 def recording_texts(recording: Recording, folder: str | Path) -> dict[Path, str]:
-    """CSV and sidecar as they would stand in a folder, by path; nothing is written.
+    """Texts of CSV and sidecar for a folder, by path; nothing is written.
 
     Raises:
         InputError: if the recording cannot be used, or its name would leave the folder.
@@ -59,7 +59,7 @@ def recording_texts(recording: Recording, folder: str | Path) -> dict[Path, str]
 
 
 def target_path(recording: Recording, folder: str | Path) -> Path:
-    """CSV that a recording is written to.
+    """Path of the CSV that a recording is written to.
 
     Raises:
         InputError: if its name would leave the folder.
@@ -78,7 +78,8 @@ def _toml_text(recording: Recording, target: Path) -> str:
         document["specimen"] = recording.specimen
     if recording.real is not None:
         document["real"] = recording.real
-    tables = {"source": recording.source, "noise": recording.noise, "geometry": _moved(recording, target)}
+    geometry = _relocated_geometry(recording, target)
+    tables = {"source": recording.source, "noise": recording.noise, "geometry": geometry}
     tables["zero"] = recording.zero
     for key, table in tables.items():
         if table:
@@ -89,7 +90,7 @@ def _toml_text(recording: Recording, target: Path) -> str:
 
 
 def _one_a_line(value: object) -> object:
-    """A list of sentences with a line for each; anything else as it is."""
+    """A list of sentences with a line for each; anything else unchanged."""
     if isinstance(value, list) and len(value) > 1 and all(isinstance(text, str) for text in value):
         lines = tomlkit.array()
         lines.extend(value)
@@ -97,7 +98,7 @@ def _one_a_line(value: object) -> object:
     return value
 
 
-def _moved(recording: Recording, target: Path) -> dict:
+def _relocated_geometry(recording: Recording, target: Path) -> dict:
     """Geometry whose relative paths still lead to the same file from the new place."""
     geometry = dict(recording.geometry)
     for key in ("alloy", "material"):

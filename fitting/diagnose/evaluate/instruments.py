@@ -15,7 +15,7 @@ from scipy.optimize import brentq, minimize
 from scipy.stats import norm
 
 from fitting.inference.channels import Channel, block_noise
-from fitting.specimens.reduction import averaged
+from fitting.specimens.block_means import averaged
 
 from ..settings import DEFAULT
 

@@ -53,6 +53,17 @@ def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:
     return (fit.objective - other.objective) / inflation_of(program, other) > BASE_FIT.minimum_gain
 
 
+def passes_turns(program: Program, turned: Program) -> bool:
+    """Whether the base model clearly fits better if its drives pass through turning points between rows.
+
+    Args:
+        program: of the campaign.
+        turned: of the same campaign with these rows.
+    """
+    fit, other = (Refitter(one).fit((), None) for one in (program, turned))
+    return (fit.objective - other.objective) / inflation_of(turned, other) > BASE_FIT.minimum_gain
+
+
 def departed_from(program: Program, fit: Fit, start: np.ndarray) -> bool:
     """Whether any base constant moved from where a fit began."""
     base = program.unknowns.base

@@ -1,1 +1,2 @@
-"""Trajectories that are not measured but must explain what is: smoothers and their Gauss-Newton steps."""
+"""Latent trajectories, which are not measured but must explain the measurements: smoothers and their
+Gauss-Newton steps."""

@@ -1,11 +1,11 @@
-"""From a measured resistance to the material's martensite fraction, without the noise of single samples.
+"""Denoising: the martensite fraction from a measured resistance, without the noise of single samples.
 
-The residual strain keeps the running minimum of the martensite fraction, so noise in it does not average
-out, it accumulates. And a resistance says much about the phase when the wire is cold and unstrained, little
-when it is hot, nothing where both phases conduct alike. So the fraction is taken to wander slowly (a random
-walk) behind the resistance, and is recovered by a Kalman smoother that weighs each sample by how much it
-says. How fast it wanders and how noisy the resistance is are found by maximum likelihood; there is nothing to
-tune.
+The residual strain keeps the running minimum of the martensite fraction. Noise in the fraction therefore
+accumulates instead of averaging out. The resistance determines the phase well for a cold, unstrained wire and
+poorly for a hot one. Where both phases conduct alike it says nothing.
+
+So the fraction is modelled as a random walk behind the resistance. A Kalman smoother weights each sample by
+its information. The variances of the walk and of the noise follow by maximum likelihood, without tuning.
 """
 
 import equinox as eqx
@@ -15,13 +15,14 @@ import numpy as np
 
 import pneusma_jax as pj
 
-ROUNDS = 20  # at most, of linearising the resistance about the last estimate
-LONGEST = 0.1  # step of a fraction in a round; near full heat the flat tangent would throw it anywhere
-SETTLED = 1e-3  # largest step at which the rounds end
-WANDER = np.geomspace(1e-8, 1e4, 49)  # candidates: variance of the walk per second over that of one reading
-ASTRAY = 10.0  # times the noise of the resistance by which a sample may miss the walk
-MOST_ASTRAY = 0.05  # share of the samples that may
-LEAST_SLOPE = 1e-6  # of resistance over xi0, relative to the wire's; keeps a sample that says nothing finite
+ROUNDS = 20  # Maximum number of linearisations of the resistance about the last estimate
+LONGEST = 0.1  # Maximum step of a fraction in a round; near full heat the tangent is too flat for a full step
+SETTLED = 1e-3  # Maximum step at which the rounds end
+WANDER = np.geomspace(1e-8, 1e4, 49)  # Candidate variances of the walk per second, over that of one reading
+ASTRAY = 10.0  # Maximum deviation of a sample from the walk, in units of the resistance's noise
+MOST_ASTRAY = 0.05  # Maximum share of the samples with a larger deviation
+LEAST_SLOPE = 1e-6
+"""Minimum slope of the resistance over xi0, relative to the wire's; keeps uninformative samples finite."""
 
 
 def martensite_fraction(
@@ -30,23 +31,24 @@ def martensite_fraction(
     """Martensite fraction of a spring over time, in [0, 1].
 
     Args:
-        spring: the element.
-        time: [s], ascending, shape (rows,).
-        resistance: measured [ohm], NaN where missing.
+        spring: spring element.
+        time: time [s], ascending, shape (rows,).
+        resistance: measured resistance [ohm], NaN where missing.
         gamma: shear strain [1], NaN where unknown.
 
     Returns:
-        Shape (rows,); interpolated where a sample is missing. Where the resistance jumps faster than a heated
-        wire can, so that the walk does not follow it, the readings of single samples.
+        Martensite fraction, shape (rows,); interpolated where a sample is missing. The resistance may jump
+        faster than a heated wire can, so that the walk does not follow it. Then the readings of single
+        samples are returned.
     """
-    held = np.isfinite(resistance) & np.isfinite(gamma)
-    t, ohms, strain = time[held], resistance[held], gamma[held]
-    if not held.any():
+    finite = np.isfinite(resistance) & np.isfinite(gamma)
+    t, ohms, strain = time[finite], resistance[finite], gamma[finite]
+    if not finite.any():
         return np.full(time.shape, np.nan)
     reading = pj.Resistance(ohms).read(spring.alloy, jnp.asarray(strain), spring.geometry.wire_length)
     single = xi0 = np.asarray(reading.xi0)
     scale = float(spring.alloy.rho_mean * spring.geometry.wire_length)
-    for _ in range(ROUNDS if held.sum() > 3 else 0):
+    for _ in range(ROUNDS if finite.sum() > 3 else 0):
         expected, slope = (np.asarray(x) / scale for x in _resistance(spring, xi0, strain))
         slope = np.where(np.abs(slope) < LEAST_SLOPE, LEAST_SLOPE, slope)
         step = np.clip((ohms / scale - expected) / slope, -LONGEST, LONGEST)
@@ -67,18 +69,18 @@ def _resistance(spring: pj.Spring, xi0: jax.Array, gamma: jax.Array) -> tuple[ja
 
 
 def denoised(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """A measured input without its noise, as far as its own course tells them apart; NaN where missing.
+    """A measured input, smoothed as far as its trend and its noise can be separated; NaN where missing.
 
     Args:
-        time: [s], ascending, shape (rows,).
+        time: time [s], ascending, shape (rows,).
         values: equally noisy readings, shape (rows,).
     """
-    held = np.isfinite(values)
+    finite = np.isfinite(values)
     result = np.full(values.shape, np.nan)
-    if held.sum() > 3 and np.ptp(values[held]) > 0.0:
-        result[held] = smooth_walk(time[held], values[held], np.ones(int(held.sum())))
+    if finite.sum() > 3 and np.ptp(values[finite]) > 0.0:
+        result[finite] = smooth_walk(time[finite], values[finite], np.ones(int(finite.sum())))
     else:
-        result[held] = values[held]
+        result[finite] = values[finite]
     return result
 
 
@@ -86,9 +88,9 @@ def smooth_walk(time: np.ndarray, values: np.ndarray, precision: np.ndarray) -> 
     """Random walk behind noisy readings, by Kalman filter and Rauch-Tung-Striebel smoother.
 
     Args:
-        time: ascending, shape (n,).
+        time: time, ascending, shape (n,).
         values: readings, shape (n,).
-        precision: of each reading, up to a common factor, which is estimated; positive, shape (n,).
+        precision: precision of each reading, up to a common factor, which is estimated; positive, shape (n,).
 
     Returns:
         Mean of the walk at each reading, shape (n,).
@@ -112,7 +114,7 @@ def _filter(steps: np.ndarray, values: np.ndarray, precision: np.ndarray, wander
     count = len(values)
     means, variances = np.empty((2, count, len(wander)))
     mean = np.full(len(wander), values[0])
-    variance = np.full(len(wander), 1.0 / precision[0])  # of the first reading, which starts the walk
+    variance = np.full(len(wander), 1.0 / precision[0])  # the first reading starts the walk
     means[0], variances[0] = mean, variance
     squares, logs = np.zeros((2, len(wander)))
     for k in range(1, count):

@@ -1,4 +1,4 @@
-"""The search for the course of a hidden state: damped Gauss-Newton, and the linear systems of its steps."""
+"""The search for a latent trajectory: damped Gauss-Newton, and the linear systems of its steps."""
 
 from collections.abc import Callable
 
@@ -9,21 +9,21 @@ from jax.lax.linalg import tridiagonal_solve
 from jaxtyping import Array, Bool, Float, PyTree
 
 CONJUGATE = 16
-"""Most steps of conjugate gradients in each of the search's."""
+"""Maximum number of conjugate-gradient iterations per Gauss-Newton step."""
 CLOSE = 1e-3
-"""Error of those, relative, at which they stop."""
+"""Relative error at which these iterations stop."""
 
 Step = Callable[[Array], tuple[Array, Array, PyTree]]
-"""The step from a state, limited; the sum of squares at that state; and what else is known there."""
+"""Function from a state to its limited step, the sum of squares at the state, and auxiliary results."""
 
 
 class _Search(eqx.Module):
-    """Where a search stands.
+    """State of the search.
 
     Attributes:
-        best: state of the least sum of squares so far, `least`; and what else is known there, `known`.
-        trial: state to try next: `best` and a `share` of its step `move`.
-        count: trials made.
+        best: state of the least sum of squares so far, `least`, with its auxiliary results, `known`.
+        trial: next candidate state: `best` and a `share` of its step `move`.
+        count: number of candidates tried.
     """
 
     best: Array
@@ -36,7 +36,7 @@ class _Search(eqx.Module):
 
     @classmethod
     def at(cls, start: Array, blank: PyTree) -> "_Search":
-        """The beginning."""
+        """State at the start of the search."""
         still, half = jnp.zeros_like(start), jnp.asarray(0.5)
         return cls(start, jnp.asarray(jnp.inf), blank, start, still, half, jnp.asarray(0))
 
@@ -44,23 +44,23 @@ class _Search(eqx.Module):
 def settle(
     step: Step,
     start: Float[Array, " rows"],
-    told: Bool[Array, " rows"],
+    judged: Bool[Array, " rows"],
     close: float,
     most: int,
     blank: PyTree = None,
 ) -> tuple[Array, PyTree]:
-    """State of the least sum of squares that a search finds, shape (rows,), and what else is known there.
+    """State of the least sum of squares that a search finds, shape (rows,), and its auxiliary results.
 
-    A step that makes the state worse is halved; after one that makes it better the next may be twice as long,
-    at most whole. Without tangents: end with `ended` for derivatives.
+    A step that worsens the state is halved. After one that improves it the next may be twice as long, at most
+    whole. There are no tangents: end with `ended` for derivatives.
 
     Args:
-        step: see `Step`.
-        start: the state to begin at.
-        told: rows by whose change the end is judged.
+        step: function of type `Step`.
+        start: initial state, shape (rows,).
+        judged: mask of the rows whose change decides the end, shape (rows,).
         close: largest change at which the search ends.
-        most: trials.
-        blank: anything of the structure and shapes of what else `step` tells.
+        most: maximum number of candidates.
+        blank: any value with the structure and shapes of the auxiliary results of `step`.
     """
 
     def trial(search: _Search) -> _Search:
@@ -73,30 +73,31 @@ def settle(
         return _Search(best, least, known, best + share * move, move, share, search.count + 1)
 
     def unfinished(search: _Search) -> Array:
-        moved = largest(search.trial - search.best, told)
-        return (search.count == 0) | (moved > close) & (search.count < most)
+        change = largest(search.trial - search.best, judged)
+        return (search.count == 0) | (change > close) & (search.count < most)
 
     found = jax.lax.while_loop(unfinished, trial, _Search.at(jax.lax.stop_gradient(start), blank))
     return found.best, found.known
 
 
-def ended(settled: Array, last: Array, made: Array) -> Array:
-    """The settled state with the derivatives of one step more, `last`, and with the step if it is `made`."""
-    return settled + last - jax.lax.stop_gradient(jnp.where(made, 0.0, last))
+def ended(solution: Array, last: Array, made: Array) -> Array:
+    """The final state with the derivatives of one further step, `last`; the step itself is added if `made` is
+    true."""
+    return solution + last - jax.lax.stop_gradient(jnp.where(made, 0.0, last))
 
 
-def largest(change: Array, told: Array) -> Array:
+def largest(change: Array, judged: Array) -> Array:
     """Largest change of a row that counts."""
-    return jnp.max(jnp.abs(change), where=told, initial=0.0)
+    return jnp.max(jnp.abs(change), where=judged, initial=0.0)
 
 
 def solve_coupled(times: Callable, right: Array, precondition: Callable[[Array], Array]) -> Array:
     """Solution of a symmetric positive system by conjugate gradients.
 
     Args:
-        times: the system times a vector of shape (rows,).
-        right: its right-hand side.
-        precondition: solves a system close to it, such as its bands.
+        times: function that multiplies the system matrix by a vector of shape (rows,).
+        right: right-hand side, shape (rows,).
+        precondition: function that solves an approximate system, such as the bands.
     """
 
     def iterate(_: object, right: Array) -> Array:
@@ -130,34 +131,34 @@ def _conjugate_gradients(times: Callable, right: Array, precondition: Callable) 
 def banded(diagonal: Array, upper: Array) -> Callable[[Array], Array]:
     """Function that solves a symmetric tridiagonal system by LAPACK, shape (rows,) -> (rows,).
 
-    Only for programs that run one at a time: a batch of these solves is split over the threads of the runtime
-    and waits for them, for ever where as many programs run side by side as there are threads.
+    It is only for programs that run one at a time. A batch of these solves is split over the threads of the
+    runtime and waits for them. With as many parallel programs as threads, it waits for ever.
 
     Args:
-        diagonal: shape (rows,).
-        upper: next to it; ends with a zero.
+        diagonal: main diagonal, shape (rows,).
+        upper: upper diagonal, shape (rows,); the last entry is zero.
     """
     lower = jnp.concatenate([jnp.zeros(1), upper[:-1]])
     return lambda right: tridiagonal_solve(lower, diagonal, upper, right[:, None])[:, 0]
 
 
 def banded_side_by_side(diagonal: Array, upper: Array) -> Callable[[Array], Array]:
-    """As `banded`, of a positive system, for programs that run side by side; alone it is half as fast.
+    """Solver as `banded`, of a positive system, for programs that run in parallel; alone it is half as fast.
 
-    By parallel cyclic reduction (Hockney and Jesshope, Parallel Computers, 1981): each step couples a row to
-    rows twice as far off, until none is left.
+    The method is parallel cyclic reduction (Hockney and Jesshope, Parallel Computers, 1981). Each step
+    couples a row to rows twice as far away, until none is left.
     """
-    lower, steps = _moved(upper, 1), []
+    lower, steps = _shifted(upper, 1), []
     for distance in _distances(diagonal.shape[0]):
-        before = -lower / _moved(diagonal, distance, 1.0)
-        after = -upper / _moved(diagonal, -distance, 1.0)
+        before = -lower / _shifted(diagonal, distance, 1.0)
+        after = -upper / _shifted(diagonal, -distance, 1.0)
         steps.append((before, after))
-        diagonal = diagonal + before * _moved(upper, distance) + after * _moved(lower, -distance)
-        lower, upper = before * _moved(lower, distance), after * _moved(upper, -distance)
+        diagonal = diagonal + before * _shifted(upper, distance) + after * _shifted(lower, -distance)
+        lower, upper = before * _shifted(lower, distance), after * _shifted(upper, -distance)
 
     def solve(right: Array) -> Array:
         for distance, (before, after) in zip(_distances(right.shape[0]), steps, strict=True):
-            right = right + before * _moved(right, distance) + after * _moved(right, -distance)
+            right = right + before * _shifted(right, distance) + after * _shifted(right, -distance)
         return right / diagonal
 
     return solve
@@ -167,7 +168,7 @@ def _distances(rows: int) -> list[int]:
     return [2**k for k in range((rows - 1).bit_length())]
 
 
-def _moved(values: Array, distance: int, fill: float = 0.0) -> Array:
+def _shifted(values: Array, distance: int, fill: float = 0.0) -> Array:
     """Values of the row `distance` before each; `fill` where there is none."""
     edge = jnp.full(abs(distance), fill, values.dtype)
     if distance > 0:

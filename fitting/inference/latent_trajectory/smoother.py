@@ -1,11 +1,13 @@
-"""A state that is not measured but must explain what is: profiled out of a fit by a Kalman-like smoother.
- The martensite fraction behind a noisy resistance is such a state. It wanders slowly (a random walk), and
-both resistance and force depend on it, strongly or hardly, as the alloy has it. Its best course for given
-parameters minimises the same sum of squares as the fit; rows are coupled to their neighbours and to the few
-that they remember, so each Gauss-Newton step is a few tridiagonal solves. What a fit then sees as a function
-of the parameters alone is the profile of the joint problem: the state's own uncertainty is in the standard
-errors, and a row whose resistance says nothing about the phase says nothing about the parameters through it
-either.
+"""Kalman-like smoother of a latent state, which profiles it out of a fit.
+
+The martensite fraction behind a noisy resistance is such a state. It follows a random walk, and resistance
+and force depend on it, strongly or weakly according to the alloy. Its best trajectory for given parameters
+minimises the same sum of squares as the fit. Rows are coupled to their neighbours and to the few that they
+remember, so each Gauss-Newton step is a few tridiagonal solves.
+
+A fit sees the profile of the joint problem as a function of the parameters alone. The standard errors then
+contain the state's own uncertainty. A row whose resistance does not depend on the phase says nothing about
+the parameters through it either.
 """
 
 from collections.abc import Callable
@@ -18,23 +20,25 @@ from jaxtyping import Array, Float, Int, PyTree
 from .gauss_newton import banded, ended, largest, settle, solve_coupled
 
 ROUNDS = 20
-"""Most trials of a state."""
+"""Maximum number of candidate states."""
 SETTLED = 2e-3
-"""Change of the state, in rows that are measured, at which they end; one more is made if it is as small."""
+"""Maximum change of the state in measured rows at which the search ends; it makes one further step of this
+size."""
 LONGEST = 0.3
-"""Longest step of the state in one round."""
+"""Maximum step of the state in one round."""
 OVERSHOOT = 0.01
-"""1-sigma by which the state may pass its limits, 0 and 1: noise does not stop there, physics does."""
+"""Standard deviation of an overshoot of the state beyond 0 and 1. The physics ends there, but noise does
+not."""
 
 
 class Walk(eqx.Module):
-    """How the state may move.
+    """Random-walk prior of the state.
 
     Attributes:
-        weight: one over the 1-sigma of the increment from the row before, shape (rows,); zero for the first
-            row and where rows only pad.
-        level: where the state is expected to start [1].
-        level_weight: one over the 1-sigma of that.
+        weight: inverse standard deviation of the increment from the row before, shape (rows,); zero for the
+            first row and in the padding.
+        level: expected initial state [1].
+        level_weight: inverse standard deviation of the initial state.
     """
 
     weight: Float[Array, " rows"]
@@ -73,14 +77,14 @@ def _outside(state: Array) -> Array:
 
 
 class Local(eqx.Module):
-    """The law about a course of the state.
+    """Linearisation of the law about a trajectory.
 
     Attributes:
         predicted: outputs, shape (k, rows).
-        slope: their derivative by the state of the same row, shape (k, rows).
-        remembered: their derivative by the state of the row `source`, shape (k, rows); zero where none is
-            remembered.
-        source: the earlier row whose state a row remembers, shape (rows,).
+        slope: derivative of the outputs by the state of the same row, shape (k, rows).
+        remembered: derivative of the outputs by the state of the row `source`, shape (k, rows); zero where
+            none is remembered.
+        source: index of the earlier row whose state a row remembers, shape (rows,).
     """
 
     predicted: Float[Array, "k rows"]
@@ -99,7 +103,7 @@ class Local(eqx.Module):
 
 
 Outputs = Callable[[PyTree, Array], Local]
-"""`(model, state)` to the outputs and how they depend on the state."""
+"""Function of `(model, state)` that gives the outputs and their linearisation."""
 
 
 def profile(
@@ -110,46 +114,46 @@ def profile(
     walk: Walk,
     start: Float[Array, " rows"],
 ) -> Float[Array, " rows"]:
-    """Course of the state that explains the measurements best.
+    """Trajectory of the state that explains the measurements best.
 
-    The iterations carry no tangents; one step after them does, which makes the derivative by `model` that of
-    the implicit function, to the accuracy of Gauss-Newton. The gradient of the profiled sum of squares is
-    exact even so where the course is settled, because it minimises it; not where a limit of the state is a
-    corner that the course ends at.
+    The iterations carry no tangents. One step after them does: its derivative by `model` is that of the
+    implicit function, to the accuracy of Gauss-Newton. The gradient of the profiled sum of squares is exact
+    even so, because the trajectory minimises it. The exception is a trajectory that ends at a limit of the
+    state, which is a corner.
 
     Args:
-        outputs: the law, row by row.
-        model: what the law depends on, and what derivatives are taken by.
-        measured: outputs, zero where missing.
-        weight: one over their 1-sigma, zero where missing.
-        walk: how the state may move.
-        start: first trial of the state, shape (rows,).
+        outputs: law, row by row.
+        model: parameters of the law, by which derivatives are taken.
+        measured: measured outputs, zero where missing, shape (k, rows).
+        weight: inverse standard deviation of the outputs, zero where missing, shape (k, rows).
+        walk: random-walk prior of the state.
+        start: first guess of the state, shape (rows,).
     """
-    frozen, told = jax.lax.stop_gradient(model), jnp.any(weight > 0.0, axis=0)
+    frozen, measured_rows = jax.lax.stop_gradient(model), jnp.any(weight > 0.0, axis=0)
 
     def step(model: PyTree, state: Array) -> tuple[Array, Array, None]:
-        """See `inference.latent_trajectory.gauss_newton.Step`."""
+        """Step of the search, see `inference.latent_trajectory.gauss_newton.Step`."""
         local = outputs(model, state)
-        left = local.predicted - measured
-        pull = local.back(weight**2 * left) + walk.gradient(state)
-        square = jnp.sum((weight * left) ** 2) + jnp.sum(walk.residual(state) ** 2)
+        residual = local.predicted - measured
+        pull = local.back(weight**2 * residual) + walk.gradient(state)
+        square = jnp.sum((weight * residual) ** 2) + jnp.sum(walk.residual(state) ** 2)
         move = -solve(jax.lax.stop_gradient(local), weight, walk, state, pull)
         return jnp.clip(move, -LONGEST, LONGEST), square, None
 
-    settled, _ = settle(lambda state: step(frozen, state), start, told, SETTLED, ROUNDS)
-    last = step(model, settled)[0]
-    return ended(settled, last, largest(last, told) <= SETTLED)
+    solution, _ = settle(lambda state: step(frozen, state), start, measured_rows, SETTLED, ROUNDS)
+    last = step(model, solution)[0]
+    return ended(solution, last, largest(last, measured_rows) <= SETTLED)
 
 
 def solve(local: Local, weight: Array, walk: Walk, state: Array, right: Array) -> Array:
     """Solution of the Gauss-Newton system of the state.
 
-    It is tridiagonal but for what rows remember of earlier ones; conjugate gradients, preconditioned by the
-    tridiagonal part, need one step for each row that is remembered by many.
+    The system is tridiagonal, apart from rows that remember earlier ones. Conjugate gradients, preconditioned
+    by the tridiagonal part, need one iteration for each row that many rows remember.
     """
     diagonal, upper = hessian(local, weight, walk, state)
-    told = jnp.sum((weight * local.slope) ** 2, axis=0)
-    walked = diagonal - told - _remembered(local, weight)
+    information = jnp.sum((weight * local.slope) ** 2, axis=0)
+    walked = diagonal - information - _remembered(local, weight)
 
     def times(direction: Array) -> Array:
         coupled = walked * direction + upper * jnp.roll(direction, -1) + jnp.roll(upper * direction, 1)
@@ -159,7 +163,7 @@ def solve(local: Local, weight: Array, walk: Walk, state: Array, right: Array) -
 
 
 def _remembered(local: Local, weight: Array) -> Array:
-    """Diagonal of what later rows say about the rows that they remember."""
+    """Contribution of later rows to the diagonal of the rows that they remember."""
     square = jnp.sum((weight * local.remembered) ** 2, axis=0)
     return jnp.zeros_like(square).at[local.source].add(square)
 
@@ -168,7 +172,7 @@ def hessian(local: Local, weight: Array, walk: Walk, state: Array) -> tuple[Arra
     """Diagonal and upper diagonal of the Gauss-Newton matrix of the state."""
     diagonal, upper = walk.curvature(state)
     diagonal = diagonal + jnp.sum((weight * local.slope) ** 2, axis=0) + _remembered(local, weight)
-    return jnp.where(diagonal == 0.0, 1.0, diagonal), upper  # padding is coupled to nothing
+    return jnp.where(diagonal == 0.0, 1.0, diagonal), upper  # padding is not coupled to any row
 
 
 def log_determinant(diagonal: Array, upper: Array) -> Array:
@@ -186,7 +190,7 @@ def log_determinant(diagonal: Array, upper: Array) -> Array:
 def variances(diagonal: Array, upper: Array) -> Array:
     """Diagonal of the inverse of a symmetric positive tridiagonal matrix, shape (rows,).
 
-    From the pivots of both directions: `1 / (forward + backward - diagonal)`.
+    It follows from the pivots of both directions: `1 / (forward + backward - diagonal)`.
     """
 
     def pivot(before: Array, row: tuple[Array, Array]) -> tuple[Array, Array]:

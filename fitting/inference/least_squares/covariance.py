@@ -1,4 +1,4 @@
-"""Standard errors and correlations from the Jacobian at a solution, and what it does not determine."""
+"""Standard errors and correlations from the Jacobian at a solution, and its undetermined directions."""
 
 from collections.abc import Container, Iterable
 from dataclasses import dataclass
@@ -8,11 +8,11 @@ import numpy as np
 from ..parameters import Layout
 
 NEGLIGIBLE = 1e-11
-"""Singular values of the column-scaled Jacobian below this fraction of the largest count as zero: along such
-a direction the standard error exceeds that of a parameter known alone by eleven decades, and derivatives of
+"""Maximum singular value of the column-scaled Jacobian, relative to the largest, that counts as zero. Along
+such a direction the standard error exceeds that of a parameter known alone by eleven decades. Derivatives of
 solved equations are not more exact than that."""
 PARTICIPATION = 1e-6
-"""A quantity with a larger component along an undetermined direction is not determined."""
+"""Maximum component of a determined quantity along an undetermined direction."""
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,12 @@ class Uncertainty:
     """Linear propagation of a fit's uncertainty to all its parameters.
 
     Attributes:
-        standard_errors: by name; None where there is none.
-        names: free parameters with a standard error, in order.
-        covariance: (k, k) of those.
-        correlation: (k, k) of the same.
-        undetermined: for each undetermined direction, its parameters and their weights.
-        condition: of the column-scaled Jacobian, over the directions that are determined.
+        standard_errors: standard errors by name; None where there is none.
+        names: names of the free parameters with a standard error, in order.
+        covariance: covariance of those, shape (k, k).
+        correlation: correlation of those, shape (k, k).
+        undetermined: parameters and their weights, for each undetermined direction.
+        condition: condition number of the column-scaled Jacobian, over the determined directions.
     """
 
     standard_errors: dict[str, float | None]
@@ -37,7 +37,7 @@ class Uncertainty:
 
     @classmethod
     def none(cls, names: Iterable[str]) -> "Uncertainty":
-        """Nothing known, as where a fit failed."""
+        """Empty result, as for a failed fit."""
         return cls({name: None for name in names}, (), np.zeros((0, 0)), np.zeros((0, 0)), (), 1.0)
 
 
@@ -50,31 +50,32 @@ def propagate(
 ) -> Uncertainty:
     """Covariance of all parameters, by the delta method from the fitting coordinates.
 
-    Parameters on a bound are taken as exactly there: they have no standard error, and the others' are
-    conditional on them. A direction that the residual does not see is left out of the covariance, and
-    whatever depends on it has no standard error; a tied quantity that does not depend on it keeps one (if
-    only a + b is known, a tie `a + b` is).
+    Parameters on a bound count as exactly there: they have no standard error, and the others' are conditional
+    on them. An undetermined direction is left out of the covariance, and quantities that depend on it have no
+    standard error. A tied quantity that does not depend on it keeps one: if only a + b is known, a tie `a +
+    b` is.
 
     Args:
-        triangle: (k, n) R of the Jacobian by the fitting coordinates.
-        derivatives: (all, n) of all parameters by the fitting coordinates.
+        triangle: R of the Jacobian by the fitting coordinates, shape (k, n).
+        derivatives: derivatives of all parameters by the fitting coordinates, shape (all, n).
         layout: names of both.
-        at_bound: free parameters on a bound.
-        variance: of a residual: 1 for residuals in units of sigma, reduced chi-square to estimate it.
+        at_bound: names of free parameters on a bound.
+        variance: variance of a residual: 1 for residuals in units of sigma, reduced chi-square to estimate
+            it.
     """
     names, free = layout.names, layout.free
-    kept = [i for i, name in enumerate(free) if name not in at_bound]
-    jacobian, slopes = triangle[:, kept], derivatives[:, kept]
+    inner = [i for i, name in enumerate(free) if name not in at_bound]
+    jacobian, slopes = triangle[:, inner], derivatives[:, inner]
     norms = np.linalg.norm(jacobian, axis=0)
     norms = np.where(norms > 0, norms, 1.0)
     _, singular, right = np.linalg.svd(jacobian / norms, full_matrices=True)
-    singular = np.concatenate([singular, np.zeros(len(kept) - len(singular))])
-    seen = singular > NEGLIGIBLE * max(singular.max(initial=0.0), np.finfo(float).tiny)
+    singular = np.concatenate([singular, np.zeros(len(inner) - len(singular))])
+    nonzero = singular > NEGLIGIBLE * max(singular.max(initial=0.0), np.finfo(float).tiny)
 
     scaled = slopes / norms
     length = np.linalg.norm(scaled, axis=1)
-    blind = np.linalg.norm(scaled @ right[~seen].T, axis=1) > PARTICIPATION * length
-    root = scaled @ right[seen].T / singular[seen]
+    blind = np.linalg.norm(scaled @ right[~nonzero].T, axis=1) > PARTICIPATION * length
+    root = scaled @ right[nonzero].T / singular[nonzero]
     spread = np.linalg.norm(root, axis=1)
     usable = {name: bool(length[i] > 0 and not blind[i]) for i, name in enumerate(names)}
     determined = tuple(name for name in free if name not in at_bound and usable[name])
@@ -88,8 +89,8 @@ def propagate(
         names=determined,
         covariance=rows @ rows.T * variance,
         correlation=directions @ directions.T,
-        undetermined=tuple(_members(direction, [free[i] for i in kept]) for direction in right[~seen]),
-        condition=float(singular[seen].max() / singular[seen].min()) if seen.any() else 1.0,
+        undetermined=tuple(_members(direction, [free[i] for i in inner]) for direction in right[~nonzero]),
+        condition=float(singular[nonzero].max() / singular[nonzero].min()) if nonzero.any() else 1.0,
     )
 
 

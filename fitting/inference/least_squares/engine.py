@@ -1,20 +1,23 @@
 """Levenberg-Marquardt in Moré's form (1978), inside a box, as a solver for `optimistix.least_squares`.
 
-Why not `optimistix.LevenbergMarquardt` as it comes: it knows no bounds; its damping adds a multiple of the
-identity, so its path depends on the units of the parameters; and it stops by comparing each residual with its
-own last value, which says nothing in standard errors. On the 27 NIST problems, which it all solves but one
-(MGH10 from the far start; `Dogleg` fails 6 fits of 54, `IndirectLevenbergMarquardt` 9), it takes 2990 steps
-against 634 here from the near starts, and 3447 against 2821 from the far starts that both manage. Keeping its
-loop and replacing only descent and search (column scaling, Nielsen's damping) takes 1760 and loses BoxBOD and
-MGH10 from the far start: the two share nothing but a step size, so they cannot share the metric of a trust
-region. Geodesic acceleration (Transtrum and Sethna, arXiv:1201.5885) on top saved a third of the steps for
-one more residual, compiled and run, in each. So the step is ours; the loop, its results and its implicit
-derivatives stay optimistix's.
+Three reasons speak against `optimistix.LevenbergMarquardt` unchanged. It knows no bounds. Its damping adds a
+multiple of the identity, so its path depends on the units of the parameters. It stops by comparing each
+residual with its own last value, which says nothing in standard errors.
 
-Why a box and not a change of variables: a transform that reaches its bound (MINUIT's sine, lmfit's) has zero
-slope there, so a parameter that touches the bound cannot leave it and its standard error is lost; one that
-does not reach it (logit, softplus) sends such a solution to infinity. In a box a linear problem stays linear,
-a bound is reached exactly, and leaving it costs nothing.
+Both were run on the 27 NIST problems, from the near and the far starts. The library solves all but one (MGH10
+from the far start; `Dogleg` fails 6 fits of 54, `IndirectLevenbergMarquardt` 9). From the near starts it
+takes 2990 steps, against 634 here. From the far starts that both manage it takes 3447, against 2821.
+
+Keeping its loop and replacing only descent and search (column scaling, Nielsen's damping) takes 1760. It
+loses BoxBOD and MGH10 from the far start. The two share nothing but a step size, so they cannot share the
+metric of a trust region. Geodesic acceleration (Transtrum and Sethna, arXiv:1201.5885) saved a further third
+of the steps, for one more residual, compiled and run, in each. So the step is ours. The loop, its results and
+its implicit derivatives stay optimistix's.
+
+A box is used instead of a change of variables for two reasons. A transform that reaches its bound (MINUIT's
+sine, lmfit's) has zero slope there. A parameter that touches the bound then cannot leave it, and its standard
+error is lost. A transform that does not reach it (logit, softplus) sends such a solution to infinity. In a
+box a linear problem stays linear, a bound is reached exactly, and leaving it costs nothing.
 """
 
 from collections.abc import Callable
@@ -29,16 +32,17 @@ from jaxtyping import Array, Bool, Float, Int, PyTree, Scalar
 from .trust_region import Box, Linearised, Proposal, linearise, propose, undamped
 
 RESOLVED = 1e-10
-"""A reduction below this fraction of the cost drowns in rounding: steps are then judged by their size."""
+"""Minimum resolvable reduction, relative to the cost. Below it rounding dominates, and steps are judged by
+their size."""
 SETTLED = 1e-3
-"""A step below this many standard errors changes no conclusion (Bates and Watts' relative offset, 1981)."""
+"""Maximum step, in standard errors, that changes no conclusion (Bates and Watts' relative offset, 1981)."""
 PATIENCE, PATIENCE_SETTLED = 40, 8
-"""Consecutive refusals, each a quarter of the last step, before giving up; fewer when the fit has settled,
-and as many steps too small to matter."""
+"""Maximum numbers of consecutive refusals, each a quarter of the last step, before giving up: in general, and
+after the fit has settled. The second also limits steps that are too small to matter."""
 
 
 class EngineState(eqx.Module):
-    """What the solver carries from step to step; `trial` is the point to be judged next."""
+    """State of the solver from step to step; `trial` is the next point to be judged."""
 
     first: Bool[Array, ""]
     trial: Float[Array, " n"]
@@ -60,19 +64,19 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
     """Trust-region Levenberg-Marquardt with MINPACK's column scaling, between bounds, for flat vectors.
 
     The solve has converged when the undamped step is below `rtol` standard errors of the fit (relative
-    offset). It has reached the precision of the arithmetic when the cost no longer resolves a step and steps
-    no longer shrink, or when steps stay below `atol + rtol * size` in every component without becoming a
-    small part of a standard error, as happens where the residual itself vanishes; the size is a component's
-    magnitude (`relative`) or one.
+    offset). Two other states count as the precision of the arithmetic. In the first, the cost no longer
+    resolves a step and steps no longer shrink. In the second, steps stay below `atol + rtol * size` in every
+    component without becoming a small part of a standard error. This happens where the residual itself
+    vanishes. The size is a component's magnitude (`relative`) or one.
 
     Attributes:
-        rtol: see above.
-        atol: see above.
-        norm: how components of a step, each divided by its allowance, are summarised.
-        box: lower and upper bounds (n,), or None for none, which leaves their handling out of the compiled
-            program.
-        relative: (n,) booleans; false for coordinates without a natural zero, such as logarithms.
-        first_radius: the first trust radius, as a fraction of the scaled length of the starting point.
+        rtol: relative tolerance, see above.
+        atol: absolute tolerance, see above.
+        norm: norm of a step whose components are each divided by their allowance.
+        box: lower and upper bounds, shape (n,), or None for none, which leaves their handling out of the
+            compiled program.
+        relative: false for coordinates without a natural zero, such as logarithms, shape (n,).
+        first_radius: first trust radius, as a fraction of the scaled length of the starting point.
     """
 
     rtol: float | Float[Array, ""]
@@ -83,7 +87,7 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
     first_radius: float = 1.0
 
     def init(self, fn, y, args, options, f_struct, aux_struct, tags) -> EngineState:
-        """State before anything was evaluated: the first step judges the starting point itself."""
+        """State before any evaluation. The first step judges the starting point itself."""
         del fn, args, options, tags
         count, size = y.size, f_struct.size
         kind = y.dtype
@@ -110,11 +114,11 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
         )
 
     def step(self, fn, y, args, options, state, tags) -> tuple[Array, EngineState, Any]:
-        """Judge the trial point, move there or not, and propose the next."""
+        """Judge the trial point, accept or refuse it, and propose the next."""
         del options, tags
         residual, tangent, aux = jax.linearize(lambda point: fn(point, args), state.trial, has_aux=True)
         finite = jnp.all(jnp.isfinite(residual))
-        # From differences of the residuals, because subtracting two sums of squares loses all digits.
+        # It is computed from differences of the residuals: subtracting two sums of squares loses all digits.
         actual = 0.5 * jnp.dot(state.residual - residual, state.residual + residual)
         promised = state.proposal.reduction
         ratio = jnp.where(promised > 0, actual / jnp.where(promised > 0, promised, 1.0), -1.0)
@@ -131,20 +135,20 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
         usable = jnp.all(jnp.isfinite(model.triangle))
         accept = state.first | (usable & (lowers | (unresolved & (offset < state.offset))))
 
-        moved = (state.trial, residual, aux, model, offset)
+        accepted = (state.trial, residual, aux, model, offset)
         stayed = (y, state.residual, state.aux, state.model, state.offset)
         new_y, residual, aux, model, offset = jax.tree.map(
-            lambda a, b: jnp.where(accept, a, b), moved, stayed
+            lambda a, b: jnp.where(accept, a, b), accepted, stayed
         )
         refused = jnp.where(accept, 0, state.refused + 1)
         radius = jnp.where(state.first, self._first_radius(model, new_y), self._next_radius(state, ratio))
         proposal = propose(model, new_y, radius, self.box)
         negligible = jnp.where(self._negligible(full_step, state.trial), state.negligible + 1, 0)
-        settled = offset < SETTLED
+        near_minimum = offset < SETTLED
         fit_to_start = jnp.all(jnp.isfinite(residual)) & jnp.all(jnp.isfinite(model.triangle))
         new_state = EngineState(
             first=jnp.asarray(False),
-            trial=new_y + proposal.step if self.box is None else self.box.moved(new_y, proposal.step),
+            trial=new_y + proposal.step if self.box is None else self.box.added(new_y, proposal.step),
             aux=aux,
             residual=residual,
             model=model,
@@ -155,9 +159,9 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
             negligible=negligible,
             converged=offset <= self.rtol,
             precise=(unresolved & ~accept)
-            | (settled & (refused >= PATIENCE_SETTLED))
+            | (near_minimum & (refused >= PATIENCE_SETTLED))
             | (negligible >= PATIENCE_SETTLED),
-            stalled=~settled & (refused >= PATIENCE),
+            stalled=~near_minimum & (refused >= PATIENCE),
             result=optx.RESULTS.where(fit_to_start, optx.RESULTS.successful, optx.RESULTS.nonfinite),
         )
         return new_y, new_state, aux
@@ -177,20 +181,21 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
 
     @staticmethod
     def _next_radius(state: EngineState, ratio: Array) -> Array:
-        """Powell's rule: a quarter of a step that disappointed, twice a radius that held a good step back."""
+        """Next trust radius by Powell's rule: a quarter of a refused step, twice a radius that limited a good
+        step."""
         at_edge = state.proposal.length > 0.95 * state.radius
-        kept = jnp.where((ratio > 0.75) & at_edge, 2.0 * state.radius, state.radius)
-        # Written so that a ratio that is NaN, after a residual that is, counts as a disappointment.
-        return jnp.where(ratio >= 0.25, kept, 0.25 * state.proposal.length)
+        enlarged = jnp.where((ratio > 0.75) & at_edge, 2.0 * state.radius, state.radius)
+        # A ratio of NaN, from a residual of NaN, fails both comparisons and shrinks the radius.
+        return jnp.where(ratio >= 0.25, enlarged, 0.25 * state.proposal.length)
 
     def terminate(self, fn, y, args, options, state, tags) -> tuple[Bool[Array, ""], optx.RESULTS]:
-        """Stop where the state says so."""
+        """True where the state ends the solve."""
         del fn, y, args, options, tags
         return state.converged | state.precise | state.stalled, state.result
 
     def postprocess(
         self, fn, y, aux, args, options, state, tags, result
     ) -> tuple[Array, Any, dict[str, Any]]:
-        """Nothing to add: the state itself is part of optimistix's solution."""
+        """No change: the state itself is part of optimistix's solution."""
         del fn, args, options, state, tags, result
         return y, aux, {}

@@ -1,4 +1,5 @@
-"""The entry point: from a residual function and parameters to a result with standard errors."""
+"""The entry point of least squares: from a residual function and parameters to a result with standard
+errors."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -19,7 +20,7 @@ from .starts import starting_vectors
 from .trust_region import Box
 
 TRUSTED = 0.1
-"""Within this many standard errors of a minimum its covariance may be taken from where the fit stopped."""
+"""Maximum distance from a minimum, in standard errors, at which the covariance is still valid."""
 
 
 def fit_least_squares(
@@ -38,28 +39,31 @@ def fit_least_squares(
 ) -> FitResult:
     """Fit parameters by nonlinear least squares.
 
-    The program is compiled once per residual function, set of free and tied names and shape of the data: pass
-    numbers that change as `data`, and the same function object again (a new lambda compiles anew). Without a
-    sidecar of sigma the residual may be unweighted; then standard errors are scaled by the misfit, as lmfit
-    and `curve_fit` do.
+    The program is compiled once per residual function, set of free and tied names and shape of the data. Pass
+    changing numbers as `data`, and the same function object again (a new lambda compiles anew). Without known
+    sigma the residual may be unweighted. Standard errors are then scaled by the misfit, as in lmfit and
+    `curve_fit`.
 
     Args:
-        residual: `residual(values, data)` to an array of any shape, differentiable by JAX: model less data,
-            divided by sigma where that is known. `values` holds every parameter by name, ties computed.
-        parameters: where to start and what is free; not changed.
-        data: passed on to the residual.
-        max_steps: evaluations of the residual allowed from each start.
-        rtol: converged when the undamped step is below this many standard errors.
-        starts: more starting points, see `starting_vectors`; the best minimum wins.
-        seed: of scattered starts.
-        use_priors: append `(value - mean) / sd` for every parameter with a prior. Sigma must then be known.
-        scale_covariance: True to estimate sigma from the misfit, False to take the residual as in units of
-            sigma; by default True without priors, False with them.
-        observations: residuals that count, if some rows only pad the data to a common shape (with zeros).
-        throw: raise if the fit fails, instead of returning a result that says so.
+        residual: function `residual(values, data)` to an array of any shape, differentiable by JAX: model
+            less data, divided by sigma where that is known. `values` holds every parameter by name, ties
+            computed.
+        parameters: start values and free parameters; not changed.
+        data: data for the residual.
+        max_steps: maximum number of evaluations of the residual from each start.
+        rtol: maximum undamped step at convergence, in standard errors.
+        starts: further starting points, see `starting_vectors`; the best minimum wins.
+        seed: seed of scattered starts.
+        use_priors: true to append `(value - mean) / sd` for every parameter with a prior. Sigma must then be
+            known.
+        scale_covariance: true to estimate sigma from the misfit, false for a residual in units of sigma; by
+            default true without priors, false with them.
+        observations: number of residuals that count, if some rows only pad the data to a common shape (with
+            zeros).
+        throw: true to raise if the fit fails, instead of returning a result that says so.
 
     Returns:
-        The result; look at its `status`.
+        The result; check its `status`.
 
     Raises:
         InputError: if nothing is free, there are no residuals, or a start is unusable.
@@ -140,7 +144,7 @@ def _problem(
 
 
 def _best(outcomes: Outcome) -> tuple[int, np.ndarray]:
-    """Index of the start that ended lowest (converged, if several share that); chi-square of each start."""
+    """Index of the best start (converged, if several share the minimum), and chi-square of each start."""
     finite = outcomes.finite & np.all(np.isfinite(outcomes.residual), axis=-1)
     chi_squares = np.where(finite, outcomes.chi_square, np.nan)
     if not finite.any():
@@ -168,11 +172,11 @@ def _with_values(parameters: Parameters, values: dict, status: Status, initial: 
         start = initial.get(name, parameter.value)
         if name in initial and parameter.scale == "log":
             start = float(np.exp(start))
-        fresh = {"initial_value": float(start), "standard_error": None, "correlations": {}}
+        changes = {"initial_value": float(start), "standard_error": None, "correlations": {}}
         if name in initial and status is not Status.NON_FINITE:
             # exp(log(bound)) may differ from the bound in the last digit.
-            fresh["value"] = float(np.clip(values[name], parameter.min, parameter.max))
-        fitted[name].set(**fresh)
+            changes["value"] = float(np.clip(values[name], parameter.min, parameter.max))
+        fitted[name].set(**changes)
     return fitted
 
 

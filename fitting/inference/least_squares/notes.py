@@ -1,4 +1,4 @@
-"""Sentences about a fit that its numbers alone do not tell."""
+"""Sentences about a fit beyond its numbers."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from .covariance import Uncertainty
 from .program import Outcome
 
 SAME_MINIMUM = 1e-6
-"""Starts whose chi-squares agree to this fraction ended in the same minimum."""
+"""Maximum relative difference of chi-squares of starts that ended in the same minimum."""
 
 
 def notes_on(
@@ -17,14 +17,14 @@ def notes_on(
     outcome: Outcome,
     chi_squares: np.ndarray,
 ) -> tuple[str, ...]:
-    """One sentence each: residuals that are not finite, bounds reached, directions not determined, starts.
+    """Sentences about non-finite residuals, bounds reached, undetermined directions, and starts.
 
     Args:
         fitted: parameters at the solution.
-        uncertainty: theirs.
-        at_bound: free parameters on a bound.
-        outcome: of the start that won.
-        chi_squares: of all starts.
+        uncertainty: uncertainty of these parameters.
+        at_bound: names of free parameters on a bound.
+        outcome: outcome of the best start.
+        chi_squares: chi-squares of all starts.
     """
     notes = []
     broken = np.flatnonzero(~np.isfinite(outcome.residual))

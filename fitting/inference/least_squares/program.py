@@ -1,4 +1,4 @@
-"""The compiled half of a fit: pure, so it may be mapped over starting points, data sets and bootstrap
+"""The compiled half of a fit. It is pure, so it may be mapped over starting points, data sets and bootstrap
 replicas."""
 
 from collections.abc import Callable
@@ -18,18 +18,18 @@ from .trust_region import Box
 
 
 class Outcome(eqx.Module):
-    """Where a solve ended, as arrays.
+    """End of a solve, as arrays.
 
     Attributes:
-        vector: (n,) the fitting coordinates.
-        residual: (m,) there, priors included.
-        triangle: (min(m, n), n) R of the Jacobian's QR factors there; R^T R = J^T J.
-        offset: the undamped step that would come next, in standard errors of the fit.
-        steps: residual evaluations, each with its derivative.
-        converged: offset below the tolerance.
-        precise: further progress drowns in rounding.
-        stalled: no step lowers the cost although the offset is not small.
-        finite: the residual and its derivative are.
+        vector: fitting coordinates, shape (n,).
+        residual: residual at the end, priors included, shape (m,).
+        triangle: R of the Jacobian's QR factors, R^T R = J^T J, shape (min(m, n), n).
+        offset: next undamped step, in standard errors of the fit.
+        steps: number of residual evaluations, each with its derivative.
+        converged: true if the offset is below the tolerance.
+        precise: true if rounding prevents further progress.
+        stalled: true if no step lowers the cost although the offset is not small.
+        finite: true if the residual and its derivative are finite.
     """
 
     vector: Float[Array, " n"]
@@ -61,13 +61,14 @@ def solve(
     """Minimise the sum of squares of `function(vector, args)`; may be traced, mapped and compiled.
 
     Args:
-        function: (n,) to (m,).
-        start: within the box.
-        args: whatever the function needs.
+        function: function from shape (n,) to (m,).
+        start: start within the box, shape (n,).
+        args: further argument of the function.
         box: bounds, or None for none (a smaller program).
-        relative: False for coordinates without a natural zero, such as logarithms; by default all True.
-        rtol: converged when the undamped step is below this many standard errors of the fit.
-        max_steps: residual evaluations allowed.
+        relative: false for coordinates without a natural zero, such as logarithms, shape (n,); by default all
+            true.
+        rtol: maximum undamped step at convergence, in standard errors of the fit.
+        max_steps: maximum number of residual evaluations.
     """
     solver = BoxedTrustRegion(
         rtol=rtol,
@@ -92,18 +93,18 @@ def solve(
 
 
 class Problem(eqx.Module):
-    """A fit's numbers (traced) and structure (static).
+    """A fit, as numbers (traced) and structure (static).
 
     Attributes:
-        residual: `residual(values, data)`, weighted.
-        data: passed on to it.
-        stored: (all,) values of the parameters that are not free, in the layout's order.
-        prior_mean: (p,) of the parameters `prior_names`.
-        prior_sd: (p,) of the same.
+        residual: weighted residual, `residual(values, data)`.
+        data: data for the residual.
+        stored: values of the parameters that are not free, in the layout's order, shape (all,).
+        prior_mean: prior means of the parameters `prior_names`, shape (p,).
+        prior_sd: prior standard deviations of the same, shape (p,).
         box: bounds of the fitting coordinates, or None for none.
         rtol: tolerance of the solve.
-        layout: how a vector becomes values.
-        prior_names: parameters whose priors are appended as residual rows.
+        layout: conversion of a vector to values.
+        prior_names: names of the parameters whose priors are appended as residual rows.
     """
 
     residual: Callable[[dict[str, Array], PyTree], Array]
@@ -124,8 +125,8 @@ class Problem(eqx.Module):
             raise InputError("the residual has no rows: there is no data to fit")
         if not self.prior_names:
             return rows
-        known = jnp.stack([values[name] for name in self.prior_names])
-        return jnp.concatenate([rows, (known - self.prior_mean) / self.prior_sd])
+        prior_values = jnp.stack([values[name] for name in self.prior_names])
+        return jnp.concatenate([rows, (prior_values - self.prior_mean) / self.prior_sd])
 
     def stacked_values(self, vector: Float[Array, " n"]) -> Float[Array, " all"]:
         """All values in the layout's order."""
@@ -141,7 +142,8 @@ def _rows(vector: Array, problem: Problem) -> Array:
 def run(problem: Problem, starts: Float[Array, "starts n"], max_steps: int) -> tuple[Outcome, Any, Any]:
     """Solve from every start.
 
-    Compiled once per residual function, layout and shapes; numbers, bounds and data may change.
+    The program is compiled once per residual function, layout and shapes. Numbers, bounds and data may
+    change.
 
     Returns:
         Outcomes, all values (starts, all) and their derivatives by the vector (starts, all, n).

@@ -1,5 +1,4 @@
-"""What a fit hands back: parameters with standard errors, measures of fit, and a status that owns up to
-failure."""
+"""The result of a fit: parameters with standard errors, measures of fit, and an honest status."""
 
 import enum
 import math
@@ -12,7 +11,7 @@ from .covariance import Uncertainty
 
 
 class Status(enum.Enum):
-    """How a fit ended; the value is the sentence."""
+    """End of a fit; the value is the sentence."""
 
     CONVERGED = "The fit converged: the next step would be a negligible part of a standard error."
     AT_PRECISION = "The fit reached the precision of the arithmetic: further progress drowns in rounding."
@@ -31,12 +30,12 @@ class Status(enum.Enum):
 
     @property
     def success(self) -> bool:
-        """Whether the parameters are a minimum."""
+        """True if the parameters are a minimum."""
         return self in (Status.CONVERGED, Status.AT_PRECISION)
 
 
 class FitError(RuntimeError):
-    """A fit that failed, raised on request; `result` is what it had reached."""
+    """A failed fit, raised on request; `result` holds its last state."""
 
     def __init__(self, result: "FitResult"):
         super().__init__(" ".join([result.status.value, *result.notes]))
@@ -48,18 +47,19 @@ class FitResult:
     """Outcome of `fit_least_squares`.
 
     Attributes:
-        parameters: a copy with fitted values, standard errors, correlations and initial values.
-        status: how the fit ended.
-        notes: sentences on what is not determined, at a bound, or otherwise worth knowing.
-        residual: (m,) weighted residuals of the data at the solution, as the residual function orders them.
-        prior_residual: (p,) of the priors, in standard deviations.
-        observations: residuals that count (rows that only pad do not), priors included.
+        parameters: copy with fitted values, standard errors, correlations and initial values.
+        status: end of the fit.
+        notes: sentences on undetermined parameters, bounds, and other findings.
+        residual: weighted residuals of the data at the solution, in the order of the residual function, shape
+            (m,).
+        prior_residual: residuals of the priors, in standard deviations, shape (p,).
+        observations: number of residuals that count (without padding), priors included.
         degrees_of_freedom: observations less free parameters.
-        uncertainty: covariance of the free parameters, directions that are not determined.
-        scaled: whether standard errors were multiplied by the root of reduced chi-square.
-        steps: evaluations of the residual with its derivative, from the start that won.
-        relative_offset: the step that would come next, in standard errors of the fit.
-        start_chi_squares: where each start ended, in order; NaN for one that failed.
+        uncertainty: covariance of the free parameters, and undetermined directions.
+        scaled: true if standard errors were multiplied by the root of reduced chi-square.
+        steps: number of evaluations of the residual with its derivative, from the best start.
+        relative_offset: next undamped step, in standard errors of the fit.
+        start_chi_squares: final chi-square of each start, in order; NaN for one that failed.
     """
 
     parameters: Parameters
@@ -77,7 +77,7 @@ class FitResult:
 
     @property
     def success(self) -> bool:
-        """Whether the parameters are a minimum."""
+        """True if the parameters are a minimum."""
         return self.status.success
 
     @property

@@ -1,4 +1,4 @@
-"""Starting points of a fit: given, or scattered over what the bounds and priors allow."""
+"""Starting points of a fit: given, or scattered over the range of bounds and priors."""
 
 from collections.abc import Mapping, Sequence
 from statistics import NormalDist
@@ -13,13 +13,13 @@ from ..parameters import Parameters
 def starting_vectors(
     parameters: Parameters, starts: int | Sequence[Mapping[str, float]] | None, seed: int
 ) -> np.ndarray:
-    """Fitting coordinates (k, n) to start from.
+    """Starting points in fitting coordinates, shape (k, n).
 
     Args:
-        parameters: their own values are the first start.
-        starts: None for that one alone; a number of starts in all; or further starts, each the values of some
-            of the free parameters, the others staying.
-        seed: of the scattered ones.
+        parameters: parameters whose own values are the first start.
+        starts: None for that one alone; total number of starts; or further starts, each with values of some
+            free parameters.
+        seed: seed of the scattered ones.
 
     Raises:
         InputError: if a start names no free parameter or lies outside its bounds, or cannot be scattered.
@@ -43,7 +43,7 @@ def starting_vectors(
 
 
 def _scattered(parameters: Parameters, count: int, seed: int) -> np.ndarray:
-    """Latin hypercube over priors (Gaussian, cut by the bounds) or, without one, between the bounds."""
+    """Latin hypercube over priors (Gaussian, truncated at the bounds) or, without one, between the bounds."""
     random = np.random.default_rng(seed)
     lower, upper = (np.asarray(side) for side in parameters.box())
     columns = []

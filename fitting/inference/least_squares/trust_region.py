@@ -8,14 +8,15 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 PASSES = 3
-"""Rounds of fixing the parameters that a step takes to their bounds and solving again for the others."""
+"""Number of passes that fix the parameters at bounds that a step reaches, and solve again for the others."""
 
 
 class Linearised(eqx.Module):
     """The residual's linear model at one point, reduced to its triangular factor.
 
-    With J = Q R, `triangle` is R (k, n) and `projected` is Q^T r (k,), k = min(m, n): every part of |J p + r|
-    that depends on p. `scale` (n,) is the running maximum of the norms of J's columns, MINPACK's metric.
+    With J = Q R, `triangle` is R (k, n) and `projected` is Q^T r (k,), k = min(m, n). They hold every part of
+    |J p + r| that depends on p. `scale` (n,) is the running maximum of the norms of J's columns, MINPACK's
+    metric.
     """
 
     triangle: Float[Array, "k n"]
@@ -24,7 +25,7 @@ class Linearised(eqx.Module):
 
 
 class Proposal(eqx.Module):
-    """A step (n,), its length in the scaled metric, and the reduction of the cost that it promises."""
+    """A step (n,), its length in the scaled metric, and its predicted reduction of the cost."""
 
     step: Float[Array, " n"]
     length: Float[Array, ""]
@@ -37,19 +38,19 @@ class Box(eqx.Module):
     lower: Float[Array, " n"]
     upper: Float[Array, " n"]
 
-    def moved(self, y: Float[Array, " n"], step: Float[Array, " n"]) -> Float[Array, " n"]:
+    def added(self, y: Float[Array, " n"], step: Float[Array, " n"]) -> Float[Array, " n"]:
         """`y + step`, exactly on a bound where it reaches one (the sum could miss it by one ulp)."""
         over, under = step >= self.upper - y, step <= self.lower - y
         return jnp.where(over, self.upper, jnp.where(under, self.lower, y + step))
 
 
 def linearise(tangent: Callable[[Array], Array], residual: Array, previous_scale: Array) -> Linearised:
-    """Factor the Jacobian that a linearisation maps with.
+    """QR factorisation of the Jacobian of a linearisation.
 
     Args:
-        tangent: the Jacobian-vector product at the point.
-        residual: (m,) at the point.
-        previous_scale: (n,) column norms so far, zero if none.
+        tangent: Jacobian-vector product at the point.
+        residual: residual at the point, shape (m,).
+        previous_scale: column norms so far, zero if none, shape (n,).
     """
     jacobian = jax.vmap(tangent, out_axes=1)(jnp.eye(previous_scale.size, dtype=previous_scale.dtype))
     orthogonal, triangle = jnp.linalg.qr(jacobian)
@@ -58,11 +59,12 @@ def linearise(tangent: Callable[[Array], Array], residual: Array, previous_scale
 
 
 def damping_for_length(singular: Array, weight: Array, radius: Array) -> Array:
-    """Damping t that gives the step s w / (s^2 + t) the length `radius`; zero if it is shorter undamped.
+    """Damping t for which the step s w / (s^2 + t) has the length `radius`; zero if it is shorter undamped.
 
-    Newton's iteration on the reciprocal length (Hebden; Moré 1978, section 5). It rises monotonically to the
-    root from any point below, and each component alone gives one: |s w| / radius - s^2, the largest of which
-    is within a factor sqrt(n) of the root. Four iterations leave less than the tenth that MINPACK allows.
+    The method is Newton's iteration on the reciprocal length (Hebden; Moré 1978, section 5). It rises
+    monotonically to the root from any point below. Each component alone gives such a point: |s w| / radius -
+    s^2. The largest is within a factor sqrt(n) of the root. Four iterations leave less than the tenth that
+    MINPACK allows.
     """
     tiny = jnp.finfo(singular.dtype).tiny
     pull = jnp.abs(singular * weight)
@@ -88,7 +90,8 @@ def free_to_move(model: Linearised, y: Array, box: Box) -> Bool[Array, " n"]:
 
 
 def _solve(model: Linearised, free: Array, target: Array, radius: Array) -> tuple[Array, Array]:
-    """Step of the free parameters within the radius that lowers |R p + target| most; the undamped gain."""
+    """Step of the free parameters within the radius that lowers |R p + target| most, and the undamped
+    gain."""
     scale = jnp.where(model.scale > 0, model.scale, 1.0)
     left, singular, right = jnp.linalg.svd(jnp.where(free, model.triangle / scale, 0.0), full_matrices=False)
     floor = jnp.finfo(target.dtype).eps * max(model.triangle.shape) * singular[0]
@@ -99,9 +102,9 @@ def _solve(model: Linearised, free: Array, target: Array, radius: Array) -> tupl
 
 
 def undamped(model: Linearised, y: Array, box: Box | None) -> tuple[Array, Array]:
-    """Gauss-Newton step of the parameters that are free to move, as if no other bound were near.
+    """Gauss-Newton step of the parameters that are free to move, without regard to other bounds.
 
-    It vanishes where, and only where, y is a minimum within the box: the measure of convergence.
+    It vanishes where, and only where, y is a minimum within the box. So it measures convergence.
 
     Returns:
         The step (n,), and the part of the squared residual norm that it removes in the linear model.
@@ -113,15 +116,16 @@ def undamped(model: Linearised, y: Array, box: Box | None) -> tuple[Array, Array
 def propose(model: Linearised, y: Array, radius: Array, box: Box | None) -> Proposal:
     """Minimise the linear model of the cost within `radius` of y (scaled metric) and inside the box.
 
-    Inside a box the problem is a small quadratic program; a step that leaves it is cut at the bounds it
-    crosses and solved again for the others, `PASSES` times, and what is left over is cut. Should such a step
-    promise nothing, the search refuses it, and a shorter one tends to the projected gradient, which descends.
+    Inside a box the problem is a small quadratic program. A step that leaves it is cut at the bounds that it
+    crosses. It is solved again for the others, `PASSES` times; any remaining excess is cut. If such a step
+    predicts no decrease, the search refuses it. A shorter one tends to the projected gradient, which
+    descends.
 
     Args:
         model: the linearised residual at y.
-        y: (n,) the point.
-        radius: longest step allowed.
-        box: the bounds, or None for none.
+        y: current point, shape (n,).
+        radius: maximum length of the step.
+        box: bounds, or None for none.
     """
     pinned = jnp.zeros_like(y)
     free = jnp.ones(y.shape, bool) if box is None else free_to_move(model, y, box)

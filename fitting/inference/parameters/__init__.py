@@ -1,7 +1,7 @@
-"""Free, fixed, tied and bounded parameters that behave as lmfit's do, and the vector that a fit sees of them.
+"""Free, fixed, tied and bounded parameters in the manner of lmfit, and their vector for a fit.
 
-Differences from lmfit, on purpose: a value outside its bounds is refused, not clipped; bounds are a box
-around the fit instead of a folded sine; a parameter may be fitted by its logarithm; a tie is plain
+There are deliberate differences from lmfit. A value outside its bounds is refused, not clipped. Bounds are a
+box around the fit instead of a folded sine. A parameter may be fitted by its logarithm. A tie is plain
 arithmetic.
 """
 

@@ -1,4 +1,4 @@
-"""An ordered set of parameters, and the vector that a fit sees of it."""
+"""An ordered set of parameters, and its vector for a fit."""
 
 import copy
 import math
@@ -20,13 +20,14 @@ from .transforms import to_bounded, to_unconstrained
 
 @dataclass(frozen=True)
 class Layout:
-    """How a flat vector of free parameters becomes all values: the hashable, static half of `Parameters`.
+    """Conversion of a flat vector of free parameters to all values: the hashable, static half of
+    `Parameters`.
 
     Attributes:
-        names: all parameters.
-        free: those in the vector, in its order.
-        logarithmic: for each free one, whether the vector holds its logarithm.
-        ties: (name, expression) in evaluation order.
+        names: names of all parameters.
+        free: names of those in the vector, in its order.
+        logarithmic: true for each free one whose logarithm is in the vector.
+        ties: pairs (name, expression) in evaluation order.
     """
 
     names: tuple[str, ...]
@@ -68,7 +69,7 @@ class Parameters(Mapping[str, Parameter]):
         return parameter
 
     def update(self, other: "Parameters") -> None:
-        """Take over another set's parameters: known names are replaced in place, new ones appended."""
+        """Merge another set: known names are replaced in place, new ones appended."""
         self._entries.update(copy.deepcopy(other._entries))
 
     def copy(self) -> "Parameters":
@@ -76,16 +77,16 @@ class Parameters(Mapping[str, Parameter]):
         return copy.deepcopy(self)
 
     def at(self, values: Mapping[str, float]) -> "Parameters":
-        """A copy at other values, brought inside the bounds.
+        """A copy at other values, clipped to the bounds.
 
         Raises:
             InputError: for a name that it does not have.
         """
-        moved = self.copy()
+        result = self.copy()
         for name, value in values.items():
-            entry = moved[name]
+            entry = result[name]
             entry.set(value=float(np.clip(value, entry.min, entry.max)))
-        return moved
+        return result
 
     def __getitem__(self, name: str) -> Parameter:
         if name not in self._entries:
@@ -125,7 +126,7 @@ class Parameters(Mapping[str, Parameter]):
         return {name: float(values[name]) for name in self._entries}
 
     def layout(self) -> Layout:
-        """The static description that turns a vector into values."""
+        """The static conversion of a vector to values."""
         ties = {name: p.tie for name, p in self._entries.items() if p.tie is not None}
         free = tuple(name for name, p in self._entries.items() if p.free)
         return Layout(
@@ -149,8 +150,8 @@ class Parameters(Mapping[str, Parameter]):
         """Values of the free parameters as a vector.
 
         Args:
-            unconstrained: False for fitting coordinates, which live in `box()`; True for coordinates in which
-                every real vector is within the bounds (see `fitting.transforms`).
+            unconstrained: false for fitting coordinates, which lie in `box()`; true for coordinates in which
+                every real vector is within the bounds (see `fitting.inference.parameters.transforms`).
         """
         free = [p for p in self._entries.values() if p.free]
         vector = jnp.asarray([math.log(p.value) if p.scale == "log" else p.value for p in free], float)
@@ -176,8 +177,8 @@ class Parameters(Mapping[str, Parameter]):
         return jnp.asarray(np.where((point == edge) | logarithmic, 1.0, np.abs(point - edge)))
 
     def table(self, correlations_above: float = 0.1) -> str:
-        """Report in the manner of lmfit's `fit_report`; pairs correlated less than the threshold are left
-        out."""
+        """Report in the manner of lmfit's `fit_report`, without pairs that are correlated less than the
+        threshold."""
         return render(self.values(), correlations_above)
 
     def __str__(self) -> str:

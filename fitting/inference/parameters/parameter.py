@@ -1,4 +1,4 @@
-"""One parameter: a number, and what a fit may do with it."""
+"""One parameter: a number, and its role in a fit."""
 
 import keyword
 import math
@@ -13,21 +13,21 @@ from .ties import RESERVED, names_in
 
 @dataclass
 class Parameter:
-    """One number of a model, and what a fit may do with it. Setting a field checks the whole.
+    """One number of a model, and its role in a fit. Setting a field checks the whole.
 
     Attributes:
-        name: a Python identifier, used by ties and as the key of the values a residual receives.
-        value: the number; of a tied parameter, computed.
+        name: Python identifier, used by ties and as the key of a residual's values.
+        value: value of the parameter; computed for a tied one.
         min: lower bound; by default the cut of the prior, or none.
         max: upper bound; by default the cut of the prior, or none.
         vary: False to hold the value fixed.
         tie: expression of other parameters that gives the value, e.g. `"2*mu"`; None for none.
-        unit: of the value, a label.
-        prior: Gaussian knowledge of the value, which a fit may use as one more residual.
+        unit: unit of the value, a label.
+        prior: Gaussian prior of the value, which a fit may use as one more residual.
         scale: `"linear"`, or `"log"` to fit the logarithm of a positive quantity.
-        standard_error: set by a fit; None if it has not been fitted or is not determined.
-        initial_value: what the last fit started from; None before.
-        correlations: by name of the other parameter, set by a fit.
+        standard_error: standard error from a fit; None if there is none or the value is undetermined.
+        initial_value: start value of the last fit; None before.
+        correlations: correlations by name of the other parameter, from a fit.
     """
 
     name: str
@@ -114,12 +114,12 @@ class Parameter:
 
     @property
     def free(self) -> bool:
-        """Whether a fit adjusts it."""
+        """True if a fit adjusts it."""
         return self.vary and self.tie is None
 
     @property
     def at_bound(self) -> bool:
-        """Whether the value lies on a bound (to 1e-9 of its magnitude or interval), or past it if it is tied.
+        """True if the value lies on a bound (to 1e-9 of its magnitude or interval), or past it if it is tied.
         """
         if self.value is None:
             return False

@@ -10,9 +10,8 @@ def format_estimate(value: float, standard_error: float | None = None) -> str:
     """A number with as many digits as its standard error supports: `"0.0885 +/- 0.0012"`.
 
     Args:
-        value: the number.
-        standard_error: its standard error (two significant digits are shown), or None for six digits and
-            none.
+        value: value to format.
+        standard_error: standard error (two significant digits are shown), or None for six digits and none.
     """
     if standard_error is None or not 0 < standard_error < math.inf:
         return f"{value:.6g}"

@@ -1,8 +1,8 @@
 """Parameters tied to others by an expression, such as `2*mu` or `c_10 + c_20`.
 
-Expressions are read by `asteval`, lmfit's own interpreter, in its minimal form (no statements, no imports, no
-attributes), with elementwise functions of NumPy outside a traced program and of `jax.numpy` inside one, so a
-tie differentiates and compiles like the rest of a model.
+`asteval`, lmfit's own interpreter, reads expressions in its minimal form (no statements, no imports, no
+attributes). Elementwise functions are NumPy's outside a traced program and `jax.numpy`'s inside one. So a tie
+differentiates and compiles like the rest of a model.
 """
 
 import ast
@@ -22,7 +22,7 @@ FUNCTIONS = (
 )
 CONSTANTS = {"pi": math.pi}
 RESERVED = frozenset(FUNCTIONS) | frozenset(CONSTANTS)
-"""Names that an expression gives a meaning of its own; no parameter may be called so."""
+"""Names with a meaning of their own in expressions; no parameter may have one of them."""
 
 _ALLOWED = (ast.Expression, ast.Name, ast.Load, ast.Constant, ast.BinOp, ast.UnaryOp, ast.Call, ast.Compare)
 
@@ -33,11 +33,11 @@ def _shown(expression: str) -> str:
 
 
 def names_in(expression: str, owner: str) -> set[str]:
-    """Parameters that an expression refers to.
+    """Names of the parameters in an expression.
 
     Args:
-        expression: the tie.
-        owner: the tied parameter, for the message.
+        expression: expression of the tie.
+        owner: name of the tied parameter, for the message.
 
     Raises:
         InputError: if the text is not one arithmetic expression.
@@ -72,11 +72,11 @@ def names_in(expression: str, owner: str) -> set[str]:
 
 
 def evaluation_order(ties: Mapping[str, str], names: Iterable[str]) -> tuple[str, ...]:
-    """Tied parameters in an order in which each comes after all it depends on.
+    """Tied parameters in an order in which each comes after all that it depends on.
 
     Args:
         ties: expression by tied parameter.
-        names: all parameters there are.
+        names: names of all parameters.
 
     Raises:
         InputError: if an expression names a parameter that does not exist, or depends on itself.
@@ -110,12 +110,12 @@ def evaluation_order(ties: Mapping[str, str], names: Iterable[str]) -> tuple[str
 def evaluate(
     ties: Iterable[tuple[str, str]], values: Mapping[str, Any], functions: ModuleType = np
 ) -> dict[str, Any]:
-    """All values, those of tied parameters computed.
+    """All values, including those of tied parameters.
 
     Args:
-        ties: (tied parameter, expression) in evaluation order.
+        ties: pairs (tied parameter, expression) in evaluation order.
         values: numbers or traced scalars of the others.
-        functions: `numpy`, or `jax.numpy` for traced values.
+        functions: module `numpy`, or `jax.numpy` for traced values.
 
     Returns:
         `values` and the tied ones, as a new dictionary.

@@ -1,11 +1,12 @@
-"""Unconstrained coordinates of bounded parameters, for samplers and optimisers that know no bounds.
+"""Unconstrained coordinates of bounded parameters, for samplers and optimisers without bounds.
 
 The fit itself does not use them: it handles bounds as a box (see `fitting.inference.least_squares.engine`).
-Here any real vector must be a legal point, so each bounded coordinate runs through a smooth increasing map
-onto its open interval: the logistic function between two bounds, softplus above or below one. Near a bound a
-unit step changes the distance to it by a factor e, so the slope never vanishes at a finite coordinate, as it
-does in MINUIT's and lmfit's sine and square root, which fold the line there and trap whatever touches the
-bound.
+Here any real vector must be valid, so each bounded coordinate passes through a smooth increasing map onto its
+open interval. The map is the logistic function between two bounds, softplus above or below one.
+
+Near a bound a unit step changes the distance to it by a factor e, so the slope never vanishes at a finite
+coordinate. It does in MINUIT's and lmfit's sine and square root. Those fold the line at the bound and trap a
+parameter that touches it.
 """
 
 import jax
@@ -13,8 +14,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 NUDGE = 1e-9
-"""A point on a bound is taken this fraction of its interval (or of its scale) inside, where the coordinate is
-finite."""
+"""Distance inside its bound to which a point on a bound is moved, as a fraction of its interval (or scale).
+The coordinate is finite there."""
 
 
 def _kinds(lower: Array, upper: Array) -> tuple[Array, Array, Array]:
@@ -28,10 +29,10 @@ def to_unconstrained(
     """Inverse of `to_bounded`.
 
     Args:
-        point: within the bounds; on a bound it is moved inside by `NUDGE`.
-        lower: bounds, -inf for none.
-        upper: bounds, +inf for none.
-        scale: distance from a single bound beyond which the map is nearly the identity.
+        point: point within the bounds, shape (n,); on a bound it is moved inside by `NUDGE`.
+        lower: lower bounds, -inf for none, shape (n,).
+        upper: upper bounds, +inf for none, shape (n,).
+        scale: distance from a single bound beyond which the map is nearly the identity, shape (n,).
     """
     both, only_lower, only_upper = _kinds(lower, upper)
     low, width = jnp.where(both, lower, 0.0), jnp.where(both, upper - jnp.where(both, lower, 0.0), 1.0)
@@ -51,8 +52,7 @@ def to_bounded(
     upper: Float[Array, " n"],
     scale: Float[Array, " n"],
 ) -> Float[Array, " n"]:
-    """Point within the bounds that belongs to unconstrained coordinates; arguments as for `to_unconstrained`.
-    """
+    """Point within the bounds for unconstrained coordinates; arguments as for `to_unconstrained`."""
     both, only_lower, only_upper = _kinds(lower, upper)
     low, width = jnp.where(both, lower, 0.0), jnp.where(both, upper - jnp.where(both, lower, 0.0), 1.0)
     between = low + width * jax.nn.sigmoid(coordinate)

@@ -1,1 +1,1 @@
-"""Closed loops on paper."""
+"""Reports on closed-loop control."""

@@ -1,1 +1,1 @@
-"""Design studies on paper."""
+"""Reports on design studies."""

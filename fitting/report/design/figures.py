@@ -1,4 +1,5 @@
-"""Figures of a design study: shapes to one scale, the workspace, sensitivities, the front, failures."""
+"""Figures of a design study: shapes to one scale, the workspace, sensitivities, the Pareto front,
+failures."""
 
 import itertools
 
@@ -74,7 +75,7 @@ def centre_line(solved: Solved) -> tuple[np.ndarray, float]:
 def draw_tube(
     axes: Axes, line: np.ndarray, radius: float, colour: str, label: str, alpha: float = 0.25
 ) -> None:
-    """A tube in a projection: its outline about a centre line, shape (points, 2)."""
+    """Draw a tube in a projection: its outline about a centre line, shape (points, 2)."""
     slope = np.gradient(line, axis=0)
     size = np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-12)
     aside = radius * np.stack([-slope[:, 1], slope[:, 0]], axis=1) / size
@@ -84,7 +85,7 @@ def draw_tube(
 
 
 def shapes_figure(result: DesignResult) -> Figure:
-    """The design and the tables' own, state by state, to one scale."""
+    """Figure of the design's shapes and those of the original tables, state by state, to one scale."""
     model, shown = result.model, _states_shown(result)
     flat = model.plan.chain is None and all(
         s.planar for s in model.solve_states(result.made.evaluation.place)[0].segments
@@ -119,7 +120,7 @@ def _state_words(result: DesignResult, k: int) -> str:
 
 
 def workspace_figure(result: DesignResult) -> Figure:
-    """Border of the tip's places, for the design and the tables' own."""
+    """Figure of the border of the tip's workspace, for the design and the original tables."""
     first, last = next(iter(result.model.states.sweeps.values()))
     with style():
         figure = Figure(figsize=(5.6, 5.2), layout="constrained")
@@ -139,7 +140,7 @@ def workspace_figure(result: DesignResult) -> Figure:
 
 
 def sensitivity_figure(result: DesignResult) -> Figure:
-    """Change of each objective for a step of each parameter."""
+    """Figure of the change of each objective for a step of each parameter."""
     study, free = result.study, result.model.space.free
     steps = sensitivities(result, result.made)
     labels = [f"{f.name}, {step_of(f)[1]}" for f in free]
@@ -158,7 +159,7 @@ def sensitivity_figure(result: DesignResult) -> Figure:
 
 
 def front_figure(result: DesignResult) -> Figure:
-    """The front, in every pair of objectives."""
+    """Figure of the Pareto front, in every pair of objectives."""
     study = result.study
     pairs = list(itertools.combinations(range(len(study.objectives)), 2))
     values = np.array(
@@ -194,7 +195,7 @@ def front_figure(result: DesignResult) -> Figure:
 
 
 def chance_figure(result: DesignResult) -> Figure:
-    """Distribution of the first objective over fresh draws."""
+    """Figure of the distribution of the first objective over fresh draws."""
     one = result.study.objectives[0]
     with style():
         figure = Figure(figsize=(6.4, 4.2), layout="constrained")

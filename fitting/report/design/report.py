@@ -1,4 +1,5 @@
-"""The report of a design study: the design, what limits it, the front, how often it fails."""
+"""The report of a design study: the design, its limiting constraints, the Pareto front, the probability of
+failure."""
 
 from fitting.design.result import DesignResult
 
@@ -9,7 +10,7 @@ from .figures import pictures
 
 
 def report_of(result: DesignResult) -> Report:
-    """Everything that is said about the study."""
+    """The report of the study."""
     drawn = pictures(result)
     of = lambda *names: [drawn[name] for name in names if name in drawn]  # noqa: E731
     front = [words.front_table(result)] if result.front is not None else []

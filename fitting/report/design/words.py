@@ -1,4 +1,4 @@
-"""A design study in words and tables."""
+"""Sentences and tables of a design study."""
 
 import math
 
@@ -13,12 +13,12 @@ from ..cells import joined, with_unit
 from ..table import Table
 
 STEPS = {"length": (0.1, "mm"), "pressure": (1.0, "kPa")}
-"""Step of which sensitivities tell, by dimension: what a workshop or a regulator errs by."""
+"""Step of a parameter for sensitivities, by dimension: a typical error of a workshop or a regulator."""
 STEP_OF_NUMBERS = {"active_coils": 1.0}
 SMALL_STEP = 0.01
-"""Step of other plain numbers, fractions say [1]."""
+"""Step of other plain numbers for sensitivities, such as fractions [1]."""
 LOOSER = 0.01
-"""Part of a limit [1] by which it is given way in the table of what limits the design."""
+"""Relaxation of a limit in the table of limits, as part of it [1]."""
 
 
 def shown(value: float, unit: str) -> str:
@@ -27,23 +27,23 @@ def shown(value: float, unit: str) -> str:
 
 
 def objective_words(result: DesignResult, design: Design) -> list[str]:
-    """Every objective of a design, as `area 8840 mm2`."""
+    """Every objective of a design in words, as `area 8840 mm2`."""
     study, words = result.study, []
     for one, value in zip(study.objectives, design.objectives, strict=True):
-        what = f"{one.name} {shown(value, one.unit)}"
+        text = f"{one.name} {shown(value, one.unit)}"
         if one.goal == "target":
-            what = f"{one.name} {shown(value, one.unit)} away from {shown(one.target[0], one.unit)}"
-        words.append(what)
+            text = f"{one.name} {shown(value, one.unit)} away from {shown(one.target[0], one.unit)}"
+        words.append(text)
     return words
 
 
 def verdict(result: DesignResult) -> list[str]:
-    """What was found, the most important first."""
+    """The findings, the most important first."""
     study, made = result.study, result.made
     choice = made.choice.words(study)
     first = f"The design{f' ({choice})' if choice else ''}: {', '.join(objective_words(result, made))}."
-    sentences = [first + _against_base(result)]
-    limits = _limiting(result)
+    sentences = [first + _comparison_with_base(result)]
+    limits = _active_limits(result)
     sentences.append(
         f"It is limited by {joined(limits)}." if limits else "Nothing limits it: no constraint is active."
     )
@@ -59,20 +59,20 @@ def verdict(result: DesignResult) -> list[str]:
     return sentences
 
 
-def _against_base(result: DesignResult) -> str:
+def _comparison_with_base(result: DesignResult) -> str:
     base, one = result.base, result.study.objectives[0]
     if base is None:
         return ""
     before, after = base.objectives[0], result.made.objectives[0]
-    kept = "" if base.violation <= 0.0 else ", which does not keep all constraints"
+    caveat = "" if base.violation <= 0.0 else ", which does not keep all constraints"
     factor = ""
     if before > 0.0 and after > 0.0 and one.goal != "target":
         factor = f"; that is a factor of {after / before:.3g}"
-    return f" The tables' own dimensions give {one.name} {shown(before, one.unit)}{kept}{factor}."
+    return f" The tables' own dimensions give {one.name} {shown(before, one.unit)}{caveat}{factor}."
 
 
-def _limiting(result: DesignResult) -> list[str]:
-    """Names of active constraints with a multiplier, and of ends of ranges."""
+def _active_limits(result: DesignResult) -> list[str]:
+    """Names of active constraints with a multiplier, and of limits of ranges."""
     study, found = result.study, []
     for index, multiplier in zip(result.model.groups, result.conditions.rows, strict=False):
         if multiplier > 0.0 and study.constraints[index.constraint].name not in found:
@@ -86,7 +86,7 @@ def _limiting(result: DesignResult) -> list[str]:
 
 
 def rounding_words(result: DesignResult) -> str:
-    """What rounding costs."""
+    """Sentence on the cost of rounding."""
     one = result.study.objectives[0]
     before, after = result.ideal.objectives[0], result.made.objectives[0]
     lost = one.sign * (after - before)
@@ -97,7 +97,7 @@ def rounding_words(result: DesignResult) -> str:
 
 
 def chance_words(result: DesignResult) -> list[str]:
-    """Probabilities of failure."""
+    """Sentences on probabilities of failure."""
     words = []
     for name, chance in result.chances.items():
         low, high = chance.interval
@@ -109,7 +109,7 @@ def chance_words(result: DesignResult) -> list[str]:
 
 
 def step_of(free: Free) -> tuple[float, str]:
-    """Step of which the sensitivity to a parameter is told [SI], and the step in words."""
+    """Step of a parameter for sensitivities [SI], and the step in words."""
     dimension = UNITS[free.unit].dimension
     if dimension in STEPS:
         size, unit = STEPS[dimension]
@@ -119,7 +119,7 @@ def step_of(free: Free) -> tuple[float, str]:
 
 
 def other_table(result: DesignResult) -> Table:
-    """The best designs of other choices."""
+    """Table of the best designs of other choices."""
     one = result.study.objectives[0]
     rows = [[d.choice.words(result.study), shown(d.objectives[0], one.unit)] for d in result.others]
     return Table(["choice", one.name], rows)
@@ -136,7 +136,7 @@ def sensitivities(result: DesignResult, design: Design) -> np.ndarray:
 
 
 def parameter_table(result: DesignResult) -> Table:
-    """Every parameter: its value, its range, what a step of it changes."""
+    """Table of every parameter: value, range, and effect of a step."""
     study, made = result.study, result.made
     steps = sensitivities(result, made)
     header = ["parameter", "made", "value", "before rounding", "range"]
@@ -160,7 +160,7 @@ def _bound(bound: object, unit: str) -> str:
 
 
 def limit_table(result: DesignResult) -> Table:
-    """Every constraint: its limit, its room, and what giving way would be worth."""
+    """Table of every constraint: limit, margin, and benefit of its relaxation."""
     study, model = result.study, result.model
     groups, first = model.groups, study.objectives[0]
     values = result.made.evaluation.values[len(study.objectives) :]
@@ -194,7 +194,7 @@ def limit_table(result: DesignResult) -> Table:
 
 
 def front_table(result: DesignResult) -> Table:
-    """Designs of the front."""
+    """Table of the designs on the Pareto front."""
     study = result.study
     header = [
         *(with_unit(o.name, o.unit) for o in study.objectives),
@@ -214,7 +214,7 @@ def front_table(result: DesignResult) -> Table:
 
 
 def chance_table(result: DesignResult) -> Table:
-    """What fresh draws say, design by design."""
+    """Table of the results over fresh draws, design by design."""
     study, first = result.study, result.study.objectives[0]
     header = ["design", "draws", "fails", "95 % interval", "without equilibrium", f"median of {first.name}"]
     header += [f"misses {c.name}" for c in study.constraints]
@@ -238,12 +238,12 @@ def chance_table(result: DesignResult) -> Table:
 
 
 def how_it_was_found(result: DesignResult) -> list[str]:
-    """Starts, effort and how nearly the design is an optimum."""
+    """Sentences on starts, effort and optimality of the design."""
     first = result.study.objectives[0]
-    kept = [value for value, violation in result.starts if violation <= 1e-6]
-    ends = [shown(x, first.unit) for x in (min(kept, default=math.nan), max(kept, default=math.nan))]
+    feasible = [value for value, violation in result.starts if violation <= 1e-6]
+    ends = [shown(x, first.unit) for x in (min(feasible, default=math.nan), max(feasible, default=math.nan))]
     return [
-        f"{len(result.starts)} starts; {len(kept)} ended with all constraints kept, at {ends[0]} to "
+        f"{len(result.starts)} starts; {len(feasible)} ended with all constraints kept, at {ends[0]} to "
         f"{ends[1]}.",
         f"{result.evaluations} evaluations with exact derivatives, {result.equilibria} equilibria.",
         f"Of the objective's gradient {100.0 * result.conditions.left:.2g} % is not explained by what "

@@ -1,1 +1,1 @@
-"""A conclusion on paper: `document` (report.json), `figures`, `page` (report.html)."""
+"""Report of a diagnosis: `document` (report.json), `figures`, `page` (report.html)."""

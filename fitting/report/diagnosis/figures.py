@@ -57,9 +57,9 @@ def _one(conclusion: Conclusion, k: int, top: Axes, below: Axes) -> None:
     known = schema.KINDS[recording.kind].columns.outputs
     column = next(c for c in known if schema.quantity_and_unit(c)[0] == channel.quantity)
     unit = schema.quantity_and_unit(column)[1]
-    there = np.isfinite(channel.sigma)
-    time = np.asarray(x.program.stacked.time)[k][there]
-    show = lambda values: from_si(np.asarray(values)[there], unit)  # noqa: E731
+    counted = np.isfinite(channel.sigma)
+    time = np.asarray(x.program.stacked.time)[k][counted]
+    show = lambda values: from_si(np.asarray(values)[counted], unit)  # noqa: E731
     base, after = x.base.evaluation.predicted[k][0], conclusion.shown.predicted[k][0]
     top.plot(time, show(channel.measured), ".", ms=2.5, color=DATA, label="measured")
     begun = specimen_of(recording.kind).set_apart(recording)
@@ -76,10 +76,10 @@ def _one(conclusion: Conclusion, k: int, top: Axes, below: Axes) -> None:
     role = "" if x.program.fitted[k] else " (validation)"
     top.set_title(f"{recording.name}{role}", fontsize=9)
     top.set_ylabel(axis_label(column), fontsize=8)
-    sigma = channel.sigma[there]
-    below.plot(time, (np.asarray(base) - channel.measured)[there] / sigma, color=BASE, lw=0.9)
+    sigma = channel.sigma[counted]
+    below.plot(time, (np.asarray(base) - channel.measured)[counted] / sigma, color=BASE, lw=0.9)
     if changed:
-        below.plot(time, (np.asarray(after) - channel.measured)[there] / sigma, color=AFTER, lw=0.9)
+        below.plot(time, (np.asarray(after) - channel.measured)[counted] / sigma, color=AFTER, lw=0.9)
     below.axhspan(-2, 2, color="#94a3b8", alpha=0.25, lw=0)
     rows = conclusion.place.rows
     if conclusion.mismatch and rows is not None and rows[0] == recording.name:
@@ -94,7 +94,7 @@ def _one(conclusion: Conclusion, k: int, top: Axes, below: Axes) -> None:
 
 
 def probability_figure(conclusion: Conclusion) -> Figure:
-    """The likeliest explanations as bars, with what is unknown and with nothing missing."""
+    """The likeliest explanations as bars, with `unknown` and `nothing missing`."""
     pool = {slug: p for slug, (p, _) in conclusion.candidates.items()}
     ranked = sorted(pool, key=lambda s: -pool[s])[:8]
     names = [*ranked, "none of these", "nothing is missing"]

@@ -1,4 +1,4 @@
-"""The model that a diagnosis leads to, as `augmented.toml` holds it."""
+"""The model that a diagnosis leads to, for `augmented.toml`."""
 
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.probabilities import UNMODELLED
@@ -12,13 +12,13 @@ MATERIAL = "material"
 
 
 def model_of(conclusion: Conclusion, source: str, start: AugmentedModel | None = None) -> AugmentedModel:
-    """The base model with its refitted constants, the effects that were found, and what is left unmodelled.
+    """The base model with its refitted constants, the effects that were found, and a model discrepancy.
 
     Args:
-        conclusion: of a diagnosis.
-        source: what it was fitted to, for the file.
-        start: model that the diagnosis started from, whose numbers and effects it keeps; a
-            diagnosis reads none of single specimens.
+        conclusion: conclusion of a diagnosis.
+        source: description of the data that it was fitted to, for the file.
+        start: model that the diagnosis started from, whose constants and effects are kept. A diagnosis reads
+            no constants of single specimens.
     """
     program, fit = conclusion.model
     start = start or AugmentedModel()
@@ -43,12 +43,12 @@ def model_of(conclusion: Conclusion, source: str, start: AugmentedModel | None =
     }
     if conclusion.start.tables:  # a law that was fitted first, whose constants these are
         tables |= dict.fromkeys(conclusion.start.tables, f"{MATERIAL}.toml")
-    added = *start.added, *_added(conclusion, source), *_rest(conclusion, source)
+    added = *start.added, *_clipped_effects(conclusion, source), *_discrepancy(conclusion, source)
     return AugmentedModel(common, added, {**start.tables, **tables}, own, "augmented", source)
 
 
-def _rest(conclusion: Conclusion, source: str) -> list[AddedDiscrepancy]:
-    """What is unmodelled, if it is modelled at all."""
+def _discrepancy(conclusion: Conclusion, source: str) -> list[AddedDiscrepancy]:
+    """The model discrepancy, if one was fitted."""
     rest = conclusion.remainder
     if rest is None:
         return []
@@ -64,8 +64,8 @@ def _rest(conclusion: Conclusion, source: str) -> list[AddedDiscrepancy]:
     return [AddedDiscrepancy(kind, rest.quantity, rest.driver, tuple(knots), tuple(corrections))]
 
 
-def _added(conclusion: Conclusion, source: str) -> list[AddedEffect]:
-    """Effects within their physical bounds, to rounding."""
+def _clipped_effects(conclusion: Conclusion, source: str) -> list[AddedEffect]:
+    """Effects clipped to their physical bounds, which rounding may exceed."""
     (program, fit), found = conclusion.model, []
     for f in conclusion.found:
         if f.slug == UNMODELLED:

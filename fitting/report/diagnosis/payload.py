@@ -12,7 +12,7 @@ SCHEMA = "pneusma-diagnosis/1"
 
 
 def content(conclusion: Conclusion) -> dict:
-    """What outside programs read."""
+    """Content for outside programs."""
     explanation = conclusion.explanation
     candidates = [
         {"name": slug, "probability": p, "log_bayes_factor": _finite(bayes)}
@@ -51,11 +51,11 @@ def content(conclusion: Conclusion) -> dict:
             "after": _score(conclusion, conclusion.after),
             "averaged": _score(conclusion, conclusion.mean) | {"over": conclusion.members},
         },
-        "nameless_correction": _generic(conclusion),
+        "nameless_correction": _competitor(conclusion),
         "base_model": conclusion.start.words or "the published model",
         "base_parameters": _base(conclusion),
         "not_testable_here": explanation.steps[0].score_test.untestable if explanation.steps else [],
-        "remainder": _remainder(conclusion),
+        "remainder": _discrepancy(conclusion),
         "left": _left(conclusion),
         "tries": explanation.tries,
         "next_experiment": conclusion.next_experiment,
@@ -64,8 +64,8 @@ def content(conclusion: Conclusion) -> dict:
     }
 
 
-def _generic(conclusion: Conclusion) -> dict | None:
-    """The smooth correction that named effects were raced against."""
+def _competitor(conclusion: Conclusion) -> dict | None:
+    """The model discrepancy that competed with the named effects."""
     discrepancy = conclusion.discrepancy
     if discrepancy is None:
         return None
@@ -95,8 +95,8 @@ def _score(conclusion: Conclusion, score: HeldOut) -> dict:
     return {"rmse": rmse, "reduced_chi2": _finite(score.reduced_chi2)}
 
 
-def _remainder(conclusion: Conclusion) -> dict | None:
-    """What is unmodelled, described by what it goes with; SI, unknown outside the range of its knots."""
+def _discrepancy(conclusion: Conclusion) -> dict | None:
+    """The remaining model discrepancy and its driver; SI, unknown outside the range of its knots."""
     rest = conclusion.remainder
     if rest is None:
         return None

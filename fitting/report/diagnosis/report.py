@@ -1,4 +1,4 @@
-"""The report of a diagnosis: the verdict first, then everything that stands behind it."""
+"""The report of a diagnosis: the verdict first, then its evidence."""
 
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.text import place_text, verdict_sentences
@@ -24,13 +24,13 @@ CAPTIONS = {
 def report_of(
     conclusion: Conclusion, title: str, command: str, seed: int = 0, start: AugmentedModel | None = None
 ) -> Report:
-    """Everything that is said about the conclusion.
+    """The report of the conclusion.
 
     Args:
-        conclusion: of a diagnosis.
-        title: of the campaign.
-        command: that makes the report again.
-        seed: of the diagnosis, for the file of the model.
+        conclusion: conclusion of a diagnosis.
+        title: title of the campaign.
+        command: command that makes the report again.
+        seed: seed of the diagnosis, for the file of the model.
         start: model that the diagnosis started from.
     """
     x = conclusion.explanation
@@ -48,7 +48,7 @@ def report_of(
                 Picture("recordings", CAPTIONS["recordings"], lambda: recordings_figure(conclusion)),
             ]),
             Section("Where", [place_text(conclusion)]),
-            Section("What", _what(conclusion)),
+            Section("What", _findings(conclusion)),
             Section("Held-out recordings", [score_table(conclusion), text.race(conclusion)]),
             Section("What the base model's constants absorbed", _absorbed(conclusion)),
             *_discrepancy(conclusion),
@@ -64,8 +64,8 @@ def report_of(
     )  # fmt: skip
 
 
-def _what(conclusion: Conclusion) -> list[Block]:
-    """Effects that were found, and the candidates they were chosen from."""
+def _findings(conclusion: Conclusion) -> list[Block]:
+    """Effects that were found, and the candidates for them."""
     effects = [
         Section(words_of(found.slug), [text.effect(found), effect_table(conclusion, found)])
         for found in conclusion.found
@@ -85,7 +85,7 @@ def _absorbed(conclusion: Conclusion) -> list[Block]:
 
 
 def _discrepancy(conclusion: Conclusion) -> list[Section]:
-    """The model discrepancy that describes what remains, if there is one."""
+    """The model discrepancy that describes the remaining misfit, if there is one."""
     if conclusion.remainder is None:
         return []
     blocks = [text.discrepancy(conclusion), discrepancy_table(conclusion)]

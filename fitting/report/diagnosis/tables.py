@@ -15,7 +15,7 @@ from ..cells import joined, number, with_unit
 from ..table import Table
 
 NONE = "-"
-"""Text of a cell to which nothing belongs."""
+"""Text of an empty cell."""
 CANDIDATES = (
     "candidate", "probability", "log Bayes factor", "chi2, fitted", "chi2, cross-validated",
     "largest deviation (sd)", "at its bound",
@@ -29,7 +29,7 @@ def words_of(slug: str) -> str:
 
 
 def effect_table(conclusion: Conclusion, found: Found) -> Table:
-    """Parameters of an effect that was found."""
+    """Table of the parameters of an effect that was found."""
     items = {i.name: i for i in conclusion.explanation.program.unknowns.items if i.effect == found.slug}
     rows = []
     for name, entry in found.parameters.items():
@@ -41,7 +41,7 @@ def effect_table(conclusion: Conclusion, found: Found) -> Table:
 
 
 def candidate_table(conclusion: Conclusion) -> Table:
-    """Every candidate for the first effect that was fitted; no rows where none was."""
+    """Table of every fitted candidate for the first effect; no rows where none was fitted."""
     x, step = conclusion.explanation, conclusion.explanation.leading
     if step is None or not step.candidates:
         return Table(CANDIDATES, [])
@@ -63,7 +63,7 @@ def candidate_table(conclusion: Conclusion) -> Table:
 
 
 def score_table(conclusion: Conclusion) -> Table:
-    """Errors on held-out recordings, without and with what was found."""
+    """Table of errors on held-out recordings, without and with the effects found."""
     kind = conclusion.explanation.program.kind
     columns = {schema.quantity_and_unit(c)[0]: c for c in schema.KINDS[kind].columns.outputs}
 
@@ -82,7 +82,7 @@ def score_table(conclusion: Conclusion) -> Table:
 
 
 def base_table(conclusion: Conclusion) -> Table:
-    """Constants of the base model: nominal, refitted alone, refitted with what was found."""
+    """Table of the base model's constants: nominal, refitted alone, refitted with the effects found."""
     x, final = conclusion.explanation, conclusion.model[1]
     rows, specimens = [], list(dict.fromkeys(r.specimen for r in x.program.recordings))
     for k in x.program.unknowns.base:
@@ -97,7 +97,7 @@ def base_table(conclusion: Conclusion) -> Table:
 
 
 def discrepancy_table(conclusion: Conclusion) -> Table:
-    """The smooth correction that describes what remains, at its knots."""
+    """Table of the model discrepancy at its knots."""
     rest = conclusion.remainder
     header = [with_unit(rest.driver, unit_of(rest.driver)),
               with_unit(f"correction of {rest.quantity}", unit_of(rest.quantity)), "sd"]  # fmt: skip

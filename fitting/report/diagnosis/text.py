@@ -13,7 +13,7 @@ ALL_EXACT = "The recordings state every constant as exact."
 
 
 def question(conclusion: Conclusion) -> str:
-    """What the diagnosis asks."""
+    """The question of the diagnosis."""
     program = conclusion.explanation.program
     model = conclusion.start.words or "the published model"
     return (
@@ -23,7 +23,7 @@ def question(conclusion: Conclusion) -> str:
 
 
 def effect(found: Found) -> str:
-    """What an effect is, and how sure it is."""
+    """Description of an effect and its probability."""
     close = f" The recordings do not tell it from {', '.join(found.confusable)}." if found.confusable else ""
     sure = f"Probability {found.probability:.2f}, log Bayes factor {number(found.bayes, '.0f')}."
     return f"{found.text} {sure}{close}"
@@ -37,7 +37,8 @@ def untestable(conclusion: Conclusion) -> str:
 
 
 def race(conclusion: Conclusion) -> str:
-    """The effects found against a model discrepancy, by cross-validation over the fitted recordings."""
+    """Comparison of the effects found with a model discrepancy, by cross-validation over the fitted
+    recordings."""
     discrepancy, x = conclusion.discrepancy, conclusion.explanation
     if discrepancy is None or not x.final.slugs:
         return ""
@@ -52,7 +53,7 @@ def race(conclusion: Conclusion) -> str:
 
 
 def discrepancy(conclusion: Conclusion) -> str:
-    """The smooth correction that describes what remains."""
+    """Sentence on the model discrepancy that describes the remaining misfit."""
     rest = conclusion.remainder
     ends = f"between {number(rest.knots[0], '.4g')} and {number(rest.knots[-1], '.4g')}"
     span = with_unit(f"{rest.driver} {ends}", unit_of(rest.driver))
@@ -66,6 +67,6 @@ def discrepancy(conclusion: Conclusion) -> str:
 
 
 def next_experiment(conclusion: Conclusion) -> str:
-    """What to measure next."""
+    """Recommendation of the next measurement."""
     found = conclusion.next_experiment
     return found["text"] if found else "None is needed."

@@ -1,4 +1,4 @@
-"""The catalogue of missing physics, told and drawn: what an effect is, and what it does to a recording."""
+"""Presentation of the catalogue of missing physics: each effect, and its influence on a recording."""
 
 from fitting.simulate.effect_signature import Signature, chosen, signature
 

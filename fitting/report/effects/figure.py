@@ -8,7 +8,8 @@ from fitting.simulate.effect_signature import Signature
 
 
 def signature_figure(found: Signature) -> Figure:
-    """Columns are outputs; rows the course over time, what changes, and the loop over the drive."""
+    """Figure with one column per output; rows are the time history, the change, and the loop over the
+    drive."""
     driver = next(iter(found.drive))
     driver = "pressure_kPa" if driver == "time_s" else driver
     time, outputs = found.drive["time_s"], list(found.without)

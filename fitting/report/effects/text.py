@@ -12,7 +12,7 @@ from ..table import WIDTH, Table, table_text
 
 
 def catalogue_table() -> str:
-    """Every effect: its name, the kinds of recording that can show it, where a report puts it, what it is."""
+    """Table of every effect: name, kinds of recording that can show it, place in a report, description."""
     rows = [(slug, effect.kinds, effect.component, effect.sentence) for slug, effect in CATALOGUE.items()]
     table = Table(("effect", "kinds", "where", "what was left out"), rows)
     letters = ", ".join(f"{one.letter} {one.kind}" for one in SPECIMENS.values())
@@ -20,7 +20,7 @@ def catalogue_table() -> str:
 
 
 def described(slug: str) -> str:
-    """One effect: what it is, its law, its source, and its parameters with their ranges.
+    """One effect: description, law, source, and parameters with their ranges.
 
     Raises:
         InputError: if there is none; names the nearest.

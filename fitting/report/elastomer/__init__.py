@@ -1,1 +1,1 @@
-"""The characterisation of an elastomer on paper."""
+"""Report on the characterisation of an elastomer."""

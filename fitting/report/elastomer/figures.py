@@ -24,7 +24,7 @@ COLOURS = {
 RECORDINGS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
 MARKERS = "osD^vP*X"
 POINTS = 300
-MOST_MARKS = 90  # of all recordings together; more are a smear
+MOST_MARKS = 90  # Maximum number of marks of all recordings together; more would overlap
 
 
 def pictures(result: ElastomerCharacterisation) -> dict[str, Picture]:
@@ -83,11 +83,11 @@ def _curves(
     strains, stresses = result.best.rested(samples)
     shown = (strains >= span[0]) & (strains <= span[1])
     for k, curve in enumerate(samples.curves):
-        mine = np.flatnonzero(samples.of(k) & shown)
-        mine = mine[:: max(len(mine) * len(samples.curves) // MOST_MARKS, 1)]
+        part = np.flatnonzero(samples.of(k) & shown)
+        part = part[:: max(len(part) * len(samples.curves) // MOST_MARKS, 1)]
         label = curve.name + (" (validation)" if curve.role == "validation" else "")
         axes.plot(
-            1.0 + strains[mine], stresses[mine] / 1e3, MARKERS[k % len(MARKERS)], ms=3.2, mew=0.6,
+            1.0 + strains[part], stresses[part] / 1e3, MARKERS[k % len(MARKERS)], ms=3.2, mew=0.6,
             color=BLACK, markerfacecolor="none", zorder=4, label=label if len(samples.curves) <= 6 else None,
         )  # fmt: skip
     strain = np.linspace(*span, POINTS)
@@ -106,28 +106,28 @@ def _curves(
 
 
 def residual_figure(result: ElastomerCharacterisation) -> Figure:
-    """Measured less fitted stress: the chosen law by recording with the noise, and every law."""
+    """Figure of measured less fitted stress: the chosen law by recording with the noise, and every law."""
     samples = result.samples
     drawing, (left, right) = _axes(2)
     model = result.best.predict(samples)
     noise = max(curve.noise for curve in samples.curves) / 1e3
     left.axhspan(-2 * noise, 2 * noise, color=SKY, alpha=0.25, lw=0, label="± 2 sigma of the noise")
     for k, curve in enumerate(samples.curves):
-        mine = samples.of(k)
+        part = samples.of(k)
         look = {"ls": ":", "lw": 1.2} if curve.role == "validation" else {"ls": "-", "lw": 0.9}
         label = f"{curve.name} (validation)" if curve.role == "validation" else curve.name
         colour = RECORDINGS[k % len(RECORDINGS)]
         left.plot(
-            samples.stretch[mine], (samples.stress - model)[mine] / 1e3, color=colour, label=label, **look
+            samples.stretch[part], (samples.stress - model)[part] / 1e3, color=colour, label=label, **look
         )
     left.set_title(f"{result.best.law.label}, by recording")
     for name, fit in result.whole.fits.items():
         rest = (samples.stress - fit.predict(samples)) / 1e3
         for k in range(len(samples.curves)):
-            mine = samples.of(k) & samples.fitted
+            part = samples.of(k) & samples.fitted
             right.plot(
-                samples.stretch[mine],
-                rest[mine],
+                samples.stretch[part],
+                rest[part],
                 color=COLOURS[name],
                 lw=0.9,
                 label=None if k else fit.law.label,
@@ -142,7 +142,7 @@ def residual_figure(result: ElastomerCharacterisation) -> Figure:
 
 
 def drift_figure(analysis: Analysis) -> Figure:
-    """Shear modulus at rest of every law over the largest stretch it was fitted to."""
+    """Figure of every law's shear modulus at rest over the largest stretch of its fit."""
     drawing, (axes,) = _axes(1, 7.2, 4.4)
     for k, (name, held) in enumerate(analysis.held.items()):
         reach = np.array([r.reach for r in held.ranges])
@@ -176,12 +176,12 @@ def _range_axis(axes: Axes, reach: np.ndarray) -> None:
 
 
 def held_out_figure(analysis: Analysis) -> Figure:
-    """Error where a law was fitted and on what follows, over the range; and in gaps of the curve."""
+    """Figure of the error within and beyond the range of a fit, over that range; and in gaps of the curve."""
     drawing, (inside, following, gaps) = _axes(3, 10.5, 4.2)
     for name, held in analysis.held.items():
         look = {"color": COLOURS[name], "ms": 4, "lw": 1.2}
         if name == analysis.choice.chosen:
-            look |= {"ms": 6, "lw": 3.0, "zorder": 1.5}  # under a law that does the same, and seen beside it
+            look |= {"ms": 6, "lw": 3.0, "zorder": 1.5}  # visible below a law with the same values
         partial = [r for r in held.ranges if r.following is not None]
         reach = np.array([r.reach for r in held.ranges])
         label = analysis.fits[name].law.label

@@ -1,4 +1,4 @@
-"""The content of `report.json`: everything that was found, as numbers with units and as sentences."""
+"""The content of `report.json`: all findings as numbers with units and as sentences."""
 
 from typing import Any
 

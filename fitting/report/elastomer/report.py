@@ -1,4 +1,4 @@
-"""The report of a fitted elastomer: which law, its constants, how far each law holds, the next test."""
+"""The report of a fitted elastomer: the selected law, its constants, range of validity, and the next test."""
 
 from fitting.calibrate.elastomer.next_test import CAUSES
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
@@ -13,7 +13,7 @@ from .tables import drift_table, law_table, next_test_table, parameter_table
 
 
 def report_of(result: ElastomerCharacterisation) -> Report:
-    """Everything that is said about the result."""
+    """The report of the result."""
     samples = result.samples
     drawn = pictures(result)
     over_ranges = [drawn[name] for name in ("held_out", "drift") if name in drawn]

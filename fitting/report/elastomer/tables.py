@@ -34,7 +34,7 @@ def _percent(value: float | None) -> str:
 
 
 def parameter_table(result: ElastomerCharacterisation) -> Table:
-    """Constants of the law that was taken, for the whole range and for an actuator's."""
+    """Table of the selected law's constants, for the whole range and for an actuator's."""
     analyses = [("whole range", result.whole)]
     if result.actuator is not result.whole:
         analyses.append(("actuator's range", result.actuator))
@@ -47,7 +47,7 @@ def parameter_table(result: ElastomerCharacterisation) -> Table:
 
 
 def law_table(analysis: Analysis) -> Table:
-    """Every law with its errors, best first."""
+    """Table of every law with its errors, best first."""
     validation = any(held.validation for held in analysis.held.values())
     recordings = any(held.recordings for held in analysis.held.values())
     header = ["law", "free", "fit kPa", "gaps kPa", "gaps %", "next %"]
@@ -74,7 +74,7 @@ def law_table(analysis: Analysis) -> Table:
 
 
 def drift_table(analysis: Analysis) -> Table:
-    """Shear modulus at rest, and error past the range, of every law over the range it was fitted to."""
+    """Table of every law's shear modulus at rest, and error beyond the range, over the range of its fit."""
     reaches = [r.reach for r in next(iter(analysis.held.values())).ranges]
     header = ["law", *(f"to stretch {reach:.3g}" for reach in reaches), "largest drift"]
     rows = []
@@ -91,7 +91,8 @@ def drift_table(analysis: Analysis) -> Table:
 
 
 def next_test_table(test: NextTest, causes: Sequence[str]) -> Table:
-    """Error of the stress that is left now and after each test, with its causes; the best test is chosen."""
+    """Table of the remaining error of the stress now and after each test, with its causes; the best test is
+    marked."""
     header = ["test", "error left (kPa)", *(f"from {cause}" for cause in causes), "information (nats)"]
     now = [_kilopascal(test.error_before), *(_kilopascal(test.before[cause]) for cause in causes)]
     rows = [["as it stands", *now, ""]]

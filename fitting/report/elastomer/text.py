@@ -1,4 +1,4 @@
-"""What the fit of an elastomer says, in sentences that a laboratory can act on."""
+"""Sentences on the fit of an elastomer, for the laboratory."""
 
 import math
 
@@ -18,13 +18,14 @@ from ..cells import joined, percent, with_error
 from ..characterisation import estimate_text
 
 CORRELATED = 0.3
-"""Lag-1 correlation of the residuals from which they are called correlated."""
+"""Minimum lag-1 correlation of residuals that are called correlated."""
 MOST_IN_A_SENTENCE = 4
-"""Constants of a law; more are left to the table."""
+"""Maximum number of constants of a law in a sentence; more are left to the table."""
 MANY_PAIRS = 2
-"""More strongly correlated pairs than these are summed up."""
+"""Maximum number of strongly correlated pairs that are listed singly."""
 LARGE_HYSTERESIS = 0.03
-"""Of the stress; below it loading and unloading are one curve for most purposes."""
+"""Minimum reported hysteresis, as part of the stress; below it loading and unloading are one curve for most
+purposes."""
 
 
 def constants(fit: LawFit) -> str:
@@ -42,7 +43,7 @@ def kilopascal(value: float) -> str:
 
 
 def verdict(result: ElastomerCharacterisation) -> list[str]:
-    """The few sentences to read if nothing else is read."""
+    """The few most important sentences."""
     sentences = [_which_law(result.whole)]
     one_constant = {name: d for name, d in result.whole.drifts.items() if len(d) == 1}
     sentences += drift.verdict(result.whole.held, one_constant)
@@ -68,7 +69,7 @@ def _which_law(analysis: Analysis) -> str:
 
 
 def _numbers(fit: LawFit) -> str:
-    """Its constants, where they are few enough to be read in a sentence."""
+    """Constants of a law, where they are few enough for a sentence."""
     return f", {constants(fit)}" if len(fit.values) <= MOST_IN_A_SENTENCE else ""
 
 
@@ -132,7 +133,7 @@ def _untested_side(analysis: Analysis) -> str:
 
 
 def warnings(result: ElastomerCharacterisation) -> list[str]:
-    """What could mislead: laws that turn back, hysteresis, constants at bounds, simulated data."""
+    """Warnings: laws that turn back, hysteresis, constants at bounds, simulated data."""
     found = []
     for analysis in {id(a): a for a in (result.whole, result.actuator)}.values():
         name = analysis.choice.chosen
@@ -157,7 +158,7 @@ def warnings(result: ElastomerCharacterisation) -> list[str]:
 
 
 def how_it_was_fitted(result: ElastomerCharacterisation) -> list[str]:
-    """Weighting, noise, what the standard errors mean, specimens."""
+    """Sentences on weighting, noise, meaning of the standard errors, specimens."""
     samples, fit = result.samples, result.best
     sentences = [_weighting(result), *_noise(result), _errors(fit), *_zeros(result)]
     if fit.factors:
@@ -247,7 +248,7 @@ def _errors(fit: LawFit) -> str:
 
 
 def identifiability_of(fit: LawFit) -> list[dict]:
-    """Loose directions of a law's constants, in the unit of files."""
+    """Undetermined directions of a law's constants, in the unit of files."""
     free = fit.free
     names = [fit.law.names[k] for k in free]
     return identifiability(names, fit.values[free], fit.covariance[np.ix_(free, free)], fit.at_bound)

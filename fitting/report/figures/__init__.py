@@ -1,4 +1,4 @@
-"""The house's figures: one style, colours that colour-blind readers tell apart, every axis with its unit.
+"""Shared style of all figures: colours that colour-blind readers can distinguish, every axis with its unit.
 
 Figures are made from results and never fit anything. No global state of matplotlib is touched.
 """
@@ -97,12 +97,12 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
 def panel_grid(
     count: int, width: float, height: float, margin: tuple[float, float] = (0.0, 0.0)
 ) -> tuple[Figure, list[Axes]]:
-    """A figure of equal panels, at most four in a row; places that are left over stay empty.
+    """A figure of equal panels, at most four in a row. Surplus places stay empty.
 
     Args:
         count: number of panels.
-        width, height: of one panel [inch].
-        margin: what the figure has beside the panels, across and along [inch].
+        width, height: width and height of one panel [inch].
+        margin: additional width and height of the figure beside the panels [inch].
     """
     columns = min(count, MOST_COLUMNS)
     lines = -(-count // columns)
@@ -125,13 +125,13 @@ def recording_figure(
     outputs: Mapping[str, tuple[np.ndarray, np.ndarray]],
     noise: Mapping[str, float],
 ) -> Figure:
-    """Measured and predicted outputs of a recording over its driving quantity, and what is left between them.
+    """Figure of measured and predicted outputs of a recording over its driving quantity, with residuals.
 
     Args:
         title: name of the recording.
         x: canonical column and values of the horizontal axis.
         outputs: measurement and prediction by canonical column, in that column's unit, shape (rows,).
-        noise: 1-sigma of the instrument by canonical column, where it is known.
+        noise: standard deviation of the instrument's noise by canonical column, where it is known.
     """
     name, values = x
     with style():

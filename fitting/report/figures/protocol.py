@@ -1,4 +1,4 @@
-"""The figure of a protocol: what is done and what happens over time, and each over the other."""
+"""The figure of a protocol: inputs and responses over time, and each output over an input."""
 
 from collections.abc import Mapping
 
@@ -12,14 +12,14 @@ from . import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, axis_label, legend_ab
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 ALIKE = {"xi0": "martensite fraction [1]", "duty": "duty cycle [1]"}
-MOST_PANELS = 3  # of outputs
+MOST_PANELS = 3  # Maximum number of panels of outputs
 
 
 def protocol_figure(course: Course) -> Figure:
-    """Inputs and outputs over time on the left; on the right each output over the input that moves most.
+    """Inputs and outputs over time on the left. On the right, each output over the input that changes most.
 
     Args:
-        course: of at least one row.
+        course: response with one row or more.
     """
     time = course.inputs["time_s"]
     driven = _moving({name: v for name, v in course.inputs.items() if name != "time_s"})
@@ -56,7 +56,7 @@ def _moving(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def _grouped(columns: Mapping[str, np.ndarray]) -> dict[str, dict[str, np.ndarray]]:
-    """Inputs of one kind share a panel."""
+    """Columns by panel: inputs of one kind share one."""
     groups: dict[str, dict[str, np.ndarray]] = {}
     for name, values in columns.items():
         groups.setdefault(_label(name, plain=True), {})[name] = values
@@ -64,7 +64,7 @@ def _grouped(columns: Mapping[str, np.ndarray]) -> dict[str, dict[str, np.ndarra
 
 
 def _label(name: str, plain: bool = False) -> str:
-    """Words and unit of a column; `plain` leaves out which spring or segment it is of."""
+    """Words and unit of a column; `plain` leaves out the number of spring or segment."""
     bare, before = name.removeprefix("model_"), ""
     if bare.startswith("segment_"):
         _, number, bare = bare.split("_", 2)
@@ -90,10 +90,10 @@ def _lines(axes: Axes, time: np.ndarray, members: Mapping[str, np.ndarray], labe
 
 
 def _loop(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    """An output over an input, with both ends marked."""
+    """Draw an output over an input, with both ends marked."""
     axes.plot(x, y, color=BLUE, linewidth=1.4)
-    held = np.flatnonzero(np.isfinite(y))
-    if held.size:
-        first, last = held[0], held[-1]
+    finite = np.flatnonzero(np.isfinite(y))
+    if finite.size:
+        first, last = finite[0], finite[-1]
         axes.plot(x[first], y[first], "o", color=BLUE, markerfacecolor="white", markersize=7)
         axes.plot(x[last], y[last], "o", color=BLUE, markersize=5)

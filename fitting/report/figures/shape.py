@@ -34,8 +34,8 @@ HEAT = ListedColormap(
 )  # hot orange to cold blue, no pale end
 PHASES = ScalarMappable(Normalize(0.0, 1.0), HEAT)
 CURVES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
-LEAST_ASPECT = 0.6  # of the box that is drawn: the labels of a thinner one run into each other
-POINTS, SPOKES = 25, 25  # along a segment, around the tube
+LEAST_ASPECT = 0.6  # Minimum aspect ratio of the drawn box; labels of a thinner one overlap
+POINTS, SPOKES = 25, 25  # Numbers of points along a segment and around the tube
 FRAMES, FRAMES_PER_SECOND, PIXELS_PER_INCH = 40, 10, 80
 
 
@@ -51,14 +51,15 @@ class _Segment:
 
 @dataclass
 class _Scene:
-    """Everything that is drawn, over rows; coordinates in mm."""
+    """All lines to draw, over rows; coordinates in mm."""
 
     segments: list[_Segment]
     centre: np.ndarray
 
     @property
     def box(self) -> np.ndarray:
-        """Lower and upper corner of a box that holds all rows and is nowhere thin, shape (2, 3)."""
+        """Lower and upper corner of a box that contains all rows and has a minimum thickness, shape (2,
+        3)."""
         points = np.concatenate([part.wall.reshape(-1, 3) for part in self.segments])
         low, high = points.min(axis=0), points.max(axis=0)
         half = 0.5 * np.maximum(high - low, LEAST_ASPECT * np.max(high - low))
@@ -69,9 +70,9 @@ def chain_figure(chain: SegmentChain, found: ChainEquilibrium, title: str = "") 
     """The chain in one configuration.
 
     Args:
-        chain: places of springs and fibres are taken from it.
-        found: the solved configuration; see `serial_chain.segments.solve_chain`.
-        title: above the figure.
+        chain: chain with the positions of springs and fibres.
+        found: solved configuration; see `serial_chain.segments.solve_chain`.
+        title: title above the figure.
 
     Raises:
         InputError: if a segment found no equilibrium.
@@ -103,11 +104,11 @@ def animation(
     """A GIF of a history: the chain in space above, martensite fractions and pressure below.
 
     Args:
-        chain: places of springs and fibres are taken from it.
-        history: as from `serial_chain.segments.simulate_chain_history`.
-        pressure: gauge [Pa], shape (rows,).
-        time: [s], shape (rows,); rows are counted if None.
-        frames: rows to show, evenly spaced; 40 take about half a megabyte.
+        chain: chain with the positions of springs and fibres.
+        history: history from `serial_chain.segments.simulate_chain_history`.
+        pressure: gauge pressure [Pa], shape (rows,).
+        time: time [s], shape (rows,); rows are counted if None.
+        frames: number of rows to show, evenly spaced; 40 take about half a megabyte.
 
     Raises:
         InputError: if no row was solved.
@@ -143,10 +144,10 @@ def animation(
 
 
 def section_outline(section: Section) -> np.ndarray:
-    """Places on the section's outer line, a closed polygon [m], shape (n, 2).
+    """Points on the section's outer line, a closed polygon [m], shape (n, 2).
 
-    One lies on each of `SPOKES` rays from the centre line, and one at each corner. Where a ray meets no wall,
-    it lies at the distance of the sides.
+    There is one on each of `SPOKES` rays from the centre line, and one at each corner. Where a ray meets no
+    wall, the point lies at the distance of the sides.
     """
     corners = np.asarray(getattr(section.shapes[0], "vertices", np.zeros((0, 2))))
     turns = np.arctan2(corners[:, 1], corners[:, 0]) % (2.0 * np.pi)

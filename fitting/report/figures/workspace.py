@@ -1,4 +1,4 @@
-"""Figures of workspaces: what the source's Fig. 3.25 shows, from computed states, and where chains reach."""
+"""Figures of workspaces: computed states in the form of the source's Fig. 3.25, and reach of chains."""
 
 from collections.abc import Sequence
 
@@ -19,17 +19,18 @@ LOOKS = {
     "pneusma1": ("PneuSMA1", ORANGE),
     "pneusma2": ("PneuSMA2", BLUE),
 }
-OTHERS = (PURPLE, VERMILION, SKY)  # in turn, for designs that are not the source's
+OTHERS = (PURPLE, VERMILION, SKY)  # Colours in turn for designs that are not the source's
 MOST_TICKS = 5
 
 
 def workspace_figure(workspaces: Sequence[Workspace]) -> Figure:
     """Reachable curvature and bend angle over pressure, and the most and least bent shape of each design.
 
-    A design with springs reaches a region, shaded, because its activation can be chosen; one without a line.
+    A design with springs reaches a shaded region, because its activation can be chosen. One without springs
+    reaches a line.
 
     Args:
-        workspaces: of which at least one state was found each.
+        workspaces: workspaces with one or more solved states each.
     """
     with style():
         figure = Figure(figsize=(11.0, 8.6), layout="constrained")
@@ -66,8 +67,8 @@ def activation_figure(workspaces: Sequence[Workspace], levels: int = 4) -> Figur
     """Curvature and bend angle over the martensite fraction of the heated spring, at a few pressures.
 
     Args:
-        workspaces: of designs with springs.
-        levels: how many pressures to show.
+        workspaces: workspaces of designs with springs.
+        levels: number of pressures to show.
     """
     with style():
         figure = Figure(figsize=(1.0 + 4.6 * len(workspaces), 7.0), layout="constrained")
@@ -85,7 +86,7 @@ def activation_figure(workspaces: Sequence[Workspace], levels: int = 4) -> Figur
             several = len(workspace.heated) > 1
             side = "; heating spring 1 bends the other way" if several else ""
             side = side if workspace.planar else "; one spring heated at a time"
-            above.set_title(f"{_look(workspace.design)[0]}{side}", fontsize=10)
+            above.set_title(f"{_tag(workspace.design)[0]}{side}", fontsize=10)
             below.set_xlabel("martensite fraction xi0 of the heated spring [1]")
         panels[0, 0].invert_xaxis()  # the axes are shared: from cold to hot
         panels[0, 0].set_ylabel("curvature [1/m]")
@@ -107,10 +108,10 @@ def _same_scale(views: Sequence[Axes]) -> None:
 
 
 def direction_figure(workspaces: Sequence[Workspace]) -> Figure:
-    """Bend angle over its direction, for designs that bend freely; every state that was found is a point.
+    """Figure of bend angle over its direction, for designs that bend freely; every solved state is a point.
 
     Args:
-        workspaces: of such designs, with at least one state each.
+        workspaces: workspaces of such designs, with one or more states each.
     """
     with style():
         figure = Figure(figsize=(1.2 + 5.0 * len(workspaces), 5.2), layout="constrained")
@@ -119,59 +120,60 @@ def direction_figure(workspaces: Sequence[Workspace]) -> Figure:
         for axes, workspace in zip(panels, workspaces, strict=True):
             pressure = np.broadcast_to(from_si(workspace.pressure, "kPa"), workspace.bend.shape)
             where, far = workspace.direction.ravel(), from_si(workspace.bend, "deg").ravel()
-            seen = axes.scatter(where, far, c=pressure.ravel(), s=5, cmap="viridis", linewidths=0)
-            axes.set_title(f"{_look(workspace.design)[0]}: bend angle [deg] over bend direction", fontsize=10)
+            points = axes.scatter(where, far, c=pressure.ravel(), s=5, cmap="viridis", linewidths=0)
+            axes.set_title(f"{_tag(workspace.design)[0]}: bend angle [deg] over bend direction", fontsize=10)
             axes.set_rmax(1.05 * most)
             axes.set_rlabel_position(15.0)
             axes.yaxis.set_major_locator(MaxNLocator(MOST_TICKS))
-        figure.colorbar(seen, ax=list(panels), shrink=0.75, label="gauge pressure [kPa]")
+        figure.colorbar(points, ax=list(panels), shrink=0.75, label="gauge pressure [kPa]")
     return figure
 
 
 def reach_figure(reach: ChainReach) -> Figure:
-    """Places of a chain's tip in two views.
+    """Figure of a chain's tip positions in two views.
 
     Args:
-        reach: with at least one state found.
+        reach: reach with one or more solved states.
     """
     tips, pressure = from_si(reach.tip, "mm"), from_si(reach.pressure, "kPa")
     with style():
         figure = Figure(figsize=(11.0, 5.6), layout="constrained")
         panels = figure.subplots(1, 2, sharey=True)
         for axes, across in zip(panels, (0, 1), strict=True):
-            seen = axes.scatter(tips[:, across], tips[:, 2], c=pressure, s=3, cmap="viridis", linewidths=0)
+            points = axes.scatter(tips[:, across], tips[:, 2], c=pressure, s=3, cmap="viridis", linewidths=0)
             axes.plot(0.0, 0.0, "ks", markersize=7)
             axes.set_xlabel(f"{'xy'[across]} [mm]")
             axes.set_aspect("equal", adjustable="datalim")
         panels[0].set_ylabel("z [mm]")
         figure.suptitle(f"{reach.name}: places of the tip; the square is the base", fontsize=12)
-        figure.colorbar(seen, ax=list(panels), shrink=0.8, label="gauge pressure [kPa]")
+        figure.colorbar(points, ax=list(panels), shrink=0.8, label="gauge pressure [kPa]")
     return figure
 
 
-def _look(design: str) -> tuple[str, str]:
-    """Name and colour of a design; the same name gets the same colour in every figure."""
+def _tag(design: str) -> tuple[str, str]:
+    """Name and colour of a design. The same name gets the same colour in every figure."""
     return LOOKS.get(design) or (design, OTHERS[sum(map(ord, design)) % len(OTHERS)])
 
 
 def _reach(axes: Axes, workspace: Workspace, values: np.ndarray) -> None:
-    name, colour = _look(workspace.design)
+    name, colour = _tag(workspace.design)
     pressure = from_si(workspace.pressure, "kPa")
     if not workspace.springs:
         axes.plot(pressure, values[0, 0], color=colour, linewidth=2.6, label=name, zorder=3)
         return
-    known = np.isfinite(values).any(axis=(0, 1))
-    least = np.nanmin(values[..., known], axis=(0, 1))
-    most = np.nanmax(values[..., known], axis=(0, 1))
+    reached = np.isfinite(values).any(axis=(0, 1))
+    least = np.nanmin(values[..., reached], axis=(0, 1))
+    most = np.nanmax(values[..., reached], axis=(0, 1))
     hottest = f"{name}, heated to xi0 = {workspace.xi0.min():g}"
-    axes.fill_between(pressure[known], least, most, color=colour, alpha=0.28, linewidth=0, label=hottest)
+    axes.fill_between(pressure[reached], least, most, color=colour, alpha=0.28, linewidth=0, label=hottest)
     for edge in (least, most):
-        axes.plot(pressure[known], edge, color=colour, linewidth=1.4)
+        axes.plot(pressure[reached], edge, color=colour, linewidth=1.4)
 
 
 def _shapes(axes: Axes, workspace: Workspace) -> None:
-    """Side view of the least and the most bent state, each standing on its clamp; its numbers below."""
-    name, colour = _look(workspace.design)
+    """Draw a side view of the least and the most bent state, each standing on its clamp, with its numbers
+    below."""
+    name, colour = _tag(workspace.design)
     radius = 0.5 * from_si(workspace.outer_diameter, "mm")
     left = 0.0
     places = []
@@ -195,7 +197,7 @@ def _shapes(axes: Axes, workspace: Workspace) -> None:
         places.append((left + 0.5 * width, _words(workspace, index)))
         left += width + 7.0 * radius
     low, high = axes.get_ylim()
-    axes.set_ylim(low - 36.0, high)  # a strip for the words
+    axes.set_ylim(low - 36.0, high)  # a strip for the text
     for x, words in places:
         axes.text(x, low - 4.0, words, ha="center", va="top", fontsize=8.5)
     axes.set_aspect("equal")
@@ -217,10 +219,10 @@ def side_line(length: float, bend: float, offset: float, count: int = 90) -> tup
     """A line along the bent actuator, which stands at the origin, points up and bends to the right.
 
     Args:
-        length: of the centre line.
-        bend: angle [rad].
-        offset: of the line from the centre line towards side 1, which is on the left.
-        count: points.
+        length: length of the centre line.
+        bend: bend angle [rad].
+        offset: offset of the line from the centre line towards side 1, which is on the left.
+        count: number of points.
 
     Returns:
         Coordinates, each of shape (count,).

@@ -1,1 +1,1 @@
-"""The characterisation of a wire, tube or actuator on paper."""
+"""Report on the characterisation of a wire, tube or actuator."""

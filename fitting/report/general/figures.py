@@ -1,4 +1,4 @@
-"""Figures of characterised wires, tubes and actuators: data and model, what is left, what was learnt."""
+"""Figures of characterised wires, tubes and actuators: data and model, residuals, gain of information."""
 
 from collections.abc import Callable, Sequence
 

@@ -6,7 +6,7 @@ from fitting.calibrate.assumed import notices_of
 from fitting.calibrate.general.information import advice
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import Score, overall
-from fitting.calibrate.spring.alloy_table import KELVIN
+from fitting.calibrate.quoted import KELVIN
 from fitting.specimens import WIRE
 from fitting.specimens.rows import MOST_ROWS
 from pneusma_jax.units import from_si
@@ -16,14 +16,14 @@ from . import text, wires
 
 
 def _named(column: str, measures: dict[str, float]) -> dict[str, float]:
-    """Measures under names that carry the column; those of a stress in MPa as alloys have them."""
+    """Measures by name with the column. Those of a stress are in MPa, as for alloys."""
     unit = "MPa" if column == "stress_MPa" else column
     renamed = {"mae": f"mae_{unit}", "rmse": f"rmse_{unit}"}
     return {renamed.get(name, name): value for name, value in measures.items()}
 
 
 def _by_column(found: dict[str, dict[str, float]]) -> dict[str, Any] | None:
-    """Measures of the first column, those of others under `others`."""
+    """Measures of the first column, with those of others under `others`."""
     if not found:
         return None
     first, *more = found.items()
@@ -38,7 +38,7 @@ def _score_json(score: Score) -> dict[str, Any]:
 def _model_json(result: GeneralCharacterisation) -> dict[str, Any]:
     if result.model is None:
         return {}
-    held = {
+    fixed = {
         one.name: {
             "value": float(from_si(one.value, one.unit, one.unit == KELVIN)),
             "unit": one.unit,
@@ -50,11 +50,11 @@ def _model_json(result: GeneralCharacterisation) -> dict[str, Any]:
         {"name": added.slug, "parameters": dict(names)}
         for added, names in zip(result.model.acting, result.model.names, strict=True)
     ]
-    return {"model": {"name": result.model.model.name, "effects": effects, "held": held}}
+    return {"model": {"name": result.model.model.name, "effects": effects, "held": fixed}}
 
 
 def _half_way(result: GeneralCharacterisation) -> dict[str, Any]:
-    """Where a wire is half-way through its transformation, if its recordings show it."""
+    """Temperature at which a wire is half transformed, if its recordings show it."""
     found = wires.middle(result) if result.specimen is WIRE else {}
     return {"half_way": found} if found else {}
 
@@ -100,6 +100,7 @@ def _more(result: GeneralCharacterisation) -> dict[str, Any]:
             "reduced_chi_square": fit.reduced_chi_square,
             "standard_errors_multiplied_by": fit.inflation,
             "correlation_time_samples": fit.correlation_time,
+            "zeros": characterisation.zeros_json(result.lasting),
             "starts_chi_square": list(fit.starts),
             "status": fit.result.status.value,
             "text": text.how_it_was_fitted(result),

@@ -5,8 +5,7 @@ from fitting.calibrate.general.information import advice
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
 from fitting.calibrate.general.tables import geometry_toml, tables
-from fitting.calibrate.spring.alloy_table import KELVIN
-from fitting.calibrate.spring.information import relative_to_prior
+from fitting.calibrate.quoted import KELVIN
 from fitting.specimens.saved_models.files import render_model
 from pneusma_jax.calibration.toml import render_calibration
 from pneusma_jax.units import from_si
@@ -28,7 +27,7 @@ NOTHING = "Nothing: everything that was free is known better than before."
 
 
 def report_of(result: GeneralCharacterisation) -> Report:
-    """Everything that is said about the result."""
+    """The report of the result."""
     drawn = pictures(result)
     loose = [entry["text"] for entry in result.identifiability] or [NOTHING]
     notices = notices_of(result.fit.recordings, most_rows(result))
@@ -66,7 +65,7 @@ def _subtitle(result: GeneralCharacterisation) -> str:
 
 
 def _files(result: GeneralCharacterisation) -> dict[str, str]:
-    """Constants that other commands load, and `parameters.csv`; `augmented.toml` for a model on disk."""
+    """Constants for other commands, and `parameters.csv`; `augmented.toml` for a model on disk."""
     found = {name: render_calibration(table) for name, table in tables(result).items()}
     found["parameters.csv"] = characterisation.parameters_csv(result.parameters)
     geometry = geometry_toml(result) if len(result.campaign.specimens()) == 1 else ""
@@ -78,9 +77,8 @@ def _files(result: GeneralCharacterisation) -> dict[str, str]:
 
 def _parameters(result: GeneralCharacterisation) -> Table:
     start = {n: float(from_si(result.start[n], e.unit, e.unit == KELVIN)) for n, e in result.fitted.items()}
-    share = {name: relative_to_prior(entry) for name, entry in result.fitted.items()}
+    share = {name: estimate.of_prior for name, estimate in result.parameters.items()}
     start |= {name: e.value for name, e in result.parameters.items() if name not in start}
-    share |= dict.fromkeys(result.unseen, 1.0)
     return characterisation.parameter_table(result.parameters, start, share)
 
 

@@ -1,48 +1,55 @@
-"""What tests of wires, tubes and actuators say, in sentences that a laboratory can act on."""
+"""Sentences on tests of wires, tubes and actuators, for the laboratory."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Any
+
+import numpy as np
 
 from fitting.calibrate.general.fit import MISFIT, OVERSTATED
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
+from fitting.inference.lasting_noise import Lasting
 from fitting.specimens import BY_TEMPERATURE, WIRE
 from fitting.specimens.spring_by_temperature import ELECTRICAL
 from pneusma_jax.effects import find_effect
 
 from .. import profile_likelihood
+from ..characterisation import limits
 from ..figures import axis_label
 from . import wires
 
+TELLING = 0.1
+"""Growth of an error by zeros that are off, from which the report speaks of them: a digit of an error bar."""
+
 
 def verdict(result: GeneralCharacterisation) -> list[str]:
-    """The few sentences to read if nothing else is read."""
+    """The few most important sentences."""
     fit = result.fit
     count = sum(recording.role == "fit" for recording in fit.recordings)
-    what = "identified from" if result.identify else "adjusted within its tolerances to"
+    method = "identified from" if result.identify else "adjusted within its tolerances to"
     plural = "" if count == 1 else "s"
-    said = [f"The {result.specimen.noun} was {what} {count} recording{plural}.{_missed(result)}"]
-    said += untold(result)[:1] + (wires.verdict(result) if result.specimen is WIRE else [])
+    sentences = [f"The {result.specimen.noun} was {method} {count} recording{plural}.{_missed(result)}"]
+    sentences += untold(result)[:1] + (wires.verdict(result) if result.specimen is WIRE else [])
     if fit.reduced_chi_square > MISFIT:
         law = law_of(result)
         worst = max((s for s in result.scores if s.role == "fit"), key=lambda s: s.rms_over_noise)
-        said.append(
+        sentences.append(
             f"{law[0].upper()}{law[1:]} leaves more than noise: the reduced chi-square is "
             f"{fit.reduced_chi_square:.3g}, and {worst.name} is missed by {worst.rms_over_noise:.2g} times "
             "its noise. The numbers are the nearest that this law comes, not constants of nature. Their "
             f"standard errors were multiplied by {fit.inflation:.2g}. `pneusma diagnose` looks for the cause."
         )
     elif fit.inflation > 1.0:
-        said.append(lasting_sentence(fit.correlation_time, fit.inflation))
-    if fit.reduced_chi_square * fit.correlation_time < OVERSTATED:  # noise that lasts was taken as larger
-        said.append(overstated_sentence(fit.reduced_chi_square))
+        sentences.append(lasting_sentence(fit.correlation_time, fit.inflation))
+    if fit.reduced_chi_square * fit.correlation_time < OVERSTATED:  # correlated noise was enlarged
+        sentences.append(overstated_sentence(fit.reduced_chi_square))
     open_ = [e for e in result.identifiability if e["kind"] not in ("at_bound", "absent")]
     nothing = "These recordings determine everything that was free, each better than was known before."
-    return [*said, open_[0]["text"] if open_ else nothing]
+    return [*sentences, open_[0]["text"] if open_ else nothing]
 
 
 def lasting_sentence(time: float, inflation: float) -> str:
-    """Errors that last, in words."""
+    """Sentence on errors with serial correlation."""
     return (
         f"Residuals are correlated over about {time:.0f} samples, so that fewer samples count. The cause is "
         "an instrument that drifts, or a law that is not quite followed. Standard errors were multiplied by "
@@ -50,8 +57,26 @@ def lasting_sentence(time: float, inflation: float) -> str:
     )
 
 
+def lasting_zeros(found: Lasting | None) -> list[str]:
+    """Zeros of instruments that are off or wander, in words, where they made errors grow."""
+    grown = 1.0 if found is None else float(np.sqrt(np.max(found.variance, initial=1.0)))
+    if grown < 1.0 + TELLING:
+        return []
+    seen = [name for name in found.drift if found.offset[name] + found.drift[name] > TELLING]
+    if not seen:
+        return []
+    sizes = "; ".join(
+        f"that of {name} is off by {found.offset[name]:.2g} and wanders by {found.drift[name]:.2g}"
+        for name in seen
+    )
+    return [
+        f"What is left changes slowly, as if zeros of instruments were off: {sizes} times its noise. "
+        f"Errors were multiplied by up to {grown:.2g} for it. Read zeros before and after each test."
+    ]
+
+
 def overstated_sentence(reduced: float) -> str:
-    """Noise that is stated too large, in words."""
+    """Sentence on noise that is stated too large."""
     return (
         f"The recordings scatter by only {reduced**0.5:.2g} of the noise stated or estimated. If that "
         "is too large, so are the standard errors, and a misfit may hide below it."
@@ -59,18 +84,18 @@ def overstated_sentence(reduced: float) -> str:
 
 
 def law_of(result: GeneralCharacterisation) -> str:
-    """What was fitted, in words: the base law, with the effects of a model on disk if it has any."""
+    """Name of the fitted law: the base law, with the effects of a model on disk if it has any."""
     effects = [] if result.model is None else [a.slug.replace("_", " ") for a in result.model.acting]
     return result.specimen.law + (f" with {' and '.join(effects)}" if effects else "")
 
 
 def by_temperature(result: GeneralCharacterisation) -> bool:
-    """Whether this is a spring without resistance, whose phase follows its temperature."""
+    """True for a spring without resistance, whose phase follows its temperature."""
     return result.specimen is BY_TEMPERATURE
 
 
 def untold(result: GeneralCharacterisation) -> list[str]:
-    """What a resistance would have told of a spring that was recorded without one."""
+    """Sentence on the constants that a resistance would have identified, for a spring without one."""
     if not by_temperature(result):
         return []
     return [
@@ -88,20 +113,20 @@ def untold(result: GeneralCharacterisation) -> list[str]:
 
 
 def about_the_model(result: GeneralCharacterisation) -> list[str]:
-    """What a model on disk brought, and which of its priors these recordings had made themselves."""
+    """Sentences on a model on disk, and on its priors that these recordings had made themselves."""
     if result.model is None:
         return []
     model = result.model.model
-    said = [f"Fitted with the model {model.name}{f' ({model.path})' if model.path else ''}."]
+    sentences = [f"Fitted with the model {model.name}{f' ({model.path})' if model.path else ''}."]
     for added in result.model.acting:
         effect = find_effect(added.slug)
-        said.append(f"{added.slug}: {effect.sentence}")
+        sentences.append(f"{added.slug}: {effect.sentence}")
     spent = result.model.spent(result.campaign)
     if spent:
-        said.append(
+        sentences.append(
             f"The file's priors of {', '.join(spent)} come from these recordings and are not counted again."
         )
-    return said
+    return sentences
 
 
 def _missed(result: GeneralCharacterisation) -> str:
@@ -125,18 +150,19 @@ def _unit(column: str) -> str:
 
 
 def warnings(result: GeneralCharacterisation) -> list[str]:
-    """What to be careful about: bounds, parameters that never moved, fits that did not end well."""
-    said = [*wires.warnings(result)] if result.specimen is WIRE else []
-    said += _together(result.identifiability)
+    """Warnings: bounds, parameters that never moved, fits that did not end well."""
+    sentences = [*wires.warnings(result)] if result.specimen is WIRE else []
+    sentences += _grouped_warnings(result.identifiability, set(result.unseen))
     if not result.fit.result.success:
-        said.append(f"The fit did not end well. {result.fit.result.status.value}")
+        sentences.append(f"The fit did not end well. {result.fit.result.status.value}")
     ends = [x for x in result.fit.starts if x == x]
     best = min(ends, default=0.0)
     if len(ends) > 1 and sum(x < best + 1.0 for x in ends) == 1:
-        said.append(
+        sentences.append(
             "Only one of the starts ended at the best fit: there may be a better one that none found."
         )
-    return said + profile_likelihood.warnings(result)
+    sentences += lasting_zeros(result.lasting)
+    return sentences + limits(result.parameters) + profile_likelihood.warnings(result)
 
 
 TOGETHER = {
@@ -145,25 +171,39 @@ TOGETHER = {
         "They have no errors, and the other errors hold if they are truly there."
     ),
     "at_start": "are still at the values they started from: these recordings do not show them.",
+    "held": (
+        "are still at the values they started from: they were held, since no recording takes the load off, "
+        "which alone would show them."
+    ),
+    "absent": "",
 }
-"""What is said once of several parameters that the same is to be said of."""
+"""Sentences about several parameters with the same status; empty where each has its own."""
 
 
-def _together(entries: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Warnings about single parameters, one sentence for all that share a fate."""
-    said = []
-    for kind in ("at_bound", "at_start", "absent"):
-        mine = [e for e in entries if e["kind"] == kind]
-        names = [name for e in mine for name in e["parameters"]]
-        if kind in TOGETHER and len(names) > 1:
-            said.append(f"{', '.join(names[:-1])} and {names[-1]} {TOGETHER[kind]}")
+def _grouped_warnings(entries: Sequence[Mapping[str, Any]], held: Set[str] = frozenset()) -> list[str]:
+    """Warnings about single parameters, with one sentence for all of the same status.
+
+    Args:
+        entries: of `GeneralCharacterisation.identifiability`.
+        held: names of the parameters that were held because no recording shows them.
+    """
+    sentences = []
+    for status in TOGETHER:
+        kind = "at_start" if status == "held" else status
+        of_kind = [e for e in entries if e["kind"] == kind]
+        same_status = [
+            e for e in of_kind if kind != "at_start" or (set(e["parameters"]) <= held) == (status == "held")
+        ]
+        names = [name for e in same_status for name in e["parameters"]]
+        if TOGETHER[status] and len(names) > 1:
+            sentences.append(f"{', '.join(names[:-1])} and {names[-1]} {TOGETHER[status]}")
         else:
-            said += [e["text"] for e in mine]
-    return said
+            sentences += [e["text"] for e in same_status]
+    return sentences
 
 
 def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
-    """Starts, noise, priors."""
+    """Sentences on starts, noise, priors."""
     fit = result.fit
     ends = ", ".join(f"{x:.1f}" for x in fit.starts)
     return [
@@ -179,7 +219,7 @@ def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
 
 
 def _specimens(result: GeneralCharacterisation) -> list[str]:
-    """Whose the numbered names are."""
+    """Sentence on the specimens of the numbered names."""
     numbers = sorted({int(name.rpartition("__")[2]) for name in result.fitted if "__" in name})
     specimens = list(result.campaign.specimens())
     owners = [f"__{k} for {specimens[k - 1]}" for k in numbers]

@@ -1,4 +1,4 @@
-"""Sentences about a characterised wire: where its transformation lies, rows set apart, loops of the law."""
+"""Sentences about a characterised wire: transformation temperature, excluded rows, loops of the law."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from fitting.specimens.thermal_runs import runs_of
 from fitting.specimens.wire import AMPLITUDE, bracket, set_apart
 
 LOOP = 1.0
-"""Kelvin between the model's heating and cooling branch, at half of its range, from which it draws a loop."""
+"""Minimum distance of the model's heating and cooling branch at half of its range for a loop [K]."""
 
 
 def warnings(result: GeneralCharacterisation) -> list[str]:
@@ -16,12 +16,12 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
     first = [
         f"{begun.text(r.name)}." for r in result.fit.recordings if (begun := set_apart(r)) is not None
     ]
-    return [*first, *_left_out(result), *_outside(result), *_loops(result)]
+    return [*first, *_residual_strain_note(result), *_middle_outside_note(result), *_loops(result)]
 
 
 def middle(result: GeneralCharacterisation) -> dict[str, float]:
-    """Temperatures [degC] at which recordings, and the fitted law, are half-way through the transformation,
-    by name; nothing where the recordings do not show it."""
+    """Temperatures [degC] at which recordings, and the fitted law, are half transformed, by name; empty where
+    the recordings do not show it."""
     between, half = bracket(result.campaign), _half_way(result)
     if between is None:
         return {}
@@ -30,7 +30,7 @@ def middle(result: GeneralCharacterisation) -> dict[str, float]:
 
 
 def verdict(result: GeneralCharacterisation) -> list[str]:
-    """Where the transformation is, in a sentence, if the recordings show it."""
+    """Sentence on the transformation temperature, if the recordings show it."""
     found = middle(result)
     if not found:
         return []
@@ -40,8 +40,8 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     return [f"The recordings are half-way through their transformation at {at}{law}."]
 
 
-def _left_out(result: GeneralCharacterisation) -> list[str]:
-    """That the residual strain was left out, and why."""
+def _residual_strain_note(result: GeneralCharacterisation) -> list[str]:
+    """Sentence on the omission of the residual strain, with its reason."""
     held = result.unseen.get(AMPLITUDE)
     if held is None or held.value != 0.0:
         return []
@@ -52,8 +52,8 @@ def _left_out(result: GeneralCharacterisation) -> list[str]:
     ]
 
 
-def _outside(result: GeneralCharacterisation) -> list[str]:
-    """Where `T_mid` is not between the temperatures at which recordings are half-way."""
+def _middle_outside_note(result: GeneralCharacterisation) -> list[str]:
+    """Sentence where `T_mid` is not between the temperatures at which recordings are half transformed."""
     between, found = bracket(result.campaign), result.parameters.get("T_mid")
     if between is None or found is None or between[0] <= found.value <= between[1]:
         return []
@@ -76,20 +76,32 @@ def _half_way(result: GeneralCharacterisation) -> float | None:
 
 
 def _loops(result: GeneralCharacterisation) -> list[str]:
-    """Recordings in which the law draws a loop although its phase has one curve: its residual strain does."""
+    """Recordings with a loop of the law, although its phase has one curve. The residual strain causes it."""
     if result.model is not None:
         return []
-    said = []
+    sentences = []
     for score in _over_temperature(result):
         found = _crossings(score)
         up, down = ([T for heating, T in found if heating is way] for way in (True, False))
         if up and down and abs(np.mean(up) - np.mean(down)) > LOOP:
-            said.append(
+            sentences.append(
                 f"In {score.name} the fitted law draws a loop of {abs(np.mean(up) - np.mean(down)):.2g} K "
-                "between heating and cooling. The base law has no hysteresis: its residual strain (gR_*) "
-                "stands in for one here, and its constants mean little."
+                "between heating and cooling, although its phase has one curve: heating takes the residual "
+                f"strain (gR_*) away, and cooling under load sets it again.{_loop_means(result)}"
             )
-    return said
+    return sentences
+
+
+def _loop_means(result: GeneralCharacterisation) -> str:
+    """What a loop of the residual strain says of its constants."""
+    if result.fit.misses:
+        return (
+            " The recordings are missed all the same, so it may stand in for a hysteresis of the phase; then "
+            "its constants mean little."
+        )
+    if AMPLITUDE in result.unseen:
+        return " These constants were held at the table's values, and the recordings agree with them."
+    return ""
 
 
 def _over_temperature(result: GeneralCharacterisation) -> list[Score]:
@@ -97,7 +109,7 @@ def _over_temperature(result: GeneralCharacterisation) -> list[Score]:
 
 
 def _crossings(score: Score) -> list[tuple[bool, float]]:
-    """For every run of a prediction through the middle of its range: whether it heats, and where."""
+    """Temperature and direction of every pass of a prediction through the middle of its range."""
     y, found = score.predicted, []
     middle = 0.5 * (y.max() + y.min())
     for run in runs_of(score.x):

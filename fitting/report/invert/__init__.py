@@ -1,1 +1,1 @@
-"""Inverse problems on paper."""
+"""Reports on inverse problems."""

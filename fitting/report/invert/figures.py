@@ -1,4 +1,4 @@
-"""Figures of inverse problems: what was wanted and what the model does, and chains in lumens."""
+"""Figures of inverse problems: targets and results of the model, and chains in lumens."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,9 @@ from matplotlib.figure import Figure
 from fitting.invert.goals import GOALS
 from fitting.invert.lumen import Passage
 from fitting.invert.run import Inversion
-from fitting.report.figures import (
+from pneusma_jax.units import from_si, unit_of_column
+
+from ..figures import (
     BLUE,
     GREEN,
     GREY,
@@ -18,77 +20,73 @@ from fitting.report.figures import (
     VERMILION,
     axis_label,
     legend_above,
-    style,
 )
-from pneusma_jax.units import from_si, unit_of_column
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 MOST_PANELS = 3
 
 
 def targets_figure(result: Inversion, time: np.ndarray | None = None) -> Figure:
-    """Wanted and found values of every goal, and the drives."""
+    """Figure of target and actual values of every goal, and the drives."""
     x = np.arange(1, result.met.size + 1) if time is None else time
     label = "target" if time is None else "time [s]"
     dots = "o" if time is None else "-"
     names = [c for goal in result.goals for c in GOALS[goal].columns][:MOST_PANELS]
-    with style():
-        figure = Figure(figsize=(7.2, 2.1 * (len(names) + 2)), layout="constrained")
-        panels = figure.subplots(len(names) + 2, 1, sharex=True)
-        for k, (axes, name) in enumerate(zip(panels, names, strict=False)):
-            unit = "1" if name.startswith("direction") else unit_of_column(name)[1]
-            axes.plot(
-                x,
-                from_si(result.wanted[:, k], unit),
-                "o" if time is None else "-",
-                color=GREY,
-                label="wanted",
-                markersize=6,
-            )
-            axes.plot(
-                x,
-                from_si(result.values[:, k], unit),
-                "." if time is None else "--",
-                color=VERMILION,
-                label="model",
-            )
-            if not result.met.all():
-                missed = ~result.met
-                axes.plot(x[missed], from_si(result.values[missed, k], unit), "x", color=BLUE, label="missed")
-            axes.set_ylabel(axis_label(name))
-            legend_above(axes)
-        panels[-2].plot(x, from_si(result.pressure, "kPa"), dots, color=BLUE, markersize=3)
-        panels[-2].set_ylabel("gauge pressure [kPa]")
-        for k, colour in zip(range(len(result.springs)), COLOURS * 4, strict=False):
-            panels[-1].plot(
-                x,
-                result.fractions[:, k],
-                dots,
-                color=colour,
-                markersize=3,
-                label=f"xi0_{result.spring_name(k)}",
-            )
-        panels[-1].set(ylabel="martensite fraction [1]", xlabel=label, ylim=(-0.05, 1.05))
-        legend_above(panels[-1], 4)
+    figure = Figure(figsize=(7.2, 2.1 * (len(names) + 2)), layout="constrained")
+    panels = figure.subplots(len(names) + 2, 1, sharex=True)
+    for k, (axes, name) in enumerate(zip(panels, names, strict=False)):
+        unit = "1" if name.startswith("direction") else unit_of_column(name)[1]
+        axes.plot(
+            x,
+            from_si(result.wanted[:, k], unit),
+            "o" if time is None else "-",
+            color=GREY,
+            label="wanted",
+            markersize=6,
+        )
+        axes.plot(
+            x,
+            from_si(result.values[:, k], unit),
+            "." if time is None else "--",
+            color=VERMILION,
+            label="model",
+        )
+        if not result.met.all():
+            missed = ~result.met
+            axes.plot(x[missed], from_si(result.values[missed, k], unit), "x", color=BLUE, label="missed")
+        axes.set_ylabel(axis_label(name))
+        legend_above(axes)
+    panels[-2].plot(x, from_si(result.pressure, "kPa"), dots, color=BLUE, markersize=3)
+    panels[-2].set_ylabel("gauge pressure [kPa]")
+    for k, colour in zip(range(len(result.springs)), COLOURS * 4, strict=False):
+        panels[-1].plot(
+            x,
+            result.fractions[:, k],
+            dots,
+            color=colour,
+            markersize=3,
+            label=f"xi0_{result.spring_name(k)}",
+        )
+    panels[-1].set(ylabel="martensite fraction [1]", xlabel=label, ylim=(-0.05, 1.05))
+    legend_above(panels[-1], 4)
     return figure
 
 
 def passage_figure(results: Sequence[Passage]) -> Figure:
-    """Chains in their lumens, each from two sides."""
-    with style():
-        figure = Figure(figsize=(3.6 * len(results), 7.6), layout="constrained")
-        panels = figure.subplots(2, len(results), squeeze=False)
-        for (above, below), one in zip(panels.T, results, strict=True):
-            for axes, axis in ((above, 0), (below, 1)):
-                _tube(axes, one.lumen.points[:, [axis, 2]], 0.5 * one.lumen.diameter, GREY, "lumen")
-                radius = max(float(s.section.radius) for s in one.solved.body.segments)
-                _tube(axes, one.line[:, [axis, 2]], np.full(len(one.line), radius), VERMILION, "chain")
-                axes.set(xlabel=f"{'xy'[axis]} [mm]", ylabel="z [mm]", aspect="equal")
-            gap = from_si(one.clearance, "mm")
-            above.set_title(
-                f"{one.lumen.name}\ntortuosity {one.lumen.tortuosity:.2f}, {gap:.1f} mm free", fontsize=10
-            )
-        panels[0, 0].legend(loc="best")
+    """Figure of chains in their lumens, each from two sides."""
+    figure = Figure(figsize=(3.6 * len(results), 7.6), layout="constrained")
+    panels = figure.subplots(2, len(results), squeeze=False)
+    for (above, below), one in zip(panels.T, results, strict=True):
+        for axes, axis in ((above, 0), (below, 1)):
+            _tube(axes, one.lumen.points[:, [axis, 2]], 0.5 * one.lumen.diameter, GREY, "lumen")
+            radius = max(float(s.section.radius) for s in one.solved.body.segments)
+            _tube(axes, one.line[:, [axis, 2]], np.full(len(one.line), radius), VERMILION, "chain")
+            axes.set(xlabel=f"{'xy'[axis]} [mm]", ylabel="z [mm]", aspect="equal")
+        gap = from_si(one.clearance, "mm")
+        above.set_title(
+            f"{one.lumen.name}\ntortuosity {one.lumen.tortuosity:.2f}, {gap:.1f} mm free", fontsize=10
+        )
+    panels[0, 0].legend(loc="best")
     return figure
 
 

@@ -1,1 +1,1 @@
-"""A plan of tests on paper: its text, figure and files."""
+"""Report on a plan of tests: text, figure and files."""

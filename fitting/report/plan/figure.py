@@ -1,4 +1,4 @@
-"""The figure of a plan: how well each constant is expected to be known after each test."""
+"""The figure of a plan: expected uncertainty of each constant after each test."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,7 +16,7 @@ PANELS = {
     "residual strain": ("gR_amplitude", "gR_slope", "gR_shift", "gR_decay"),
 }
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE)
-CLOSE = 0.055  # of the axis between labels at the right edge that would touch
+CLOSE = 0.055  # Minimum distance of labels at the right edge, as part of the axis
 TOP = 1.25
 NOTE = (
     "tests done, repeats counted\n"
@@ -25,7 +25,7 @@ NOTE = (
 
 
 def plan_figure(plan: Plan) -> Figure:
-    """Expected 1-sigma of every constant over the number of tests, in units of what is known before them."""
+    """Expected standard deviation of every constant over the number of tests, in units of the prior's."""
     bottom = 10.0 ** np.floor(np.log10(min(plan.sd.min(), plan.published_sd.min())))
     with style():
         figure = Figure(figsize=(12.0, 7.6), layout="constrained")
@@ -66,7 +66,7 @@ def _panel(axes: Axes, plan: Plan, names: tuple[str, ...], bottom: float) -> Non
 
 
 def _spread(heights: dict[str, float]) -> dict[str, float]:
-    """Heights, as shares of the axis, moved as little as keeps labels apart and inside."""
+    """Heights of labels, as shares of the axis, moved as little as keeps them apart and inside."""
     names = sorted(heights, key=heights.__getitem__)
     wished = [heights[name] for name in names]
     up, down = wished.copy(), wished.copy()

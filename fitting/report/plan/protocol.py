@@ -32,29 +32,29 @@ def files(plan: Plan) -> dict[str, str]:
 
 def _entry(plan: Plan, number: int, test: PlannedTest) -> dict[str, Any]:
     """One test as numbers and words."""
-    what = test.candidate
+    candidate = test.candidate
     length = 1e3 * float(plan.spring.geometry.free_length)
-    held = {"setpoint_share": what.share, "setpoint_ohm": round(setpoint(plan, test), 4)}
+    set_point = {"setpoint_share": candidate.share, "setpoint_ohm": round(setpoint(plan, test), 4)}
     return {
         "order": number,
-        "name": what.name,
+        "name": candidate.name,
         "role": test.role,
         "repeats": test.repeats,
-        "hold": HOLDS[what.hold],
-        **(held if what.hold == HELD else {}),
-        "strains_percent": [round(100.0 * s, 6) for s in what.strains],
-        "peaks_mm": [round(length * s, 3) for s in what.strains],
+        "hold": HOLDS[candidate.hold],
+        **(set_point if candidate.hold == HELD else {}),
+        "strains_percent": [round(100.0 * s, 6) for s in candidate.strains],
+        "peaks_mm": [round(length * s, 3) for s in candidate.strains],
         "rate_percent_per_s": round(100.0 * test.rate, 4),
         "speed_mm_per_s": round(speed(plan, test), 4),
         "sampling_s": test.sampling_s,
         "minutes": round(test.minutes, 2),
         "gain_nats": round(test.gain, 3),
-        "what": what.words,
+        "what": candidate.words,
     }
 
 
 def expected(plan: Plan) -> dict[str, dict[str, Any]]:
-    """What each constant is expected to be known to, in the unit of tables."""
+    """Expected value and uncertainty of each constant, in the unit of tables."""
     table = {}
     for k, name in enumerate(plan.knowledge.names):
         unit = plan.knowledge.table.quantities[name].unit
@@ -63,6 +63,8 @@ def expected(plan: Plan) -> dict[str, dict[str, Any]]:
             "first_guess": _short(from_si(float(plan.knowledge.mean[k]), unit, difference=True)),
             "sd_before": _short(sd),
             "sd_after": _short(sd * plan.sd[-1, k]),
+            "told_best_by": plan.tellers[name][0].candidate.name,
+            "sd_after_that_alone": _short(sd * plan.tellers[name][0].left),
             "unit": unit,
         }
     return table

@@ -1,4 +1,4 @@
-"""The report of a plan: which tests to make, in what order, and what they are expected to tell."""
+"""The report of a plan: the recommended tests, their order, and their expected information."""
 
 from fitting.plan.plan import Plan
 
@@ -14,7 +14,7 @@ CAPTION = (
 
 
 def report_of(plan: Plan) -> Report:
-    """Everything that is said about the plan."""
+    """The report of the plan."""
     return Report(
         title=f"First campaign for {plan.knowledge.table.name}",
         subtitle="A protocol chosen by expected information, before any data",
@@ -30,6 +30,7 @@ def report_of(plan: Plan) -> Report:
                     text.comparison(plan),
                 ],
             ),
+            Section("Which test tells which constant", [Points(text.tellers(plan))]),
             Section("What will stay unknown", [Points(plan.loose or ("Nothing stands out.",))]),
             Section("How this was chosen", [Points(text.reasons(plan))]),
         ],

@@ -1,4 +1,4 @@
-"""Tables of a plan: its tests, and what they are expected to tell of each constant."""
+"""Tables of a plan: its tests, and their expected information about each constant."""
 
 from fitting.plan.candidates import HELD
 from fitting.plan.plan import Plan, PlannedTest
@@ -16,22 +16,22 @@ CONSTANTS = ("constant", "first guess", "1-sigma before", "expected after", "rel
 
 
 def test_table(plan: Plan) -> Table:
-    """Every test, in the order in which they are made."""
+    """Table of every test, in the order of the protocol."""
     return Table(TESTS, [_row(plan, test) for test in plan.tests])
 
 
 def _row(plan: Plan, test: PlannedTest) -> list[str]:
     """One test as cells of `TESTS`."""
-    what = test.candidate
+    candidate = test.candidate
     length = 1e3 * float(plan.spring.geometry.free_length)
     words = ("cold", "full current", "resistance held", "cold, then heated")
     return [
-        what.name + (" (validation)" if test.role == "validation" else ""),
-        words[what.hold],
-        " ".join(f"{100.0 * s:.0f}" for s in what.strains),
-        " ".join(f"{length * s:.1f}" for s in what.strains),
+        candidate.name + (" (validation)" if test.role == "validation" else ""),
+        words[candidate.hold],
+        " ".join(f"{100.0 * s:.0f}" for s in candidate.strains),
+        " ".join(f"{length * s:.1f}" for s in candidate.strains),
         f"{speed(plan, test):.2g}",
-        f"{what.share:.3g} ({setpoint(plan, test):.3f} ohm)" if what.hold == HELD else "",
+        f"{candidate.share:.3g} ({setpoint(plan, test):.3f} ohm)" if candidate.hold == HELD else "",
         str(test.repeats),
         f"{test.minutes:.0f}",
         f"{test.gain:.1f}" if test.role == "fit" else "",
@@ -50,13 +50,13 @@ def setpoint(plan: Plan, test: PlannedTest) -> float:
 
 
 def constant_table(plan: Plan) -> Table:
-    """Every unknown constant: what is known of it before and after the tests."""
+    """Table of every unknown constant: its uncertainty before and after the tests."""
     rows, relative = [], plan.relative_sd()
     for k, name in enumerate(plan.knowledge.names):
         unit = plan.knowledge.table.quantities[name].unit
         mean = from_si(plan.knowledge.mean[k], unit, difference=True)
         before = from_si(plan.knowledge.sd[k], unit, difference=True)
-        known = [number(x) for x in (mean, before, before * plan.sd[-1, k])]
+        cells = [number(x) for x in (mean, before, before * plan.sd[-1, k])]
         published = number(before * plan.published_sd[k])
-        rows.append([with_unit(name, unit), *known, percent(relative[name]), published])
+        rows.append([with_unit(name, unit), *cells, percent(relative[name]), published])
     return Table(CONSTANTS, rows)

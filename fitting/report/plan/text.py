@@ -1,4 +1,4 @@
-"""A plan in words: what to do, in what order, and what it is expected to give."""
+"""Sentences of a plan: tests, order and expected result."""
 
 import numpy as np
 
@@ -8,11 +8,15 @@ from fitting.plan.plan import KNOWN, Plan
 from fitting.synthesise.controller import rest_resistances
 from fitting.synthesise.spring import COLD_WIDTHS
 
-from ..cells import percent
+from ..cells import joined, percent
+
+UNTOLD = 0.7
+"""1-sigma after a test over that before, from which prior and test weigh alike: it says next to nothing."""
+LEFT = "In brackets: the expected 1-sigma after that test alone, in units of what is known before it."
 
 
 def verdict(plan: Plan) -> list[str]:
-    """The gist."""
+    """The few most important sentences."""
     relative = plan.relative_sd()
     good = [name for name in plan.wanted if relative[name] <= KNOWN]
     poor = [name for name in plan.wanted if relative[name] > KNOWN]
@@ -28,8 +32,26 @@ def verdict(plan: Plan) -> list[str]:
     return pieces
 
 
+def tellers(plan: Plan) -> list[str]:
+    """Which test tells each constant: a sentence for all that the same one tells best."""
+    said: dict[str, list[str]] = {}
+    for name, found in plan.tellers.items():
+        told = found[0].left < UNTOLD
+        said.setdefault(found[0].candidate.words if told else "", []).append(
+            f"{name} ({percent(found[0].left)})"
+        )
+    silent = said.pop("", [])
+    sentences = [f"{words[0].upper()}{words[1:]}: tells {joined(names)}." for words, names in said.items()]
+    if silent:
+        sentences.append(
+            f"No single test tells {joined(silent)} to less than {percent(UNTOLD)} of what is known before."
+            " Only several together do."
+        )
+    return [*sentences, LEFT]
+
+
 def preparation(plan: Plan) -> list[str]:
-    """What to do before the first test."""
+    """Preparations for the first test."""
     alloy = plan.spring.alloy
     cold, hot = rest_resistances(plan.spring)
     temperature = float(alloy.T_mid - COLD_WIDTHS * alloy.T_width)
@@ -50,7 +72,7 @@ def preparation(plan: Plan) -> list[str]:
 
 
 def reasons(plan: Plan) -> list[str]:
-    """How the tests were chosen, and with what assumptions."""
+    """Reasons for the choice of tests, and assumptions."""
     return [
         f"Each test is valued by the expected fall in the uncertainty of {', '.join(plan.wanted)} per minute."
         " The fall follows from the sensitivities of the spring's law. Tests were exchanged until no exchange"
@@ -69,7 +91,7 @@ def reasons(plan: Plan) -> list[str]:
 
 
 def comparison(plan: Plan) -> str:
-    """The published campaign beside this one."""
+    """Comparison with the published campaign."""
     rows = [plan.knowledge.names.index(name) for name in plan.wanted]
     ratio = np.exp(np.mean(np.log(plan.sd[-1, rows] / plan.published_sd[rows])))
     fitted = sum(test.minutes * test.repeats for test in plan.tests if test.role == "fit")

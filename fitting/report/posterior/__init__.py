@@ -1,1 +1,1 @@
-"""A posterior on paper: text, figures, netCDF."""
+"""Report on a posterior: text, figures, netCDF."""

@@ -17,8 +17,8 @@ from ..report import Picture
 ENSEMBLE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILION, SKY)
 MOST_IN_CORNER = 12
 MOST_CURVES = 6
-MOST_POINTS = 20000  # draws behind a histogram
-MOST_STEPS = 400  # points of a walk that are drawn
+MOST_POINTS = 20000  # Maximum number of draws in a histogram
+MOST_STEPS = 400  # Maximum number of drawn points of a walk
 MOST_MARKS = 400
 BAND = (0.05, 0.95)
 GRID = 201
@@ -62,8 +62,8 @@ def label(result: CampaignPosterior, name: str) -> str:
 
 
 def corner_figure(result: CampaignPosterior) -> Figure:
-    """Every pair of parameters, with the Laplace approximation's one- and two-sigma ellipses over the
-    draws."""
+    """Figure of every pair of parameters, with the Laplace approximation's one- and two-sigma ellipses over
+    the draws."""
     posterior, problem = result.posterior, result.problem
     names = posterior.names[:MOST_IN_CORNER]
     flat = {name: np.moveaxis(posterior.draws[name], 1, 0).ravel() for name in names}
@@ -71,7 +71,7 @@ def corner_figure(result: CampaignPosterior) -> Figure:
     table = table[np.linspace(0, len(table) - 1, min(len(table), MOST_POINTS)).astype(int)]
     size = 1.6 + 1.75 * len(names)
     figure = Figure(figsize=(size, size))
-    logging.getLogger("root").addFilter(_quiet)  # corner says through it that points are few for its contours
+    logging.getLogger("root").addFilter(_quiet)  # corner warns through it that its contours have few points
     try:
         corner.corner(
             table, labels=[label(result, name) for name in names], fig=figure, color=BLUE, bins=30,
@@ -98,7 +98,8 @@ def _quiet(record: logging.LogRecord) -> bool:
 
 
 def _approximation(axes: Axes, result: CampaignPosterior, column: str, row: str) -> None:
-    """Laplace's marginal on the diagonal, its ellipses below; nothing where it says nothing."""
+    """Draw Laplace's marginal on the diagonal, and its ellipses below; nothing for undetermined
+    parameters."""
     laplace, problem = result.posterior.laplace, result.problem
     pair = [result.posterior.names.index(name) for name in (column, row)]
     if not np.all(laplace.known[pair]):
@@ -121,14 +122,14 @@ def _approximation(axes: Axes, result: CampaignPosterior, column: str, row: str)
 
 
 def _height(axes: Axes) -> float:
-    """Top of the histogram that is drawn there."""
+    """Maximum of the histogram that is drawn there."""
     tops = [np.max(line.get_ydata()) for line in axes.lines if len(line.get_ydata())]
     tops += [np.max(patch.get_xy()[:, 1]) for patch in axes.patches if hasattr(patch, "get_xy")]
     return float(max(tops, default=axes.get_ylim()[1]))
 
 
 def trace_figure(result: CampaignPosterior) -> Figure:
-    """Where the walkers of each ensemble were at every step: mean and 5 to 95 %; the burn-in is shaded."""
+    """Positions of the walkers of each ensemble at every step: mean and 5 to 95 %; the burn-in is shaded."""
     posterior, names = result.posterior, result.posterior.names
     steps = posterior.chains.shape[1]
     shown = np.unique(np.linspace(0, steps - 1, min(steps, MOST_STEPS)).astype(int))
@@ -153,7 +154,7 @@ def trace_figure(result: CampaignPosterior) -> Figure:
 
 
 def predictive_figure(result: CampaignPosterior) -> Figure:
-    """Measured values with the 90 % bands of the model and of new measurements; below, what is left."""
+    """Measured values with the 90 % bands of the model and of new measurements; below, the residuals."""
     curves = result.problem.curves[:MOST_CURVES]
     columns = 2 if len(curves) == 4 else min(len(curves), 3)
     rows = -(-len(curves) // columns)
@@ -197,7 +198,7 @@ def _bands(above: Axes, below: Axes, curve, predicted: np.ndarray) -> None:
 
 
 def prior_figure(result: CampaignPosterior) -> Figure:
-    """What was known of each parameter before and is known now, with the Laplace approximation."""
+    """Prior and posterior of each parameter, with the Laplace approximation."""
     names = result.posterior.names
     figure, panels = panel_grid(len(names), 2.7, 2.2, (0.8, 0.8))
     for name, axes in zip(names, panels, strict=True):

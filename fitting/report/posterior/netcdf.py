@@ -1,9 +1,8 @@
 """Draws as netCDF-4 that ArviZ opens (`arviz.from_netcdf`): an HDF5 file with dimension scales, written by
 h5py.
 
-Groups and names are those of ArviZ's InferenceData schema. A chain is one walker, as ArviZ has it for emcee;
-`sample_stats/ensemble` names its ensemble. Values are in the units of files, which `unit`
-names.
+Groups and names are those of ArviZ's InferenceData schema. A chain is one walker, as in ArviZ's import from
+emcee; `sample_stats/ensemble` names its ensemble. Values are in the units of files, given by `unit`.
 """
 
 import io
@@ -12,16 +11,17 @@ from collections.abc import Mapping
 import h5py
 import numpy as np
 
+from fitting.data.sealed import sealed
 from fitting.sample.campaign import CampaignPosterior
 
 from .text import library_of
 
 PRIOR_DRAWS = 2000
-ROUNDS = 200  # of drawing priors again that fell outside their bounds
+ROUNDS = 200  # Maximum number of redraws of priors outside their bounds
 
 
 def netcdf(result: CampaignPosterior) -> bytes:
-    """The whole file."""
+    """The whole file as bytes."""
     posterior, problem = result.posterior, result.problem
     draws = {name: problem.shown(name, _by_walker(v)) for name, v in posterior.draws.items()}
     ensembles, _, walkers, _ = posterior.chains.shape
@@ -46,11 +46,11 @@ def netcdf(result: CampaignPosterior) -> bytes:
         if prior:
             sizes = {"chain": 1, "draw": PRIOR_DRAWS}
             _group(file, "prior", sizes, {n: (("chain", "draw"), v) for n, v in prior.items()}, units)
-    return stream.getvalue()
+    return sealed(stream.getvalue())
 
 
 def prior_draws(result: CampaignPosterior) -> dict[str, np.ndarray]:
-    """Independent draws from the priors of the sampled parameters, cut at their bounds; SI.
+    """Independent draws from the priors of the sampled parameters, truncated at their bounds; SI.
 
     A parameter that is flat over an unbounded range has none.
     """
@@ -106,9 +106,9 @@ def _group(
 ) -> None:
     """A netCDF-4 group: dimensions are scales of their own name, variables have them attached."""
     group = file.create_group(name, track_order=True)
-    taken = sum(dataset.is_scale for other in file.values() for dataset in other.values())
+    scales = sum(dataset.is_scale for other in file.values() for dataset in other.values())
     for number, (dimension, size) in enumerate(
-        sizes.items(), start=taken
+        sizes.items(), start=scales
     ):  # unique in the file, for the C library
         scale = group.create_dataset(dimension, data=np.arange(size))
         scale.make_scale(dimension)

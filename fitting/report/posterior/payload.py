@@ -48,7 +48,7 @@ def content(result: CampaignPosterior) -> dict[str, Any]:
 
 
 def entry(result: CampaignPosterior, name: str) -> dict[str, Any]:
-    """One parameter: draws, Laplace approximation, prior and where they disagree."""
+    """One parameter: draws, Laplace approximation, prior and their disagreements."""
     posterior, problem = result.posterior, result.problem
     summary, disagreement = posterior.summary[name], posterior.disagreements[name]
     prior = problem.parameters[name].prior

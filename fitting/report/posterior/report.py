@@ -1,4 +1,4 @@
-"""The report of a posterior: may it be believed, what it says, how it was made."""
+"""The report of a posterior: convergence, results, method."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -19,7 +19,7 @@ NOT_CONVERGED = "Not converged: the numbers below are not to be quoted."
 
 
 def report_of(result: CampaignPosterior) -> Report:
-    """Everything that is said about the draws."""
+    """The report of the draws."""
     problem = result.problem
     drawn = pictures(result)
     return Report(

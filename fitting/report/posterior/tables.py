@@ -1,4 +1,4 @@
-"""Tables of a posterior: its parameters, and where the Laplace approximation parts from the draws."""
+"""Tables of a posterior: its parameters, and disagreements of the Laplace approximation with the draws."""
 
 import math
 
@@ -35,7 +35,8 @@ def parameter_table(result: CampaignPosterior) -> Table:
 
 
 def disagreement_table(result: CampaignPosterior) -> Table:
-    """Where the Laplace approximation misleads; no verdict on chains that have not converged."""
+    """Table of the parameters for which the Laplace approximation misleads; no verdict on chains that have
+    not converged."""
     rows = []
     for name, d in result.posterior.disagreements.items():
         judged = ("; ".join(d.reasons) or "agrees") if result.converged else NOT_JUDGED
@@ -46,5 +47,5 @@ def disagreement_table(result: CampaignPosterior) -> Table:
 
 
 def _form(sd: float) -> str:
-    """Decimals that a standard deviation supports; four digits where powers of ten read better."""
+    """Number of decimals that a standard deviation supports; four digits where powers of ten read better."""
     return f".{max(1 - math.floor(math.log10(sd)), 0)}f" if 1e-4 < sd < 1e5 else ".4g"

@@ -1,11 +1,11 @@
-"""A posterior in words."""
+"""Sentences on a posterior."""
 
 from fitting.sample.campaign import CampaignPosterior
 from fitting.sample.settings import Settings
 
 
 def verdict(result: CampaignPosterior) -> list[str]:
-    """Whether the chains may be believed, then where the fit's error bars may not."""
+    """Sentences on the convergence of the chains, then on misleading error bars of the fit."""
     sentences = list(result.posterior.verdict)
     if not result.converged:
         sentences.append(
@@ -24,7 +24,7 @@ def verdict(result: CampaignPosterior) -> list[str]:
 
 
 def how_it_was_sampled(result: CampaignPosterior) -> list[str]:
-    """Likelihood, priors and sampler in sentences."""
+    """Sentences on likelihood, priors and sampler."""
     p = result.posterior
     acceptance = ", ".join(f"{100.0 * a:.0f} %" for a in p.acceptance)
     return [
@@ -39,12 +39,12 @@ def how_it_was_sampled(result: CampaignPosterior) -> list[str]:
 
 
 def library_of(settings: Settings) -> str:
-    """Name of the library whose sampler was used."""
+    """Name of the sampler's library."""
     return "blackjax" if settings.sampler == "nuts" else "emcee"
 
 
 def _sampler(settings: Settings) -> str:
-    """What moved the chains, in a sentence or two."""
+    """Sentences on the moves of the sampler."""
     if settings.sampler == "nuts":
         return (
             f"blackjax: {settings.ensembles} independent chains of the no-U-turn sampler, which follows "

@@ -1,4 +1,4 @@
-"""A propagated study on paper: verdict, tables, page and figures."""
+"""Report on a propagated study: verdict, tables, page and figures."""
 
 from .text import plan_text, speed
 

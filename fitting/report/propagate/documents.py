@@ -1,4 +1,4 @@
-"""A propagated study for programs: the content of `report.json`, and CSV files."""
+"""Files of a propagated study for programs: the content of `report.json`, and CSV files."""
 
 from typing import Any
 
@@ -22,7 +22,7 @@ def files(result: Propagation) -> dict[str, str]:
 
 
 def _input_table(result: Propagation) -> tuple[list[str], list[list]]:
-    """Inputs: what they are drawn from, where rows failed, and their correlation with every column."""
+    """Table of inputs: their distributions, values at failed rows, and correlation with every column."""
     problem, failures = result.problem, result.summary.failures
     coefficients = result.summary.correlation.coefficients
     words = {name: marginal.words for name, marginal in problem.inputs.marginals.items()}
@@ -35,7 +35,8 @@ def _input_table(result: Propagation) -> tuple[list[str], list[list]]:
 
 
 def content(result: Propagation) -> dict[str, Any]:
-    """The content of `report.json`: nothing of the run, so that it is the same after any number of kills."""
+    """The content of `report.json`. It holds nothing of the run itself, so that it is the same after any
+    number of kills."""
     problem, failures = result.problem, result.summary.failures
     sampling = problem.study.sampling
     header, rows = column_table(result)

@@ -17,11 +17,11 @@ FAILED_ROWS = (
 )
 MOST_BANDS = 6
 MOST_BARS = 15
-"""Bars of a tornado: the smallest of more are zero on any scale."""
+"""Maximum number of bars of a tornado diagram; the smallest of more are zero on any scale."""
 
 
 def pictures(result: Propagation) -> list[Picture]:
-    """Every figure; nothing is drawn."""
+    """Every figure, not drawn yet."""
     found, columns = [], result.problem.columns
     for quantity in columns.quantities[:MOST_BANDS]:
         name = quantity.name
@@ -59,7 +59,7 @@ def _file(name: str) -> str:
 
 
 def band(result: Propagation, name: str) -> Figure:
-    """Quantiles along the driver, the nominal in them."""
+    """Figure of quantiles along the driver, with the nominal result."""
     columns = result.problem.columns
     part, driver = columns.of(name), columns.driver
     low, lower, middle, upper, high = result.quantiles([0.05, 0.16, 0.5, 0.84, 0.95])[:, part]
@@ -83,7 +83,7 @@ def band(result: Propagation, name: str) -> Figure:
 
 
 def distribution(result: Propagation, name: str) -> Figure:
-    """Density of a single number, from its quantiles."""
+    """Figure of the density of a single number, from its quantiles."""
     k = result.problem.columns.of(name).start
     levels = np.linspace(0.002, 0.998, 61)
     edges = result.quantiles(levels)[:, k]
@@ -107,7 +107,7 @@ def distribution(result: Propagation, name: str) -> Figure:
 
 
 def tornado(result: Propagation, name: str) -> Figure:
-    """Indices of a quantity with intervals, the largest on top."""
+    """Figure of a quantity's indices with intervals, the largest on top."""
     problem, sums = result.problem, result.summary.indices
     column = shown_column(result, name)
     j = list(problem.index_columns).index(column)
@@ -136,7 +136,7 @@ def tornado(result: Propagation, name: str) -> Figure:
 
 
 def indices_along(result: Propagation, name: str) -> Figure:
-    """Total indices or Shapley effects along the driver, of the groups that matter most anywhere."""
+    """Figure of total indices or Shapley effects along the driver, of the most important groups."""
     problem, sums = result.problem, result.summary.indices
     part, driver = problem.columns.of(name), problem.columns.driver
     first = list(problem.index_columns).index(part.start)
@@ -160,7 +160,7 @@ def indices_along(result: Propagation, name: str) -> Figure:
 
 
 def failure(result: Propagation, found: object) -> Figure:
-    """Probability of having failed up to each point of the driver."""
+    """Figure of the probability of a failure up to each point of the driver."""
     driver = result.problem.columns.driver
     with style():
         figure = Figure(figsize=(6.4, 4.0), layout="constrained")
@@ -177,7 +177,7 @@ def failure(result: Propagation, found: object) -> Figure:
 
 
 def failed_rows(result: Propagation) -> Figure:
-    """Share of rows without a result over the quantile of the inputs that tell them apart most."""
+    """Figure of the share of failed rows over the quantile of the most telling inputs."""
     failures, names = result.summary.failures, result.problem.inputs.names
     order = np.argsort(-failures.uneven)[:4]
     middle = 100.0 * (np.arange(BINS) + 0.5) / BINS

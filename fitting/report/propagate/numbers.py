@@ -1,4 +1,4 @@
-"""What a propagated study says in numbers: intervals, shares, and what failed rows leave open."""
+"""Numbers of a propagated study: intervals, shares of variance, and the influence of failed rows."""
 
 from dataclasses import dataclass
 
@@ -9,19 +9,19 @@ from fitting.propagate import Propagation
 from fitting.propagate.statistics.failures import level_bounds, mean_bounds, sd_bounds, share_bounds
 
 LEVELS = (0.005, 0.025, 0.05, 0.16, 0.25, 0.5, 0.75, 0.84, 0.95, 0.975, 0.995)
-"""Quantiles that tables state."""
+"""Quantile levels of tables."""
 
 
 @dataclass(frozen=True)
 class Exceedance:
-    """How often a limit fails.
+    """Probability that a limit fails.
 
     Attributes:
-        limit: in words.
-        probability: up to each point of the driver, shape (points,).
-        low, high: 95 % interval of each, of independent rows.
-        bounds: of the last one, whatever failed rows would have been.
-        count: rows with a result.
+        limit: limit in words.
+        probability: probability up to each point of the driver, shape (points,).
+        low, high: 95 % interval of each, for independent rows.
+        bounds: bounds of the last one for any result of the failed rows.
+        count: number of rows with a result.
     """
 
     limit: str
@@ -33,7 +33,7 @@ class Exceedance:
 
 
 def exceedances(result: Propagation) -> list[Exceedance]:
-    """Every limit of the study, by counting."""
+    """Exceedance of every limit of the study, by counting."""
     count = int(result.moments.count[0])
     found = []
     for limit, beyond in result.summary.beyond.items():
@@ -52,10 +52,10 @@ def lost(result: Propagation) -> float:
 
 
 def column_table(result: Propagation) -> tuple[list[str], list[list]]:
-    """Everything about every column: header and rows."""
+    """Table of all statistics of every column: header and rows."""
     moments, share = result.moments, lost(result)
     quantiles = result.quantiles(LEVELS)
-    # levels that a quantile of all rows may have among those with a result
+    # possible levels of a quantile of all rows among those with a result
     outer = np.array([level_bounds(level, share) for level in (0.05, 0.95)])
     edges = result.quantiles(np.array([outer[0, 0], outer[1, 1]]))
     low, high = mean_bounds(moments.mean, moments.smallest, moments.largest, share)
@@ -76,7 +76,7 @@ def column_table(result: Propagation) -> tuple[list[str], list[list]]:
 
 
 def index_table(result: Propagation) -> tuple[list[str], list[list]]:
-    """Every index with its interval and bounds: header and rows."""
+    """Table of every index with its interval and bounds: header and rows."""
     header = ["group", "column", "index", "value", "low", "high", "least", "most"]
     sums = result.summary.indices
     if sums is None:
@@ -95,7 +95,7 @@ def index_table(result: Propagation) -> tuple[list[str], list[list]]:
 
 
 def shown_column(result: Propagation, name: str) -> int:
-    """The column of a quantity that stands for it in sentences: where it spreads most."""
+    """Column of a quantity for sentences: the one with the largest spread."""
     part = result.problem.columns.of(name)
     spread = np.nan_to_num(result.moments.sd[part], nan=-1.0)
     return part.start + int(np.argmax(spread))

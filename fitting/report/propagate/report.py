@@ -1,4 +1,4 @@
-"""The report of a propagated study: how outputs spread and from what, how often limits fail."""
+"""The report of a propagated study: spread of outputs and its causes, probabilities of failure."""
 
 from fitting.propagate import Propagation
 
@@ -11,7 +11,7 @@ from .tables import index_tables, limit_table, quantity_table
 
 
 def report_of(result: Propagation) -> Report:
-    """Everything that is said about the study."""
+    """The report of the study."""
     problem, drawn = result.problem, pictures(result)
 
     def of(*begin: str) -> list[Picture]:

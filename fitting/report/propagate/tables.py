@@ -13,7 +13,7 @@ MOST_SHOWN = 12
 
 
 def quantity_table(result: Propagation) -> Table:
-    """A short table: one row for each quantity, at the point where it spreads most."""
+    """A short table with one row for each quantity, at the point of its largest spread."""
     moments = result.moments
     rows = []
     for quantity in result.problem.columns.quantities:
@@ -26,7 +26,7 @@ def quantity_table(result: Propagation) -> Table:
 
 
 def index_tables(result: Propagation) -> list[Table]:
-    """The largest indices of every quantity, at the point where it spreads most."""
+    """The largest indices of every quantity, at the point of its largest spread."""
     if result.summary.indices is None:
         return []
     wanted = result.problem.study.indices.of or [q.name for q in result.problem.columns.quantities]
@@ -55,7 +55,7 @@ def index_tables(result: Propagation) -> list[Table]:
 
 
 def limit_table(result: Propagation) -> Table:
-    """How often each limit fails, by counting."""
+    """Table of the failure probability of each limit, by counting."""
     rows = [
         [
             e.limit, f"{e.probability[-1]:.4g}", f"{e.low[-1]:.3g} to {e.high[-1]:.3g}",

@@ -12,35 +12,34 @@ from ..table import Table, table_text
 from .numbers import column_table, exceedances, lost, shown_column
 
 TELLING = 0.2
-"""Distance of two distributions from which an input is named as one that tells failed rows apart: of 100
-failed
-rows, chance alone gives 0.14 at most in 95 % of cases (Kolmogorov-Smirnov)."""
+"""Minimum distance of two distributions for an input to be named as one that separates failed rows. For 100
+failed rows, chance alone gives at most 0.14 in 95 % of cases (Kolmogorov-Smirnov)."""
 
 
 def verdict(result: Propagation) -> list[str]:
-    """The few sentences to read if nothing else is read."""
-    problem, said = result.problem, []
+    """The few most important sentences."""
+    problem, sentences = result.problem, []
     failures = result.summary.failures
     words = {"sobol": "Sobol points", "monte_carlo": "random draws", "latin_hypercube": "Latin hypercubes"}
-    said.append(
+    sentences.append(
         f"{problem.response.title}: {problem.rows:,} rows of {len(problem.inputs.names)} inputs, by "
         f"{words[problem.study.sampling.method]}."
     )
-    said += [_quantity(result, quantity.name) for quantity in problem.columns.quantities[:4]]
+    sentences += [_quantity(result, quantity.name) for quantity in problem.columns.quantities[:4]]
     rest = len(problem.columns.quantities) - 4
     if rest > 0:
-        said.append(f"{rest} more outputs are in the table.")
+        sentences.append(f"{rest} more outputs are in the table.")
     for found in exceedances(result):
-        said.append(
+        sentences.append(
             f"{found.limit}: in {_percent(found.probability[-1])} of rows, "
             f"{_percent(found.low[-1])} to {_percent(found.high[-1])} (95 %)."
         )
-    said += [sentence for rare in result.rare.values() for sentence in rare_sentences(rare)]
+    sentences += [sentence for rare in result.rare.values() for sentence in rare_sentences(rare)]
     if result.summary.indices is not None:
-        said += _index_sentences(result)
+        sentences += _index_sentences(result)
     if failures.count:
-        said += failure_sentences(result)
-    return said
+        sentences += failure_sentences(result)
+    return sentences
 
 
 def _quantity(result: Propagation, name: str) -> str:
@@ -67,43 +66,44 @@ def _index_sentences(result: Propagation) -> list[str]:
     groups = list(problem.groups)
     words = "total Sobol index" if name == "total" else "Shapley effect"
     parts = ", ".join(f"{groups[i]} {value[i, j]:.2f} ± {half[i, j]:.2f}" for i in order)
-    said = [f"What {labels[shown]} depends on most ({words}, 95 %): {parts}."]
+    sentences = [f"What {labels[shown]} depends on most ({words}, 95 %): {parts}."]
     if sums.left_out:
-        said.append(
+        sentences.append(
             f"{_percent(sums.share_left_out)} of blocks have a row without a result and are left out whole; "
             "the table says between what each index lies, whatever these rows would have been."
         )
-    return said
+    return sentences
 
 
 def failure_sentences(result: Propagation) -> list[str]:
-    """How many rows have no result, why, where, and what that can have changed."""
+    """Sentences on the number of rows without a result, their causes and places, and their possible
+    influence."""
     failures, problem = result.summary.failures, result.problem
     codes = [code for code in np.flatnonzero(failures.reasons) if code > 1]
     why = "; ".join(
         f"{failures.reasons[c]:,}: {SENTENCES.get(int(c), 'no result').rstrip('.')}" for c in codes
     )
-    said = [f"{failures.count:,} rows ({_percent(lost(result))}) have no result ({why})."]
+    sentences = [f"{failures.count:,} rows ({_percent(lost(result))}) have no result ({why})."]
     far = failures.uneven
     names = problem.inputs.names
     k = int(np.argmax(far))
     if far[k] > TELLING:
         worst = int(np.argmax(failures.shares[k]))
         bins = failures.shares.shape[1]
-        said.append(
+        sentences.append(
             f"They differ from other rows most in {names[k]}: of its values between the "
             f"{100 * worst // bins} and {100 * (worst + 1) // bins} % quantile, "
             f"{_percent(failures.shares[k, worst])}"
             " have none."
         )
     else:
-        said.append("No single input tells them apart from other rows.")
-    return said
+        sentences.append("No single input tells them apart from other rows.")
+    return sentences
 
 
 def rare_sentences(rare: RareResult) -> list[str]:
-    """A small probability in words."""
-    said = []
+    """Sentences on a small probability."""
+    sentences = []
     if rare.subset is not None:
         low, high = rare.subset.interval
         stalled = rare.subset.stalled
@@ -113,7 +113,7 @@ def rare_sentences(rare: RareResult) -> list[str]:
             if stalled
             else ""
         )
-        said.append(
+        sentences.append(
             f"{rare.limit}: probability {rare.subset.probability:.3g} by subset simulation, {low:.2g} to "
             f"{high:.2g}"
             f" (95 %).{note}"
@@ -121,28 +121,28 @@ def rare_sentences(rare: RareResult) -> list[str]:
     if rare.form is not None:
         low, high = rare.form.interval
         points = len(rare.form.betas)
-        what = f"{points} design point{'s' * (points != 1)}" if points else "no design point"
+        points_text = f"{points} design point{'s' * (points != 1)}" if points else "no design point"
         by = "" if rare.form.by_form is None else f"; FORM alone {rare.form.by_form:.3g}"
-        said.append(
-            f"{rare.limit}: {rare.form.probability:.3g} by importance sampling ({what}), {low:.2g} to "
+        sentences.append(
+            f"{rare.limit}: {rare.form.probability:.3g} by importance sampling ({points_text}), {low:.2g} to "
             f"{high:.2g}"
             f" (95 %){by}."
         )
     if rare.no_gradient:
-        said.append(f"{rare.limit}: no FORM, because {rare.no_gradient}.")
+        sentences.append(f"{rare.limit}: no FORM, because {rare.no_gradient}.")
     if rare.agree is False:
-        said.append(f"{rare.limit}: the two DISAGREE; believe neither before a run with more samples.")
+        sentences.append(f"{rare.limit}: the two DISAGREE; believe neither before a run with more samples.")
     spent = f"{rare.rows:,} rows were spent on {rare.limit}"
     lost_rows = (
         f", of which {rare.without_result:,} have no result and count as not failed"
         if rare.without_result
         else ""
     )
-    return [*said, f"{spent}{lost_rows}."]
+    return [*sentences, f"{spent}{lost_rows}."]
 
 
 def speed(result: Propagation) -> str:
-    """How many rows this session computed, and how fast; empty where it computed none."""
+    """Number of rows that this session computed, and its speed; empty where it computed none."""
     if not result.computed:
         return ""
     rate = result.computed / max(result.seconds, 1e-9)
@@ -153,7 +153,7 @@ def speed(result: Propagation) -> str:
 
 
 def plan_text(problem: Problem) -> str:
-    """What a study would do."""
+    """Preview of a study."""
     lines = [
         f"{problem.study.name}: {problem.response.title}",
         f"  {problem.rows:,} rows in {len(problem.tasks):,} chunks, {problem.columns.total} columns",
@@ -174,7 +174,7 @@ def _bytes(problem: Problem) -> str:
 
 
 def left_open(result: Propagation) -> str:
-    """What failed rows leave open of the first quantity."""
+    """Sentence on the possible influence of failed rows on the first quantity."""
     header, rows = column_table(result)
     row = dict(zip(header, rows[0], strict=True))
     low, high = (np.format_float_positional(row[k], 4, fractional=False) for k in ("mean_least", "mean_most"))

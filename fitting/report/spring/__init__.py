@@ -1,1 +1,1 @@
-"""The characterisation of a spring on paper."""
+"""Report on the characterisation of a spring."""

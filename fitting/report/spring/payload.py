@@ -34,6 +34,7 @@ def _more(result: SpringCharacterisation) -> dict[str, Any]:
         "metrics": overall(list(result.scores), "fit"),
         "metrics_held_out": overall(list(result.scores), "validation"),
         "metrics_by_recording": {s.name: _score_json(s) for s in result.scores if s.stress.size},
+        "combinations": characterisation.combinations_json(result.combinations),
         "identifiability": result.identifiability,
         "other_fits_as_good": [
             {"start": m.start, "chi_square_above": m.worse_by, "distance_sd": m.distance,
@@ -54,6 +55,7 @@ def _more(result: SpringCharacterisation) -> dict[str, Any]:
             "reduced_chi_square": joint.reduced_chi_square,
             "standard_errors_multiplied_by": joint.inflation,
             "correlation_time_samples": joint.correlation_time,
+            "zeros": characterisation.zeros_json(result.lasting),
             "starts": [{"name": s.name, "chi_square": s.result.chi_square} for s in joint.starts],
             "stages": [
                 {"name": s.name, "tests": list(s.tests), "parameters": list(s.parameters),

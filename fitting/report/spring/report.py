@@ -1,6 +1,5 @@
 """The report of a characterised alloy."""
 
-from fitting.calibrate.spring.information import relative_to_prior
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.calibrate.spring.scores import overall
 from pneusma_jax.calibration.toml import render_calibration
@@ -23,7 +22,7 @@ NOTHING = "Nothing: every free constant is known better than before."
 
 
 def report_of(result: SpringCharacterisation) -> Report:
-    """Everything that is said about the result."""
+    """The report of the result."""
     drawn = pictures(result)
     loose = [entry["text"] for entry in result.identifiability] or [NOTHING]
     return Report(
@@ -34,6 +33,7 @@ def report_of(result: SpringCharacterisation) -> Report:
         real=result.real,
         sections=[
             Section("Fit", [drawn["fit"]]),
+            Section("What was measured", [_combinations(result)]),
             Section("Parameters", [_parameters(result)]),
             Section("Errors, test by test", [_scores(result)]),
             Section("What these tests cannot tell",
@@ -63,8 +63,12 @@ def _subtitle(result: SpringCharacterisation) -> str:
 
 def _parameters(result: SpringCharacterisation) -> Table:
     start = {n: float(from_si(result.start[n], e.unit)) for n, e in result.fitted.items()}
-    share = {name: relative_to_prior(entry) for name, entry in result.fitted.items()}
+    share = {name: estimate.of_prior for name, estimate in result.parameters.items()}
     return characterisation.parameter_table(result.parameters, start, share)
+
+
+def _combinations(result: SpringCharacterisation) -> Table:
+    return characterisation.combination_table(result.combinations)
 
 
 def _row(name: str, role: str, measures: dict[str, float], blind: float | None) -> list[str]:

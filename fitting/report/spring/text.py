@@ -1,48 +1,60 @@
-"""What tests of a spring on a stand say about its alloy, in sentences that a laboratory can act on."""
+"""Sentences on the alloy from tests of a spring on a stand, for the laboratory."""
 
 from fitting.calibrate.general.fit import OVERSTATED
 from fitting.calibrate.spring.joint import MISFIT, lead
 from fitting.calibrate.spring.modes import Mode
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.calibrate.spring.scores import Score, overall
+from fitting.calibrate.spring.stand_tests import SOFTER
 
 from .. import profile_likelihood
-from ..general.text import lasting_sentence, overstated_sentence
+from ..characterisation import limits
+from ..general.text import lasting_sentence, lasting_zeros, overstated_sentence
 
 OTHER_RULE = (
     " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
 )
+ORDER = " The tests were read with {} as the softer phase; --softer {} reads them the other way."
 CLOSE_CALL = 4.0
-"""Chi-square by which a best fit that only one start found is ahead, up to which nobody need know."""
+"""Maximum advantage in chi-square of a best fit that only one start found, up to which no sentence is
+needed."""
 BLIND_SHARE = 0.5
-"""Share of a test's rows with a blind resistance from which the test is called blind."""
+"""Minimum share of a test's rows with an uninformative resistance for the test to be called blind."""
 
 
 def verdict(result: SpringCharacterisation) -> list[str]:
-    """The few sentences to read if nothing else is read."""
+    """The few most important sentences."""
     fitted = [test for test in result.tests if test.fitted]
-    what = "identified from" if result.identify else "adjusted within its tolerances to"
+    method = "identified from" if result.identify else "adjusted within its tolerances to"
     chosen = overall(list(result.scores), "fit")
-    said = [f"The alloy was {what} {len(fitted)} tests.{_errors(chosen)}{_held_out(result)}"]
+    sentences = [f"The alloy was {method} {len(fitted)} tests.{_errors(chosen)}{_held_out(result)}"]
     if result.modes:
-        said.append(mode_sentence(result.modes[0]))
+        sentences.append(mode_sentence(result.modes[0]))
     reduced = result.joint.reduced_chi_square
     if reduced > MISFIT:
-        said.append(
+        sentences.append(
             f"The law leaves more than noise (reduced chi-square {reduced:.2g}). The numbers are the nearest "
             f"that it comes, and standard errors were multiplied by {result.joint.inflation:.2g}."
             + (OTHER_RULE if result.identify and "c" not in result.fitted else "")
+            + (ORDER.format(result.softer, _other(result)) if result.softer else "")
         )
     elif result.joint.inflation > 1.0:
-        said.append(lasting_sentence(result.joint.correlation_time, result.joint.inflation))
+        sentences.append(lasting_sentence(result.joint.correlation_time, result.joint.inflation))
     if reduced * result.joint.correlation_time < OVERSTATED:
-        said.append(overstated_sentence(reduced))
+        sentences.append(overstated_sentence(reduced))
     loose = [e for e in result.identifiability if e["kind"] != "at_bound"]
     if loose:
-        said.append(loose[0]["text"])
+        sentences.append(loose[0]["text"])
     else:
-        said.append("These tests determine every constant that was free, each better than was known before.")
-    return said
+        sentences.append(
+            "These tests determine every constant that was free, each better than was known before."
+        )
+    return sentences
+
+
+def _other(result: SpringCharacterisation) -> str:
+    """The phase that was not taken as the softer one."""
+    return next(phase for phase in SOFTER if phase != result.softer)
 
 
 def _errors(measures: dict[str, float] | None) -> str:
@@ -62,7 +74,7 @@ def _held_out(result: SpringCharacterisation) -> str:
 
 
 def mode_sentence(mode: Mode) -> str:
-    """Another parameter set that fits as well, in words."""
+    """Sentence on another parameter set that fits as well."""
     changes = ", ".join(
         f"{name} {'higher' if change > 0.0 else 'lower'} by {abs(change):.1f} standard errors"
         for name, change in mode.different
@@ -75,24 +87,25 @@ def mode_sentence(mode: Mode) -> str:
 
 
 def warnings(result: SpringCharacterisation) -> list[str]:
-    """What to be careful about: bounds, parameters that never moved, fits that failed, blind tests."""
-    said = [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start")]
+    """Warnings: bounds, parameters that never moved, fits that failed, blind tests."""
+    sentences = [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start")]
     if not result.joint.result.success:
-        said.append(f"The joint fit did not end well. {result.joint.result.status.value}")
+        sentences.append(f"The joint fit did not end well. {result.joint.result.status.value}")
     ahead = lead(result.joint)
     if ahead > CLOSE_CALL:
-        said.append(
+        sentences.append(
             f"Of {len(result.joint.starts)} starts only one ended at the best fit, the next with a "
             f"chi-square larger by {ahead:.3g}. There may be a better fit; --starts tries more. Standard "
             "errors span the fits that were found."
         )
-    said += profile_likelihood.warnings(result)
-    said += [blind_sentence(score) for score in result.scores if score.blind > BLIND_SHARE]
-    return said
+    sentences += lasting_zeros(result.lasting) + limits(result.parameters)
+    sentences += profile_likelihood.warnings(result)
+    sentences += [blind_sentence(score) for score in result.scores if score.blind > BLIND_SHARE]
+    return sentences
 
 
 def blind_sentence(score: Score) -> str:
-    """What a test with a blind resistance means for its prediction."""
+    """Sentence on the prediction of a test with an uninformative resistance."""
     return (
         f"{score.name}: in {100.0 * score.blind:.0f} % of the rows the resistance hardly tells the "
         "martensite fraction: near full heat the fraction goes as its eighth root. So the stress is "
@@ -102,33 +115,33 @@ def blind_sentence(score: Score) -> str:
 
 
 def how_it_was_fitted(result: SpringCharacterisation) -> list[str]:
-    """Stages, starts and noise."""
+    """Sentences on stages, starts and noise."""
     joint = result.joint
-    said = []
+    sentences = []
     for stage in result.stages:
         found = ", ".join(stage.parameters) if stage.result is not None else f"skipped: {stage.skipped}"
         tests = f" ({', '.join(stage.tests)})" if stage.tests else ""
-        said.append(f"Stage: {stage.name}{tests}: {found}.")
+        sentences.append(f"Stage: {stage.name}{tests}: {found}.")
     ends = ", ".join(
         f"from {s.name} {'none' if s.result.chi_square is None else format(s.result.chi_square, '.1f')}"
         for s in joint.starts
     )
-    said.append(
+    sentences.append(
         f"Joint fit of all tests by least squares from {len(joint.starts)} starts; chi-square: {ends}."
     )
-    said.append(
+    sentences.append(
         f"Reduced chi-square {joint.reduced_chi_square:.3g} over the noise as stated; force residuals are "
         "correlated "
         f"over {joint.correlation_time:.1f} samples; standard errors multiplied by {joint.inflation:.2g}."
     )
-    said.append(
+    sentences.append(
         "The martensite fraction is no input: it wanders slowly behind resistance and force, and its "
         "uncertainty is "
         "in the standard errors."
     )
-    return said
+    return sentences
 
 
 def phases(result: SpringCharacterisation) -> list[str]:
-    """What each test was taken to be."""
+    """Assumed phase of each test."""
     return [f"{t.name} ({t.recording.role}): {t.words}; {t.reason}." for t in result.tests]

@@ -1,1 +1,1 @@
-"""Springs on one pair of wires, on paper."""
+"""Reports on springs on one pair of wires."""

@@ -1,4 +1,4 @@
-"""Where actuators and chains can bend, over pressure and activation."""
+"""Reachable bends of actuators and chains, over pressure and activation."""
 
 from .chain import ChainReach, compute_chain_reach
 from .grid import DESIGNS, Workspace, compute_workspace, join_columns

@@ -1,8 +1,7 @@
-"""Where the tip of a chain can be, over random combinations of its segments' activations.
+"""Reachable tip positions of a chain, over random combinations of its segments' activations.
 
-Segments of a chain without loads are each in an equilibrium of their own: those of one kind are solved once,
-    on a
-grid, and put together. A loaded chain is one equilibrium, and every combination is solved.
+Segments of a chain without loads are each in an equilibrium of their own. Those of one kind are solved once,
+on a grid, and combined. A loaded chain is one equilibrium, and every combination is solved.
 """
 
 from collections.abc import Callable
@@ -24,19 +23,19 @@ from pneusma_jax.units import from_si
 
 from .grid import branches_of, compute_workspace, fractions_of, modelled_actuator
 
-CHUNK = 256  # loaded chains that are solved at once
+CHUNK = 256  # Number of loaded chains that are solved at once
 
 
 @dataclass
 class ChainReach:
-    """Places of a chain's tip.
+    """Tip positions of a chain.
 
     Attributes:
-        name: of the chain.
-        pressure: gauge [Pa], shape (states,).
+        name: name of the chain.
+        pressure: gauge pressure [Pa], shape (states,).
         fractions: martensite fraction by segment (from 1) and spring [1], shape (states,).
-        tip: in the frame of the base [m], shape (states, 3); NaN where a segment has no result.
-        cautions: in words.
+        tip: tip position in the frame of the base [m], shape (states, 3); NaN where a segment has no result.
+        cautions: warnings in words.
     """
 
     name: str
@@ -47,7 +46,7 @@ class ChainReach:
 
     @property
     def solved(self) -> int:
-        """How many states were found."""
+        """Number of states with a result."""
         return int(np.isfinite(self.tip).all(axis=1).sum())
 
     def columns(self) -> dict[str, np.ndarray]:
@@ -71,14 +70,14 @@ def compute_chain_reach(
     model: AugmentedModel = BASE,
     progress: Callable[[int], object] = lambda rows: None,
 ) -> ChainReach:
-    """Solve each kind of segment on a grid and put states of one pressure together; or, under loads, every
+    """Solve each kind of segment on a grid and combine states of one pressure; under loads, solve every
     chain.
 
     Args:
-        design: of the chain.
-        pressure, xi0, alloy, silicone, model, progress: as for `compute_workspace`.
-        samples: combinations at each pressure.
-        seed: of the choice of combinations.
+        design: design of the chain.
+        pressure, xi0, alloy, silicone, model, progress: arguments as for `compute_workspace`.
+        samples: number of combinations at each pressure.
+        seed: seed of the choice of combinations.
 
     Raises:
         InputError: for a table that cannot be used, or a model with effects.
@@ -103,7 +102,7 @@ def compute_chain_reach(
         branch = random.integers(len(space.heat), size=at.size)
         level = random.integers(len(space.xi0), size=at.size)
         size, direction = space.bend[branch, level, at], space.direction[branch, level, at]
-        size = np.abs(size)  # the direction says where to
+        size = np.abs(size)  # the direction of the bend carries the sign
         bends.append(np.stack([size * np.cos(direction), size * np.sin(direction)], axis=-1))
         lengths.append(space.length[branch, level, at])
         chosen = space.fractions()[branch, level]
@@ -147,10 +146,10 @@ def _loaded_reach(
     for start in range(0, at.size, CHUNK):
         rows = np.minimum(np.arange(start, start + min(CHUNK, at.size)), at.size - 1)
         found = _tips(chain, at[rows], jax.tree.map(lambda x, rows=rows: x[rows], drives))
-        kept = min(CHUNK, at.size - start)
+        count = min(CHUNK, at.size - start)
         for values, more in zip((tips, good, stable), found, strict=True):
-            values.append(np.asarray(more)[:kept])
-        progress(kept)
+            values.append(np.asarray(more)[:count])
+        progress(count)
     tip, good, stable = (np.concatenate(values) for values in (tips, good, stable))
     lost, shaky = int(np.sum(~good)), int(np.sum(good & ~stable))
     cautions = []
@@ -163,11 +162,11 @@ def _loaded_reach(
 
 @eqx.filter_jit
 def _tips(chain: pj.SegmentChain, pressure: Any, drives: tuple) -> tuple[Any, Any, Any]:
-    """Tips of many states of a loaded chain [m], whether each was found, and whether it would stay."""
+    """Tips of many states of a loaded chain [m], a mask of those found, and a mask of the stable ones."""
 
     def one(pressure: Any, drives: tuple) -> tuple[Any, Any, Any]:
-        given = [tuple(pj.MartensiteFraction(x) for x in drive) for drive in drives]
-        found = pj.solve_chain(chain, pressure, given, throw=False)
+        activations = [tuple(pj.MartensiteFraction(x) for x in drive) for drive in drives]
+        found = pj.solve_chain(chain, pressure, activations, throw=False)
         return found.end_pose[:3, 3], found.converged, found.stable
 
     return jax.vmap(one)(pressure, drives)

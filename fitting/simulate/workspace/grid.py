@@ -1,4 +1,4 @@
-"""Where a design can bend: curvature and bend angle over pressure and activation (Fig. 3.25)."""
+"""Reachable bends of a design: curvature and bend angle over pressure and activation (Fig. 3.25)."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -19,8 +19,8 @@ from pneusma_jax.pipeline import Effect
 from pneusma_jax.units import from_si
 
 DESIGNS = ("pneuflex_s", "pneusma1", "pneusma2")
-MIXES = (0.5, 1.0)  # heat of the second spring over that of the first, where two are heated
-CHUNK = 512  # rows that are solved at once
+MIXES = (0.5, 1.0)  # Ratios of the second spring's heat to the first's, where two are heated
+CHUNK = 512  # Number of rows that are solved at once
 
 
 @dataclass
@@ -28,21 +28,23 @@ class Workspace:
     """States of one design on a grid of pressures and activations.
 
     Attributes:
-        design: its name.
+        design: name of the design.
         springs: numbers of its springs.
         heat: share of the activation that each spring gets in a branch, shape (branches, springs); see
             `fractions_of`.
-        pressure: gauge [Pa], shape (pressures,).
-        xi0: martensite fraction of a spring that gets all of it [1], shape (activations,).
-        curvature: [1/m], bend: angle [rad], direction: of the bend, from the x axis [rad], length: of the
-            centre line [m], delta_1, delta_2: of the sides [m]; all of shape (branches, activations,
-            pressures), NaN where there is no result. A design that bends freely has no sign: its curvature is
-            a size.
-        status: `Status` codes, the same shape.
-        cautions: in words.
-        outer_diameter: of the tube [m].
-        planar: whether it bends in one plane.
-        marks: by column, as the others: what an unmodelled remainder adds, and where it is beyond its range.
+        pressure: gauge pressure [Pa], shape (pressures,).
+        xi0: martensite fraction of a spring with the full share [1], shape (activations,).
+        curvature: curvature [1/m], non-negative for a design that bends freely; shape (branches, activations,
+            pressures), NaN where there is no result. The next five have the same shape.
+        bend: bend angle [rad].
+        direction: direction of the bend, from the x axis [rad].
+        length: length of the centre line [m].
+        delta_1, delta_2: elongations of the sides [m].
+        status: `Status` codes, shape (branches, activations, pressures).
+        cautions: warnings in words.
+        outer_diameter: outer diameter of the tube [m].
+        planar: true if it bends in one plane.
+        marks: contribution of a model discrepancy, and its range flag, by column; shape as the others.
     """
 
     design: str
@@ -64,13 +66,14 @@ class Workspace:
 
     @property
     def heated(self) -> tuple[int, ...]:
-        """Number of the spring that is heated alone in each branch; 0 where none is, or several are."""
+        """Number of the spring that is heated alone in each branch; 0 where there is none or more than
+        one."""
         alone = [np.flatnonzero(row) for row in self.heat]
         return tuple(self.springs[k[0]] if len(k) == 1 else 0 for k in alone)
 
     @property
     def solved(self) -> int:
-        """How many states were found."""
+        """Number of states with a result."""
         return int(np.sum(self.status <= pj.Status.several_equilibria))
 
     def extreme(self, largest: bool) -> tuple[int, int, int]:
@@ -92,7 +95,7 @@ class Workspace:
         return dict(zip(self.springs, self.fractions()[branch, level].tolist(), strict=True))
 
     def columns(self) -> dict[str, np.ndarray]:
-        """The states as columns of a CSV; an `xi0` of a spring that is not there is NaN."""
+        """The states as columns of a CSV; an `xi0` of a missing spring is NaN."""
         shape = self.curvature.shape
         fractions = dict(zip(self.springs, np.moveaxis(self.fractions(), -1, 0), strict=True))
         spread = {n: values[:, :, None] for n, values in fractions.items()}
@@ -124,18 +127,19 @@ def compute_workspace(
 ) -> Workspace:
     """Solve a design on a grid.
 
-    Held in a plane, one spring is heated at a time; bending freely, also every two, in proportions `MIXES`.
+    In a plane, one spring is heated at a time. For free bending, every pair is heated too, in proportions
+    `MIXES`.
 
     Args:
         design: name or path of a table of kind actuator.
-        pressure: gauge [Pa], ascending, shape (pressures,).
+        pressure: gauge pressure [Pa], ascending, shape (pressures,).
         xi0: martensite fractions of the hottest spring [1], shape (activations,); ignored without springs.
-        alloy, silicone: as `make_actuator` takes them; the design's own where None.
-        model: used instead of the base model; its effects act as at the start of a recording.
-        progress: called with the number of rows after each lot of them.
+        alloy, silicone: tables as for `make_actuator`; the design's own where None.
+        model: model in place of the base model; its effects act as at the start of a recording.
+        progress: function that is called with the number of rows after each batch.
 
     Returns:
-        The states; a row without result is NaN and says why in its status.
+        The states. A row without result is NaN, with the reason in its status.
 
     Raises:
         InputError: for a table that cannot be used.
@@ -155,7 +159,7 @@ def compute_workspace(
     bend = found.bend_angle if planar else np.linalg.norm(np.asarray(found.bend), axis=-1)
     curvature = bend / found.length
     more = lambda name: added.get(f"unmodelled_{name}", 0.0)  # noqa: E731
-    marks, told = marked(model, added, "actuator", () if planar else ("curvature", "bend_angle"))
+    marks, sentences = marked(model, added, "actuator", () if planar else ("curvature", "bend_angle"))
     if planar:
         curvature, bend = curvature + more("curvature"), bend + more("bend_angle")
     return Workspace(
@@ -171,7 +175,7 @@ def compute_workspace(
         delta_1=grid(found.delta_1),
         delta_2=grid(found.delta_2),
         status=grid(found.status),
-        cautions=actuator_cautions(actuator, found) + told,
+        cautions=actuator_cautions(actuator, found) + sentences,
         outer_diameter=2.0 * float(actuator.section.radius),
         planar=planar,
         marks={name: grid(values) for name, values in marks.items()},
@@ -183,16 +187,16 @@ def fractions_of(heat: np.ndarray, xi0: np.ndarray) -> np.ndarray:
 
     Args:
         heat: share of the activation that each spring gets, shape (branches, springs).
-        xi0: of a spring that gets all of it, shape (activations,).
+        xi0: martensite fraction of a spring with the full share [1], shape (activations,).
     """
     return (1.0 - heat)[:, None, :] + heat[:, None, :] * xi0[None, :, None]
 
 
 def modelled_actuator(design: str, alloy: Any, silicone: Any, model: AugmentedModel) -> pj.Actuator:
-    """A design with a model's numbers.
+    """A design with a model's constants.
 
     Raises:
-        InputError: for a table that cannot be used, or dimensions that cannot be.
+        InputError: for a table that cannot be used, or impossible dimensions.
     """
     table = model.table("actuator", design)
     if model.quantities("alloy") and not isinstance(alloy, pj.Alloy):
@@ -203,7 +207,7 @@ def modelled_actuator(design: str, alloy: Any, silicone: Any, model: AugmentedMo
 
 
 def branches_of(actuator: pj.Actuator) -> np.ndarray:
-    """Which springs are heated together, and how much, shape (branches, springs)."""
+    """Share of the activation that each spring gets in each branch, shape (branches, springs)."""
     count = len(actuator.springs)
     if not count:
         return np.zeros((1, 0))
@@ -227,18 +231,18 @@ def _in_chunks(
     effects: tuple[Effect, ...],
     progress: Callable[[int], object],
 ) -> tuple[pj.Equilibrium, dict[str, Any]]:
-    """Every row, lot by lot through one compiled program; the last lot is filled up with its last row."""
+    """All rows, in chunks through one compiled program. The last chunk is padded with its last row."""
     size = min(CHUNK, len(pressure))
     found = []
     for start in range(0, len(pressure), size):
         rows = np.minimum(np.arange(start, start + size), len(pressure) - 1)
-        given = tuple(pj.MartensiteFraction(column) for column in fractions[rows].T)
-        lot = _at_rest(actuator, pressure[rows], given, effects) if effects else (
-            (pj.solve_batch(actuator, pressure[rows], given), {})
+        activations = tuple(pj.MartensiteFraction(column) for column in fractions[rows].T)
+        lot = _at_rest(actuator, pressure[rows], activations, effects) if effects else (
+            (pj.solve_batch(actuator, pressure[rows], activations), {})
         )  # fmt: skip
-        kept = min(size, len(pressure) - start)
-        found.append(jax.tree.map(lambda leaf, kept=kept: np.asarray(leaf)[:kept], lot))
-        progress(kept)
+        count = min(size, len(pressure) - start)
+        found.append(jax.tree.map(lambda leaf, count=count: np.asarray(leaf)[:count], lot))
+        progress(count)
     return jax.tree.map(lambda *lots: np.concatenate(lots), *found)
 
 
@@ -246,7 +250,8 @@ def _in_chunks(
 def _at_rest(
     actuator: pj.Actuator, pressure: Any, given: tuple, effects: tuple[Effect, ...]
 ) -> tuple[pj.Equilibrium, dict[str, Any]]:
-    """Rows of a batch, each as the first of a recording under a model's effects; what remainders add."""
+    """Rows of a batch, each as the first of a recording under a model's effects; and the model
+    discrepancies."""
 
     def one(pressure: Any, given: tuple) -> tuple[pj.Equilibrium, dict[str, Any]]:
         history = pj.simulate_history(actuator, pressure[None], given, time=np.zeros(1), effects=effects)
@@ -257,7 +262,7 @@ def _at_rest(
 
 
 def join_columns(workspaces: Sequence[Workspace]) -> dict[str, np.ndarray]:
-    """Columns of all workspaces below each other; NaN where one has not what another has."""
+    """Columns of all workspaces below each other; NaN where a workspace lacks a column."""
     tables = [workspace.columns() for workspace in workspaces]
     names = list(dict.fromkeys(name for table in tables for name in table))
     names.sort(key=lambda name: (name != "design", name != "pressure_kPa", not name.startswith("xi0_")))

@@ -1,14 +1,10 @@
-"""An `unmodelled` remainder as a model on disk has it: knots of a driver, and what is added at each.
+"""Model discrepancy in a model on disk: knots of a driver, and the correction at each.
 
-[[effect]]
-slug = "unmodelled"
-kind = "elastomer"          # of the recordings in which it was seen
-quantity = "stress"         # output that it adds to, or "silicone_stiffness": its relative change
-driver = "strain"           # what it is a function of; seen from the first knot to the last one
-[effect.parameters]
-knot_1 = {value = 0.0, unit = "1", status = "fitted", source = "..."}
-correction_1 = {value = 1.2, unit = "kPa", status = "fitted", source = "..."}
-...
+[[effect]] slug = "unmodelled" kind = "elastomer"          # of the recordings in which it was seen quantity =
+"stress"         # output that it adds to, or "silicone_stiffness": its relative change driver = "strain"
+# what it is a function of; seen from the first knot to the last one [effect.parameters] knot_1 = {value =
+0.0, unit = "1", status = "fitted", source = "..."} correction_1 = {value = 1.2, unit = "kPa", status =
+"fitted", source = "..."} ...
 """
 
 from collections.abc import Mapping
@@ -16,11 +12,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import tomlkit
 
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.calibration.toml import quantity_entry, read_quantity
 from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.late import tomlkit
 from pneusma_jax.model_discrepancy import UNITS, WALL, Unmodelled, unit_of, unmodelled
 from pneusma_jax.units import UNITS as KNOWN_UNITS
 
@@ -29,20 +25,20 @@ from ..registry import SPECIMENS, specimen_of
 SLUG = Unmodelled.slug
 WORDS = ("kind", "quantity", "driver")
 LEAST = 2
-"""Knots that a function needs."""
+"""Minimum number of knots of a function."""
 
 
 @dataclass(frozen=True)
 class AddedDiscrepancy:
-    """A smooth function of one driver that is added to one output or to the silicone's stiffness: described,
-    not explained.
+    """A smooth function of one driver that is added to one output, or to the silicone's stiffness. It
+    describes a misfit without explaining it.
 
     Attributes:
-        kind: of the recordings in which it was seen.
-        quantity: output that it adds to, or `silicone_stiffness`, whose relative change it is.
-        driver: what it is a function of.
-        knots: of the driver, ascending, SI; beyond them it is unknown.
-        corrections: what is added at each, SI.
+        kind: kind of the recordings in which it was found.
+        quantity: output that it is added to, or `silicone_stiffness`, whose relative change it is.
+        driver: quantity that it is a function of.
+        knots: values of the driver, ascending, SI; the function is unknown beyond them.
+        corrections: added value at each knot, SI.
     """
 
     kind: str
@@ -55,29 +51,29 @@ class AddedDiscrepancy:
 
     @property
     def span(self) -> tuple[float, float]:
-        """Smallest and largest value of the driver that it was seen over, SI."""
+        """Smallest and largest value of the driver that it was fitted over, SI."""
         return self.knots[0].value, self.knots[-1].value
 
     @property
     def words(self) -> str:
-        """What it is, within a sentence."""
+        """Description within a sentence."""
         return f"the unmodelled remainder of {self.quantity}, a smooth function of {self.driver}"
 
     @property
     def span_words(self) -> str:
-        """Where it was seen, within a sentence."""
+        """Range of validity within a sentence."""
         low, high = self.span
         unit = unit_of(self.driver)
         return f"{self.driver} from {low:.4g} to {high:.4g}" + ("" if unit == "1" else f" {unit}")
 
     def build(self) -> Unmodelled:
-        """What simulations take as an effect."""
+        """The effect that simulations apply."""
         numbers = [np.array([q.value for q in column]) for column in (self.knots, self.corrections)]
         return unmodelled(*numbers, specimen_of(self.kind).element, self.quantity, self.driver)
 
 
 def read_remainder(entry: Mapping[str, Any], where: str) -> AddedDiscrepancy:
-    """Check the entry of a file.
+    """Check the entry of a file and build it.
 
     Raises:
         InputError: one line, for anything missing, unknown or impossible.

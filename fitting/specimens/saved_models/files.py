@@ -1,4 +1,4 @@
-"""Models as TOML: reading with every check, and writing what reads back equal.
+"""Reading and writing of models as TOML, with every check.
 
     schema = "pneusma-model/1"
 
@@ -12,17 +12,15 @@
     [effect.parameters]
     gain = {value = 0.21, unit = "1", status = "fitted", source = "...", prior = {mean = 0.21, sd = 0.02}}
 
-A number of `[base]` belongs to the kind of table that has one of its name and dimension; where several have,
-the kind comes first: `"silicone.density"`. `[specimen."NAME"]` holds numbers of one specimen alone.
-An effect `unmodelled` is in `remainder.py`.
+A parameter of `[base]` belongs to the kind of table that has one of its name and dimension. Where several
+have, the kind comes first: `"silicone.density"`. `[specimen."NAME"]` holds parameters of one specimen alone.
+The module `discrepancy` handles the effect `unmodelled`.
 """
 
 import dataclasses
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
-
-import tomlkit
 
 from fitting.data.files import write_whole
 from pneusma_jax.calibration.keys import KINDS, QUANTITIES
@@ -31,6 +29,7 @@ from pneusma_jax.calibration.toml import quantity_entry, read_quantity
 from pneusma_jax.documents import parse_toml, read_document
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.late import tomlkit
 from pneusma_jax.pipeline import Effect
 from pneusma_jax.units import TEMPERATURE, TEMPERATURE_DIFFERENCE, UNITS
 
@@ -48,17 +47,17 @@ from .model import (
 SCHEMA = "pneusma-model/1"
 TABLES = ("design", "alloy", "material")
 TOP = ("schema", "name", "description", "base", "specimen", "effect")
-PLAIN = "1"  # stands for a unit that only one effect has, while its number is read and written
+PLAIN = "1"  # Placeholder, while a number is read and written, for a unit that only one effect has
 
 
 def load_model(path: str | Path) -> AugmentedModel:
     """Read and check a model.
 
     Args:
-        path: of a TOML file with schema `pneusma-model/1`.
+        path: TOML file with schema `pneusma-model/1`.
 
     Returns:
-        The model, its numbers in SI. Relative paths of tables count from the file's folder.
+        The model, its values in SI. Relative paths of tables count from the file's folder.
 
     Raises:
         InputError: one line with file, key and remedy, for anything unknown, missing or impossible.
@@ -88,7 +87,7 @@ def load_model(path: str | Path) -> AugmentedModel:
 
 
 def is_model(path: str | Path) -> bool:
-    """Whether a file says that it is a model; a name, or a file that cannot be read, is none."""
+    """True if a file declares itself a model; false for a name or an unreadable file."""
     try:
         document = parse_toml(Path(path).read_text(encoding="utf-8"), path)
     except (OSError, ValueError):
@@ -105,7 +104,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def _located(word: str, path: Path) -> str:
-    """Name of a shipped table as it is; a path counted from the model's folder."""
+    """Name of a shipped table, or a path counted from the model's folder."""
     return str(path.parent / word) if word.endswith(".toml") else word
 
 
@@ -121,7 +120,7 @@ def _base(entries: Mapping[str, Any], where: str) -> Base:
 
 
 def _owner(key: str, entry: Any, where: str) -> tuple[str, str]:
-    """Kind of table that a number belongs to, and its name there."""
+    """Kind of table that a parameter belongs to, and its name there."""
     kind, _, rest = key.partition(".")
     if kind in KINDS and rest:
         if rest not in QUANTITIES[kind]:
@@ -129,8 +128,8 @@ def _owner(key: str, entry: Any, where: str) -> tuple[str, str]:
         return kind, rest
     owners = [kind for kind in KINDS if key in QUANTITIES[kind]]
     if not owners:
-        known = {name for kind in KINDS for name in QUANTITIES[kind]} | set(TABLES)
-        raise InputError(f"{where} {key}: unknown key, {nearest(key, known)}")
+        names = {name for kind in KINDS for name in QUANTITIES[kind]} | set(TABLES)
+        raise InputError(f"{where} {key}: unknown key, {nearest(key, names)}")
     unit = entry.get("unit") if isinstance(entry, dict) else None
     if unit in UNITS:
         fitting = [kind for kind in owners if _measures(QUANTITIES[kind][key], unit)]
@@ -192,7 +191,7 @@ def _parameter(name: str, entry: Any, unit: str, where: str) -> Quantity:
 
 
 def _option(effect: type[Effect], name: str, value: Any, where: str) -> Any:
-    """A choice, of the type of the effect's default."""
+    """An option, converted to the type of the effect's default."""
     usual = getattr(effect(), name)
     if type(value) is not type(usual):
         raise InputError(f"{where}: {name} must be like {usual!r}, but it is {value!r}")
@@ -200,10 +199,10 @@ def _option(effect: type[Effect], name: str, value: Any, where: str) -> Any:
 
 
 def save_model(model: AugmentedModel, path: str | Path) -> Path:
-    """Write a model that `load_model` reads back equal; the file appears whole or not at all.
+    """Write a model that `load_model` reads back equal. The file appears whole or not at all.
 
     Args:
-        model: its tables, where they are paths, are written as they are.
+        model: model to write; paths of its tables are written as they are.
         path: file to write or replace.
 
     Raises:

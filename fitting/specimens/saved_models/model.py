@@ -1,4 +1,4 @@
-"""A model in memory: what it changes in the base model's tables, and the effects that it adds."""
+"""A model in memory: its changes to the base model's tables, and its effects."""
 
 import dataclasses
 import math
@@ -24,18 +24,18 @@ from .discrepancy import AddedDiscrepancy
 Base = Mapping[str, Mapping[str, Quantity]]
 """Quantities by kind of table (`alloy`, `silicone`, `actuator`) and name."""
 STIFFNESS = "silicone_stiffness"
-SLACK = 1e-6  # of the width of an effect's bounds: a fit may end a rounding error beyond one
-USUAL_UNITS = {"length": "mm", "angle": "deg"}  # of files, where the internal unit is not usual
+SLACK = 1e-6  # Maximum excess over an effect's bounds by rounding of a fit, as part of their width
+USUAL_UNITS = {"length": "mm", "angle": "deg"}  # Units in files, where the internal unit is not usual
 
 
 @dataclass(frozen=True)
 class AddedEffect:
-    """One effect as a model on disk has it.
+    """One effect of a model on disk.
 
     Attributes:
-        slug: its name in the catalogue.
-        parameters: by name, values in SI.
-        options: what is chosen and not fitted, such as the `number` of a spring.
+        slug: name of the effect in the catalogue.
+        parameters: parameters by name, values in SI.
+        options: settings that are chosen and not fitted, such as the `number` of a spring.
     """
 
     slug: str
@@ -43,10 +43,10 @@ class AddedEffect:
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def build(self, values: Mapping[str, Any] | None = None) -> Effect:
-        """The effect itself.
+        """The effect as an object.
 
         Args:
-            values: parameters by name, SI, in place of the file's; they may be traced.
+            values: parameter values by name, SI, in place of the file's; may be traced.
         """
         effect = find_effect(self.slug)
         numbers: dict[str, Any] = {}
@@ -62,16 +62,17 @@ class AddedEffect:
 
 @dataclass(frozen=True)
 class AugmentedModel:
-    """A base model with numbers of its own, and effects beyond it.
+    """A base model with constants of its own, and effects beyond it.
 
     Attributes:
-        base: numbers that replace those of the tables, by kind of table and name, in SI; a name's quantity
-            holds its own unit, origin and prior.
-        added: effects, in the order in which they act, and what is left `unmodelled`.
-        tables: names or paths of the tables that the numbers belong to: any of `design`, `alloy`, `material`.
-        specimens: as `base`, for single specimens, by the name that recordings state.
-        name, description: for people.
-        path: where it was read from, or None.
+        base: quantities that replace those of the tables, by kind of table and name, SI. Each holds its own
+            unit, origin and prior.
+        added: effects in the order in which they act, model discrepancies included.
+        tables: names or paths of the tables that the constants belong to: any of `design`, `alloy`,
+            `material`.
+        specimens: quantities as in `base`, for single specimens, by the name that recordings state.
+        name, description: texts for people.
+        path: file that it was read from, or None.
     """
 
     base: Base = field(default_factory=dict)
@@ -84,29 +85,28 @@ class AugmentedModel:
 
     @property
     def effects(self) -> tuple[Effect, ...]:
-        """What `simulate_history` and `simulate_spring` take as `effects`."""
+        """Effects as `simulate_history` and `simulate_spring` take them."""
         return tuple(added.build() for added in self.added)
 
     @property
     def remainders(self) -> tuple[AddedDiscrepancy, ...]:
-        """What is described in it and not explained."""
+        """Model discrepancies: added functions that describe without explaining."""
         return tuple(added for added in self.added if isinstance(added, AddedDiscrepancy))
 
     def quantities(self, kind: str, specimen: str | None = None) -> dict[str, Quantity]:
-        """The model's own numbers of one kind of table, those of a specimen over those of all."""
+        """The model's own constants of one kind of table. Those of a specimen replace those of all."""
         own = self.specimens.get(specimen, {}) if specimen is not None else {}
         return {**self.base.get(kind, {}), **own.get(kind, {})}
 
     def table(self, kind: str, table: str | Path | Calibration, specimen: str | None = None) -> Calibration:
-        """A table of constants with the model's numbers in it.
+        """A table of constants with the model's values in it.
 
-        A factor on the silicone's stress is one on that of the table, as fits have it: it multiplies the
-        table's own factor.
+        A factor on the silicone's stress multiplies the table's own factor, as in fits.
 
         Args:
             kind: `alloy`, `silicone` or `actuator`.
             table: name, path, or a table in memory.
-            specimen: whose own numbers count, if any.
+            specimen: name of the specimen whose own constants count, if any.
 
         Raises:
             InputError: if there is no such table.
@@ -132,15 +132,15 @@ class AugmentedModel:
 def fitted(
     kind: str, name: str, value: float, source: str, sd: float | None = None, unit: str | None = None
 ) -> Quantity:
-    """A number of the base model that was fitted.
+    """A fitted parameter of the base model.
 
     Args:
-        kind: of the table that it belongs to: `alloy`, `silicone` or `actuator`.
-        name: in that table.
-        value: in SI.
-        source: what it was fitted to.
-        sd: standard error in SI, kept as prior; None where there is none.
-        unit: of the file; a usual one if None.
+        kind: kind of table that it belongs to: `alloy`, `silicone` or `actuator`.
+        name: name in that table.
+        value: fitted value, SI.
+        source: description of the data that it was fitted to.
+        sd: standard error, SI, kept as prior; None where there is none.
+        unit: unit in the file; a usual one if None.
 
     Raises:
         InputError: if tables of that kind have no such number; names the nearest.
@@ -159,10 +159,10 @@ def add_effect(
     """An effect with its parameters as a model on disk has it.
 
     Args:
-        effect: with concrete parameters, SI.
-        source: where its numbers come from.
+        effect: effect with concrete parameters, SI.
+        source: origin of its parameters.
         sd: standard errors by parameter, SI; kept as priors. Terms of a sum are counted: `g_1`, `g_2`.
-        status: of the numbers, `fitted` or `assumed`.
+        status: status of the parameters, `fitted` or `assumed`.
 
     Raises:
         InputError: for a parameter beyond its physical bounds.
@@ -191,7 +191,7 @@ def term_names(effect: type[Effect]) -> tuple[str, ...]:
 
 
 def parameter_of(effect: type[Effect], name: str) -> str | None:
-    """Which parameter a name in a file means (`g_2` is of `g`), None if there is no such one."""
+    """Parameter that a name in a file belongs to (`g_2` to `g`); None if there is none."""
     if name in effect.specs:
         return name
     stem, _, number = name.rpartition("_")
@@ -199,7 +199,7 @@ def parameter_of(effect: type[Effect], name: str) -> str | None:
 
 
 def check_bounds(slug: str, name: str, value: float, where: str = "") -> None:
-    """Refuse a parameter of an effect that cannot be.
+    """Refuse an impossible parameter value of an effect.
 
     Raises:
         InputError: one line with the physical range.
@@ -216,7 +216,7 @@ def check_bounds(slug: str, name: str, value: float, where: str = "") -> None:
 
 
 def dimension_of_parameter(unit: str) -> str | None:
-    """Dimension of a unit of an effect's parameter, None for one that is made only for it (`N m/rad`)."""
+    """Dimension of the unit of an effect's parameter; None for a composite unit such as `N m/rad`."""
     if unit == "K":
         return TEMPERATURE_DIFFERENCE
     return UNITS[unit].dimension if unit in UNITS else None

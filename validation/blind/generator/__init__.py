@@ -1,12 +1,13 @@
-"""Blind campaigns with concealed physics: a second implementation that shares nothing with the tool under trial.
+"""Generator of blind campaigns with concealed physics: a second implementation that shares nothing with the
+tool under trial.
 
-NumPy and SciPy only, written from the published equations: its own sums over the section (`section`), time stepping
-(`march`), root finder (`roots`), laws (`nitinol`, `silicone`), stands (`tube`, `coil`, `wire`, `actuator`) and
-instruments (`noise`). It agrees with independently computed values of the published base model, which is what makes
-a null a null.
+It uses NumPy and SciPy only and is written from the published equations. It has its own sums over the section
+(`section`), time stepping (`march`) and root finder (`roots`). Its laws (`nitinol`, `silicone`), stands
+(`tube`, `coil`, `wire`, `actuator`) and instruments (`noise`) are its own, too. It agrees with independently
+computed values of the published base model, as a valid null requires.
 
-Effects (`effects_*`, `outside`) are hooks along the march and have other functional forms than the catalogue writes
-down. Their strength is the evidence that the true form would reach after the base has been refitted within its
-tolerances (`detectability`). `plans` says what a laboratory would record, `building` makes a case from its seed,
-`writing` writes what the laboratory would have. The same seed gives the same bytes.
+Effects (`effects_*`, `outside`) are hooks along the march. Their functional forms differ from those of the
+catalogue. Their strength is the evidence of the true form after the base has been refitted within its
+tolerances (`detectability`). `plans` has a laboratory's test plans, `building` makes a case from its seed,
+`writing` writes a laboratory's files. The same seed gives the same bytes.
 """

@@ -12,7 +12,7 @@ SPRINGS = {"pneusma1": (2,), "pneusma2": (1, 2), "pneuflex_s": ()}
 
 
 class Frame:
-    """Sizes, section and springs of one campaign with one set of numbers."""
+    """Dimensions, section and springs of one campaign with one set of constants."""
 
     def __init__(self, bench, q, shape, effects=(), **quadrature):
         self.bench, self.q, self.effects = bench, q, effects
@@ -27,7 +27,7 @@ class Frame:
         self.scale = 1e3 * self.section.bore_area * 10.0
 
     def strains(self, x):
-        """Side strains of unknowns: an inextensible fibre holds side 2."""
+        """Side strains of the unknowns. An inextensible fibre holds side 2."""
         return (x[..., 0], 0.0 * x[..., 0]) if self.fibre else (x[..., 0], x[..., 1])
 
     def spring_strain(self, which, side):
@@ -36,7 +36,7 @@ class Frame:
         return (self.attached + self.q["length_mm"] * side - free) / free
 
     def body(self, x, pressure):
-        """The configuration at unknown side strains."""
+        """Configuration at unknown side strains."""
         one, two = self.strains(x)
         bend = (one - two) * self.rest / self.section.diameter
         axial = 0.5 * (one + two)
@@ -50,7 +50,7 @@ class Frame:
         return two[..., None] + share * (one - two)[..., None]
 
     def balance(self, x, row, xi0, ohm):
-        """Force and moment about side 2 that are left, divided by those of 10 kPa: (..., B, K, unknowns)."""
+        """Residual force and moment about side 2, divided by those of 10 kPa: (..., B, K, unknowns)."""
         section, pressure = self.section, 1e3 * row.drive["pressure_kPa"]
         body = self.body(x, pressure)
         pulls = section.area * fibre_stress(self.q, self.fibres(x), row, self.effects)
@@ -72,8 +72,9 @@ class Frame:
         return moment[..., None] if self.fibre else np.stack([force / self.scale, moment], -1)
 
     def solve(self, guess, row, xi0, ohm):
-        """Unknowns in balance. Where the phase depends on the stretch through a resistance near its end point, the
-        balance has a vertical tangent that Newton cannot cross: then the fraction itself is bisected."""
+        """Unknowns in balance. The phase may depend on the stretch through a resistance near its end point.
+        Then the balance has a vertical tangent that Newton cannot cross, and the fraction itself is
+        bisected."""
         try:
             return solve(lambda x: self.balance(x, row, xi0, ohm), guess, rounds=40 if ohm else 60)
         except ArithmeticError:
@@ -84,8 +85,8 @@ class Frame:
             middle = 0.5 * (low + high)
             x = solve(lambda x, known=xi0 | {2: middle}: self.balance(x, row, known, {}), x)
             strain = self.spring_strain(2, self.strains(x)[1])
-            said = self.coils[2].fraction(strain, ohm[2], row)[0]
-            low, high = np.where(said > middle, middle, low), np.where(said > middle, high, middle)
+            implied = self.coils[2].fraction(strain, ohm[2], row)[0]
+            low, high = np.where(implied > middle, middle, low), np.where(implied > middle, high, middle)
         return x
 
     def close(self, x, row, xi0, ohm):
@@ -109,7 +110,7 @@ def _outputs(body):
 
 
 def _simulate(bench, numbers, series, effects, known, quadrature, watch=None):
-    """March an actuator; `known(row)` gives what is known of the springs: fractions, measured resistances."""
+    """March an actuator; `known(row)` gives the springs' inputs: fractions, measured resistances."""
     q = columns(numbers)
     size = next(iter(series.values())).shape[0]
     shape = (size, len(bench.recordings))
@@ -153,7 +154,7 @@ def actuator_truth(bench, numbers, effects=(), **quadrature):
 
 
 def actuator_base(bench, numbers, recorded, **quadrature):
-    """What the base predicts from recorded pressure and resistances; an unmeasured spring is cold."""
+    """Prediction of the base from recorded pressure and resistances; an unmeasured spring is cold."""
     size = max(np.size(v) for v in numbers.values())
     names = [n for n in ("pressure_kPa", "resistance_1_ohm", "resistance_2_ohm") if n in bench.measured]
     series = {name: batch(recorded[name], size) for name in names}
@@ -166,8 +167,8 @@ def actuator_base(bench, numbers, recorded, **quadrature):
 
 
 def actuator_forward(bench, numbers, recorded, course, watched=False):
-    """What the base predicts from recorded pressure and fractions (B, K, N) of the measured spring, the other being
-    cold, and what a Watch says of the rows."""
+    """Prediction of the base from recorded pressure and fractions (B, K, N) of the measured spring, the other
+    being cold. Second, the row sources of a `Watch`."""
     series = {"pressure_kPa": batch(recorded["pressure_kPa"], len(course)), "xi0_2": course}
     watch = Watch(2, bench.times.shape)
 

@@ -1,4 +1,4 @@
-"""A campaign before it is simulated: what was planned, what the laboratory believes, how its instruments behave."""
+"""A campaign before its simulation: test plan, the laboratory's assumptions, and instruments."""
 
 from dataclasses import dataclass, field
 
@@ -7,7 +7,7 @@ import numpy as np
 
 @dataclass
 class Take:
-    """One planned recording: its drives by name (N,), its clock, its part, and how many rows were kept."""
+    """One planned recording: its drives by name (N,), its clock, its role, and its number of kept rows."""
 
     name: str
     role: str
@@ -18,7 +18,8 @@ class Take:
 
 @dataclass
 class Bench:
-    """A campaign: `nominal` numbers, `tolerance` (relative 1 sigma), `noise` (1 sigma by column), and the sidecar."""
+    """A campaign: `nominal` constants, `tolerance` (relative standard deviation), `noise` (standard deviation
+    by column), and the sidecar."""
 
     kind: str
     recordings: list
@@ -46,12 +47,12 @@ class Bench:
 
     @property
     def scored(self):
-        """Columns in which the base can be wrong: a measured resistance must be one that the spring can have."""
+        """Columns in which the base can be wrong. A measured resistance must be possible for the spring."""
         return self.outputs + ((self.hidden[0],) if self.hidden else ())
 
     @property
     def hidden(self):
-        """Measured resistance and drive of the martensite fraction that nobody measures, or None."""
+        """Measured resistance and drive of the unmeasured martensite fraction, or None."""
         found = {"spring": ("resistance_ohm", "xi0"), "actuator": ("resistance_2_ohm", "xi0_2")}.get(self.kind)
         return found if found and found[0] in self.measured else None
 
@@ -60,10 +61,10 @@ class Bench:
         return np.stack([take.drive[name] for take in self.recordings])
 
     def kept(self):
-        """Rows that were kept (K, N)."""
+        """Mask of the kept rows (K, N)."""
         count = np.array([take.rows for take in self.recordings])
         return np.arange(self.times.shape[1]) < count[:, None]
 
     def fitted(self):
-        """Recordings that may be fitted (K,)."""
+        """Mask of the recordings that may be fitted (K,)."""
         return np.array([take.role == "fit" for take in self.recordings])

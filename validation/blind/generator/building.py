@@ -1,4 +1,5 @@
-"""A case from its seed: bench, specimen, concealed physics at the strength asked for, noise, files, truth."""
+"""Construction of a case from its seed: bench, specimen, concealed physics at the requested strength, noise,
+files, truth."""
 
 import numpy as np
 
@@ -10,12 +11,12 @@ from .readout import read_out
 from .registry import effect_class
 
 MASKED_CHI2 = 1.22
-"""Reduced chi-square that a masked case may leave in what is fitted: it looks acceptable."""
+"""Maximum reduced chi-square of a masked case on its fitted recordings, so that it looks acceptable."""
 LADDER = np.geomspace(2e-3, 1.0, 8)
 
 
 class Specimen:
-    """Bench, true numbers, effects and noise of one case; nothing here depends on how strong the effects are."""
+    """Bench, true constants, effects and noise of one case; nothing here depends on the effects' strength."""
 
     def __init__(self, kind, names, seed, masked=False, attempt=0):
         def stream(purpose):
@@ -41,7 +42,8 @@ class Specimen:
             self.start = self.rest.end if self.rest else self.true_z
 
     def columns(self, amplitudes):
-        """Noise-free columns (B, K, N) at amplitudes (B, number of effects) in parts of each effect's ceiling."""
+        """Noise-free columns (B, K, N) at amplitudes (B, number of effects) in parts of each effect's
+        ceiling."""
         amplitudes = np.asarray(amplitudes, float)
         for effect, column in zip(self.effects, amplitudes.T, strict=True):
             effect.amplitude = (effect.ceiling * column)[:, None]
@@ -56,7 +58,7 @@ class Specimen:
         )
 
     def ladder(self, direction):
-        """Amplitudes along a direction and, to first order, the gains that they bring; empty where none has a state."""
+        """Amplitudes along a direction with their gains to first order; empty where no state exists."""
         for top in (1.0, 0.3, 0.08, 0.02):
             shares = top * LADDER
             try:
@@ -72,8 +74,8 @@ class Specimen:
         return np.array([]), np.array([])
 
 
-def _safe(function, *arguments):
-    """None where a specimen this strange has no equilibrium."""
+def _none_if_unsolvable(function, *arguments):
+    """Result of a function, or None where an extreme specimen has no equilibrium."""
     try:
         with np.errstate(all="ignore"):
             found = function(*arguments)
@@ -95,7 +97,8 @@ def _share_for(shares, gains, gain):
 
 
 def _next_share(low, high, goal):
-    """Next amplitude from the closest (amplitude, gain) below and above a goal, either of which may be missing."""
+    """Next amplitude from the closest (amplitude, gain) below and above a goal, either of which may be
+    missing."""
     if low is None or high is None:
         share, gain = low or high
         return share * np.clip(np.sqrt(goal / gain), 0.4, 2.5)
@@ -104,10 +107,10 @@ def _next_share(low, high, goal):
 
 
 def _reach(specimen, direction, target):
-    """Amplitude along `direction` whose post-refit evidence comes closest to a target, and its verdict.
+    """Amplitude along `direction` whose post-refit evidence is closest to a target, and its verdict.
 
-    A linear ladder gives the start; refits correct it, because a base that gives way further than to first order
-    leaves less.
+    A linear ladder gives the start. Refits correct it, because a base that adapts more than to first order
+    leaves less evidence.
     """
     shares, gains = specimen.ladder(direction)
     if len(shares) == 0:
@@ -115,7 +118,7 @@ def _reach(specimen, direction, target):
     goal, starts = target + occam(target), [specimen.start]
     share, best, low, high = _share_for(shares, gains, goal), None, None, None
     for _ in range(6):
-        found = _safe(specimen.judge, share * direction, starts, False)
+        found = _none_if_unsolvable(specimen.judge, share * direction, starts, False)
         if found is None:
             share *= 0.5
             continue
@@ -131,11 +134,12 @@ def _reach(specimen, direction, target):
     if best is None:
         return None, None
     ends = [best[2]["end"]] + ([] if specimen.bench.hidden else [np.zeros_like(specimen.true_z)])
-    return best[1], _safe(specimen.judge, best[1] * direction, ends)
+    return best[1], _none_if_unsolvable(specimen.judge, best[1] * direction, ends)
 
 
 def _reach_masked(specimen, direction):
-    """The largest amplitude that still looks acceptable in what is fitted, short of what anyone would see elsewhere."""
+    """The largest amplitude that still looks acceptable on the fitted recordings, without being obvious
+    elsewhere."""
     shares, gains = specimen.ladder(direction)
     if len(shares) == 0:
         return None, None
@@ -143,9 +147,9 @@ def _reach_masked(specimen, direction):
     aim, best = 0.5 * rows * (MASKED_CHI2 - 1.0), (None, None)
     for _ in range(5):
         share = _share_for(shares, gains, aim)
-        found = _safe(specimen.judge, share * direction, [specimen.start])
-        seen = found is not None and found["log_bayes"] > 20.0 and found["validation_gain"] > 5000.0
-        if found is not None and found["fit_chi2"] < MASKED_CHI2 and not seen:
+        found = _none_if_unsolvable(specimen.judge, share * direction, [specimen.start])
+        obvious = found is not None and found["log_bayes"] > 20.0 and found["validation_gain"] > 5000.0
+        if found is not None and found["fit_chi2"] < MASKED_CHI2 and not obvious:
             if best[0] is None or share > best[0]:
                 best = (share, found)
             if share >= shares[-1] or found["fit_chi2"] > MASKED_CHI2 - 0.1:
@@ -172,7 +176,7 @@ def _strengthen(specimen, group, target):
     if count == 1:
         return np.array([alone[0][0]]), alone[0][1], None
     amplitudes = np.array([share for share, _ in alone])
-    found = _safe(specimen.judge, amplitudes)
+    found = _none_if_unsolvable(specimen.judge, amplitudes)
     each = [round(found_alone["log_bayes"], 1) for _, found_alone in alone]
     return (amplitudes, found, each) if found is not None else (None, None, None)
 
@@ -186,11 +190,11 @@ def _rounded(value):
 
 
 def build(kind, group, slugs, strength, seed):
-    """(bench, recorded columns (K, N), truth) of a case.
+    """Bench, recorded columns (K, N) and truth of a case.
 
-    A group "readout" is a null whose channels are digitised as its slug says; see `readout`.
-    A specimen that cannot reach at least half the strength asked for is replaced, up to four times; then the strongest
-    one is taken and what it reached is what the truth says.
+    A group "readout" is a null whose channels are digitised as its slug says; see `readout`. A specimen that
+    cannot reach at least half the requested strength is replaced, up to four times. Then the strongest one is
+    taken, and the truth states its actual strength.
     """
     if group in ("null", "readout"):
         specimen = Specimen(kind, (), seed)

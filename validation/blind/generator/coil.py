@@ -16,7 +16,7 @@ class Coil:
         self.wire = nitinol.wire_length(q)
 
     def gamma(self, strain, row):
-        """Shear strain that the law sees."""
+        """Shear strain in the law."""
         for effect in self.effects:
             strain = effect.opening(strain, row, self.which)
         gamma = nitinol.shear_strain(self.q, strain)
@@ -37,7 +37,7 @@ class Coil:
         return force
 
     def fraction(self, strain, ohm, row):
-        """Zero-stress martensite fraction that a resistance [ohm] says, and the shear strain."""
+        """Zero-stress martensite fraction that a resistance [ohm] implies, and the shear strain."""
         gamma = self.gamma(strain, row)
         return nitinol.fraction_from_resistivity(self.q, ohm / self.wire, gamma), gamma
 
@@ -61,8 +61,8 @@ class Coil:
 
 
 class Watch:
-    """Before each row: the last parameter set but one gets the first one's memories; `source` (K, N) is the row whose
-    fraction the first one's memory of spring `which` holds."""
+    """Copy of memories before each row: the last parameter set but one gets the first one's. `source` (K, N)
+    is the row whose fraction the first one's memory of spring `which` holds."""
 
     def __init__(self, which, shape):
         self.which, self.source = which, np.full(shape, -1)
@@ -98,7 +98,8 @@ def spring_truth(bench, numbers, effects=()):
 
 
 def spring_base(bench, numbers, recorded):
-    """What the base predicts from recorded elongation and resistance: the force, and the resistance it can explain."""
+    """Prediction of the base from recorded elongation and resistance: the force, and the explainable
+    resistance."""
     q = columns(numbers)
     size = len(q["G_m"])
     series = {name: batch(recorded[name], size) for name in ("elongation_mm", "resistance_ohm")}
@@ -117,7 +118,8 @@ def spring_base(bench, numbers, recorded):
 
 
 def spring_forward(bench, numbers, recorded, course, watched=False):
-    """Force and resistance from recorded elongation and fractions (B, K, N), and what a Watch says of the rows."""
+    """Force and resistance from recorded elongation and fractions (B, K, N), and the row sources of a
+    `Watch`."""
     q = columns(numbers)
     size = len(q["G_m"])
     coil = Coil(q, (size, len(bench.recordings)), bench.geometry["prestrain"])

@@ -1,8 +1,9 @@
-"""How strongly the data speak against the base model once its parameters have been refitted within their tolerances.
+"""Evidence of the data against the base model after a refit of its parameters within their tolerances.
 
-The strength of a case is the log Bayes factor that the true form would reach: half the chi-square that the refitted
-base leaves above the truth's, less an Occam term for an amplitude whose prior is as wide as the amplitude itself.
-Where a resistance is measured, base and truth are refitted with a latent trajectory of the martensite fraction (hidden.py).
+The strength of a case is the log Bayes factor of the true form. It is half the excess of the refitted base's
+chi-square over the truth's, less an Occam term. The term is for an amplitude whose prior is as wide as the
+amplitude itself. Where a resistance is measured, base and truth are refitted with a latent trajectory of the
+martensite fraction (hidden.py).
 """
 
 import numpy as np
@@ -19,9 +20,11 @@ def _first(columns):
 
 
 def felt_inputs(bench, clean, noise, true_z):
-    """What the noise of measured inputs does to the base's predictions: variance and draw (K, N) by scored column.
+    """Effect of the measured inputs' noise on the base's predictions: variance and draw (K, N) by scored
+    column.
 
-    Taken once for a specimen, from its columns without any effect (K, N): the effects change little of it.
+    It is computed once for a specimen, from its columns without any effect (K, N), since the effects hardly
+    change it.
     """
     noisy = [c for c in bench.inputs if c in bench.noise and c not in bench.scored]
     columns = {c: np.repeat(v[None], 2 * len(noisy) + 1, axis=0) for c, v in clean.items()}
@@ -39,7 +42,7 @@ def felt_inputs(bench, clean, noise, true_z):
 
 
 def _predict(bench, z, columns):
-    """The base at z (B, P) from noise-free columns, a hidden fraction being the true one."""
+    """Prediction of the base at z (B, P) from noise-free columns, with the true latent fraction."""
     if not bench.hidden:
         return stand.base(bench, numbers_at(bench, z), columns)
     course = np.repeat(bench.stack(bench.hidden[1])[None], len(z), axis=0)
@@ -68,7 +71,8 @@ class Judge:
         return values[0], (values[1:] - values[0]).T / STEP
 
     def refit(self, start=None, rounds=6):
-        """Gauss-Newton from a start: best z, its cost (chi-square plus prior) and chi-square, its derivative."""
+        """Gauss-Newton from a start: best z, its cost (chi-square plus prior) and chi-square, its
+        derivative."""
         z = np.array(self.true_z if start is None else start, float)
         r, j = self.linearise(z)
         cost = r @ r + z @ z
@@ -78,7 +82,7 @@ class Judge:
                 trial = np.clip(z + share * step, -4.0, 4.0)
                 try:
                     r_new, j_new = self.linearise(trial)
-                except ArithmeticError:  # too far off for an equilibrium
+                except ArithmeticError:  # too far away for an equilibrium
                     continue
                 cost_new = r_new @ r_new + trial @ trial
                 if cost_new < cost:
@@ -98,37 +102,39 @@ class Judge:
         return rest @ rest + (z + step) @ (z + step)
 
     def held_out(self, z):
-        """Chi-square at z (P,) of what is held out, the truth's, and how many residuals they have."""
-        left = self.residuals(z[None])[0]
-        return left @ left, self.whitened_noise @ self.whitened_noise, max(self.whiten.size, 1)
+        """Chi-square of the held-out recordings at z (P,), that of the truth, and the number of residuals."""
+        residual = self.residuals(z[None])[0]
+        return residual @ residual, self.whitened_noise @ self.whitened_noise, max(self.whiten.size, 1)
 
     def freedom(self, z):
-        """How many residuals a fit has."""
+        """Degrees of freedom of a fit."""
         return self.whiten.size
 
     def gains(self, columns):
-        """Half the noise-free chi-square (B,) that columns leave once the base has been refitted, to first order."""
+        """Half the noise-free chi-square (B,) of columns after a refit of the base, to first order."""
         _, j = self.linearise(self.true_z)
         size = len(next(iter(columns.values())))
         predicted = stand.base(self.bench, numbers_at(self.bench, np.tile(self.true_z, (size, 1))), columns)
-        left = self.whiten({c: columns[c] - predicted[c] for c in self.bench.scored})
-        inner = np.linalg.solve(j.T @ j + np.eye(len(self.true_z)), j.T @ left.T)
-        return 0.5 * (np.sum(left**2, axis=1) - np.sum((left @ j) * inner.T, axis=1))
+        whitened = self.whiten({c: columns[c] - predicted[c] for c in self.bench.scored})
+        inner = np.linalg.solve(j.T @ j + np.eye(len(self.true_z)), j.T @ whitened.T)
+        return 0.5 * (np.sum(whitened**2, axis=1) - np.sum((whitened @ j) * inner.T, axis=1))
 
 
 def occam(gain, effects=1):
-    """What an amplitude costs whose prior is as wide as itself and which the data fix to 1 / sqrt(2 gain)."""
+    """Occam term of an amplitude with a prior as wide as itself, which the data determine to 1 / sqrt(2
+    gain)."""
     return 0.5 * effects * np.log1p(2.0 * max(gain, 0.0))
 
 
 def whiteners(bench, instruments, clean, felt):
-    """Whitening of what is fitted and of what is held out, by the noise of the columns without any effect (K, N)."""
+    """Whitening of the fitted and of the held-out recordings, by the noise of the columns without any effect
+    (K, N)."""
     fitted = bench.fitted()
     return tuple(Whitener(instruments, clean, felt[0], chosen) for chosen in (fitted, ~fitted))
 
 
 def rest_of(bench, whiten, clean, noise, true_z, felt):
-    """What the true form leaves where a course is hidden, or None."""
+    """Residual of the true form where a latent trajectory is fitted, or None."""
     return Rest(bench, whiten, clean, noise, true_z, felt) if bench.hidden else None
 
 
@@ -137,12 +143,12 @@ def _judge(bench, *data, rest):
 
 
 def verdict(bench, whiten, recorded, noise, true_z, felt, rest, effects=1, starts=None, held=True):
-    """Post-refit log Bayes factor and reduced chi-squares of the refitted base, as a dictionary; `end` starts another,
-    `held` says whether what is held out is wanted.
+    """Post-refit log Bayes factor and reduced chi-squares of the refitted base, as a dictionary. `end` starts
+    another refit; `held` requests the held-out recordings.
 
-    Where a course is hidden, z ends alike from every start, the cost within some per cent, because the metal's memory
-    has kinks: one start will do, and what a refit that stopped at one leaves too much counts no more than what would
-    be left to first order.
+    With a latent trajectory, z ends alike from every start, with the cost within some per cent, because the
+    metal's memory has kinks. So one start suffices. A refit that stops at a kink counts no more excess than
+    remains to first order.
     """
     judge = _judge(bench, whiten[0], recorded, noise, true_z, felt, rest=rest)
     if starts is None:
@@ -155,8 +161,8 @@ def verdict(bench, whiten, recorded, noise, true_z, felt, rest, effects=1, start
         gain = min(gain, float(judge.gains(recorded)[0]))
     beyond = {}
     if held:
-        left, least, size = _judge(bench, whiten[1], recorded, noise, true_z, felt, rest=rest).held_out(end)
-        beyond = {"validation_chi2": float(left / size), "validation_gain": float(0.5 * (left - least))}
+        excess, least, size = _judge(bench, whiten[1], recorded, noise, true_z, felt, rest=rest).held_out(end)
+        beyond = {"validation_chi2": float(excess / size), "validation_gain": float(0.5 * (excess - least))}
     return {
         "log_bayes": float(gain - occam(gain, effects)),
         "fit_chi2": float(chi2 / judge.freedom(end)),
@@ -167,6 +173,6 @@ def verdict(bench, whiten, recorded, noise, true_z, felt, rest, effects=1, start
 
 
 def linear_gains(bench, whiten, clean, noise, true_z, felt, columns):
-    """Half the noise-free chi-square (B,) that columns (B, K, N) leave once the base has been refitted, to first order."""
+    """Half the noise-free chi-square (B,) of columns (B, K, N) after a refit of the base, to first order."""
     clean = {c: v[None] for c, v in clean.items()}
     return _judge(bench, whiten[0], clean, noise, true_z, felt, rest=None).gains(columns)

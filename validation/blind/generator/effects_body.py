@@ -1,4 +1,4 @@
-"""The actuator among its surroundings: contact, weight, an uneven wall, the heat of the other spring."""
+"""Effects around the actuator: contact, weight, an uneven wall, the heat of the other spring."""
 
 import numpy as np
 from scipy.linalg import expm
@@ -90,7 +90,8 @@ class WrongCamera(Effect):
 
 
 class HeatThroughTheTube(Effect):
-    """Heat of the heated spring diffuses across the tube, with losses, to the one that was taken to be cold."""
+    """Heat of the heated spring diffuses across the tube, with losses, to the spring that was assumed
+    cold."""
 
     slug, kinds, component = "opposing_spring_heating", ONLY, "spring_1"
     drivers, ceiling = ("xi0_2", "time", "current_2"), 0.9

@@ -29,8 +29,8 @@ class SlipHysteresis(Effect):
 
     def _stops(self, gamma, which):
         before = self._before[which]
-        moved = 0.0 * gamma if before is None else gamma - before
-        return np.clip(self._held[which] + moved[..., None] / self._reach, -1.0, 1.0)
+        increment = 0.0 * gamma if before is None else gamma - before
+        return np.clip(self._held[which] + increment[..., None] / self._reach, -1.0, 1.0)
 
     def metal(self, gamma, stress, xi0, row, which):
         below = 0.5 * (1.0 - np.sum(self._weight * self._stops(gamma, which), axis=-1))
@@ -68,8 +68,8 @@ class Shakedown(Effect):
     def close_metal(self, strain, gamma, xi0, row, which):
         now = xi0 if self._by_heat else strain
         if self._before[which] is not None:
-            moved = np.abs(now - self._before[which])
-            self._count[which] = self._count[which] + moved / (2.0 if self._by_heat else self._size)
+            increment = np.abs(now - self._before[which])
+            self._count[which] = self._count[which] + increment / (2.0 if self._by_heat else self._size)
         self._before[which] = now
 
 
@@ -122,8 +122,8 @@ class OpeningHelix(Effect):
         q = self._q
         turn = np.pi * nitinol.coil_diameter(q)
         pitch = 1e-3 * q["initial_pitch_mm"] * (1.0 + strain)
-        left = np.maximum(turn**2 + (1e-3 * q["initial_pitch_mm"]) ** 2 - pitch**2, 0.05 * turn**2)
-        thinner = (np.sqrt(left) / turn) ** self.amplitude
+        squared = np.maximum(turn**2 + (1e-3 * q["initial_pitch_mm"]) ** 2 - pitch**2, 0.05 * turn**2)
+        thinner = (np.sqrt(squared) / turn) ** self.amplitude
         index = nitinol.coil_diameter(q) / (1e-3 * q["wire_diameter_mm"])
         return factor / thinner if np.all(thinner * index > 2) else factor * np.minimum(1.0 / thinner, 2.0)
 
@@ -194,14 +194,15 @@ class RememberedDetwinning(Effect):
     def resistance(self, ohm, gamma, xi0, row, which, coil):
         q = self._q
         now = nitinol.detwinned(q, gamma)
-        kept = np.minimum(coil.memory.residual(xi0) / q["gamma_L"], 1.0)
-        held = now + self.amplitude * np.maximum(kept - now, 0.0) ** self.fullness
-        old, new = (nitinol.rho_martensite(q, f) for f in (now, held))
+        retained = np.minimum(coil.memory.residual(xi0) / q["gamma_L"], 1.0)
+        fraction = now + self.amplitude * np.maximum(retained - now, 0.0) ** self.fullness
+        old, new = (nitinol.rho_martensite(q, f) for f in (now, fraction))
         return ohm + coil.wire * (nitinol.resistivity(q, xi0, gamma, new) - nitinol.resistivity(q, xi0, gamma, old))
 
 
 class ColdEnds(Effect):
-    """Clamps cool the ends of a spring on a stand: zones of three temperatures in series, one force through all."""
+    """Clamps cool the ends of a spring on a stand: zones of three temperatures in series, with a common
+    force."""
 
     slug, kinds, component = "uneven_heating", ("spring",), "spring"
     drivers, ceiling = ("xi0", "strain"), 0.45

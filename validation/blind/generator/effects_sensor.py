@@ -1,4 +1,4 @@
-"""What the instruments do: fixtures that give, cells that drift, channels that are late, leads in series."""
+"""Effects of instruments: compliant fixtures, drifting cells, late channels, leads in series."""
 
 import numpy as np
 

@@ -1,4 +1,5 @@
-"""Physics of the silicone: coupons, tubes and actuators alike. Strains carry the section's points as last axis."""
+"""Physics of the silicone for coupons, tubes and actuators. Strains carry the section's points as last
+axis."""
 
 import numpy as np
 
@@ -9,7 +10,8 @@ SOFT = ("elastomer", "tube", "actuator")
 
 
 class PowerLawRelaxation(Effect):
-    """Stress relaxes as a power of time: a row of many Maxwell elements whose weights fall with their time."""
+    """Stress relaxes as a power of time: a row of many Maxwell elements whose weights fall with their
+    time."""
 
     slug, kinds, component = "viscoelastic_relaxation", SOFT, "elastomer"
     drivers, ceiling = ("time", "strain_rate"), 0.5
@@ -26,7 +28,7 @@ class PowerLawRelaxation(Effect):
         self._carried, self._before, self._recalled = 0.0, None, (-1, 0.0, 0.0)
 
     def _recall(self, row):
-        """What is left of earlier overstress in this row, and how much of a stress step counts."""
+        """Remaining part of earlier overstress in this row, and the part of a stress step that counts."""
         if self._recalled[0] != row.index:
             step = np.maximum(row.step, 1e-9)[:, None, None]
             fall = np.exp(-step / self._tau)
@@ -91,10 +93,10 @@ class CreepingSet(Effect):
         return stress + self._stiffness * (base_stress(strain - self._set) - base_stress(strain))
 
     def close_fibre(self, strain, stress, row):
-        moved = 0.0 if self._before is None else np.abs(strain - self._before)
+        increment = 0.0 if self._before is None else np.abs(strain - self._before)
         self._largest = np.maximum(self._largest, np.maximum(strain, 0.0))
         goal = self.amplitude[..., None] * self._largest
-        self._set = self._set + (goal - self._set) * (1.0 - np.exp(-moved / self.path))
+        self._set = self._set + (goal - self._set) * (1.0 - np.exp(-increment / self.path))
         self._before = strain
 
 
@@ -114,7 +116,8 @@ class ExponentialStiffening(Effect):
 
 
 class RadialStress(Effect):
-    """A wall that is not thin: pressure squeezes it through its thickness, by the logarithmic profile of large strain."""
+    """A wall that is not thin: pressure squeezes it through its thickness, by the logarithmic profile of
+    large strain."""
 
     slug, kinds, component = "thick_wall", ("tube", "actuator"), "elastomer"
     drivers, ceiling = ("pressure", "strain"), 2.0

@@ -78,7 +78,8 @@ class SelfHeating(Effect):
 
 
 class RPhase(Effect):
-    """An intermediate phase on cooling only: it stretches a little before martensite comes, and is used up by it."""
+    """An intermediate phase on cooling only: it stretches a little before martensite comes, and is used up by
+    it."""
 
     slug, kinds, component = "r_phase", ONLY, "spring"
     drivers, ceiling = ("temperature", "stress"), 0.015

@@ -1,7 +1,7 @@
-"""Row after row through a campaign: what every kind of stand shares.
+"""Time stepping row by row through a campaign, shared by every kind of stand.
 
-Arrays run over (parameter sets B, recordings K); a series adds the rows as its last axis, (B, K, N). Every recording
-starts at rest in a fresh state.
+Arrays run over (parameter sets B, recordings K). A series adds the rows as its last axis, (B, K, N). Every
+recording starts at rest in a fresh state.
 """
 
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ import numpy as np
 
 @dataclass
 class Row:
-    """What is known of one row before its equilibrium is solved; arrays (B, K) or (K,)."""
+    """Inputs of one row before its equilibrium is solved; arrays (B, K) or (K,)."""
 
     index: int
     time: np.ndarray
@@ -28,7 +28,7 @@ def rows(times, drives):
 
 
 def columns(numbers):
-    """Numbers as arrays (B, 1), so that they broadcast over recordings."""
+    """Constants as arrays (B, 1), so that they broadcast over recordings."""
     size = max(np.size(value) for value in numbers.values())
     return {k: np.broadcast_to(np.reshape(np.asarray(v, float), (-1, 1)), (size, 1)) for k, v in numbers.items()}
 
@@ -41,10 +41,10 @@ def batch(series, size):
 
 
 class Effect:
-    """Physics added to the base: the hooks that a stand calls, each of which changes nothing here.
+    """Physics added to the base: the hooks that a stand calls. The hooks of this base class change nothing.
 
-    `amplitude` is (B, 1) and zero means absent. Hooks inside the root search must be free of side effects; what an
-    effect remembers changes in the `close_` hooks only, once a row is solved.
+    `amplitude` is (B, 1), and zero means absent. Hooks inside the root search must be free of side effects.
+    The memory of an effect changes in the `close_` hooks only, once a row is solved.
     """
 
     slug = "none"
@@ -56,7 +56,7 @@ class Effect:
     maskable = ()
 
     def where(self, bench):
-        """The component that a report should name."""
+        """Name of the component for a report."""
         if self.component == "spring":
             return {"spring": "spring", "wire": "wire"}.get(bench.kind, "spring_2")
         return self.component
@@ -69,10 +69,10 @@ class Effect:
         """Draw the shape of this effect in this specimen."""
 
     def begin(self, shape, numbers, bench):
-        """Forget everything; `shape` is (B, K)."""
+        """Reset all memory; `shape` is (B, K)."""
 
     def prepare(self, rng, bench, clean):
-        """Fit the shape to what this specimen does without any effect: `clean` columns (K, N)."""
+        """Fit the effect's shape to this specimen without any effect: `clean` columns (K, N)."""
 
     def drives(self, bench, series):
         """Change the true inputs before the march."""
@@ -83,14 +83,14 @@ class Effect:
         return stress
 
     def close_fibre(self, strain, stress, row):
-        """Remember a solved row's fibres and the stress that this effect was given there."""
+        """Remember a solved row's fibres and the stress that this effect received there."""
 
     def opening(self, strain, row, which):
-        """Spring strain that the metal sees for the strain of the geometry."""
+        """Spring strain in the metal for the strain of the geometry."""
         return strain
 
     def warmth(self, temperature, stress, row, q):
-        """Temperature of a wire that its phases feel [degC]."""
+        """Temperature of a wire for its phases [degC]."""
         return temperature
 
     def phase(self, xi0, temperature, row, q):
@@ -98,7 +98,7 @@ class Effect:
         return xi0
 
     def shear(self, gamma, row, which):
-        """Shear (or axial) strain that the law sees."""
+        """Shear (or axial) strain in the law."""
         return gamma
 
     def metal(self, gamma, stress, xi0, row, which):
@@ -124,17 +124,18 @@ class Effect:
         return ohm
 
     def load(self, body, row):
-        """Extra (force, moment about side 2) that resist the pressure; `body` holds the trial configuration."""
+        """Additional force and moment about side 2 that resist the pressure; `body` holds the trial
+        configuration."""
         return 0.0, 0.0
 
     def close_load(self, body, row):
         """Remember a solved row's configuration."""
 
     def record(self, bench, series):
-        """Change what the instruments write down: series by column (B, K, N)."""
+        """Change the recorded values: series by column (B, K, N)."""
         return series
 
     def describe(self):
-        """Numbers of the truth: scalars of this effect."""
+        """Parameters of this effect for the truth, as scalars."""
         plain = {k: v for k, v in vars(self).items() if isinstance(v, (int, float, str)) and not k.startswith("_")}
         return plain | {"amplitude": float(np.ravel(self.amplitude)[0])}

@@ -1,6 +1,8 @@
-"""Nitinol laws of the published model: spring geometry, phases, resistivity, stress and the residual-strain rule.
+"""Nitinol laws of the published model: spring geometry, phases, resistivity, stress and the residual-strain
+rule.
 
-`q` maps names of numbers (numbers.py) to arrays that broadcast with the strain. Moduli come in GPa and leave in Pa.
+`q` maps names of constants (numbers.py) to arrays that broadcast with the strain. Moduli come in GPa, and
+stresses leave in Pa.
 """
 
 import numpy as np
@@ -86,15 +88,16 @@ def fraction_from_resistivity(q, rho, gamma):
 
 
 def residual_bound(q, prestrain, length):
-    """Residual strain that an earlier strain leaves in full martensite: Eq. 3.1, at most what detwinning can."""
+    """Residual strain after an earlier strain in full martensite: Eq. 3.1, at most the strain that detwinning
+    allows."""
     printed = q["gR_amplitude"] * (1.0 + erf(q["gR_slope"] * prestrain - q["gR_shift"]))
     return np.minimum(printed, length * detwinned(q, prestrain))
 
 
 class Memory:
-    """What the metal remembers: its largest strain and its lowest martensite fraction since then.
+    """Memory of the metal: its largest strain and its lowest martensite fraction since then.
 
-    `source` is the row that this fraction is of, -1 before any.
+    `source` is the row of this fraction, -1 before any.
     """
 
     def __init__(self, q, shape, prestrain, *, modulus=("G_m", "G_a"), length="gamma_L"):
@@ -106,8 +109,8 @@ class Memory:
     def residual(self, xi0):
         """Residual strain with a trial fraction of this row."""
         lowest = np.minimum(self.lowest, xi0)
-        left = residual_bound(self.q, self.largest, self.q[self.length])
-        return left * np.exp(self.q["gR_decay"] * (lowest - 1.0))
+        bound = residual_bound(self.q, self.largest, self.q[self.length])
+        return bound * np.exp(self.q["gR_decay"] * (lowest - 1.0))
 
     def stress(self, gamma, xi0, fractions=None):
         """Stress [Pa]: elastic, less the larger of transformation and residual strain."""
@@ -126,15 +129,15 @@ class Memory:
         _, changing, modulus, residual = self._branches(gamma, xi0)
         lower = xi0 < self.lowest
         self.lowest = np.minimum(self.lowest, xi0)
-        fresh = residual_bound(self.q, gamma, self.q[self.length]) * np.exp(self.q["gR_decay"] * (xi0 - 1.0))
-        renew = (changing > modulus * residual) & (fresh > residual)
+        renewed = residual_bound(self.q, gamma, self.q[self.length]) * np.exp(self.q["gR_decay"] * (xi0 - 1.0))
+        renew = (changing > modulus * residual) & (renewed > residual)
         self.largest = np.where(renew, gamma, self.largest)
         self.lowest = np.where(renew, xi0, self.lowest)
         self.source = np.where(renew | lower, self.closed, self.source)
         self.closed += 1
 
     def follow(self, member, other):
-        """Let one parameter set remember what another does."""
+        """Copy one parameter set's memory to another."""
         self.largest[member], self.lowest[member] = self.largest[other], self.lowest[other]
 
 

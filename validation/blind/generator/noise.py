@@ -1,11 +1,12 @@
-"""Instruments: how their noise is spread over time, drawing it, and whitening by it."""
+"""Instruments: time structure of their noise, its draw, and whitening by it."""
 
 import numpy as np
 from scipy.linalg import solve_triangular, toeplitz
 
 
 class Instruments:
-    """Noise of a campaign: by channel the shares of (variance, correlation between rows), and the spread over rows."""
+    """Noise of a campaign: by channel the shares of (variance, correlation between rows), and the spread over
+    rows."""
 
     def __init__(self, bench, rng):
         self.bench = bench
@@ -22,7 +23,8 @@ class Instruments:
         self.uneven = float(rng.uniform(0.5, 0.9)) if bench.flavour == "heteroscedastic" else 0.0
 
     def spread(self, channel, series):
-        """1 sigma (K, N) of a channel whose noise-free series is given; its mean square is the stated one's."""
+        """Standard deviation (K, N) of a channel whose noise-free series is given; its mean square is that of
+        the stated noise."""
         sigma = self.bench.noise[channel]
         shape = np.ones_like(series)
         if self.uneven and channel in self.bench.outputs:
@@ -45,24 +47,24 @@ class Instruments:
 
 
 class Whitener:
-    """Turns series (B, K, N) of the scored columns into independent unit residuals of chosen recordings.
+    """Converts series (B, K, N) of the scored columns to independent unit residuals of chosen recordings.
 
-    `reference` are noise-free columns (K, N) and `indirect` the variance (K, N) by scored column that the noise of
-    measured inputs brings.
+    `reference` are noise-free columns (K, N). `indirect` is the variance (K, N) by scored column from the
+    noise of measured inputs.
     """
 
     def __init__(self, instruments, reference, indirect, chosen):
         bench = instruments.bench
         self.chosen = np.flatnonzero(chosen)
         self.columns = bench.scored
-        kept = bench.kept()
+        mask = bench.kept()
         self.blocks = []
         for column in self.columns:
             spread = instruments.spread(column, reference[column])
             for k in self.chosen:
-                rows = np.flatnonzero(kept[k])
-                own = sum(v * p ** np.arange(len(rows)) for v, p in instruments.shares[column])
-                covariance = toeplitz(own) * np.outer(spread[k, rows], spread[k, rows])
+                rows = np.flatnonzero(mask[k])
+                correlated = sum(v * p ** np.arange(len(rows)) for v, p in instruments.shares[column])
+                covariance = toeplitz(correlated) * np.outer(spread[k, rows], spread[k, rows])
                 covariance[np.diag_indices(len(rows))] += indirect[column][k, rows]
                 self.blocks.append((column, k, rows, np.linalg.cholesky(covariance)))
         self.size = sum(len(rows) for _, _, rows, _ in self.blocks)

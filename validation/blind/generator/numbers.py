@@ -1,4 +1,4 @@
-"""The published numbers, in the units and under the names of the recordings' sidecars."""
+"""The published constants, in the units and under the names of the recordings' sidecars."""
 
 KRL35 = {
     "beta_1": 21.9987, "beta_2": 2.8458, "beta_3": 90.5096,
@@ -9,7 +9,8 @@ KRL35 = {
     "gR_amplitude": 0.065, "gR_slope": 10.32, "gR_shift": 1.57, "gR_decay": 5.0,
     "T_mid": 31.0, "T_width": 2.5,
 }  # fmt: skip
-"""Table 2.2 with the corrections; moduli in GPa, resistivity in ohm per metre of wire, temperatures in degC."""
+"""Table 2.2 with the corrections; moduli in GPa, resistivity in ohm per metre of wire, temperatures in
+degC."""
 
 KRL45 = KRL35 | {
     "beta_1": 18.9749, "beta_2": 3.7937, "beta_3": 155.2259,
@@ -24,7 +25,7 @@ NITI_WIRE = {
     "gR_amplitude": 0.0321, "gR_slope": 20.9, "gR_shift": 0.5, "gR_decay": 5.0,
     "T_mid": 45.0, "T_width": 5.0,
 }  # fmt: skip
-"""The wire that the calibration data ships by this name."""
+"""Constants of the wire of this name in the calibration data."""
 
 SPRING = {
     "wire_diameter_mm": 0.25, "mandrel_diameter_mm": 0.9, "initial_pitch_mm": 0.269,

@@ -1,4 +1,4 @@
-"""Physics that the catalogue does not hold: what a laboratory would call something else."""
+"""Physics outside the catalogue, which a laboratory would call something else."""
 
 import numpy as np
 
@@ -79,7 +79,7 @@ class WrapEngages(Effect):
 
 
 class Ageing(Effect):
-    """Silicone that still cures: stiffer by the minute, pulled or not."""
+    """Silicone that still cures: its stiffness grows with time, with or without load."""
 
     slug, kinds, component = "curing_on_the_stand", ("elastomer", "tube"), "elastomer"
     drivers, ceiling = ("time",), 1.0
@@ -126,7 +126,8 @@ class TangledCoils(Effect):
 
 
 class CurrentAttracts(Effect):
-    """Neighbouring turns attract each other with the square of the current (and a clamp that moves with it)."""
+    """Neighbouring turns attract each other with the square of the current (and a clamp that moves with
+    it)."""
 
     slug, kinds, component = "current_attraction", ("spring",), "spring"
     drivers, ceiling = ("current", "xi0"), 0.6

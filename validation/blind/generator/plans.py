@@ -1,4 +1,4 @@
-"""What a laboratory would plan: recordings, roles, beliefs and instruments of a campaign of each kind."""
+"""A laboratory's test plans: recordings, roles, assumptions and instruments of a campaign of each kind."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ FLAVOURS = ("white", "ar1", "heteroscedastic", "drift", "blind")
 
 
 def _roles(rng, count, masked):
-    """At least one recording is for validation, most of the time; a masked campaign's last one is."""
+    """Roles of recordings. Usually one or more are for validation; the last one of a masked campaign is."""
     held = {count - 1} if masked else {int(rng.integers(1, count))}
     if not masked and count > 4 and rng.random() < 0.4:
         held.add(int(rng.integers(1, count)))
@@ -177,7 +177,8 @@ def _regulated(rng, pressure):
 
 
 def plan_actuator(rng, flavour, masked, design=None, springs=False):
-    """Heat-cool cycles at held pressures, pressure sweeps at held heat; `springs`: of a design that has some."""
+    """Heat-cool cycles at held pressures, and pressure sweeps at held heat; `springs` is true for a design
+    with springs."""
     count = int(rng.integers(130, 180))
     if design is None:
         design = str(rng.choice(["pneusma2", "pneusma1", "pneuflex_s"], p=[0.6, 0.33, 0.07]))
@@ -239,8 +240,8 @@ PLANS = {"elastomer": plan_elastomer, "tube": plan_tube, "spring": plan_spring, 
 
 
 def plan(kind, rng, *, masked=False, flavour=None, blind=0.15, **options):
-    """A bench of a kind. `masked`: what is fitted stays in a narrow range that validation leaves; `blind`: how often
-    the resistance of a hot spring says nothing."""
+    """Bench of a kind. `masked` keeps the fitted recordings in a narrow range that validation leaves. `blind`
+    is the share of campaigns in which the resistance of a hot spring is uninformative."""
     if flavour is None:
         blind = blind if kind in ("actuator", "spring") else 0.0
         weights = np.array([0.35, 0.3, 0.2, 0.15, blind / (1.0 - blind)]) * (1.0 - blind)
@@ -251,7 +252,7 @@ def plan(kind, rng, *, masked=False, flavour=None, blind=0.15, **options):
 
 
 def true_numbers(bench, rng):
-    """The specimen as it is: nominal numbers, those with a tolerance drawn within it."""
+    """True constants of the specimen: nominal ones, with those that have a tolerance drawn within it."""
     out = dict(bench.nominal)
     for name in sorted(bench.tolerance):
         draw = np.clip(rng.standard_normal(), -2.5, 2.5)

@@ -1,4 +1,4 @@
-"""Shapes of drives: ramps, holds, chatter of a controller, heat that follows a current."""
+"""Shapes of drives: ramps, holds, ripple of a controller, heat that follows a current."""
 
 import numpy as np
 
@@ -25,16 +25,16 @@ def triangles(peaks, count, valley=0.0, start=0.0):
 
 
 def step_and_hold(level, count, rise=0.12, second=None):
-    """A rise, a long hold, and half-way down (or to `second`) with another hold, then home."""
+    """A rise, a long hold, and half-way down (or to `second`) with another hold, then back to zero."""
     second = 0.45 * level if second is None else second
     return way([0, rise, 0.5, 0.5 + 0.7 * rise, 0.9, 1], [0, level, level, second, second, 0], count)
 
 
 def chatter(rng, count, period):
-    """The ripple that a controller leaves: a noisy oscillation of unit size and a period in rows.
+    """Ripple of a controller: a noisy oscillation of unit size and a period in rows.
 
-    Periods of less than some 16 rows would be lost in whatever smoothing a noisy resistance needs: a stand that
-    samples so slowly could not be read by anyone.
+    Periods below some 16 rows would vanish in any smoothing of a noisy resistance. A stand that samples so
+    slowly would be unusable.
     """
     radius, turn = 0.97, 2.0 * np.pi / period
     kick = rng.standard_normal(count + 120)
@@ -89,7 +89,8 @@ class Heater:
         return fraction_at(temperature, self.middle, self.width, self.ambient)
 
     def cycle(self, rng, time, shape, coldest):
-        """Current, temperature and fraction for a heating profile `shape` (0 to 1) whose peak reaches `coldest`."""
+        """Current, temperature and fraction for a heating profile `shape` (0 to 1) whose peak reaches
+        `coldest`."""
         peak = temperature_for(coldest, self.middle, self.width, self.ambient)
         current = self.current_for(peak) * np.sqrt(shape)
         ripple = 0.03 * rng.uniform(0.3, 1.0) * chatter(rng, len(time), rng.uniform(16, 36))

@@ -1,6 +1,6 @@
-"""How a data acquisition changes readings: rounded, clipped at full scale, held, interpolated, or few of them.
+"""Digitisation by a data acquisition: rounded, clipped at full scale, held, interpolated, or sparse readings.
 
-Nothing here is physics: what it leaves between a model and a recording is no mismatch.
+Nothing here is physics. Its differences between a model and a recording are no mismatch.
 """
 
 from dataclasses import replace
@@ -8,13 +8,16 @@ from dataclasses import replace
 import numpy as np
 
 COARSEST = 12.0
-"""Largest step of a rounded output in 1-sigmas of its noise; inputs are rounded to a quarter of that at most."""
+"""Maximum step of a rounded output in standard deviations of its noise. Inputs are rounded to at most a
+quarter of that."""
 STATED = 0.3
-"""Share of campaigns whose sidecars state the noise: where it is not stated, rounding is hardest to tell from it."""
+"""Share of campaigns whose sidecars state the noise. Where it is not stated, rounding is hardest to
+distinguish from it."""
 
 
 def rounded(bench, takes, rng):
-    """Every noisy channel in whole steps: of an output half a 1-sigma to twelve, of an input up to three."""
+    """Rounding of every noisy channel to whole steps: half to twelve standard deviations for an output, up to
+    three for an input."""
     noise = dict(bench.noise)
     for channel, sigma in bench.noise.items():
         most = COARSEST if channel in bench.outputs else COARSEST / 4.0
@@ -26,8 +29,8 @@ def rounded(bench, takes, rng):
 
 
 def clipped(bench, takes, rng):
-    """An amplifier at full scale: outputs stop at a level that 3 to 12 % of the readings pass; steps of a third of a
-    1-sigma below it."""
+    """Amplifier at full scale: outputs stop at a level that 3 to 12 % of the readings exceed. Steps below it
+    are a third of a standard deviation."""
     for channel in bench.outputs:
         step = bench.noise[channel] / 3.0
         everything = np.concatenate([columns[channel] for _, columns in takes])
@@ -39,7 +42,8 @@ def clipped(bench, takes, rng):
 
 
 def held(bench, takes, rng):
-    """A logger that writes faster than it reads: every reading two to four times, the clock going on."""
+    """Logger that writes faster than it reads: every reading is repeated two to four times while the clock
+    continues."""
     times = int(rng.integers(2, 5))
     return bench.noise, [
         (_finer(time, times), {c: np.repeat(x, times) for c, x in columns.items()}) for time, columns in takes
@@ -47,7 +51,7 @@ def held(bench, takes, rng):
 
 
 def slow_output(bench, takes, rng):
-    """Outputs that are read every second to fourth row, and held in between while the inputs go on."""
+    """Outputs that are read every second to fourth row and held in between, while the inputs change."""
     times = int(rng.integers(2, 5))
     for time, columns in takes:
         last = times * (np.arange(len(time)) // times)
@@ -73,11 +77,12 @@ def sparse(bench, takes, rng):
 
 
 READOUTS = {f.__name__: f for f in (rounded, clipped, held, slow_output, interpolated, sparse)}
-"""Name -> (bench, [(time, columns)] of the recordings, rng) -> (noise, the same as they are read out)."""
+"""Function by name, from (bench, [(time, columns)] of the recordings, rng) to (noise, the same as
+digitised)."""
 
 
 def read_out(bench, recorded, way, rng):
-    """(bench, recorded columns) of a campaign whose channels are digitised in one of the `READOUTS`.
+    """Bench and recorded columns of a campaign whose channels are digitised by one of the `READOUTS`.
 
     Columns of recordings may have different lengths then: lists of (N_k,) by name.
     """

@@ -20,21 +20,20 @@ SHARES = np.array([1.0, 0.5, 0.25, 0.12, 0.05, 0.015, 0.004])
 
 
 def _best_of(residual, x, step):
-    """The share of a step that leaves least, problem by problem."""
+    """Share of a step with the smallest residual, problem by problem."""
     shares = SHARES.reshape((-1,) + (1,) * x.ndim)
     trials = x[None] - shares * step
-    left = np.sum(residual(trials) ** 2, axis=-1)
-    chosen = np.argmin(left, axis=0)
+    squares = np.sum(residual(trials) ** 2, axis=-1)
+    chosen = np.argmin(squares, axis=0)
     return np.take_along_axis(trials, chosen[None, ..., None], axis=0)[0]
 
 
 def solve(residual, guess, *, shift=1e-6, longest=0.15, tolerance=1e-9, rounds=60):
     """Roots x (..., n) of residual(x) -> (..., n), started at `guess`.
 
-    The n displaced points are evaluated in one call: `residual` receives (n + 1, ..., n). After some rounds
-    a step is searched along its length, because at a kink, or where a power has a vertical tangent, full steps go back
-    and forth for ever. Raises ArithmeticError when
-    a problem is not solved.
+    The n displaced points are evaluated in one call: `residual` receives (n + 1, ..., n). After some rounds a
+    step is searched along its length, because full steps may alternate for ever at a kink or a vertical
+    tangent. Raises ArithmeticError when a problem is not solved.
     """
     x = np.array(guess, dtype=float)
     size = x.shape[-1]
@@ -52,6 +51,6 @@ def solve(residual, guess, *, shift=1e-6, longest=0.15, tolerance=1e-9, rounds=6
         if worst < tolerance:
             return x - step
         x = x - step if count < 6 else _best_of(residual, x, step)
-    if worst < 2e-5:  # back and forth over a kink, closer than any instrument sees
+    if worst < 2e-5:  # alternating across a kink, closer than any instrument resolves
         return x
     raise ArithmeticError(f"no equilibrium after {rounds} rounds; the last step was {worst:.2e}")

@@ -1,8 +1,8 @@
 """The tube's cross-section as a full disc less the disc of its bore.
 
-Each disc is summed by the midpoint rule in the angle whose sine is the height: the integrand continues periodically,
-so the rule converges fast. The points are fixed in the section, so that a fibre of silicone can remember what it went
-through; points of the bore count negatively and remember what silicone there would have gone through.
+Each disc is summed by the midpoint rule in the angle whose sine is the height. The integrand continues
+periodically, so the rule converges fast. The points are fixed in the section, so that a fibre of silicone can
+keep its history. Points of the bore count negatively, with the history that silicone there would have.
 """
 
 import numpy as np
@@ -13,8 +13,9 @@ AROUND = 56
 class Annulus:
     """Points `height` [m above side 2] and `area` [m2] of shape (..., points), bore area and bore centre.
 
-    `bore` = (shift, flat): shift of the bore's centre towards side 1 as a share of the wall, and its flattening, the
-    relative change of its two half axes. Zero is the concentric circle.
+    `bore` = (shift, flat). The first is the shift of the bore's centre towards side 1, as a share of the
+    wall. The second is its flattening, the relative change of its two half axes. Zero is the concentric
+    circle.
     """
 
     def __init__(self, q, *, around=AROUND, bore=(0.0, 0.0)):

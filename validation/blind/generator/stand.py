@@ -1,4 +1,4 @@
-"""Which simulation and which base prediction belong to which kind."""
+"""Simulation and base prediction of each kind."""
 
 from . import actuator, coil, tube, wire
 
@@ -20,6 +20,7 @@ def base(bench, numbers, recorded):
 
 
 def forward(bench, numbers, recorded, course, watched=False):
-    """Noise-free predictions from noise-free recorded inputs and hidden fractions (B, K, N), and by row (K, N) which
-    earlier row the metal remembers. `watched`: the last set but one shares the first one's memory."""
+    """Noise-free predictions from noise-free recorded inputs and latent fractions (B, K, N). Second, by row
+    (K, N), the earlier row that the metal remembers. With `watched` the last set but one shares the first
+    one's memory."""
     return FORWARD[bench.kind](bench, numbers, recorded, course, watched)

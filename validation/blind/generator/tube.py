@@ -8,14 +8,14 @@ from .silicone import base_stress
 
 
 class Body:
-    """A trial configuration, as the effects see it."""
+    """A trial configuration for the effects."""
 
     def __init__(self, **values):
         self.__dict__.update(values)
 
 
 def fibre_stress(q, strain, row, effects):
-    """Stress of silicone (..., B, K, points), the base's and what the effects make of it."""
+    """Stress of silicone (..., B, K, points): the base's, changed by the effects."""
     stress = q["silicone_stiffness"][..., None] * base_stress(strain)
     for effect in effects:
         stress = effect.fibre(strain, stress, row)
@@ -23,7 +23,7 @@ def fibre_stress(q, strain, row, effects):
 
 
 def close_fibres(q, strain, row, effects):
-    """Let the effects remember a solved row, each with the stress that it was given."""
+    """Pass a solved row to the effects' memories, each with the stress that it received."""
     stress = q["silicone_stiffness"][..., None] * base_stress(strain)
     for effect in effects:
         given, stress = stress, effect.fibre(strain, stress, row)
@@ -50,7 +50,7 @@ def elastomer_truth(bench, numbers, effects=()):
 
 
 def elastomer_base(bench, numbers, recorded):
-    """What the base model predicts from the recorded strain; no history, so all rows at once."""
+    """Prediction of the base model from the recorded strain; without history, so all rows at once."""
     q = columns(numbers)
     strain = np.asarray(recorded["strain"])
     return {"stress_kPa": 1e-3 * q["silicone_stiffness"][..., None] * base_stress(strain)}
@@ -99,7 +99,7 @@ def tube_truth(bench, numbers, effects=()):
 
 
 def tube_base(bench, numbers, recorded):
-    """What the base predicts from the recorded pressure: every row on its own, solved at once."""
+    """Prediction of the base from the recorded pressure: every row independent, solved at once."""
     q = columns(numbers)
     bore, wall = _areas(q)
     size = len(q["silicone_stiffness"])

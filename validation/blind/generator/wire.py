@@ -53,19 +53,19 @@ def _wire(bench, numbers, series, effects):
 
 
 def _search(residual, guess):
-    """Newton inside a bracket that only shrinks: the flat plateau throws plain Newton far away."""
+    """Newton inside a bracket that only shrinks, since the flat plateau throws plain Newton far away."""
     low, high, x = np.full(guess.shape, -0.03), np.full(guess.shape, 0.2), np.array(guess)
     for _ in range(70):
-        here, beside = residual(np.stack([x, x + 1e-8]))
-        low, high = np.where(here < 0, x, low), np.where(here < 0, high, x)
+        value, beside = residual(np.stack([x, x + 1e-8]))
+        low, high = np.where(value < 0, x, low), np.where(value < 0, high, x)
         with np.errstate(divide="ignore", invalid="ignore"):
-            trial = x - here * 1e-8 / (beside - here)
+            trial = x - value * 1e-8 / (beside - value)
         middle = 0.5 * (low + high)
         inside = (trial > low) & (trial < high) & (np.abs(trial - x) < 0.02)
-        moved = np.where(inside, trial, middle)
-        if np.max(np.minimum(np.abs(moved - x), high - low)) < 1e-11:
-            return moved
-        x = moved
+        following = np.where(inside, trial, middle)
+        if np.max(np.minimum(np.abs(following - x), high - low)) < 1e-11:
+            return following
+        x = following
     if np.max(np.abs(residual(x[None]))) < 1e-7:
         return x
     raise ArithmeticError("no strain of the wire carries this stress")
@@ -78,6 +78,6 @@ def wire_truth(bench, numbers, effects=()):
 
 
 def wire_base(bench, numbers, recorded):
-    """What the base predicts from recorded stress and temperature."""
+    """Prediction of the base from recorded stress and temperature."""
     size = max(np.size(v) for v in numbers.values())
     return _wire(bench, numbers, {name: batch(recorded[name], size) for name in bench.inputs}, ())

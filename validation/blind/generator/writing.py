@@ -1,4 +1,4 @@
-"""A campaign as files: columns with seven digits, and sidecars of what the laboratory believes."""
+"""Files of a campaign: columns with seven digits, and sidecars with the laboratory's assumptions."""
 
 import numpy as np
 

@@ -10,6 +10,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from fitting.engine.place import place_of
+
 from . import ledger, worker
 from .figures import draw
 from .places import Places, read, write
@@ -18,7 +20,7 @@ from .score import scored
 
 
 def main(arguments=None):
-    """Exit code 0; 2 where what is asked for cannot be done."""
+    """Exit code 0; 2 where the request cannot be met."""
     chosen = _parser().parse_args(arguments)
     try:
         return chosen.action(chosen) or 0
@@ -36,7 +38,8 @@ def _parser():
     one.add_argument("--out", type=Path, default=Path("out/proof"), help="folder of all runs")
     one.add_argument("--label", default="", help="keeps the reports of another tool apart, on the same sealed cases")
     one.add_argument("--limit", type=int, help="only the first so many cases")
-    one.add_argument("--workers", type=int, default=1, help="processes; 1 works in this one")
+    one.add_argument("--workers", type=int, default=1, help="processes; 1 works in this one (extra cluster)")
+    one.add_argument("--cluster", metavar="ADDRESS", help="a running Dask scheduler, tcp://HOST:PORT (extra cluster)")
     one.add_argument("--kinds", nargs="*", help="only cases of these kinds")
     one.add_argument("--groups", nargs="*", help="only null, single, masked, pair, outside or readout cases, or several of them")
     scoring = argparse.ArgumentParser(add_help=False)
@@ -64,17 +67,22 @@ def _places(chosen):
 
 
 def _begin(chosen):
-    """Cases that were asked for and their places, where the plan is still what the run began with."""
+    """Requested cases and their places, if the plan is unchanged since the run began."""
     places = _places(chosen)
     cases = chosen_cases(chosen.plan, chosen.seed, chosen.limit, chosen.kinds, chosen.groups)
     keep_plan(places, chosen.plan, chosen.seed)
     return cases, places
 
 
+def _scheduler(chosen):
+    return place_of(chosen.workers if chosen.workers > 1 and not chosen.cluster else None, chosen.cluster)
+
+
 def _run(chosen):
     cases, places = _begin(chosen)
     compare = worker.compare_folder if chosen.baselines else None
-    done = run(cases, places, chosen.diagnose_seed, chosen.workers, chosen.budget_minutes, compare=compare)
+    with _scheduler(chosen) as place:
+        done = run(cases, places, chosen.diagnose_seed, place, chosen.budget_minutes, compare=compare)
     print(f"{len(done)} of {len(cases)} cases are complete in {places.folder}")
     if chosen.no_score or not done:
         return
@@ -90,8 +98,9 @@ def _score(chosen):
 
 
 def _scored(chosen, cases, places):
-    """Open the seals of cases that all have a report, score them, write it down."""
-    found = truths(cases, places, chosen.workers)
+    """Open the seals of cases that all have a report, score them, and record the result."""
+    with _scheduler(chosen) as place:
+        found = truths(cases, places, place)
     reports = {case.name: read(places.report(case.name)) for case in cases}
     timings = {case.name: read(places.timing(case.name), {}) for case in cases}
     answers = {case.name: read(places.baselines(case.name), {}) for case in cases}

@@ -1,12 +1,16 @@
-"""Other methods on the same sealed campaign, with the tool's own model, refit and noise, so that only the method differs.
+"""Other methods on the same sealed campaign, with the tool's own model, refit and noise, so that only the
+method differs.
 
-- recalibration: the base model refitted within its tolerances, and a chi-square test of what is left;
+- recalibration: the base model refitted within its tolerances, and a chi-square test of the residual;
 - BIC stepwise: the same candidate effects, entered one by one while BIC falls, errors taken as independent;
-- Gaussian process: a discrepancy over the located drivers on top of the refitted base (Kennedy & O'Hagan 2001);
-- sparse regression: the residual on a library of terms of the drivers (sequential thresholding, Brunton et al. 2016).
+- Gaussian process: a discrepancy over the located drivers on top of the refitted base (Kennedy & O'Hagan
+  2001);
+- sparse regression: the residual on a library of terms of the drivers (sequential thresholding, Brunton et
+  al. 2016).
 
-Each answers in the form of a report, so that it is judged by the same rules. Held-out errors are reduced chi-squares of
-the same whitened values: recordings with role validation, else recordings (or blocks of the only one) left out in turn.
+Each answers in the form of a report, so that it is judged by the same rules. Held-out errors are reduced
+chi-squares of the same whitened values. The held-out values are recordings with role validation, else folds
+of recordings (or of blocks of the only one).
 """
 
 import time
@@ -26,10 +30,10 @@ from . import stepwise
 from .regressors import GaussianProcess, SparseRegression
 
 FOLDS = 8
-"""Parts that are left out in turn where nothing is for validation."""
+"""Number of cross-validation folds where no recording is for validation."""
 LEVEL = 0.01
 VALIDATION = "validation"
-"""How a report says that it scored recordings of that role, and no others."""
+"""Label of a report that scored recordings of that role, and no others."""
 
 
 @dataclass
@@ -41,28 +45,28 @@ class Fold:
 
 
 def answers(folder, report, seed):
-    """Answers of every method on a campaign; a method that fails says so in its place.
+    """Answers of every method on a campaign; a method that fails is reported as failed.
 
     Args:
-        folder: campaign.
-        report: of the tool: its located drivers are given to the Gaussian process, and the values that it scored are
-            those that the others are scored on.
+        folder: folder of the campaign.
+        report: report of the tool. Its located drivers are inputs of the Gaussian process, and its scored
+            values are those of the others.
         seed: unused; every method is deterministic.
     """
     enable_float64()
     campaign = read_campaign(folder)
     program = Program.of(campaign, kind_of(campaign))
-    if report.get("fit", {}).get("how", VALIDATION) != VALIDATION:  # the tool, too, scored recordings left out in turn
+    if report.get("fit", {}).get("how", VALIDATION) != VALIDATION:  # the tool cross-validated, too
         program.fitted = np.ones_like(program.fitted)
     program, base = base_fit(program)  # noise and latent trajectories as the tool has them
     folds = [(fold, _refitted(program, base, fold)) for fold in _folds(program)]
-    left = held_out(program, [(f, fit.evaluation.misfit) for f, fit in folds])
+    held_out_chi2 = held_out(program, [(f, fit.evaluation.misfit) for f, fit in folds])
     drivers = report.get("where", {}).get("drivers", [])
     ways = {
-        "recalibration": lambda: _recalibration(program, base, left),
-        "gaussian_process": lambda: _corrected(program, folds, GaussianProcess, drivers, left),
-        "sparse_regression": lambda: _corrected(program, folds, SparseRegression, [], left),
-        "bic_stepwise": lambda: _stepwise(program, base, folds, left),
+        "recalibration": lambda: _recalibration(program, base, held_out_chi2),
+        "gaussian_process": lambda: _corrected(program, folds, GaussianProcess, drivers, held_out_chi2),
+        "sparse_regression": lambda: _corrected(program, folds, SparseRegression, [], held_out_chi2),
+        "bic_stepwise": lambda: _stepwise(program, base, folds, held_out_chi2),
     }
     found = {}
     for name, way in ways.items():
@@ -91,21 +95,21 @@ def _folds(program):
 
 
 def _refitted(program, base, fold, slugs=(), start=None):
-    """A model refitted to what a fold keeps."""
+    """A model refitted to the fitted part of a fold."""
     if not program.fitted.all() and start is None:
         return base
     return Refitter(program, fold.fit).fit(slugs, base.u if start is None else start, rounds=6)
 
 
 def held_out(program, parts):
-    """Chi-square per value that was left out and that no latent trajectory takes up, as reports have it; parts are folds
-    with whitened misfits of all recordings."""
+    """Chi-square per held-out value that no latent trajectory uses up, as in reports. Parts are folds with
+    whitened misfits of all recordings."""
     total, count = 0.0, 0.0
     for fold, misfit in parts:
         total += sum(float(np.sum((w * m) ** 2)) for w, m in zip(fold.out, misfit, strict=True))
         for k, (channels, weight) in enumerate(zip(program.channels, fold.out, strict=True)):
-            there = np.concatenate([np.isfinite(c.sigma) for c in channels])
-            count += float(np.sum(there & (weight > 0.0))) * program.free_share(k)
+            counted = np.concatenate([np.isfinite(c.sigma) for c in channels])
+            count += float(np.sum(counted & (weight > 0.0))) * program.free_share(k)
     return total / max(count, 1.0)
 
 
@@ -123,18 +127,19 @@ def _mismatch(program, base):
     return bool(chi2.sf(base.evaluation.chi2(program.fitted.astype(float)), count) < LEVEL)
 
 
-def _recalibration(program, base, left):
-    return _answer(_mismatch(program, base), left, left)
+def _recalibration(program, base, held_out_chi2):
+    return _answer(_mismatch(program, base), held_out_chi2, held_out_chi2)
 
 
-def _corrected(program, folds, regressor, drivers, left):
-    """A regression of the refitted base's residual, learnt on what is fitted, taken off what is not."""
+def _corrected(program, folds, regressor, drivers, held_out_chi2):
+    """Answer of a regression of the refitted base's residual, trained on the fitted part and subtracted
+    elsewhere."""
     parts = [(fold, _misfit_with(program, fit, fold, regressor, drivers)) for fold, fit in folds]
-    return _answer(_mismatch(program, folds[0][1]), left, held_out(program, parts))
+    return _answer(_mismatch(program, folds[0][1]), held_out_chi2, held_out(program, parts))
 
 
 def _misfit_with(program, fit, fold, regressor, wanted):
-    """Whitened misfits of all recordings with the residuals' regression taken off."""
+    """Whitened misfits of all recordings after subtraction of the residuals' regression."""
     drivers = _drivers(program, fit, wanted)
     place = [_places(channels) for channels in program.channels]
     corrected = [[] for _ in program.channels]
@@ -166,7 +171,7 @@ def _places(channels):
 
 
 def _drivers(program, fit, wanted):
-    """What rows differ in, scaled, (rows, drivers) of every recording; all that vary unless some are wanted."""
+    """Scaled drivers of rows, (rows, drivers) of every recording: the requested ones, or all that vary."""
     found = {name: np.nan_to_num(np.asarray(v)) for name, v in fit.evaluation.drivers.items()}
     found = {name: v for name, v in found.items() if not name.startswith(("gamma", "ohms"))}
     found["time"] = np.asarray(program.stacked.time)
@@ -181,7 +186,7 @@ def _drivers(program, fit, wanted):
     return ((table - mean) / np.where(varies, spread, 1.0))[..., varies]
 
 
-def _stepwise(program, base, folds, left):
+def _stepwise(program, base, folds, held_out_chi2):
     whitened = program.channels
     try:
         program.channels = [[replace(c, correlation=0.0) for c in channels] for channels in whitened]
@@ -190,5 +195,5 @@ def _stepwise(program, base, folds, left):
     finally:
         program.channels = whitened
     fits = [(fold, program.evaluate(fit.u, fit.free).misfit) for (fold, _), fit in zip(folds, parts, strict=True)]
-    after = held_out(program, fits) if found.slugs else left
-    return _answer(bool(found.slugs), left, after, found.effects) | {"evaluations": found.evaluations}
+    after = held_out(program, fits) if found.slugs else held_out_chi2
+    return _answer(bool(found.slugs), held_out_chi2, after, found.effects) | {"evaluations": found.evaluations}

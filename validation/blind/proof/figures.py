@@ -1,4 +1,5 @@
-"""Four figures of a scored run: detection, confusion, reliability, and errors on what was not fitted, by method."""
+"""Four figures of a scored run: detection, confusion, reliability, and errors on held-out values, by
+method."""
 
 from itertools import pairwise
 
@@ -14,11 +15,12 @@ SHADES = LinearSegmentedColormap.from_list("shades", ["#ffffff", "#cfe0f0", BLUE
 NOT_CATALOGUED = ("unmodelled", "consistent", "error")
 WIDTH, DPI = 7.2, 150
 NEAR = 1.15
-"""Ratio of neighbouring strengths below which their labels make way for each other."""
+"""Maximum ratio of neighbouring strengths whose labels are moved apart."""
 
 
 def draw(score, folder):
-    """Write proof_detection, proof_confusion, proof_reliability and proof_held_out as PNG; returns their paths."""
+    """Write proof_detection, proof_confusion, proof_reliability and proof_held_out as PNG; returns their
+    paths."""
     made = {
         "detection": detection(score["curve"], score["rates"]["false_alarms"]),
         "confusion": confusion(score["confusion"]),
@@ -49,7 +51,7 @@ def _points(axes, x, found, color, label, marker):
 
 
 def detection(curve, false_alarms):
-    """Rates of single effects against the evidence that their true form would reach."""
+    """Rates of single effects over the evidence of their true form."""
     figure, axes = _axes(4.2)
     x = np.array([max(b["log_bayes"], 0.5) for b in curve])
     looks = (("detected", GREY, "called a mismatch", "s"), ("covered", ORANGE, "truth in the reported set", "D"),
@@ -80,7 +82,7 @@ def detection(curve, false_alarms):
 
 
 def confusion(table):
-    """What strong single effects, nulls and physics outside the catalogue were called first."""
+    """First-named causes of strong single effects, nulls and physics outside the catalogue."""
     said = {name for row in table.values() for name in row}
     named = sorted((set(table) | said) - set(NOT_CATALOGUED))
     rows = [n for n in [*named, *NOT_CATALOGUED] if n in table]
@@ -107,7 +109,7 @@ def confusion(table):
 
 
 def reliability(found):
-    """How often what was stated with a probability was so."""
+    """Observed frequency of statements over their stated probability."""
     figure = Figure(figsize=(WIDTH, 3.9), layout="constrained")
     looks = (("present", BLUE, "an effect is present"), ("strongest", ORANGE, "it is the strongest explanation"))
     for axes, (key, color, title) in zip(figure.subplots(1, 2, sharey=True), looks, strict=True):
@@ -126,7 +128,7 @@ def reliability(found):
 
 
 def held_out(found):
-    """Reduced chi-square on values that were not fitted, refitted base against model, by method."""
+    """Reduced chi-square on held-out values, refitted base against model, by method."""
     names = [m for m in ("pneusma diagnose", *METHODS) if m in found and m != "recalibration"]
     figure = Figure(figsize=(WIDTH, 2.9 if len(names) < 3 else 5.8), layout="constrained")
     across = min(len(names), 2)

@@ -1,4 +1,4 @@
-"""One report against its truth, by the rules that count."""
+"""Judgement of one report against its truth, by the rules of the trial."""
 
 import numpy as np
 
@@ -9,18 +9,19 @@ NULLS = ("null", "readout")
 """Groups in which nothing is concealed."""
 CONFIDENT = 0.8
 STRONG = 30.0
-"""Log Bayes factor of the true form, base refitted, from which an effect is a strong one."""
+"""Minimum log Bayes factor of the true form, with the base refitted, for a strong effect."""
 GOOD_CHI2, GONE = 1.3, 0.95
-"""A model holds on recordings that were not fitted: reduced chi-square, or the share of its excess over 1 that went."""
+"""Criteria for a model on held-out recordings: maximum reduced chi-square, or minimum decrease of its excess
+over 1."""
 
 
 def judge(report, truth, timing=None):
-    """What a report is worth: a flat dictionary, of which every rate is made.
+    """Judgement of a report: a flat dictionary from which every rate is made.
 
     Args:
-        report: report.json, or what stands for it where the diagnosis failed.
-        truth: of the case.
-        timing: seconds of the case.
+        report: content of report.json, or its replacement where the diagnosis failed.
+        truth: truth of the case.
+        timing: duration of the case [s].
     """
     true = set(truth["slugs"])
     row = {
@@ -43,7 +44,7 @@ def judge(report, truth, timing=None):
 
 
 def _strong(truth):
-    """Whether every effect of a case is a strong one by itself."""
+    """True if every effect of a case is a strong one by itself."""
     each = truth.get("log_bayes_each") or [truth["log_bayes_post_refit"]]
     return truth["group"] not in NULLS and all(value is not None and value >= STRONG for value in each)
 
@@ -61,7 +62,7 @@ def _said(report, true):
     names = [e["name"] for e in effects]
     unknown = report.get("unknown_probability", 0.0)
     close = {c for e in effects for c in e.get("confusable_with", [])}
-    held = set(names) | set(report.get("explanation_set", [])) | close
+    named = set(names) | set(report.get("explanation_set", [])) | close
     if UNMODELLED in true:
         top = UNMODELLED in names or unknown > 0.5
     elif not true:
@@ -79,14 +80,14 @@ def _said(report, true):
         "said": names,
         "first": names[0] if names else (UNMODELLED if mismatch else "consistent"),
         "top": top,
-        "covered": top or bool(true) and true <= held,
+        "covered": top or bool(true) and true <= named,
         "wrong": wrong,
         "confident_unmodelled": bool(true) and UNMODELLED not in true and unknown > CONFIDENT,
     }
 
 
 def _place(report, truth):
-    """Whether the part of the model that is named, or one of the two strongest drivers, is right."""
+    """True if the named part of the model, or one of the two strongest drivers, is right."""
     where = report.get("where", {})
     places = truth.get("where") or [{"component": truth["component"], "driver": truth["driver"]}]
     component = where.get("component") in {p["component"] for p in places}
@@ -108,14 +109,14 @@ def _fit(report):
 
 
 def holds(before, after):
-    """Whether a model does on recordings that were not fitted what is asked of it."""
+    """True if a model meets the criteria on held-out recordings."""
     if after is None or not np.isfinite(after):
         return False
     return after <= GOOD_CHI2 or bool(before) and before > 1.0 and (after - 1.0) <= (1.0 - GONE) * (before - 1.0)
 
 
 def _probabilities(report, true):
-    """Stated probabilities and whether what they were of was so: as the strongest explanation, and of each effect."""
+    """Stated probabilities and the outcomes, for the strongest explanation and for each effect."""
     stated = [(c["probability"], c["name"] in true) for c in report.get("candidates", [])]
     if "no_effect_probability" in report:
         stated.append((report["no_effect_probability"], not true))

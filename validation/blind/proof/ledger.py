@@ -1,4 +1,4 @@
-"""The ledger: one line for every scoring run, only ever appended to; and the table that is made of a line."""
+"""The ledger: one line for every scoring run, which is only ever appended to, and its table."""
 
 import datetime
 import json
@@ -8,18 +8,18 @@ from .score import METHODS
 
 LEDGER = Path(__file__).with_name("ledger.jsonl")
 DEVELOPMENT = 1000
-"""Seeds below are for development: their lines stay in the run's folder."""
+"""Seeds below this one are for development: their lines stay in the run's folder."""
 
 
 def entry(score, plan, seed, label, commits, date=None, earlier=()):
-    """A line: what was tried, when, with which code, and every rate with its counts.
+    """A line of the ledger: settings, date, code, and every rate with its counts.
 
     Args:
-        score: from `score.scored`.
-        plan, seed, label: of the run.
-        commits: of the code that diagnosed.
-        date: ISO; today's if None.
-        earlier: lines before this one, of which those with the same plan and seed are counted.
+        score: score from `score.scored`.
+        plan, seed, label: identification of the run.
+        commits: commits of the code that diagnosed.
+        date: ISO date; today's if None.
+        earlier: earlier lines, of which those with the same plan and seed are counted.
     """
     rows = score["rows"]
     return {
@@ -51,7 +51,7 @@ def lines(path):
 
 
 def append(path, line):
-    """Add a line; what is there stays."""
+    """Append a line; earlier ones stay unchanged."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a", encoding="utf-8") as file:
         file.write(json.dumps(line, sort_keys=True) + "\n")

@@ -1,4 +1,4 @@
-"""Files of one run of the trial, and JSON that is on disk whole or not at all."""
+"""Files of one run of the trial, and JSON files that are written whole or not at all."""
 
 import json
 import subprocess
@@ -9,12 +9,13 @@ from pneusma_jax.files import write_whole
 
 ROOT = Path(__file__).resolve().parents[3]
 CODE = ("fitting", "pneusma_jax", "calibration_data", "tests/blind")
-"""What a result depends on."""
+"""Paths of the code that a result depends on."""
 
 
 @dataclass(frozen=True)
 class Places:
-    """Folders of a run: sealed campaigns, and reports under a label, so that a later tool can meet the same cases."""
+    """Folders of a run: sealed campaigns, and reports under a label, so that a later tool can be tried on the
+    same cases."""
 
     folder: Path
     label: str = ""
@@ -57,11 +58,17 @@ def read(path, missing=None):
 def write(path, content):
     """Write JSON whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, json.dumps(content, indent=1) + "\n")
+    write_whole(path, as_bytes(content))
+
+
+def as_bytes(content):
+    """JSON as it stands in a file."""
+    return (json.dumps(content, indent=1) + "\n").encode()
 
 
 def commit():
-    """Commit of the code under trial, with a plus where files of it differ; "unknown" outside a repository."""
+    """Commit of the code under trial, with a plus where files of it differ; "unknown" outside a
+    repository."""
     try:
         head = _git("rev-parse", "--short=12", "HEAD")
         return head + ("+" if _git("status", "--porcelain", "--untracked-files=no", "--", *CODE) else "")

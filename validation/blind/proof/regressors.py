@@ -1,4 +1,5 @@
-"""Regressions of residuals (in standard deviations of the noise) on drivers: a Gaussian process, a sparse library."""
+"""Regressions of residuals (in standard deviations of the noise) on drivers: a Gaussian process, a sparse
+library."""
 
 import itertools
 
@@ -7,18 +8,19 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
 MOST_POINTS = 180
-"""Training rows of a Gaussian process, evenly spread over the fitted ones."""
+"""Maximum number of training rows of a Gaussian process, evenly spread over the fitted ones."""
 LONG = (0.1, 30.0)
-"""Bounds of its lengths, in standard deviations of a driver."""
+"""Bounds of its length scales, in standard deviations of a driver."""
 
 
 class GaussianProcess:
-    """Squared-exponential kernel with a length for every driver and white noise, by maximum marginal likelihood.
+    """Squared-exponential kernel with a length scale for every driver and white noise, by maximum marginal
+    likelihood.
 
     Args:
-        x: drivers (rows, drivers).
-        y: residuals (rows,).
-        keep: rows to learn from (rows,).
+        x: drivers, shape (rows, drivers).
+        y: residuals, shape (rows,).
+        keep: mask of the training rows, shape (rows,).
     """
 
     def __init__(self, x, y, keep):
@@ -60,12 +62,13 @@ class GaussianProcess:
 
 
 class SparseRegression:
-    """Least squares on products of drivers up to the third power, small terms dropped in turn, their number by BIC.
+    """Least squares on products of drivers up to the third power. Small terms are dropped one by one, and BIC
+    decides their number.
 
     Args:
-        x: drivers (rows, drivers).
-        y: residuals (rows,).
-        keep: rows to learn from (rows,).
+        x: drivers, shape (rows, drivers).
+        y: residuals, shape (rows,).
+        keep: mask of the training rows, shape (rows,).
     """
 
     THRESHOLDS = np.geomspace(0.01, 1.0, 9)
@@ -107,5 +110,5 @@ class SparseRegression:
         return np.stack(terms, axis=1)
 
     def __call__(self, x):
-        """Expected residual at drivers (rows, drivers), which are held to the range that was learnt from."""
+        """Expected residual at drivers (rows, drivers), clipped to the training range."""
         return (self._library(np.clip(x, self._low, self._high)) / self._scale) @ self.weights

@@ -8,13 +8,13 @@ from scipy.stats import binomtest
 from .judge import NULLS, holds, judge
 
 EDGES = (-np.inf, 3.0, 10.0, 20.0, 30.0, 60.0, 200.0, 1000.0, np.inf)
-"""Of the detection curve, in log Bayes factors."""
+"""Edges of the detection curve's bins, in log Bayes factors."""
 BINS = (0.0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0)
-"""Of stated probabilities."""
+"""Edges of the bins of stated probabilities."""
 METHODS = ("recalibration", "bic_stepwise", "gaussian_process", "sparse_regression")
 """Other methods, in the order of the table."""
 BETTER = 0.98
-"""Ratio of two reduced chi-squares from which one is the lower."""
+"""Maximum ratio of two reduced chi-squares for one to count as lower."""
 
 
 def rate(hits):
@@ -28,7 +28,7 @@ def rate(hits):
 
 
 def rates(rows):
-    """Every rate of judged cases, by name. A diagnosis that failed counts as not right."""
+    """Every rate of judged cases, by name. A failed diagnosis counts as wrong."""
     null = [r for r in rows if r["group"] == "null"]
     readout = [r for r in rows if r["group"] == "readout"]
     single = [r for r in rows if r["group"] == "single" and r["strong"]]
@@ -70,7 +70,7 @@ def rates(rows):
 
 
 def parameter_summary(rows):
-    """How far parameters are off where truth and tool mean the same by them, in cases that are named right."""
+    """Errors of parameters with the same meaning in truth and tool, over correctly named cases."""
     errors = [p for r in rows if r["top"] for p in r["parameters"]]
     relative = [abs(p["relative"]) for p in errors]
     within = [abs(p["sd"]) <= 2.0 for p in errors if p["sd"] is not None]
@@ -85,9 +85,9 @@ def times(rows):
     """Median and upper decile of seconds by kind."""
     found = {}
     for kind in [*sorted({r["kind"] for r in rows}), "all"]:
-        mine = [r for r in rows if kind in (r["kind"], "all") and r["seconds"] is not None]
-        if mine:
-            wall, cpu = ([r[key] for r in mine] for key in ("seconds", "cpu_seconds"))
+        selected = [r for r in rows if kind in (r["kind"], "all") and r["seconds"] is not None]
+        if selected:
+            wall, cpu = ([r[key] for r in selected] for key in ("seconds", "cpu_seconds"))
             found[kind] = {
                 "median_seconds": float(np.median(wall)),
                 "upper_decile_seconds": float(np.quantile(wall, 0.9)),
@@ -97,23 +97,25 @@ def times(rows):
 
 
 def curve(rows):
-    """Detection against strength, single effects: per bin of the log Bayes factor its median, and three rates."""
+    """Detection over strength, single effects: per bin of the log Bayes factor its median, and three
+    rates."""
     single = [r for r in rows if r["group"] == "single" and r["log_bayes"] is not None]
     found = []
     for low, high in zip(EDGES[:-1], EDGES[1:], strict=True):
-        mine = [r for r in single if low <= r["log_bayes"] < high]
-        if mine:
+        selected = [r for r in single if low <= r["log_bayes"] < high]
+        if selected:
             found.append({
-                "log_bayes": float(np.median([r["log_bayes"] for r in mine])),
-                "detected": rate(r["mismatch"] for r in mine),
-                "covered": rate(r["covered"] for r in mine),
-                "named_first": rate(r["top"] for r in mine),
+                "log_bayes": float(np.median([r["log_bayes"] for r in selected])),
+                "detected": rate(r["mismatch"] for r in selected),
+                "covered": rate(r["covered"] for r in selected),
+                "named_first": rate(r["top"] for r in selected),
             })  # fmt: skip
     return found
 
 
 def confusion(rows):
-    """How often each strong single truth, nothing, or something outside was called what: {truth: {said: count}}."""
+    """Counts of first-named causes by truth (strong single effects, nothing, something outside): {truth:
+    {said: count}}."""
     found = {}
     for r in rows:
         if r["group"] in NULLS or (r["group"] in ("single", "outside") and r["strong"]):
@@ -123,22 +125,22 @@ def confusion(rows):
 
 
 def reliability(rows, key="stated"):
-    """Stated probabilities against how often what they were of was so, in bins."""
+    """Observed frequencies over stated probabilities, in bins."""
     pairs = [tuple(pair) for r in rows for pair in r[key]]
     found = []
     for low, high in zip(BINS[:-1], BINS[1:], strict=True):
-        mine = [(p, so) for p, so in pairs if low <= p < high or (high == 1.0 and p >= 1.0)]
-        if mine:
-            found.append({"stated": float(np.mean([p for p, _ in mine])), "so": rate(so for _, so in mine)})
+        selected = [(p, so) for p, so in pairs if low <= p < high or (high == 1.0 and p >= 1.0)]
+        if selected:
+            found.append({"stated": float(np.mean([p for p, _ in selected])), "so": rate(so for _, so in selected)})
     return found
 
 
 def methods(rows, others):
-    """The tool and the other methods on the same cases: naming, and errors on what was not fitted.
+    """The tool and the other methods on the same cases: naming, and errors on held-out values.
 
     Args:
         rows: judged reports of the tool.
-        others: by method, judged answers of it, of the same cases; cases without an answer are left out for all.
+        others: judged answers of the same cases by method; cases without an answer are left out for all.
     """
     complete = [r["name"] for r in rows if all(r["name"] in mine for mine in others.values())] if others else []
     tool = {r["name"]: r for r in rows}
@@ -163,11 +165,11 @@ NAMING = ("false_alarms", "named_first", "covered", "confident_wrong", "pairs_bo
 
 
 def scored(truths, reports, timings, answers):
-    """Everything that a run shows.
+    """All results of a run.
 
     Args:
-        truths, reports, timings: by case.
-        answers: by case, answers of the other methods by method in the form of reports; may lack cases.
+        truths, reports, timings: truth, report and duration by case.
+        answers: answers of the other methods by case and method, in the form of reports; may lack cases.
     """
     rows = [judge(reports[name], truth, timings.get(name)) for name, truth in truths.items()]
     others = {

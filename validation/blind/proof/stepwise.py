@@ -1,4 +1,5 @@
-"""Effects entered one by one while the Bayesian information criterion falls: what a careful user of a catalogue does."""
+"""Stepwise search: effects enter one by one while the Bayesian information criterion falls, as a careful user
+of a catalogue would do."""
 
 from dataclasses import dataclass
 
@@ -9,15 +10,15 @@ from fitting.inference.parallel import RUNS
 
 MOST_EFFECTS = 3
 TRIED = 5
-"""Candidates that are fitted at each step, of those that a linear estimate ranks first."""
+"""Number of candidates that are fitted at each step, of those that a linear estimate ranks first."""
 ROUNDS = 8
 MOST_EVALUATIONS = 400
-"""Runs of the model after which no further effect is tried."""
+"""Maximum number of model runs after which a further effect is tried."""
 
 
 @dataclass
 class Found:
-    """Effects in the order of entry, as a report lists them, with the final fit."""
+    """Effects in the order of entry, in the form of a report, with the final fit."""
 
     slugs: tuple
     effects: list
@@ -29,7 +30,7 @@ def search(program, base):
     """Forward selection by BIC.
 
     Args:
-        program: whose channels hold the errors to be independent.
+        program: program whose channels treat the errors as independent.
         base: fit of the base model from which to start.
     """
     before = program.tally[RUNS]
@@ -70,27 +71,27 @@ def _start(program, current, slug):
 
 
 def _ranked(program, current, present):
-    """Absent effects by the misfit that their derivative, or a typical amount of them, could take away."""
+    """Absent effects, ranked by the misfit that their derivative, or a typical amplitude, could remove."""
     unknowns = program.unknowns
     absent = [s for s in unknowns.slugs if s not in present]
     columns = {s: unknowns.amplitudes(s) for s in absent}
     weight = program.fitted.astype(float)
-    kept = np.concatenate([unknowns.base, unknowns.of(present)]).astype(int)
-    r, J = program.evaluate(current.u, np.concatenate([kept, *columns.values()])).joined(weight)
-    known, own, first = J[:, : len(kept)], {}, len(kept)
-    for slug, mine in columns.items():
-        own[slug] = J[:, first : first + len(mine)]
-        first += len(mine)
+    entered = np.concatenate([unknowns.base, unknowns.of(present)]).astype(int)
+    r, J = program.evaluate(current.u, np.concatenate([entered, *columns.values()])).joined(weight)
+    entered_columns, own, first = J[:, : len(entered)], {}, len(entered)
+    for slug, indices in columns.items():
+        own[slug] = J[:, first : first + len(indices)]
+        first += len(indices)
         if np.max(np.abs(own[slug]), initial=0.0) < 1e-6:
             typical = current.u.copy()
             typical[unknowns.of([slug])] = [unknowns.items[k].start for k in unknowns.of([slug])]
-            own[slug] = (program.evaluate(typical, mine[:0]).joined(weight)[0] - r)[:, None]
-    Q, _ = np.linalg.qr(known)
+            own[slug] = (program.evaluate(typical, indices[:0]).joined(weight)[0] - r)[:, None]
+    Q, _ = np.linalg.qr(entered_columns)
     free = lambda A: A - Q @ (Q.T @ A)  # noqa: E731
-    left = free(r)
+    residual = free(r)
     gains = {}
     for slug, A in own.items():
         P = free(A)
-        step = np.linalg.lstsq(P, left, rcond=1e-8)[0] if A.size else np.zeros(0)
-        gains[slug] = float(left @ left - np.sum((left - P @ step) ** 2)) - np.log(len(r)) * A.shape[1]
+        step = np.linalg.lstsq(P, residual, rcond=1e-8)[0] if A.size else np.zeros(0)
+        gains[slug] = float(residual @ residual - np.sum((residual - P @ step) ** 2)) - np.log(len(r)) * A.shape[1]
     return sorted(gains, key=lambda s: -gains[s])

@@ -1,4 +1,5 @@
-"""Parameters that mean the same in the generator's form of an effect and in the tool's: values and errors."""
+"""Parameters with the same meaning in the generator's form of an effect and in the tool's: values and
+errors."""
 
 import math
 
@@ -18,23 +19,24 @@ SAME = {
     "coil_contact": {"tension": lambda p, b: p["amplitude"], "opening": lambda p, b: 1e-3 * p["parting_mm"]},
     "wall_eccentricity": {"shift": lambda p, b: 1e-3 * p["amplitude"] * b.get("wall_thickness_mm", 1.0)},
 }
-"""Slug -> parameter of the tool -> its true value in SI, from the truth's parameters and base; signs, which are a matter
-of convention, are left out of the comparison."""
+"""True value in SI by slug and the tool's parameter, as a function of the truth's parameters and base. Signs
+are a matter of convention and are left out of the comparison."""
 
 
 def parameter_errors(report, truth):
-    """Errors of every parameter of a named effect that has a true value: value, true, relative error, error in sd."""
+    """Errors of every parameter of a named effect that has a true value: value, true, relative error, error
+    in sd."""
     found = []
     for effect in report.get("effects", []):
-        known = truth.get("parameters", {}).get(effect["name"])
-        for name, value_of in (SAME.get(effect["name"], {}) if known else {}).items():
-            said = effect.get("parameters", {}).get(name)
-            true = abs(value_of(known, truth.get("base", {})))
-            if said is None or not true > 0.0:
+        true_values = truth.get("parameters", {}).get(effect["name"])
+        for name, value_of in (SAME.get(effect["name"], {}) if true_values else {}).items():
+            stated = effect.get("parameters", {}).get(name)
+            true = abs(value_of(true_values, truth.get("base", {})))
+            if stated is None or not true > 0.0:
                 continue
-            error = abs(said["value"]) - true
+            error = abs(stated["value"]) - true
             found.append({
-                "parameter": f"{effect['name']}.{name}", "value": abs(said["value"]), "true": true,
-                "relative": error / true, "sd": error / said["sd"] if said.get("sd") else None,
+                "parameter": f"{effect['name']}.{name}", "value": abs(stated["value"]), "true": true,
+                "relative": error / true, "sd": error / stated["sd"] if stated.get("sd") else None,
             })  # fmt: skip
     return found

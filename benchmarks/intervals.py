@@ -1,0 +1,193 @@
+"""How often the intervals that `characterise` quotes hold the truth, over many simulated campaigns.
+
+    python benchmarks/intervals.py KIND [--campaigns 40] [--minutes 8] [--seeds FIRST] [--file FILE]
+
+KIND is wire, tube (walls known), tube_walls (walls open), spring (known alloy) or spring_open (everything
+open). With `_drift` at its end zeros wander by the size of the noise in every recording. Truths are drawn
+from the priors that the fits use. Every campaign is characterised with the defaults of the command. Two kinds
+of interval are compared in the same fits: the standard error's (a Gaussian bar, `before`), and those that are
+quoted (`after`).
+
+Finished campaigns are kept in the file, so that an interrupted run goes on.
+"""
+
+import argparse
+import json
+import os
+import tempfile
+import time
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+from posterior_coverage import clopper_pearson
+from recovery import truths
+
+FIRST_SEED = 38_000
+DRIFT = "_drift"
+"""End of a kind whose zeros wander, by the size of the noise until the end of each recording."""
+KINDS = {
+    "wire": ("wire", {"spread": "prior"}),
+    "tube": ("tube", {"tolerance": {"wall_thickness_mm": 0.0, "silicone_stiffness": 0.05}}),
+    "tube_walls": ("tube", {}),
+    "spring": ("spring", {"interval_s": 2.0}),
+    "spring_open": ("spring", {"interval_s": 2.0, "spread": "prior"}),
+}
+Z = {50: 0.674490, 90: 1.644854}
+"""Standard errors to either side that a Gaussian bar has."""
+
+
+def wishes_of(kind: str) -> tuple[str, dict]:
+    """What is simulated: the kind of recording, and its options."""
+    what, wishes = KINDS[kind.removesuffix(DRIFT)]
+    return what, wishes | ({"drift": 1.0} if kind.endswith(DRIFT) else {})
+
+
+def one_campaign(kind: str, seed: int) -> dict:
+    """Simulate and characterise one campaign: every constant's truth and intervals, in the unit of files."""
+    from fitting.characterise import characterise
+    from fitting.synthesise import synthesise, write_synthetic
+    from pneusma_jax.units import from_si
+
+    began = time.perf_counter()
+    what, wishes = wishes_of(kind)
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder) / "made"
+        write_synthetic(synthesise(what, seed=seed, **wishes), made)
+        record = json.loads((made / "truth.json").read_text())
+        fit = characterise(made)
+    found = {}
+    for name, truth in truths(record, list(fit.fitted)).items():
+        estimate, entry = fit.parameters[name], fit.fitted[name]
+        error = entry.standard_error
+        found[name] = {
+            "truth": truth,
+            "value": estimate.value,
+            "gaussian_sd": None if error is None else float(from_si(error, entry.unit, difference=True)),
+            "quoted": {str(p): list(ends) for p, ends in estimate.interval.items()},
+            "curved": estimate.curved,
+            "told": list(estimate.told),
+            "of_prior": estimate.of_prior,
+        }
+    fitted = fit.joint if what == "spring" else fit.fit
+    return {
+        "combinations": combinations_of(fit, record) if what == "spring" else [],
+        "seed": seed,
+        "seconds": time.perf_counter() - began,
+        "reduced_chi_square": float(fitted.reduced_chi_square),
+        "ended": bool(fitted.result.success),
+        "parameters": found,
+    }
+
+
+def combinations_of(fit, record: dict) -> list[dict]:
+    """Resistivities and stresses of a spring's phases: truth, value and interval."""
+    from fitting.calibrate.spring.plateaus import shown_by
+    from pneusma_jax.units import to_si
+
+    numbers = {name: (p["value"], p["unit"]) for name, p in record["parameters"].items()}
+    true = {name: float(to_si(value, unit)) for name, (value, unit) in numbers.items() if unit != "K"}
+    _, law = shown_by(fit.base, [test for test in fit.tests if test.fitted])
+    found = []
+    for one, truth in zip(fit.combinations, np.asarray(law(true)), strict=True):
+        ends = [one.low, one.high]
+        found.append({"name": one.name, "truth": float(truth), "value": one.value, "ends": ends})
+    return found
+
+
+def intervals_of(one: dict, percent: int, quoted: bool) -> tuple[float, float] | None:
+    """Quoted or Gaussian interval of one constant; None where there is none."""
+    if quoted:
+        return tuple(one["quoted"][str(percent)]) if str(percent) in one["quoted"] else None
+    if one["gaussian_sd"] is None:
+        return None
+    half = Z[percent] * one["gaussian_sd"]
+    return one["value"] - half, one["value"] + half
+
+
+def error_of(one: dict, quoted: bool) -> float:
+    """Distance of the truth in standard deviations of the interval, on its own side; NaN without interval."""
+    ends = intervals_of(one, 90, quoted)
+    if ends is None:
+        return float("nan")
+    away = one["truth"] - one["value"]
+    width = (ends[1] - one["value"] if away > 0.0 else one["value"] - ends[0]) / Z[90]
+    return float(away / width) if width > 0.0 else float("nan" if away == 0.0 else np.copysign(np.inf, away))
+
+
+def counts(constants: list[dict], quoted: bool) -> dict[str, float]:
+    """Coverage in per cent with its 95 % range, and the worst error, of constants that have an interval."""
+    found: dict[str, float] = {}
+    for percent in Z:
+        ends = [(one, intervals_of(one, percent, quoted)) for one in constants]
+        told = [low <= one["truth"] <= high for one, (low, high) in ((o, e) for o, e in ends if e)]
+        low, high = clopper_pearson(sum(told), len(told)) if told else (np.nan, np.nan)
+        found |= {f"held_{percent}": 100.0 * float(np.mean(told)) if told else np.nan}
+        found |= {f"low_{percent}": 100.0 * low, f"high_{percent}": 100.0 * high, "constants": len(told)}
+    errors = np.array([error_of(one, quoted) for one in constants])
+    found["worst"] = float(np.nanmax(np.abs(errors), initial=0.0))
+    return found
+
+
+def report(kind: str, done: list[dict], parameters: bool) -> None:
+    """Print the table of a kind: before, after, and by parameter on request."""
+    seconds = np.median([entry["seconds"] for entry in done])
+    stopped = sum(not entry["ended"] for entry in done)
+    print(f"{kind}: {len(done)} campaigns, {seconds:.0f} s each (median), {stopped} fits did not end well")
+    everything = [one for entry in done for one in entry["parameters"].values()]
+    for word, quoted in (("before", False), ("after", True)):
+        found = counts(everything, quoted)
+        print(
+            f"  {word}: of {found['constants']} constants 50 % intervals hold {found['held_50']:.1f} % "
+            f"({found['low_50']:.0f} to {found['high_50']:.0f}), 90 % intervals {found['held_90']:.1f} % "
+            f"({found['low_90']:.0f} to {found['high_90']:.0f}), worst error {found['worst']:.1f} of its sd"
+        )
+    told = [one for entry in done for one in entry.get("combinations", [])]
+    if told:
+        held = np.mean([one["ends"][0] <= one["truth"] <= one["ends"][1] for one in told])
+        print(f"  of {len(told)} resistivities and stresses 90 % intervals hold {100.0 * held:.1f} %")
+    curved = np.mean([one["curved"] for one in everything])
+    print(f"  {100.0 * curved:.0f} % of the profiles are no parabolas")
+    if not parameters:
+        return
+    for name in done[0]["parameters"]:
+        mine = [entry["parameters"][name] for entry in done if name in entry["parameters"]]
+        cells = [counts(mine, quoted) for quoted in (False, True)]
+        shares = [one["of_prior"] for one in mine if one["of_prior"] is not None]
+        print(
+            f"    {name:22s} " + "; ".join(
+                f"{c['held_50']:.0f} and {c['held_90']:.0f} %, worst {c['worst']:.1f}" for c in cells
+            ) + (f"; {100.0 * np.median(shares):.0f} % of the prior" if shares else "")
+        )  # fmt: skip
+
+
+def main() -> None:
+    """Run what is missing, then report."""
+    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    arguments.add_argument("kind", choices=[k + end for k in KINDS for end in ("", DRIFT)])
+    arguments.add_argument("--campaigns", type=int, default=40)
+    arguments.add_argument("--minutes", type=float, default=np.inf, help="begin no campaign after these")
+    arguments.add_argument("--seeds", type=int, default=FIRST_SEED, help="first seed")
+    arguments.add_argument("--file", type=Path, help="results so far; KIND_intervals.jsonl by default")
+    arguments.add_argument("--report", action="store_true", help="only report what is in the file")
+    arguments.add_argument("--parameters", action="store_true", help="report every parameter, too")
+    given = arguments.parse_args()
+    from pneusma_jax import enable_float64
+
+    enable_float64()
+    file = given.file or Path(f"{given.kind}_intervals.jsonl")
+    done = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    known, began = {entry["seed"] for entry in done}, time.perf_counter()
+    for seed in range(given.seeds, given.seeds + given.campaigns):
+        if given.report or time.perf_counter() - began > 60.0 * given.minutes:
+            break
+        if seed not in known:
+            done.append(one_campaign(given.kind, seed))
+            with file.open("a") as stream:
+                stream.write(json.dumps(done[-1]) + "\n")
+    report(given.kind, done, given.parameters)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,266 @@
+"""The search for a profile's points: outwards from the fit, until chi-square has risen as for 90 %.
+
+Each side begins where the standard error puts the end of the 90 % interval. Where the misfit is a parabola,
+that one fit confirms it. Elsewhere the secant goes on, each fit begun where its neighbour ended. MINOS does
+so, too (F. James and M. Roos, Comput. Phys. Commun. 10 (1975) 343).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from fitting.inference.least_squares import FitResult, Status
+from fitting.inference.least_squares.covariance import Uncertainty
+from fitting.inference.parameters import Parameter
+from pneusma_jax.errors import InputError, nearest
+
+from .profile_likelihood import ALIKE, NEAR, RISES, WIDTH_90, Profile
+
+MOST = 9
+"""Fits on one side of a parameter, at most."""
+GROWTH = (1.25, 4.0)
+"""Least and most that a step outwards is longer than what came before."""
+INSIDE = 0.25
+"""Share of a bracket at each end in which no next point is taken."""
+FIRST = 0.25
+"""First step of a parameter at a bound, which has no error: a share of its prior's standard deviation."""
+HALF = float(np.sqrt(RISES[50] / RISES[90]))
+"""Place of the 50 % interval's end on the way to that of 90 %, of a parabola."""
+
+
+class Pinned(Protocol):
+    """A fit from values (first) with some parameters held (second), SI."""
+
+    def __call__(self, values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
+        """Everything is decided as at the best fit."""
+
+
+@dataclass
+class _Side:
+    """Points of one side of a profile, outwards; the fit itself is the first.
+
+    Attributes:
+        distance: from the fit, shape (points,); root: of the rise of chi-square, negative where it fell.
+        told: part of the rise that the recordings make.
+        values: all parameters there.
+        stopped: whether the others stopped early.
+    """
+
+    distance: list[float]
+    root: list[float]
+    told: list[float]
+    values: list[Mapping[str, float]]
+    stopped: list[bool] = field(default_factory=lambda: [False])
+
+
+def followed(
+    names: Sequence[str],
+    parameters: Mapping[str, Parameter],
+    values: Mapping[str, float],
+    uncertainty: Uncertainty,
+    fit: Pinned,
+    again: Pinned | None = None,
+    units: Mapping[str, float] | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> dict[str, Profile]:
+    """Profile likelihoods: from the best fit outwards, each point begun at its neighbour's.
+
+    Args:
+        names: of free parameters with a standard error, or at a bound.
+        parameters: at the best fit, SI.
+        values: the same as numbers.
+        uncertainty: of the best fit.
+        fit: with parameters held; called once with none.
+        again: the same with everything decided anew, tried where `fit` stops early.
+        units: rise of chi-square that counts as one standard deviation, 1 where nobody says more.
+        progress: called with the name of each parameter that is done.
+
+    Returns:
+        By parameter.
+
+    Raises:
+        InputError: if one is not free, has no standard error, or the model has no answer at the fit.
+    """
+    for name in names:
+        if name not in parameters:
+            raise InputError(f"there is no free parameter {name!r}, {nearest(name, parameters)}")
+        entry = parameters[name]
+        if entry.standard_error is None and not (entry.at_bound and entry.prior is not None):
+            raise InputError(f"{name} has no standard error, so there is nothing to profile it over")
+    least = fit(values, {}) if names else None
+    if least is not None and least.chi_square is None:
+        raise InputError(f"the model has no answer at the fit, so {', '.join(names)} cannot be profiled")
+    found = {}
+    for name in names:
+        unit = (units or {}).get(name, 1.0)
+        found[name] = _Search(name, parameters[name], values, uncertainty, fit, again, least, unit).profile()
+        progress(f"profile of {name}")
+    return found
+
+
+def _told(result: FitResult) -> float:
+    """Chi-square of the recordings alone."""
+    own = getattr(result, "residual", None)
+    return float("nan") if own is None else float(np.sum(np.asarray(own) ** 2))
+
+
+@dataclass(frozen=True)
+class _Search:
+    """One parameter's profile over a fit; arguments as of `followed`."""
+
+    name: str
+    entry: Parameter
+    values: Mapping[str, float]
+    uncertainty: Uncertainty
+    fit: Pinned
+    again: Pinned | None
+    least: FitResult
+    unit: float
+
+    def profile(self) -> Profile:
+        """Both sides as one profile."""
+        sides = {side: self._side(side) for side in (-1.0, 1.0)}
+        if any(self._bent(found) for found in sides.values()):
+            for side, found in sides.items():
+                self._halve(found, side)
+        points = [(self.entry.value, 0.0, False, 0.0, self.values)]
+        for side, found in sides.items():
+            for k in range(1, len(found.distance)):
+                rise = np.sign(found.root[k]) * found.root[k] ** 2
+                value = self.entry.value + side * found.distance[k]
+                points.append((value, rise, found.stopped[k], found.told[k], found.values[k]))
+        points.sort(key=lambda point: point[0])
+        value, rise, stopped, told = (np.array([p[k] for p in points]) for k in range(4))
+        below, error = max(-float(rise.min()), 0.0), self.entry.standard_error
+        return Profile(
+            name=self.name,
+            value=value,
+            rise=rise + below,
+            stopped=stopped,
+            sd=float("nan") if error is None else float(error),
+            below=below,
+            lowest=points[int(np.argmin(rise))][4] if below > 0.0 else {},
+            told=None if np.isnan(told).any() else told + below,
+            bounds=(self.entry.min, self.entry.max),
+            unit=self.unit,
+            visited=tuple(p[4] for p in points),
+        )
+
+    def _side(self, side: float) -> _Side:
+        """Points of one side, until the end of the 90 % interval is passed or the bound is reached."""
+        entry, limit = self.entry, float(np.sqrt(self.unit)) * WIDTH_90
+        room = entry.max - entry.value if side > 0.0 else entry.value - entry.min
+        found = _Side([0.0], [0.0], [0.0], [self.values])
+        expected = limit * entry.standard_error if entry.standard_error else FIRST * entry.prior.sd
+        wanted = expected
+        for _ in range(MOST):
+            wanted = min(wanted, room)
+            if not wanted > 0.0 or any(np.isclose(wanted, d, rtol=1e-3, atol=0.0) for d in found.distance):
+                break
+            if not self._add(found, side, wanted):
+                wanted = 0.5 * (wanted + max((d for d in found.distance if d < wanted), default=0.0))
+                continue
+            if min(found.root) < -np.sqrt(ALIKE):
+                break  # a better fit: whoever asked begins anew there
+            wanted = self._next(found, limit, room)
+            if wanted is None:
+                break
+        return found
+
+    def _bent(self, found: _Side) -> bool:
+        """Whether the 90 % interval ends elsewhere than the standard error says."""
+        error, far = self.entry.standard_error, found.root[-1]
+        if error is None or len(found.root) > 2:
+            return True
+        expected = found.distance[-1] / error
+        return len(found.root) > 1 and abs(far / expected - 1.0) > NEAR
+
+    def _halve(self, found: _Side, side: float) -> None:
+        """One more point where the 50 % interval may end, if there is none near that."""
+        limit = float(np.sqrt(self.unit)) * WIDTH_90
+        end = float(np.interp(limit, np.maximum.accumulate(found.root), found.distance))
+        near = any(0.2 * end < d < 0.7 * end for d in found.distance)
+        if end > 0.0 and min(found.root) >= 0.0 and not near:
+            self._add(found, side, HALF * end)
+
+    def _next(self, found: _Side, limit: float, room: float) -> float | None:
+        """Where to look next on a side; None where its end is known."""
+        root = np.maximum.accumulate(found.root)
+        if abs(root[-1] / limit - 1.0) < NEAR or np.any(np.abs(root / limit - 1.0) < NEAR):
+            return None
+        inside = [k for k in range(len(root)) if root[k] < limit]
+        low, last = found.distance[inside[-1]], float(root[inside[-1]])
+        if len(inside) == len(root):  # not far enough yet
+            if low >= room * (1.0 - 1e-9):
+                return None
+            return low * float(np.clip(limit / max(last, 1e-3), *GROWTH))
+        high, over = found.distance[inside[-1] + 1], float(root[inside[-1] + 1])
+        secant = low + (high - low) * (limit - last) / (over - last)
+        inside = INSIDE * (high - low)  # a jump between the two would keep a secant at one of them
+        return float(np.clip(secant, low + inside, high - inside))
+
+    def _add(self, found: _Side, side: float, distance: float) -> bool:
+        """Fit with the parameter held there; False where the model has no answer."""
+        name, value = self.name, self.entry.value + side * distance
+        nearest_ = int(np.argmin(np.abs(np.array(found.distance) - distance)))
+        at = found.values[nearest_]
+        starts = [self._ahead(found, nearest_, distance, value), at]
+        result = _lowest(starts, lambda begin: self.fit(begin, {name: value}))
+        if self.again is not None and (result is None or not _ended(result)):
+            other = self.again(at if result is None else result.values, {name: value})
+            result = min(
+                (r for r in (result, other) if r is not None and r.chi_square is not None),
+                key=lambda r: r.chi_square,
+                default=None,
+            )
+        if result is None:
+            return False
+        rise = result.chi_square - self.least.chi_square
+        k = int(np.searchsorted(found.distance, distance))
+        found.distance.insert(k, abs(result.values.get(name, value) - self.entry.value) or distance)
+        found.root.insert(k, float(np.sign(rise) * np.sqrt(abs(rise))))
+        found.told.insert(k, _told(result) - _told(self.least))
+        found.values.insert(k, result.values)
+        found.stopped.insert(k, not result.success)
+        return True
+
+    def _ahead(self, found: _Side, k: int, distance: float, value: float) -> dict[str, float]:
+        """Where the others should be: as the last two points go on, or by the covariance of the fit."""
+        at, moved = found.values[k], value - found.values[k][self.name]
+        if k > 0:
+            before = found.values[k - 1]
+            step = (at[self.name] - before[self.name]) or np.inf
+            slopes = {n: (at[n] - before[n]) / step for n in at}
+        else:
+            slopes = _followers(self.uncertainty, self.name)
+        return {**at, **{n: at[n] + moved * slope for n, slope in slopes.items()}, self.name: value}
+
+
+def _lowest(
+    starts: Sequence[Mapping[str, float]], fit: Callable[[Mapping[str, float]], FitResult]
+) -> FitResult | None:
+    """The first fit that ends, else the lowest of those that stopped early; None if there is none."""
+    found = []
+    for start in starts:
+        result = fit(start)
+        if result.chi_square is not None:
+            found.append(result)
+            if _ended(result):
+                return result
+    return min(found, key=lambda r: r.chi_square, default=None)
+
+
+def _ended(result: FitResult) -> bool:
+    """Whether a fit has ended, or has made all steps that are allowed: another start would gain little."""
+    return result.success or getattr(result, "status", None) is Status.MAX_STEPS
+
+
+def _followers(uncertainty: Uncertainty, name: str) -> dict[str, float]:
+    """How the other parameters move with one, by the covariance of the fit."""
+    names, covariance = uncertainty.names, uncertainty.covariance
+    if name not in names:
+        return {}
+    k = names.index(name)
+    return {n: float(covariance[i, k] / covariance[k, k]) for i, n in enumerate(names) if i != k}

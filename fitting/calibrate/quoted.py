@@ -1,0 +1,125 @@
+"""The numbers that are quoted of a fitted parameter: those of its profile likelihood where there is one.
+
+Where the misfit is a parabola, the profile's intervals are those of the standard error. Elsewhere they are
+asymmetric, and they count.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from fitting.inference.parameters import Parameter
+from pneusma_jax.calibration.records import Quantity
+from pneusma_jax.units import from_si
+
+from .profile_likelihood import RISES, WIDTH_90, Profile
+from .result import Estimate
+
+KELVIN = "K"
+"""Unit of differences of temperature, which have no zero to be shifted."""
+MERELY_PRIOR = 0.7
+"""Width of a quoted interval over the prior's from which the recordings have said next to nothing.
+
+At 0.7 recordings and prior tell equally much: 1 / sqrt(2)."""
+
+
+def estimates(
+    fitted: Mapping[str, Parameter],
+    profiles: Mapping[str, Profile],
+    units: Mapping[str, float] | None = None,
+    held: Mapping[str, float] | None = None,
+) -> dict[str, Estimate]:
+    """What is quoted of every free parameter, in the unit of files.
+
+    Args:
+        fitted: free parameters at the values found, SI, with standard errors.
+        profiles: profile likelihoods of some or all of them.
+        units: rise of chi-square that counts as one standard deviation, by name; 1 where nobody says more.
+        held: variance that the doubt about constants that are held adds, over that of the standard error.
+    """
+    return {
+        name: estimate(entry, profiles.get(name), (units or {}).get(name, 1.0), (held or {}).get(name, 0.0))
+        for name, entry in fitted.items()
+    }
+
+
+def estimate(
+    entry: Parameter, profile: Profile | None = None, unit: float = 1.0, held: float = 0.0
+) -> Estimate:
+    """What is quoted of one parameter, in the unit of files; see `estimates`."""
+    sd = np.nan if entry.standard_error is None else entry.standard_error * np.sqrt(unit)
+    doubt = 0.0 if entry.standard_error is None else entry.standard_error * np.sqrt(held)
+    profiled = profile is not None and len(profile.value) > 1
+    if profiled:
+        interval = {percent: profile.quoted(percent) for percent in RISES}
+        told, curved = _told(entry, profile, interval[90]), bool(profile.curved or not np.isfinite(sd))
+        if curved:
+            sd = 0.5 * (interval[90][1] - interval[90][0]) / WIDTH_90
+    else:
+        interval, told, curved = _of_parabola(entry, sd), (True, True), False
+    if doubt > 0.0:
+        interval = {percent: _wider(entry, ends, percent, doubt) for percent, ends in interval.items()}
+        sd = float(np.hypot(sd, doubt))
+    in_file = lambda x, width=False: float(from_si(x, entry.unit, width or entry.unit == KELVIN))  # noqa: E731
+    return Estimate(
+        value=in_file(entry.value),
+        sd=float("nan") if not np.isfinite(sd) else in_file(sd, True),
+        unit=entry.unit,
+        at_bound=entry.at_bound,
+        interval={percent: (in_file(low), in_file(high)) for percent, (low, high) in interval.items()},
+        curved=curved,
+        told=told,
+        of_prior=_of_prior(entry, interval),
+    )
+
+
+def _told(entry: Parameter, profile: Profile, ends: tuple[float, float]) -> tuple[bool, bool]:
+    """Whether the recordings make the lower, and the upper, end of the 90 % interval.
+
+    They do not where priors or a bound make most of the rise there, and the interval goes as far on that side
+    as the prior alone would let it, or to the bound.
+    """
+    reach = [entry.value - ends[0], ends[1] - entry.value]
+    far = np.inf if entry.prior is None else MERELY_PRIOR * WIDTH_90 * entry.prior.sd
+    bounded = [ends[0] <= entry.min, ends[1] >= entry.max]
+    sides = zip(profile.brackets(), reach, bounded, strict=True)
+    lower, upper = (makes or not (side > far or stopped) for makes, side, stopped in sides)
+    return lower, upper
+
+
+def _of_parabola(entry: Parameter, sd: float) -> dict[int, tuple[float, float]]:
+    """Intervals of a standard error, inside the bounds; none where there is no error."""
+    if not np.isfinite(sd):
+        return {}
+    half = {percent: float(np.sqrt(rise) * sd) for percent, rise in RISES.items()}
+    return {p: (max(entry.value - h, entry.min), min(entry.value + h, entry.max)) for p, h in half.items()}
+
+
+def _wider(entry: Parameter, ends: tuple[float, float], percent: int, doubt: float) -> tuple[float, float]:
+    """An interval with an independent doubt beside it: both sides grow in quadrature, inside the bounds."""
+    more = float(np.sqrt(RISES[percent])) * doubt
+    low, high = (float(np.hypot(end - entry.value, more)) for end in ends)
+    return max(entry.value - low, entry.min), min(entry.value + high, entry.max)
+
+
+def _of_prior(entry: Parameter, interval: Mapping[int, tuple[float, float]]) -> float | None:
+    """Width of the 90 % interval over that of the prior."""
+    if entry.prior is None or 90 not in interval or not np.isfinite(interval[90]).all():
+        return None
+    return float((interval[90][1] - interval[90][0]) / (2.0 * WIDTH_90 * entry.prior.sd))
+
+
+def of_prior_alone(quantity: Quantity) -> Estimate:
+    """A constant that no recording shows, with the error of its prior; in the unit of files."""
+    sd, unit = float(np.hypot(quantity.prior.sd, quantity.value - quantity.prior.mean)), quantity.unit
+    value = float(from_si(quantity.value, unit, unit == KELVIN))
+    error = float(from_si(sd, unit, True))
+    interval = {
+        p: (value - np.sqrt(rise) * error, value + np.sqrt(rise) * error) for p, rise in RISES.items()
+    }
+    return Estimate(value, error, unit, False, interval, told=(False, False), of_prior=1.0)
+
+
+def merely_prior(estimate: Estimate) -> bool:
+    """Whether what is quoted is next to nothing but what was known before."""
+    return estimate.of_prior is not None and estimate.of_prior > MERELY_PRIOR

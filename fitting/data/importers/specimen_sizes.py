@@ -1,0 +1,92 @@
+"""The gauge length and the cross-section of a specimen, from the user or the file; what a file says twice."""
+
+import math
+from collections.abc import Mapping
+
+from .making import Making
+from .sizes import SAME
+
+AREAS = (("area_mm2",), ("diameter_mm",), ("width_mm", "thickness_mm"))
+"""Dimensions that make a cross-section; the first set that is known is taken."""
+
+
+def gauge_length_mm(making: Making, quiet: bool = False) -> float | None:
+    """Length between the grips, stated by the user or by the file (with a notice); None if unknown."""
+    stated = making.options.dimensions.get("gauge_length_mm")
+    if stated is not None:
+        making.use("--dimension", "gauge_length_mm")
+        return stated
+    for key in ("gauge_length_mm", "length"):
+        if key in making.sizes:
+            _notice_dimension(making, key, "the gauge length", quiet)
+            return making.sizes[key].value
+    return None
+
+
+def area_mm2(making: Making, quiet: bool = False) -> float | None:
+    """Cross-section, stated by the user or by the file (with a notice); None if unknown."""
+    sizes = dict(making.options.dimensions)
+    if making.kind == "wire" and "wire_diameter_mm" in sizes:
+        sizes.setdefault("diameter_mm", sizes["wire_diameter_mm"])
+        making.use("--dimension", "wire_diameter_mm")
+    for names in AREAS:
+        if set(names) <= sizes.keys():
+            for name in names:
+                making.use("--dimension", name)
+            return _area(names, [sizes[name] for name in names])
+    found = {key: size.value for key, size in making.sizes.items()} | sizes
+    if not quiet:
+        _compare_areas(making, found)
+    for names in AREAS:
+        if set(names) <= found.keys():
+            for name in names:
+                if name in sizes:
+                    making.use("--dimension", name)
+                else:
+                    _notice_dimension(making, name, "the " + name.rpartition("_")[0], quiet)
+            return _area(names, [found[name] for name in names])
+    return None
+
+
+def _compare_areas(making: Making, found: Mapping[str, float]) -> None:
+    """Report two cross-sections of a file, by its area, diameter, or width and thickness, that differ."""
+    areas = {names: _area(names, [found[n] for n in names]) for names in AREAS if set(names) <= found.keys()}
+    for names, area in list(areas.items())[1:]:
+        first, taken = next(iter(areas.items()))
+        if abs(area / taken - 1.0) > SAME:
+            said = [making.sizes[name].said for name in names if name in making.sizes]
+            making.warn(
+                f"the cross-section is {taken:.6g} mm2 by its {_worded(first)}, which was taken, but"
+                f" {area:.6g} mm2 by its {_worded(names)}"
+                + (f" ({', '.join(map(repr, said))})" if said else "")
+                + "; --dimension area_mm2=... decides"
+            )
+
+
+def _worded(names: tuple[str, ...]) -> str:
+    return " and ".join(name.rpartition("_")[0] for name in names)
+
+
+def _area(names: tuple[str, ...], values: list[float]) -> float:
+    if names == ("diameter_mm",):
+        return math.pi * values[0] ** 2 / 4.0
+    return math.prod(values)
+
+
+def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
+    """Report a dimension that was read from the file, with a warning if its unit was assumed."""
+    size = making.sizes[key]
+    unit = "mm2" if key == "area_mm2" else "mm"
+    text = f"{what} is {size.value:.6g} {unit}, as the file states ({size.said!r})"
+    option = f"--dimension {'gauge_length_mm' if key == 'length' else key}=..."
+    if quiet:
+        return
+    if size.others:
+        also = ", ".join(repr(other) for other in size.others)
+        making.warn(f"{text}; but it also states {also} ({option} to decide)")
+    elif size.assumed:
+        making.warn(f"{text}; its unit is not stated and was taken as {unit} ({option} to correct)")
+    elif key == "length":
+        making.warn(f"{text}: right if that is the length between the grips ({option} to correct)")
+    else:
+        making.say(text)

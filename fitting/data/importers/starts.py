@@ -1,0 +1,75 @@
+"""The start of a test: a strain, a stress or a force that does not begin at zero."""
+
+import numpy as np
+
+from ..slack import noise_of_steps, rest_at_zero
+from .making import Making
+
+AT_START = 0.05
+"""Maximum start of a strain that was counted from rest, as part of its range."""
+PRELOAD = 0.01
+"""Minimum reported stress or force at zero strain, as part of its range. Load cells are zeroed better."""
+ACROSS = 0.05
+"""Minimum share of rows with opposite signs of strain and stress, both beyond `AT_START`, that indicates a
+shifted zero. A loop of a rubber has fewer."""
+NOISES = 5.0
+"""Number of standard deviations of its noise, below which a stress at the start counts as none."""
+
+
+def notice_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making) -> None:
+    """Report the start of a test that does not begin at zero.
+
+    Nothing follows from the first rows where they lack a number: the test began before.
+    """
+    if making.options.slack == "auto":
+        making.say("no slack was found at the start: nothing was left out for --slack auto")
+    drive, force = (columns[name] for name in pair)
+    finite = np.isfinite(drive) & np.isfinite(force)
+    if finite.sum() < 8 or not finite[0]:
+        return
+    x, y = drive[finite], force[finite]
+    if making.kind != "spring" and (_begins_elsewhere(x, making) or _crosses(x, y, pair, making)):
+        return
+    _notice_rest(x, y, pair, making)
+
+
+def _begins_elsewhere(x: np.ndarray, making: Making) -> bool:
+    """Report a strain that begins at its smallest, and not at zero."""
+    if not (abs(x[0]) > AT_START * float(np.ptp(x)) and abs(x[0]) == float(np.abs(x).min())):
+        return False
+    making.warn(
+        f"strain begins at {x[0]:.4g}, not at 0: was it counted from another zero? --subtract"
+        f" strain={x[0]:.4g}"
+    )
+    return True
+
+
+def _crosses(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making) -> bool:
+    """Report strain and stress of opposite signs over a part of the test: one has another zero."""
+    reach = float(np.ptp(x))
+    across = (x * y < 0.0) & (np.abs(x) > AT_START * reach) & (np.abs(y) > AT_START * float(np.abs(y).max()))
+    least = int(np.argmin(np.abs(y)))
+    if not (np.mean(across) > ACROSS and abs(x[least]) > AT_START * reach):
+        return False
+    answer, unit = pair[1].rsplit("_", 1)
+    making.warn(
+        f"strain and {answer} have opposite signs in {int(across.sum())} rows, so one of them was"
+        f" counted from another zero; {answer} is nearest to none, {y[least]:.4g} {unit}, at strain"
+        f" {x[least]:.4g}. If the specimen was at rest there: --subtract strain={x[least]:.4g}"
+    )
+    return True
+
+
+def _notice_rest(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making) -> None:
+    """Report a stress or force where there is no strain or elongation."""
+    rest = rest_at_zero(x, y)
+    least = max(PRELOAD * float(np.ptp(y)), NOISES * noise_of_steps(y))
+    if abs(x[0]) > AT_START * float(np.ptp(x)) or abs(rest) <= least:
+        return
+    answer, unit = pair[1].rsplit("_", 1)
+    drive = pair[0].removesuffix("_mm")
+    own = " the initial tension of a close-wound spring," if making.kind == "spring" else ""
+    making.warn(
+        f"{answer} is {rest:.4g} {unit} at {drive} 0: a preload,{own} or the load cell's zero. If it is"
+        f" the zero: --subtract {pair[1]}={rest:.4g}"
+    )

@@ -1,0 +1,232 @@
+"""Many campaigns diagnosed, each a task of the engine: what is done stays after a kill, and others may help.
+
+A campaign that cannot be used, or whose diagnosis fails in any way, is reported beside the others and stops
+none. What a campaign's documents look like is handed in by the caller: this layer knows nothing of reports.
+"""
+
+import json
+import shlex
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from fitting.data.publish import MARK
+from fitting.data.recordings import Campaign, read_campaign
+from fitting.engine import Scheduler, Store, Task, digest, in_this_process, objects, run_results, unique_names
+from fitting.engine.memory import make_room
+from fitting.inference.results import Result
+from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.saved_models.files import load_model
+from pneusma_jax.errors import InputError
+from pneusma_jax.precision import enable_float64
+
+from .check import with_tables
+from .run import diagnose
+from .verdict.conclusion import Conclusion
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is asked of a campaign: the options of `pneusma diagnose`.
+
+    Attributes:
+        seed: of everything random.
+        tables: names or paths by `alloy` and `material`, in the place of those that recordings name.
+        model: name or path of the model to start from; None for the published one.
+        thorough: fit twice as many candidates.
+        effects: slugs that are asked about.
+    """
+
+    seed: int = 0
+    tables: Mapping[str, str] = field(default_factory=dict)
+    model: str | None = None
+    thorough: bool = False
+    effects: tuple[str, ...] = ()
+
+    def command(self, campaign: str | Path, out: str | Path) -> str:
+        """The command line that asks this of one campaign."""
+        words = ["pneusma", "diagnose", str(campaign), "--out", str(out), "--seed", str(self.seed)]
+        words += [word for key, table in self.tables.items() for word in (f"--{key}", table)]
+        words += (["--model", self.model] if self.model else []) + (["--thorough"] if self.thorough else [])
+        return shlex.join([*words, *(word for slug in self.effects for word in ("--effect", slug))])
+
+    def start(self) -> AugmentedModel | None:
+        """The model to start from.
+
+        Raises:
+            InputError: if there is no such model.
+        """
+        return load_model(self.model) if self.model else None
+
+    def of(self, campaign: Campaign, start: AugmentedModel | None, progress: Progress) -> Conclusion:
+        """The diagnosis; float64 must be on.
+
+        Raises:
+            InputError: for a campaign that cannot be diagnosed, or not so.
+        """
+        given = with_tables(campaign, self.tables)
+        return diagnose(given, self.seed, progress, start, self.thorough, self.effects)
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """One campaign of many.
+
+    Attributes:
+        name: of its folder of results, made unique.
+        path: of the campaign.
+        verdict: the first sentences of its report.
+        notes: what is to be said beside it.
+        documents: content of its files, by file name; empty where there is no diagnosis.
+        problem: why there is none, or why its files could not be written, in a line; empty otherwise.
+    """
+
+    name: str
+    path: Path
+    verdict: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    documents: Mapping[str, bytes] = field(default_factory=dict)
+    problem: str = ""
+
+    @property
+    def done(self) -> bool:
+        """Whether it was diagnosed."""
+        return bool(self.documents)
+
+    @cached_property
+    def content(self) -> dict[str, Any]:
+        """What its `report.json` says; empty where there is no diagnosis."""
+        return json.loads(self.documents[MARK]) if self.done else {}
+
+
+@dataclass(frozen=True)
+class Diagnoses(Result):
+    """Campaigns that were diagnosed.
+
+    Attributes:
+        members: in the order given.
+        seed: of every diagnosis.
+    """
+
+    members: tuple[Diagnosed, ...]
+    seed: int
+
+
+Present = Callable[
+    [Conclusion, str, str, int, AugmentedModel | None], tuple[Sequence[str], Mapping[str, bytes]]
+]
+"""Sentences and documents of a conclusion, from its campaign's title, the command, the seed and the model
+that it started from. A function of a module, so that it can be sent to other processes."""
+
+
+@dataclass(frozen=True)
+class DiagnosisJob:
+    """Diagnoses campaigns by number; small enough to be sent to any worker, who must see the same paths.
+
+    Attributes:
+        names, paths: of the campaigns; out: folder of all results, for the command that a report quotes.
+        asked: of every campaign.
+        present: see `Present`.
+    """
+
+    names: tuple[str, ...]
+    paths: tuple[Path, ...]
+    out: Path
+    asked: Asked
+    present: Present
+
+    def __call__(self, number: int) -> bytes:
+        """The diagnosed campaign as bytes."""
+        return objects.dump(self.member(number, lambda _: None))
+
+    def member(self, number: int, progress: Progress) -> Diagnosed:
+        """The diagnosed campaign; every error becomes its problem."""
+        enable_float64()
+        make_room()
+        name, path = self.names[number], self.paths[number]
+        try:
+            campaign, start = read_campaign(path), self.asked.start()
+            conclusion = self.asked.of(campaign, start, progress)
+            command = self.asked.command(path, self.out / name)
+            verdict, documents = self.present(conclusion, campaign.title, command, self.asked.seed, start)
+        except Exception as error:  # noqa: BLE001  one bad campaign never stops the others
+            return Diagnosed(name, path, problem=_line(error))
+        notes = tuple(campaign.notices + conclusion.notes)
+        return Diagnosed(name, path, tuple(verdict), notes, dict(documents))
+
+    def tasks(self) -> list[Task]:
+        """A file for each campaign, named by its content, by what is asked, and by the program's version."""
+        beside = [Path(x) for x in (self.asked.model, *self.asked.tables.values()) if x and Path(x).is_file()]
+        names = []
+        for name, path in zip(self.names, self.paths, strict=True):
+            asked = replace(self.asked, tables=dict(sorted(self.asked.tables.items())))
+            names.append(f"{name}-{digest([path, *beside], asked)}.diagnosis")
+        return [Task(name) for name in names]
+
+
+def diagnose_batch(
+    job: DiagnosisJob,
+    store: Store,
+    scheduler: Scheduler = in_this_process,
+    finished: Callable[[Diagnosed], None] = lambda _: None,
+    kept: Callable[[Diagnosed], None] | None = None,
+    progress: Progress = lambda _: None,
+) -> Diagnoses:
+    """Diagnose campaigns; those in the store are taken from it, and those that failed are tried again.
+
+    Args:
+        job: what is asked of which campaigns.
+        store: keeps what was diagnosed.
+        scheduler: where campaigns are diagnosed.
+        finished: called with each campaign as it is done, such as to write its files.
+        kept: called in place of `finished` with campaigns that come from the store.
+        progress: called with a word for each step of each diagnosis that runs in this process.
+
+    Raises:
+        InputError: if none could be diagnosed; names the first reason.
+    """
+
+    def here(number: int) -> tuple[Diagnosed, bytes]:
+        member = job.member(number, lambda word: progress(f"{job.names[number]}: {word}"))
+        return member, objects.dump(member)
+
+    def was_there(number: int, member: Diagnosed) -> Diagnosed:
+        own = replace(member, name=job.names[number], path=job.paths[number])
+        return _told_of(kept or finished, own)
+
+    def is_done(number: int, member: Diagnosed) -> Diagnosed:
+        told = _told_of(finished, member)
+        progress(f"{job.names[number]} done")
+        return told
+
+    members = run_results(
+        job, job.tasks(), store, scheduler, here, was_there, is_done, lambda member: member.done
+    )
+    if not any(member.done for member in members):
+        raise InputError(
+            f"none of {len(members)} campaigns could be diagnosed; {members[0].path}: {members[0].problem}"
+        )
+    return Diagnoses(tuple(members), job.asked.seed)
+
+
+def job_of(campaigns: Sequence[str | Path], out: str | Path, asked: Asked, present: Present) -> DiagnosisJob:
+    """The job for campaigns: folders of recordings, or single CSVs."""
+    paths = tuple(Path(path) for path in campaigns)
+    return DiagnosisJob(tuple(unique_names(paths)), paths, Path(out), asked, present)
+
+
+def _told_of(told: Callable[[Diagnosed], None], member: Diagnosed) -> Diagnosed:
+    try:
+        told(member)
+    except Exception as error:  # noqa: BLE001  what cannot be written of one stops no other
+        return replace(member, problem=f"its files could not be written: {_line(error)}")
+    return member
+
+
+def _line(error: Exception) -> str:
+    words = " ".join(str(error).split()) or type(error).__name__
+    return words if isinstance(error, InputError) else f"{type(error).__name__}: {words}"

@@ -1,0 +1,58 @@
+"""Sentences and tables of closed loops."""
+
+import numpy as np
+
+from fitting.control.loop import Run
+from fitting.control.sweep import HOLD, STEP, Case, Sweep
+
+from ..table import Table
+
+SINCE = 10.0
+"""Time from which errors count [s]: five seconds after the step."""
+MEASURES = ("RMSE [1/m]", "settles in [s]", "observer [1/m]")
+
+
+def verdict(result: Sweep) -> list[str]:
+    """Sentences on the largest degradation of the curvature, and on the largest benefit of modelling its
+    cause."""
+    known = [case for case in result.cases if case.known is not None]
+    if len(known) == 1:
+        case = known[0]
+        return [
+            f"With {_named(case)} concealed the curvature errs by {case.without.rmse(SINCE):.2f} 1/m "
+            f"(root mean square); with it in the controller, by {case.known.rmse(SINCE):.2f} 1/m."
+        ]
+    worst = max(known, key=lambda case: case.without.rmse(SINCE))
+    gain = max(known, key=lambda case: case.without.rmse(SINCE) - case.known.rmse(SINCE))
+    return [
+        f"Curvature is spoilt most by {_named(worst)}: {worst.without.rmse(SINCE):.2f} 1/m root mean square.",
+        f"Knowing it gives back most for {_named(gain)}: {gain.known.rmse(SINCE):.2f} instead of "
+        f"{gain.without.rmse(SINCE):.2f} 1/m.",
+    ]
+
+
+def _named(case: Case) -> str:
+    return case.name.replace("_", " ")
+
+
+def case_table(result: Sweep) -> Table:
+    """Table of every case: errors, settling times, and the observer's errors, without and with the effect in
+    the model."""
+    rows = [[_named(case), *_measures(case.without), *_measures(case.known)] for case in result.cases]
+    header = ["concealed", *MEASURES, *(f"told: {measure}" for measure in MEASURES)]
+    note = (
+        f"Errors are root mean squares from {SINCE:g} s on. Settled is within 5 % of the step's height. "
+        "The observer's error is that of its curvature."
+    )
+    return Table(header, rows, note)
+
+
+def _measures(run: Run | None) -> list[str]:
+    if run is None:
+        return [""] * len(MEASURES)
+    settling = run.settling(STEP, HOLD)
+    return [
+        f"{run.rmse(SINCE):.2f}",
+        f"{settling:.2f}" if np.isfinite(settling) else "does not",
+        f"{run.rmse(SINCE, observer=True):.2f}",
+    ]

@@ -1,0 +1,118 @@
+"""The report of many diagnoses: a table of verdicts, the frequency of each physics, and failed cases."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from fitting.data.csv_text import csv_rows
+from fitting.diagnose.batch import Diagnosed, Diagnoses
+from fitting.diagnose.verdict.conclusion import Conclusion
+from fitting.specimens.saved_models import AugmentedModel
+
+from .. import render
+from ..cells import joined, number
+from ..report import Points, Report, Section
+from ..table import Table
+from .report import report_of as diagnosis_report
+from .tables import words_of
+
+SCHEMA = "pneusma-diagnosis-batch/1"
+
+
+def present(
+    conclusion: Conclusion, title: str, command: str, seed: int, start: AugmentedModel | None
+) -> tuple[Sequence[str], Mapping[str, bytes]]:
+    """Sentences and documents of one diagnosis, in the form of `fitting.diagnose.batch.Present`."""
+    report = diagnosis_report(conclusion, title, command, seed, start)
+    documents = render.documents(report).items()
+    whole = {name: body.encode() if isinstance(body, str) else body for name, body in documents}
+    return list(report.verdict), whole
+
+
+def verdict(result: Diagnoses) -> list[str]:
+    """The few most important sentences."""
+    done = [member for member in result.members if member.done]
+    wrong = [member for member in done if member.content["verdict"] == "mismatch"]
+    said = [
+        f"{len(done)} of {len(result.members)} campaigns were diagnosed; the model leaves physics out in "
+        f"{len(wrong)} of them."
+    ]
+    counts = Counter(_effects(member)[0]["name"] for member in wrong if _effects(member))
+    if counts:
+        names = [f"{words_of(slug)} ({count})" for slug, count in counts.most_common()]
+        said.append(f"Named first: {joined(names)}.")
+    said += [f"{m.name} was not diagnosed: {m.problem}." for m in result.members if not m.done]
+    return said + [f"{member.name}: {member.problem}." for member in done if member.problem]
+
+
+def _effects(member: Diagnosed) -> list[dict[str, Any]]:
+    return member.content.get("effects", [])
+
+
+def _row(member: Diagnosed) -> list[str]:
+    if not member.done:
+        return [member.name, "failed", "", "", ""]
+    names = [f"{words_of(effect['name'])} {effect['probability']:.2f}" for effect in _effects(member)]
+    fit = member.content["fit"]
+    before, after = (fit[when]["reduced_chi2"] for when in ("before", "after"))
+    return [member.name, member.content["verdict"], ", ".join(names), number(before), number(after)]
+
+
+HEADER = ("campaign", "verdict", "effects and their probabilities", "base model", "with effects")
+NOTE = (
+    "The last columns are reduced chi-squares on recordings that were not fitted, or on all where none was "
+    "held out. Each campaign has a folder of its own with its report."
+)
+
+
+def _csv(result: Diagnoses) -> str:
+    header = [
+        "campaign",
+        "path",
+        "verdict",
+        "effect",
+        "probability",
+        "chi2_base",
+        "chi2_with_effects",
+        "problem",
+    ]
+    rows = []
+    for member in result.members:
+        fit = member.content.get("fit", {})
+        scores = [fit[when]["reduced_chi2"] if fit else None for when in ("before", "after")]
+        outcome = member.content.get("verdict", "failed")
+        for effect in _effects(member) or [{"name": "", "probability": None}]:
+            of = [effect["name"], effect["probability"]]
+            rows.append([member.name, str(member.path), outcome, *of, *scores, member.problem])
+    return csv_rows(header, rows)
+
+
+def _content(result: Diagnoses) -> dict[str, Any]:
+    members = [
+        {
+            "name": member.name,
+            "path": str(member.path),
+            "verdict": member.content.get("verdict"),
+            "effects": [{key: e[key] for key in ("name", "probability")} for e in _effects(member)],
+            "problem": member.problem or None,
+        }
+        for member in result.members
+    ]
+    return {"schema": SCHEMA, "verdict": verdict(result), "seed": result.seed, "campaigns": members}
+
+
+def report_of(result: Diagnoses) -> Report:
+    """The report of the campaigns together."""
+    notes = [f"{member.name}: {note}." for member in result.members for note in member.notes]
+    return Report(
+        title=f"{len(result.members)} diagnoses",
+        subtitle="Does the published model explain these campaigns?",
+        verdict=verdict(result),
+        sections=[
+            Section("Campaigns", [Table(HEADER, [_row(member) for member in result.members], NOTE)]),
+            Section("Notes", [Points(notes)]),
+        ],
+        footer=f"pneusma diagnose, seed {result.seed}",
+        content=lambda: _content(result),
+        files=lambda: {"campaigns.csv": _csv(result)},
+    )

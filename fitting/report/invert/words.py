@@ -1,0 +1,129 @@
+"""Sentences and tables of inversions, trajectories and passages."""
+
+import numpy as np
+
+from fitting.invert.goals import GOALS
+from fitting.invert.lumen import Passage
+from fitting.invert.run import Inversion, spring_name
+from fitting.invert.trajectory import Trajectory
+from pneusma_jax.units import from_si, unit_of_column
+
+from ..cells import joined, number
+from ..table import Table
+
+SHOWN = 20
+"""Maximum number of targets in a table; `targets.csv` has all."""
+COLD = 1.0 - 1e-6
+"""Minimum martensite fraction of a spring that is called cold [1]; beyond it a table shows 1.000."""
+
+
+def unit_of(column: str) -> str:
+    """Unit of a column of targets. A direction is a pure number."""
+    return "1" if column.startswith("direction") else unit_of_column(column)[1]
+
+
+def _goals(result: Inversion) -> str:
+    return joined([name.replace("_", " ") for name in result.goals])
+
+
+def subtitle(result: Inversion) -> str:
+    """Subtitle: targets and actuator."""
+    count = result.met.size
+    return f"Drives for {count} target{'s' * (count != 1)} of {_goals(result)}"
+
+
+def verdict(result: Inversion) -> list[str]:
+    """Sentence on the number of targets that are met; for a single one, on its errors."""
+    met, count = int(result.met.sum()), result.met.size
+    if count > 1:
+        return [f"{met} of {count} targets are met."]
+    drives = f"Drives: {drive_words(result, 0)}."
+    if met:
+        return ["The target is met.", drives]
+    return [f"The target is out of reach: missed are {missed_words(result, 0)}.", drives,
+            f"This is the nearest. It is held by: {result.held[0]}."]  # fmt: skip
+
+
+def missed_words(result: Inversion, k: int) -> str:
+    """Distances from the goals of a target, in words."""
+    found = []
+    for name, miss in result.misses.items():
+        if name == "direction":  # the miss is the chord between two unit vectors
+            value, unit = np.degrees(2.0 * np.arcsin(min(0.5 * miss[k], 1.0))), "deg"
+        else:
+            unit = unit_of(GOALS[name].columns[0])
+            value = from_si(miss[k], unit)
+        found.append(f"{name.replace('_', ' ')} by {value:.3g} {unit.replace('1pm', '1/m')}")
+    return joined(found)
+
+
+def drive_words(result: Inversion, k: int) -> str:
+    """Drives of one target, in words."""
+    springs = heated_words(result, result.fractions[k])
+    pressure = f"{from_si(result.pressure[k], 'kPa'):.3f} kPa"
+    return f"{pressure}, {springs or 'all springs cold'}" if result.springs else pressure
+
+
+def heated_words(result: Inversion, fractions: np.ndarray) -> str:
+    """Martensite fractions of the springs that are not cold, in words."""
+    pairs = [f"xi0_{result.spring_name(j)} {x:.3f}" for j, x in enumerate(fractions) if x < COLD]
+    return ", ".join(pairs)
+
+
+def target_table(result: Inversion, time: np.ndarray | None = None) -> Table:
+    """Table of every target with its drives and its result."""
+    clock = [] if time is None else ["time [s]"]
+    rows = []
+    for k in range(min(result.met.size, SHOWN)):
+        outcome = "met" if result.met[k] else f"misses {missed_words(result, k)}"
+        at = [] if time is None else [number(time[k])]
+        pressure, springs = f"{from_si(result.pressure[k], 'kPa'):.3f}", result.fractions[k]
+        rows.append([str(k + 1), *at, pressure, heated_words(result, springs), outcome, result.held[k]])
+    more = result.met.size - SHOWN
+    note = f"{more} more are in targets.csv." if more > 0 else ""
+    header = ["target", *clock, "pressure [kPa]", "heated springs", "result", "held by"]
+    return Table(header, rows, note)
+
+
+def spring_table(result: Inversion) -> Table:
+    """Table of the resistance and the current that hold every heated spring."""
+    rows = []
+    for k in range(min(result.met.size, SHOWN)):
+        for j, fraction in enumerate(result.fractions[k]):
+            if fraction < COLD:
+                electrical = (result.resistances[k, j], result.currents[k, j])
+                rows.append([str(k + 1), result.spring_name(j), *(number(x, ".4g") for x in electrical)])
+    header = ["target", "spring", "resistance [ohm]", "current [A]"]
+    return Table(header, rows, "The current holds the spring's temperature in still air of 22 degC.")
+
+
+def way_table(result: Inversion) -> Table:
+    """Table of other solutions for each target."""
+    rows = [
+        [str(k + 1), f"{from_si(drives[0], 'kPa'):.3f}", heated_words(result, drives[1:])]
+        for k, ways in enumerate(result.ways[:SHOWN])
+        for drives in ways
+    ]
+    return Table(["target", "pressure [kPa]", "heated springs"], rows)
+
+
+def agreement(result: Trajectory) -> str:
+    """Sentence on the agreement of the search's model with the exact history."""
+    return f"The exact history agrees with the search to {result.disagreement:.2g} of a goal's size."
+
+
+def passage_verdict(result: Passage) -> list[str]:
+    """Sentence on the passage of a chain through a lumen, and on its drives."""
+    gap = from_si(result.clearance, "mm")
+    fit = (
+        f"passes with {gap:.2f} mm to the wall"
+        if result.passes
+        else f"does not pass: it overlaps the wall by {-gap:.2f} mm"
+    )
+    springs = [f"xi0_{spring_name(result.springs, k)} {x:.3f}" for k, x in enumerate(result.fractions)]
+    pressure = f"{from_si(result.pressure, 'kPa'):.3f} kPa"
+    return [
+        f"{result.lumen.name}, tortuosity {result.lumen.tortuosity:.3f}: the chain {fit}.",
+        f"Its centre line is {from_si(result.offset, 'mm'):.2f} mm from the lumen's (root mean square).",
+        f"Drives: {', '.join([pressure, *springs])}.",
+    ]

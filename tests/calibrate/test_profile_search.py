@@ -1,0 +1,130 @@
+"""Profiles and their intervals on problems whose answer is known: a parabola, a banana, nothing told, a bound."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from fitting.calibrate.profile_likelihood import RISES, WIDTH_90, Profile, lower_end
+from fitting.calibrate.profile_search import MOST, followed
+from fitting.calibrate.quoted import estimate, merely_prior
+from fitting.inference.least_squares.covariance import Uncertainty
+from fitting.inference.parameters import Parameters, Prior
+
+
+class Problem:
+    """Chi-square of x and y, of which y is profiled exactly; the recordings' own part may be less than all."""
+
+    def __init__(self, chi_square, sd=1.0, told=None, low=-50.0, high=50.0, x=0.0, prior=10.0, stuck=lambda x: False):
+        self.chi_square, self.told, self.stuck, self.calls = chi_square, told or chi_square, stuck, 0
+        self.parameters = Parameters()
+        self.parameters.add("x", x, min=low, max=high, prior=Prior(0.0, prior, low, high))
+        self.parameters.add("y", 0.0, prior=Prior(0.0, 10.0))
+        self.parameters["x"].set(standard_error=sd)
+        self.values = {"x": x, "y": 0.0}
+
+    def fit(self, values, pins):
+        self.calls += 1
+        x = pins.get("x", values["x"])
+        y = minimize_scalar(lambda y: self.chi_square(x, y), bracket=(-1.0, 1.0)).x
+        found = self.chi_square(x, y) + (30.0 if self.stuck(x) and pins else 0.0)
+        told = self.told(x, y)
+        return SimpleNamespace(
+            chi_square=found, success=not self.stuck(x), values={"x": x, "y": y}, residual=np.sqrt([max(told, 0.0)])
+        )
+
+    def profile(self, again=None, units=None):
+        sd = self.parameters["x"].standard_error
+        errors = Uncertainty({}, ("x",), np.array([[sd**2]]), np.eye(1), (), 1.0) if sd else Uncertainty.none(["x"])
+        return followed(["x"], self.parameters, self.values, errors, self.fit, again, units)["x"]
+
+
+def test_a_parabola_takes_one_fit_on_each_side():
+    problem = Problem(lambda x, y: 7.0 + (x / 2.0) ** 2 + (y - x) ** 2, sd=2.0)
+    found = problem.profile()
+    assert problem.calls <= 2 + 2 * 2 and not found.curved
+    for percent, rise in RISES.items():
+        np.testing.assert_allclose(found.quoted(percent), np.array([-2.0, 2.0]) * rise**0.5, rtol=1e-6)
+    assert found.brackets() == (True, True)
+
+
+def banana(x, y):
+    """Along y = 1 - exp(-x / 4) nothing but y is measured: towards larger x less and less is told."""
+    return ((1.0 - np.exp(-x / 4.0)) / 0.3) ** 2 + (x / 10.0) ** 2 + (y - x) ** 2
+
+
+@pytest.mark.parametrize("percent", RISES)
+def test_of_a_banana_the_interval_is_the_known_one(percent):
+    """The Gaussian bar is 1.2 to either side; the truth is asymmetric by a factor of eight."""
+    wanted = []
+    grid = np.linspace(-30.0, 45.0, 750001)
+    inside = grid[banana(grid, grid) <= RISES[percent]]
+    wanted = inside.min(), inside.max()
+    problem = Problem(banana, sd=(1.0 / 1.2**2 + 0.01) ** -0.5, told=lambda x, y: banana(x, y) - (x / 10.0) ** 2)
+    found = problem.profile()
+    assert found.curved and problem.calls < 2 * (MOST + 2)
+    np.testing.assert_allclose(found.quoted(percent), wanted, rtol=0.06)
+    if percent == 90:
+        assert found.brackets() == (True, True)
+        quoted = estimate(problem.parameters["x"], found)
+        assert quoted.curved and quoted.sd == pytest.approx(np.ptp(wanted) / 2.0 / WIDTH_90, rel=0.06)
+
+
+def test_a_direction_that_nothing_tells_is_the_prior_and_is_said_to_be():
+    """The Gaussian bar of the fit is a fiftieth of the prior; the recordings tell x + y alone."""
+    problem = Problem(
+        lambda x, y: (x / 10.0) ** 2 + 100.0 * (x + y) ** 2, sd=0.2, told=lambda x, y: 100.0 * (x + y) ** 2
+    )
+    found = problem.profile()
+    np.testing.assert_allclose(found.quoted(90), [-10.0 * WIDTH_90, 10.0 * WIDTH_90], rtol=1e-3)
+    quoted = estimate(problem.parameters["x"], found)
+    assert quoted.told == (False, False) and merely_prior(quoted) and quoted.curved
+    assert quoted.of_prior == pytest.approx(1.0, rel=1e-3) and quoted.sd == pytest.approx(10.0, rel=1e-3)
+
+
+def test_a_constant_that_is_bounded_from_one_side_says_so():
+    """Where x is large the recordings are blind to it; its bound is near."""
+    flat = lambda x, y: (np.exp(-x) - 1.0) ** 2 / 0.25 + (y - x) ** 2  # noqa: E731  ends at 4 for large x
+    problem = Problem(lambda x, y: flat(x, y) * 0.5, sd=0.7, low=-5.0, high=8.0)
+    found = problem.profile()
+    low, high = found.quoted(90)
+    assert low == pytest.approx(-np.log(1.0 + (RISES[90] * 0.5) ** 0.5), rel=0.05) and high == 8.0
+    assert found.brackets() == (True, False)
+    assert found.interval(RISES[90])[1] == np.inf
+
+
+def test_a_constant_at_its_bound_has_a_one_sided_interval():
+    problem = Problem(lambda x, y: (x + 1.0) ** 2 + (y - x) ** 2, sd=None, low=0.0, high=9.0)
+    found = problem.profile()
+    low, high = found.quoted(90)
+    assert low == 0.0 and high == pytest.approx((1.0 + RISES[90]) ** 0.5 - 1.0, rel=0.05)
+    quoted = estimate(problem.parameters["x"], found)
+    assert quoted.at_bound and quoted.interval[90] == (low, high) and quoted.told == (False, True)
+
+
+def test_noise_that_lasts_widens_the_interval():
+    problem = Problem(lambda x, y: x**2 + (y - x) ** 2)
+    np.testing.assert_allclose(problem.profile(units={"x": 4.0}).quoted(90), [-2.0 * WIDTH_90, 2.0 * WIDTH_90], rtol=1e-6)
+
+
+def test_where_a_fit_gets_stuck_it_is_tried_again_and_an_upper_limit_counts_for_less():
+    stuck = Problem(lambda x, y: x**2 + (y - x) ** 2, stuck=lambda x: x > 0.0)
+    freed = Problem(lambda x, y: x**2 + (y - x) ** 2)
+    np.testing.assert_allclose(stuck.profile(again=freed.fit).quoted(90), [-WIDTH_90, WIDTH_90], rtol=0.05)
+
+
+def test_a_lower_minimum_is_reported_with_its_place():
+    problem = Problem(lambda x, y: min(x**2, (x - 3.0) ** 2 - 5.0) + (y - x) ** 2)
+    found = problem.profile()
+    name, place = lower_end({"x": found})
+    assert name == "x" and place["x"] > 1.0
+
+
+def test_other_fits_that_are_as_good_belong_to_the_interval():
+    value = np.array([-2.0, 0.0, 2.0])
+    alone = Profile("x", value, value**2, np.zeros(3, bool), 1.0, bounds=(-20.0, 20.0))
+    both = alone.joined([(6.0, 1.0), (-9.0, 50.0)])
+    low, high = both.quoted(90)
+    assert low == pytest.approx(-WIDTH_90) and 6.0 < high < 8.0
+    assert alone.joined([(6.0, 50.0)]) is alone

@@ -1,0 +1,97 @@
+"""Reports of drives, closed loops and filters: what is met, missed and lost is said; all files appear."""
+
+import json
+
+import numpy as np
+import pytest
+
+from fitting.control.loop import Run
+from fitting.control.sweep import Case, Sweep, usual_loop
+from fitting.invert.run import Inversion
+from fitting.invert.trajectory import Trajectory
+from fitting.report.results import save, text
+from fitting.wiring import Bounds, Springs, choose_filters
+
+
+def inversion(values):
+    """Curvatures wanted to be 10 and 60, of an actuator with two springs."""
+    values, wanted = np.array(values)[:, None], np.array([[10.0], [60.0]])
+    missed = np.abs(values - wanted)[:, 0]
+    fractions, electrical = np.array([[1.0, 0.5], [1.0, 0.1]]), np.array([[3.6, 3.3], [3.6, 3.1]])
+    way = np.array([[40e3, 0.9, 0.4]])
+    return Inversion(
+        "pneusma2", ("curvature",), wanted, ((1, 1), (1, 2)), np.array([30e3, 50e3]), fractions, electrical,
+        0.1 * electrical, values, {"curvature": missed}, missed < 0.1,
+        ("", "xi0_2 at its lowest, 0.1"), (way, way[:0]),
+    )  # fmt: skip
+
+
+def test_drives_say_what_is_met_and_what_holds_the_rest(tmp_path):
+    result = inversion([10.0, 58.5])
+    said = text(result)
+    assert result.verdict == ["1 of 2 targets are met."]
+    words = [" ".join(line.split()) for line in said.splitlines()]
+    assert "1 30.000 xi0_2 0.500 met" in words
+    assert "2 50.000 xi0_2 0.100 misses curvature by 1.5 1/m xi0_2 at its lowest, 0.1" in words
+    assert "1 40.000 xi0_1 0.900, xi0_2 0.400" in words  # the other way
+    files = {path.name for path in save(result, tmp_path / "out")}
+    assert files == {"report.html", "report.json", "targets.csv", "targets.png"}
+    found = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert (found["schema"], found["met"], found["goals"]) == ("pneusma-inversion/1", 1, ["curvature"])
+    header = (tmp_path / "out" / "targets.csv").read_text().splitlines()[0]
+    assert header.startswith("wanted_curvature_1pm,model_curvature_1pm,pressure_kPa,xi0_1")
+
+
+def test_a_trajectory_warns_first_of_what_cannot_be_undone(tmp_path):
+    course = Trajectory(
+        inversion([10.0, 58.5]), np.array([0.0, 20.0]), np.array([[1.0, 0.5], [1.0, 0.1]]),
+        np.array([True, True]), 1e-8,
+    )  # fmt: skip
+    said = " ".join(text(course).split())
+    assert said.index("Warnings") < said.index("Targets") and "From 20 s on, 1 targets need" in said
+    assert "only stretching the spring again brings it back" in said
+    save(course, tmp_path / "out")
+    assert "time_s" in (tmp_path / "out" / "targets.csv").read_text()
+
+
+@pytest.fixture(scope="module")
+def sweep():
+    loop = usual_loop()
+
+    def run(error):
+        rows = (len(loop.time), 2)
+        return Run(loop.time, loop.wanted, loop.wanted + error, loop.wanted, loop.wanted, np.zeros(rows),
+                   np.ones(rows), np.ones(rows), np.ones(rows[0], bool))  # fmt: skip
+
+    cases = (Case("no mismatch", run(0.1), None), Case("series_resistance", run(3.0), run(0.5)),
+             Case("wrap_friction", run(2.0), run(1.0)))  # fmt: skip
+    return Sweep("pneusma2", loop, cases)
+
+
+def test_a_sweep_names_what_spoils_most(sweep, tmp_path):
+    assert sweep.verdict == [
+        "Curvature is spoilt most by series resistance: 3.00 1/m root mean square.",
+        "Knowing it gives back most for series resistance: 0.50 instead of 3.00 1/m.",
+    ]
+    assert "does not" in text(sweep) and "SIMULATED" in text(sweep)
+    files = {path.name for path in save(sweep, tmp_path / "out")}
+    assert files == {"report.html", "report.json", "control.csv", "rmse.png", "course.png", "step.png"}
+    cases = json.loads((tmp_path / "out" / "report.json").read_text())["cases"]
+    assert cases[0]["known"] is None and cases[1]["known"]["rmse_1pm"] == pytest.approx(0.5)
+
+
+def test_one_plant_alone_is_compared_with_itself(sweep):
+    alone = Sweep("pneusma2", sweep.loop, sweep.cases[1:2])
+    assert alone.verdict == [
+        "With series resistance concealed the curvature errs by 3.00 1/m (root mean square); with it in the "
+        "controller, by 0.50 1/m."
+    ]
+
+
+def test_filters_say_how_much_one_spring_heats_another(tmp_path):
+    result = choose_filters(Springs(3.9, 6e-8), Bounds(10e3, 100e3, (10e-6, 1e-3)), 3)
+    assert result.verdict[0].startswith("3 springs on one pair of wires; worst crosstalk:")
+    files = {path.name for path in save(result, tmp_path / "out")}
+    assert files == {"report.html", "report.json", "wiring.png"}
+    content = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert np.shape(content["crosstalk_matrix"]) == (3, 3) and content["crosstalk"] == result.crosstalk
