@@ -55,7 +55,7 @@ def test_a_name_that_leaves_more_than_noise_is_not_trusted():
     first = verdict_sentences(conclusion)[0]
     assert "a reduced chi-square of" in first and "where pressure above" in first
     said = content(conclusion)["left"]
-    assert said["reduced_chi2"] > 5.0 and said["regime"]["p_value"] < 0.01 and said["recordings"] == "fit"
+    assert said["reduced_chi2"] > 5.0 and said["regime"]["p_value"] < 0.01 and said["recordings"] == "fitted"
 
 
 def test_a_name_that_explains_everything_is_trusted():
@@ -74,7 +74,7 @@ def test_what_validation_recordings_keep_counts_as_well():
     y[4:] += 5.0 * np.sin(0.6 * np.arange(y.shape[1]))
     program, base = base_fit(world.program(y))
     found = left_of(program, base)
-    assert found.held_out and found.reduced_chi2 > 8.0 and "recordings kept for validation" in found.text
+    assert found.held_out and found.reduced_chi2 > 8.0 and "recordings that were not fitted" in found.text
 
 
 def test_a_small_imperfection_of_a_right_form_leaves_its_name_trusted():
@@ -84,3 +84,14 @@ def test_a_small_imperfection_of_a_right_form_leaves_its_name_trusted():
     truth = World(world.base, world.effects | {CONSTANT: wrong})
     conclusion = conclude(explain(world.program(truth.truth(rng, **{CONSTANT: 4.0})), np.random.default_rng(1)))
     assert conclusion.found[0].slug == CONSTANT and conclusion.left is None
+
+
+def test_what_open_numbers_leave_is_said_and_speaks_against_no_name():
+    """A score that predictions with their uncertainty do not have: the first sentence says so."""
+    rng = np.random.default_rng(7)
+    world = fast(effects=(CONSTANT,))
+    program, base = base_fit(world.program(world.truth(rng)))
+    assert left_of(program, base, score=1.5) is None
+    found = left_of(program, base, score=28.0)
+    assert found.open and found.trusted and found.reduced_chi2 == 28.0
+    assert "28 is left in recordings that were not fitted" in found.text and "uncertainty" in found.text

@@ -105,7 +105,8 @@ def conclude(explanation: Explanation) -> Conclusion:
             found.append(_left_over(explanation, unknown, last, found, rival, lost))
         found.sort(key=lambda f: -f.probability)
     names = any(f.slug != UNMODELLED for f in found)
-    left = left_of(program, explanation.final if names else explanation.base, rest) if mismatch else None
+    shown = explanation.final if names else explanation.base
+    left = left_of(program, shown, rest, after.reduced_chi2) if mismatch else None
     return Conclusion(
         explanation,
         mismatch,

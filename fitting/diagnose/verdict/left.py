@@ -25,6 +25,7 @@ class Left:
         held_out: whether it is that of validation recordings.
         names: effects that leave it.
         regime: where most of it is; None where no regime is confirmed.
+        open: whether the uncertainty of fitted numbers explains it: `reduced_chi2` is then not predictive.
     """
 
     reduced_chi2: float
@@ -32,30 +33,36 @@ class Left:
     held_out: bool
     names: tuple[str, ...]
     regime: Regime | None
+    open: bool = False
 
     @property
     def trusted(self) -> bool:
-        """Whether it is so little that the form of a right effect may have left it."""
-        return self.reduced_chi2 - self.noise <= VERDICT.clearly_left
+        """Whether it is so little that the form of a right effect, or an open number, may have left it."""
+        return self.open or self.reduced_chi2 - self.noise <= VERDICT.clearly_left
 
     @property
     def text(self) -> str:
         """How much, and where, as a part of a sentence."""
-        among = "recordings kept for validation" if self.held_out else "fitted recordings"
+        among = "recordings that were not fitted" if self.held_out else "fitted recordings"
         noise = f"noise leaves {self.noise:.2g}"
         text = f"a reduced chi-square of {self.reduced_chi2:.3g} is left in {among} ({noise})"
+        if self.open:
+            return f"{text}, which the uncertainty of fitted numbers explains"
         if self.regime is None:
             return text
         return f"{text}, {100.0 * self.regime.share:.0f} % of it where {self.regime.text}"
 
 
-def left_of(program: Program, fit: Fit, rest: Discrepancy | None = None) -> Left | None:
+def left_of(
+    program: Program, fit: Fit, rest: Discrepancy | None = None, score: float | None = None
+) -> Left | None:
     """What a model leaves, a saved discrepancy beside it; None where that is about noise.
 
     Args:
         program: of the campaign.
         fit: model.
         rest: saved discrepancy.
+        score: reduced chi-square of values that were not fitted, by predictions without their uncertainty.
     """
     if rest is not None:
         fit = replace(fit, evaluation=rest.shown(fit.evaluation))
@@ -65,6 +72,8 @@ def left_of(program: Program, fit: Fit, rest: Discrepancy | None = None) -> Left
     ]
     square, noise, mask = max(excess, key=lambda one: one[0] - one[1])
     if square - noise <= VERDICT.minimum_over:
-        return None
+        if score is None or score - noise <= VERDICT.clearly_left:
+            return None
+        return Left(float(score), float(noise), True, fit.slugs, None, open=True)
     held_out = bool(not np.any(mask & program.fitted))
     return Left(float(square), float(noise), held_out, fit.slugs, regime_of(program, fit, mask))

@@ -122,7 +122,8 @@ def _left(conclusion: Conclusion) -> dict | None:
     return {
         "reduced_chi2": _finite(left.reduced_chi2),
         "noise": _finite(left.noise),
-        "recordings": "validation" if left.held_out else "fit",
+        "recordings": "not fitted" if left.held_out else "fitted",
+        "explained_by_uncertainty": left.open,
         "names": list(left.names),
         "regime": None if regime is None else vars(regime),
     }
