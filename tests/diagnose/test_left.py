@@ -25,7 +25,7 @@ def judged(rng, where=None, size=3.0, rows=160, recordings=4):
 
 def test_a_regime_is_found_in_one_half_and_confirmed_in_the_other():
     program, base = judged(np.random.default_rng(1), lambda pressure: pressure > 800.0)
-    found = regime_of(program, base, program.fitted)
+    found = regime_of(program, base)
     assert found.text.startswith("pressure above") and found.p_value < 1e-3
     assert found.share > 0.8 and found.rows < 0.7
     assert float(found.text.split()[-1]) == pytest.approx(800.0, abs=250.0)
@@ -34,12 +34,12 @@ def test_a_regime_is_found_in_one_half_and_confirmed_in_the_other():
 def test_a_branch_is_a_regime():
     rng = np.random.default_rng(2)
     program, base = judged(rng, lambda pressure: np.gradient(pressure, axis=1) < 0.0)
-    found = regime_of(program, base, program.fitted)
+    found = regime_of(program, base)
     assert found.text in ("pressure is falling", f"time above {found.text.split()[-1]}") and found.share > 0.8
 
 
 def test_noise_has_a_regime_no_more_often_than_the_level_of_the_test():
-    found = [regime_of(program, base, program.fitted) for program, base in (judged(np.random.default_rng(k), rows=80) for k in range(40))]
+    found = [regime_of(program, base) for program, base in (judged(np.random.default_rng(k), rows=80) for k in range(40))]
     assert sum(one is not None for one in found) <= 2  # three of forty are as rare as one in a hundred
 
 

@@ -76,4 +76,4 @@ def left_of(
             return None
         return Left(float(score), float(noise), True, fit.slugs, None, open=True)
     held_out = bool(not np.any(mask & program.fitted))
-    return Left(float(square), float(noise), held_out, fit.slugs, regime_of(program, fit, mask))
+    return Left(float(square), float(noise), held_out, fit.slugs, regime_of(program, fit))

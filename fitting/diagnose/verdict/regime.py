@@ -1,15 +1,15 @@
 """The regime in which a model leaves more than noise: rows with a driver beyond a limit, or on one branch.
 
 It is found on one half of the rows and confirmed on the other. The halves are alternate stretches of every
-recording, so neighbouring rows are in the same one. The test is Fisher's, which is exact. It asks whether
-stretches of large misfit lie inside the regime more often than by chance.
+recording, so neighbouring rows are in the same one. The test is the exact one of Mann and Whitney. It asks
+whether stretches inside the regime have larger misfit than those outside, by their ranks.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import fisher_exact
+from scipy.stats import mannwhitneyu
 
 from ..evaluate.program import Program
 from ..fit.refit import Fit
@@ -52,31 +52,26 @@ class _Stretches:
     texts: list[str]
 
 
-def regime_of(program: Program, fit: Fit, chosen: np.ndarray) -> Regime | None:
-    """The regime that holds most of the misfit of a model; None where no one is confirmed.
-
-    Args:
-        program: of the campaign.
-        fit: model.
-        chosen: mask of the recordings that count.
-    """
-    found = _stretches(program, fit, chosen)
+def regime_of(program: Program, fit: Fit) -> Regime | None:
+    """The regime of largest misfit of a model, over all recordings; None where no one is confirmed."""
+    found = _stretches(program, fit)
     if len(found.square) < 2 or not found.texts:
         return None
-    halves = [slice(0, None, 2), slice(1, None, 2)]
-    square, inside = found.square[halves[0]], found.inside[halves[0]]
-    lead = [_share(square, own) - own.mean() if own.any() else -1.0 for own in inside.T]
-    best = int(np.argmax(lead))
-    square, inside = found.square[halves[1]], found.inside[halves[1], best]
-    large = square > np.median(square)
-    table = [
-        [np.sum(large & inside), np.sum(large & ~inside)],
-        [np.sum(~large & inside), np.sum(~large & ~inside)],
-    ]
-    p_value = float(fisher_exact(table, alternative="greater").pvalue)
+    half, other = slice(0, None, 2), slice(1, None, 2)
+    chances = [_chance(found.square[half], own, "asymptotic") for own in found.inside[half].T]
+    best = int(np.argmin(chances))
+    square, inside = found.square[other], found.inside[other, best]
+    p_value = _chance(square, inside, "exact")
     if p_value > SCORE_TEST.level:
         return None
     return Regime(found.texts[best], _share(square, inside), float(inside.mean()), p_value)
+
+
+def _chance(square: np.ndarray, inside: np.ndarray, method: str) -> float:
+    """P-value of larger squares inside than outside; 1 where all are on one side."""
+    if inside.all() or not inside.any():
+        return 1.0
+    return float(mannwhitneyu(square[inside], square[~inside], alternative="greater", method=method).pvalue)
 
 
 def _share(square: np.ndarray, inside: np.ndarray) -> float:
@@ -85,11 +80,11 @@ def _share(square: np.ndarray, inside: np.ndarray) -> float:
     return float(beyond[inside].sum() / max(beyond.sum(), 1e-12))
 
 
-def _stretches(program: Program, fit: Fit, chosen: np.ndarray) -> _Stretches:
+def _stretches(program: Program, fit: Fit) -> _Stretches:
     """Every recording in stretches, with the regimes that their rows are in."""
     drivers, squares, members, texts = drivers_of(program, fit), [], [], []
-    regimes = list(_regimes(drivers, chosen))
-    for k in np.flatnonzero(chosen):
+    regimes = [*_regimes(drivers), *_recordings(program)]
+    for k in range(len(program.channels)):
         row_squares, first = np.zeros(program.stacked.mask.shape[1]), 0
         counts = np.zeros_like(row_squares)
         for channel in program.channels[k]:
@@ -107,21 +102,29 @@ def _stretches(program: Program, fit: Fit, chosen: np.ndarray) -> _Stretches:
     return _Stretches(np.array(squares), np.array(members, bool).reshape(len(squares), len(texts)), texts)
 
 
-def _regimes(drivers: dict[str, np.ndarray], chosen: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
+def _regimes(drivers: dict[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray]]:
     """Names of regimes and the rows that are in them, (recordings, rows)."""
     for name, values in drivers.items():
         values, words = np.nan_to_num(values), name.replace("_", " ")
-        own = values[chosen]
-        if np.ptp(own) <= 1e-9 * max(np.max(np.abs(own)), 1e-300):
+        if np.ptp(values) <= 1e-9 * max(np.max(np.abs(values)), 1e-300):
             continue
         for q in PLACE.quantiles:
-            limit = float(np.quantile(own, q))
+            limit = float(np.quantile(values, q))
             yield f"{words} above {limit:.3g}", values > limit
             yield f"{words} below {limit:.3g}", values < limit
         if name != "time":
             change = np.gradient(_smooth(values), axis=1)
             yield f"{words} is rising", change > 0.0
             yield f"{words} is falling", change < 0.0
+
+
+def _recordings(program: Program) -> Iterator[tuple[str, np.ndarray]]:
+    """Single recordings as regimes."""
+    shape = len(program.recordings), program.stacked.mask.shape[1]
+    for k, recording in enumerate(program.recordings):
+        inside = np.zeros(shape, bool)
+        inside[k] = True
+        yield f"the recording is {recording.name}", inside
 
 
 def _smooth(values: np.ndarray) -> np.ndarray:
