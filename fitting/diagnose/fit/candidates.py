@@ -149,10 +149,10 @@ def fitted_sets(
     jobs = [
         (slugs, start, OPTIMISER.final_steps) for slugs in kept for start in (best[slugs], starts[slugs][1])
     ]
-    if not program.hidden:
-        for slugs in kept:
-            added = [slug for slug in slugs if slug not in current.slugs]
-            elsewhere = _reshaped(program.unknowns, added, best[slugs].u)
+    for slugs in kept if not program.hidden else ():
+        added = [slug for slug in slugs if slug not in current.slugs]
+        if len(added) == 1:  # effects of larger sets were tried at other shapes alone
+            elsewhere = _reshaped(program.unknowns, added[0], best[slugs].u)
             jobs += [(slugs, start, OPTIMISER.final_steps) for start in elsewhere]
     for slugs, fit in run_parallel(fitted, jobs):
         if fit.objective < best[slugs].objective:
@@ -203,10 +203,9 @@ def starts_of(unknowns: Unknowns, added: Sequence[str], at: np.ndarray) -> tuple
     return first, nominal
 
 
-def _reshaped(unknowns: Unknowns, added: Sequence[str], best: np.ndarray) -> list[np.ndarray]:
-    """The best fit of a set so far with the shapes of added effects elsewhere, at typical strengths."""
-    shapes = np.concatenate([unknowns.shapes(slug) for slug in added]).astype(int)
-    own, found = np.concatenate([unknowns.amplitudes(slug) for slug in added]).astype(int), []
+def _reshaped(unknowns: Unknowns, slug: str, best: np.ndarray) -> list[np.ndarray]:
+    """The best fit of a candidate so far with its shapes elsewhere, at typical strength."""
+    shapes, own, found = unknowns.shapes(slug), unknowns.amplitudes(slug), []
     for share in CANDIDATES.other_shapes if shapes.size else ():
         u = best.copy()
         u[shapes] = [unknowns.items[k].at_share(share) for k in shapes]

@@ -129,19 +129,20 @@ class SetSearch:
     def _proposals(self, program: Program, pool: Pool, size: int) -> list[Proposal]:
         """Sets of a size that promise most: from Gram matrices about the base, and beside the sets before."""
         refitter, most = Refitter(program), self.effort * SEARCH.beam
-        parents = pool.of_size(size - 1)[: most // 2]
+        parents = pool.of_size(size - 1)[: most // size]
         self.progress(f"screening every set of {size} effects")
         jobs = zip(parents, self.rng.spawn(len(parents)), strict=True)
         extended = run_parallel(lambda job: self._extended(program, refitter, *job), jobs)
         lists = [sorted((p for found in extended for p in found), key=lambda p: p[0])]
-        lists += [self._from_gram(program, refitter, pool.base, at, size, most) for at in (False, True)]
+        points = (False, True) if size == 2 else (False,)
+        lists += [self._from_gram(program, refitter, pool.base, at, size, most) for at in points]
         chosen: dict[frozenset, Proposal] = {}
         known = {frozenset(fit.slugs) for fit in pool.of_size(size)}
         for row in zip_longest(*lists):
             for one in row:
                 if one is not None and frozenset(one[1].slugs) not in known:
                     chosen.setdefault(frozenset(one[1].slugs), one[1])
-        return list(chosen.values())[:most]
+        return list(chosen.values())[: 2 * most // size]
 
     def _extended(
         self, program: Program, refitter: Refitter, fit: Fit, rng: np.random.Generator
