@@ -1,5 +1,7 @@
 """What names clearly leave: how much and in which regime is the first sentence, and then no name is to be trusted."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from linear_world import CONSTANT, DELAY, World, fast, smooth, tubes
@@ -7,7 +9,7 @@ from linear_world import CONSTANT, DELAY, World, fast, smooth, tubes
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.verdict.conclude import conclude
-from fitting.diagnose.verdict.left import left_of
+from fitting.diagnose.verdict.left import Left, left_of
 from fitting.diagnose.verdict.regime import regime_of
 from fitting.diagnose.verdict.text import verdict_sentences
 from fitting.report.diagnosis.payload import content
@@ -84,6 +86,17 @@ def test_a_small_imperfection_of_a_right_form_leaves_its_name_trusted():
     truth = World(world.base, world.effects | {CONSTANT: wrong})
     conclusion = conclude(explain(world.program(truth.truth(rng, **{CONSTANT: 4.0})), np.random.default_rng(1)))
     assert conclusion.found[0].slug == CONSTANT and conclusion.left is None
+
+
+def test_much_of_a_noise_that_nobody_states_is_said_and_speaks_against_no_name():
+    """Differences of filtered readings make an unstated noise too small."""
+    stated = Left(8.0, 1.0, False, (CONSTANT,), None)
+    assert not stated.trusted and dataclasses.replace(stated, stated=False).trusted
+    world = tubes(effects=(CONSTANT,), stated=False, rows=200)
+    y = world.truth(np.random.default_rng(8)) + 8.0 * np.sin(0.2 * np.arange(200))
+    program, base = base_fit(world.program(y))
+    found = left_of(program, base)
+    assert found.reduced_chi2 > 3.0 + found.noise and found.trusted and not found.stated
 
 
 def test_what_open_numbers_leave_is_said_and_speaks_against_no_name():

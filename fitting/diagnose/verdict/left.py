@@ -26,6 +26,7 @@ class Left:
         names: effects that leave it.
         regime: where most of it is; None where no regime is confirmed.
         open: whether the uncertainty of fitted numbers explains it: `reduced_chi2` is then not predictive.
+        stated: whether the size of the noise is. Otherwise it is a guess, and often too small.
     """
 
     reduced_chi2: float
@@ -34,11 +35,15 @@ class Left:
     names: tuple[str, ...]
     regime: Regime | None
     open: bool = False
+    stated: bool = True
 
     @property
     def trusted(self) -> bool:
-        """Whether it is so little that the form of a right effect, or an open number, may have left it."""
-        return self.open or self.reduced_chi2 - self.noise <= VERDICT.clearly_left
+        """Whether it is so little that the form of a right effect, or an open number, may have left it.
+
+        Much of an unstated noise may be little of the true one.
+        """
+        return self.open or not self.stated or self.reduced_chi2 - self.noise <= VERDICT.clearly_left
 
     @property
     def text(self) -> str:
@@ -76,4 +81,5 @@ def left_of(
             return None
         return Left(float(score), float(noise), True, fit.slugs, None, open=True)
     held_out = bool(not np.any(mask & program.fitted))
-    return Left(float(square), float(noise), held_out, fit.slugs, regime_of(program, fit))
+    regime = regime_of(program, fit)
+    return Left(float(square), float(noise), held_out, fit.slugs, regime, stated=program.noise_stated)
