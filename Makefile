@@ -102,7 +102,7 @@ test: $(READY)
 test-slow: $(READY)
 	OPENBLAS_NUM_THREADS=1 NPROC=1 $(BIN)/python -m pytest -n 2 --dist loadfile
 
-# BENCH=--quick stops at 10^5 rows
+# BENCH=--quick stops at 10^5 rows, BENCH="--quick --most 10000" at 10^4
 .PHONY: bench
 bench: $(READY)
 	$(BIN)/python -m benchmarks.core_speed --out out/bench $(BENCH)

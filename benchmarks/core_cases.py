@@ -8,6 +8,7 @@ Resistances are those that the model has there.
 import argparse
 import dataclasses
 import json
+import os
 import resource
 import statistics
 import subprocess
@@ -352,10 +353,10 @@ def peak_memory() -> float:
 
 
 def seconds(call: Call) -> float:
-    """How long a call takes until its result is there [s]."""
-    began = time.perf_counter()
+    """Time of the processor, of all threads, until a call's result is there [s]."""
+    began = time.process_time()
     wait(call())
-    return time.perf_counter() - began
+    return time.process_time() - began
 
 
 def measured(name: str, data: Rows, sizes: tuple[int, ...], patience: float, longest: float) -> list[dict]:
@@ -465,35 +466,54 @@ def accuracy(data: Rows, rows: int, few: int) -> dict:
 
 EXAMPLE = str(Path(__file__).resolve().parents[1] / "calibration_data" / "examples" / "elastomer")
 COMMANDS = {
+    "import": None,
+    "help": ["--help"],
     "simulate": ["simulate", "--design", "pneusma2", "--pressure-kPa", "30", "--xi0-2", "0.4"],
     "characterise": ["characterise", EXAMPLE, "--out"],
     "posterior": ["posterior", EXAMPLE, "--max-steps", "1000", "--out"],
     "diagnose": ["diagnose", EXAMPLE, "--out"],
 }
-"""Commands that are timed: one state; a fit, a posterior and a diagnosis of the shipped coupons."""
+"""Commands that are timed: importing the package, the list of commands, one state; a fit, a posterior and a
+diagnosis of the shipped coupons."""
+OFTEN = ("import", "help", "simulate")
+"""Commands that are timed more than twice."""
+START = {name: "import os, sys; from fitting.cli import main; sys.exit(main())" for name in COMMANDS} | {
+    "import": "import pneusma_jax"
+}  # fmt: skip
 
 
 def command(tiny: bool = False) -> dict:
-    """Wall-clock times of commands from an empty compilation cache, and again [s].
+    """Times of commands from an empty compilation cache, and again, the median [s]; also of the processor.
+
+    Python keeps its bytecode, as it does where a package is installed.
 
     Args:
-        tiny: only the first of them.
+        tiny: only the first three of them.
     """
-    start = "import os, sys; from fitting.cli import main; sys.exit(main())"
     found = {}
-    for name in list(COMMANDS)[: 1 if tiny else None]:
-        times = []
+    for name in list(COMMANDS)[: 3 if tiny else None]:
         with tempfile.TemporaryDirectory() as folder:
-            for turn in range(3 if name == "simulate" else 2):
-                given = COMMANDS[name] + [f"{folder}/out_{turn}"] * (COMMANDS[name][-1] == "--out")
-                began = time.perf_counter()
-                subprocess.run(
-                    ["env", f"PNEUSMA_CACHE={folder}/cache", sys.executable, "-c", start, *given],
-                    check=True, capture_output=True,
-                )  # fmt: skip
-                times.append(time.perf_counter() - began)
-        found[name] = dict(cold_s=times[0], again_s=min(times[1:]))
+            _run(name, folder, "bytecode", cache="off")
+            times = [_run(name, folder, turn) for turn in range(6 if name in OFTEN else 2)]
+        (cold, cold_own), again = times[0], [statistics.median(x) for x in zip(*times[1:], strict=True)]
+        found[name] = dict(
+            cold_s=cold, cold_processor_s=cold_own, again_s=again[0], again_processor_s=again[1]
+        )
     return found
+
+
+def _run(name: str, folder: str, turn: object, cache: str = "") -> tuple[float, float]:
+    """Wall-clock and processor time of a command in a process of its own [s]."""
+    given = COMMANDS[name] or []
+    given = given + [f"{folder}/out_{turn}"] * (given[-1:] == ["--out"])
+    variables = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+    variables |= {"PNEUSMA_CACHE": cache or f"{folder}/cache", "PYTHONPYCACHEPREFIX": f"{folder}/bytecode"}
+    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    called = [sys.executable, "-c", START[name], *given]
+    subprocess.run(called, check=True, capture_output=True, env=variables)
+    spent = time.perf_counter() - began
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return spent, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def main() -> None:

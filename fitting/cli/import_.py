@@ -96,7 +96,7 @@ def import_command(
     are to be looked at. Nothing is written with --preview, nor if any file cannot be used, nor if an option
     is of use for nothing.
     """
-    from fitting.data.importers import FORMATS, import_files, make_options, raw_files
+    from fitting.data.importers import FORMATS, import_files, left_in_folders, make_options, raw_files
     from fitting.data.importers.preview import describe
 
     if list_formats:
@@ -114,6 +114,8 @@ def import_command(
         click.echo(describe(recording) + "\n")
     for file in aside:
         click.echo(f"left aside: {file} holds no table of numbers")
+    for line in left_in_folders(sources):
+        click.echo(f"check: left aside: {line}")
     if preview:
         click.echo("nothing written (--preview)")
         return

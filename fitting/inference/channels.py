@@ -99,8 +99,8 @@ def channel_weight(
 def correlation_by_lags(values: np.ndarray) -> float:
     """Correlation of neighbouring errors from second differences alone, independent of their size.
 
-    For first-order noise on a smooth trend their variance at lag k is `sigma^2 (6 - 8 r^k + 2 r^2k)`, here
-    for one and two samples. The ratio grows with r, from 1 to 2.
+    For first-order noise on a smooth trend their variance at lag k is `sigma^2 (6 - 8 r^k + 2 r^2k)`. The
+    ratio of lag two to lag one grows with r, from 1 to 2.
 
     Args:
         values: samples in their order, shape (n,).

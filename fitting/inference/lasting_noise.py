@@ -1,12 +1,13 @@
-"""Instruments whose zero is off or wanders: how far, by what a fit leaves, and what that does to its errors.
+"""Random effects of instruments: an offset and a drift of a zero, estimated from a fit's residuals, and their
+effect on its standard errors.
 
-Beside white noise each recording may carry a constant zero and a random walk from its start. Their sizes are
-found by the marginal likelihood of the linearised fit (restricted maximum likelihood, D. A. Harville, J. Am.
-Stat. Assoc. 72 (1977) 320). It knows that the fit has taken up a part of them. Where the fit itself goes on
-as if noise were white, the covariance of what it finds is the sandwich A^-1 (J' V J + P) A^-1.
+Besides white noise each recording may have a constant offset of its zero and a random walk from its start.
+Their sizes follow from the marginal likelihood of the linearised fit (restricted maximum likelihood, D. A.
+Harville, J. Am. Stat. Assoc. 72 (1977) 320). It accounts for the part that the fit has absorbed. The fit
+itself treats the noise as white. So the covariance of its parameters is the sandwich A^-1 (J' V J + P) A^-1.
 
-The sizes are not known exactly either: the covariance is averaged over a grid of them, each as probable as
-the data make it.
+The sizes are uncertain, too. The covariance is averaged over a grid of them, weighted by their probability
+given the data.
 """
 
 from collections.abc import Sequence
@@ -17,29 +18,29 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 BINS = 32
-"""Blocks of rows that a recording is averaged to, at most: what lasts is slow."""
+"""Maximum number of blocks of rows that a recording is averaged to; drifts are slow."""
 DRIFTS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
-"""Standard deviations of a wandering zero at the end of a recording, in units of the noise."""
+"""Candidate standard deviations of a drift at the end of a recording, in units of the noise."""
 OFFSETS = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
-"""Standard deviations of a constant zero, in units of the noise."""
+"""Candidate standard deviations of a constant offset, in units of the noise."""
 SCALES = (0.5, 0.71, 1.0, 1.41, 2.0, 2.8)
-"""Factors on the white noise, which may be stated wrongly."""
+"""Candidate factors on the white noise, which may be stated wrongly."""
 STEADY = 0.5
-"""Probability before a look at the data that a zero does not wander, and the same that it is not off."""
+"""Prior probability of a zero without drift, and of one without offset."""
 LEAST = 1e-4
-"""Weight of a place of the grid below which it is left out."""
+"""Minimum weight of a grid point that is kept."""
 
 
 @dataclass(frozen=True)
 class Series:
-    """What a fit leaves of one output of one recording, rows in the order of time.
+    """Residuals of a fit for one output of one recording, rows in the order of time.
 
     Attributes:
-        time: of each row that counts, ascending, shape (rows,).
-        misfit: over the noise, shape (rows,).
-        slopes: its derivatives by every free parameter, shape (rows, parameters).
-        output: outputs of one name share an instrument.
-        count: readings that a row stands for.
+        time: time of each row that counts, ascending, shape (rows,).
+        misfit: residual over the noise, shape (rows,).
+        slopes: derivatives of the residual by every free parameter, shape (rows, parameters).
+        output: name of the output; outputs of one name share an instrument.
+        count: number of readings averaged in a row.
     """
 
     time: np.ndarray
@@ -51,12 +52,12 @@ class Series:
 
 @dataclass(frozen=True)
 class Lasting:
-    """How far zeros are off, and what it does to errors.
+    """Estimated offsets and drifts of zeros, and their effect on standard errors.
 
     Attributes:
-        variance: of every parameter over that of the fit, 1 or more, shape (parameters,).
-        drift, offset: standard deviation in units of the noise by output, the mean over what is probable.
-        held: what the doubt about constants that are held adds to `variance`, shape (parameters,).
+        variance: ratio of every parameter's variance to that of the fit, 1 or more, shape (parameters,).
+        drift, offset: posterior mean of the standard deviation by output, in units of the noise.
+        held: contribution of uncertain held constants to `variance`, shape (parameters,).
     """
 
     variance: np.ndarray
@@ -68,13 +69,13 @@ class Lasting:
 def lasting(
     series: Sequence[Series], precision: np.ndarray, pull: np.ndarray, inflation: float = 1.0
 ) -> Lasting:
-    """What zeros that are off or wander do to the errors of a fit.
+    """Effect of offsets and drifts of zeros on the standard errors of a fit.
 
     Args:
-        series: of all fitted recordings.
-        precision: of the priors, shape (parameters,).
-        pull: how far each parameter stands from its prior's mean, shape (parameters,).
-        inflation: factor on the noise that the errors of the fit have already.
+        series: residuals of all fitted recordings.
+        precision: precision of the priors, shape (parameters,).
+        pull: distance of each parameter from its prior's mean, shape (parameters,).
+        inflation: factor on the noise that the fit's standard errors contain already.
     """
     binned = [_binned(one) for one in series if len(one.misfit) > 2]
     information = sum((s.slopes.T @ s.slopes for s in series), np.zeros((len(precision),) * 2)) / inflation**2
@@ -96,7 +97,7 @@ def lasting(
 
 
 def _binned(one: Series) -> Series:
-    """The same in at most `BINS` blocks, each with the noise of a single row."""
+    """The series in at most `BINS` blocks, each with the noise of a single row."""
     edges = np.linspace(0, len(one.misfit), min(BINS, len(one.misfit)) + 1).astype(int)
     size = np.diff(edges)
     total = lambda x: np.add.reduceat(x, edges[:-1], axis=0)  # noqa: E731
@@ -106,7 +107,7 @@ def _binned(one: Series) -> Series:
 
 
 def _slow(one: Series, drift: float, offset: float) -> np.ndarray:
-    """Covariance of a zero that is off and wanders, of blocks, shape (blocks, blocks)."""
+    """Covariance of a zero with offset and drift, between blocks, shape (blocks, blocks)."""
     course = (one.time - one.time[0]) / max(float(np.ptp(one.time)), 1e-12)
     walk = drift**2 * np.minimum.outer(course, course) + offset**2
     return walk * np.sqrt(np.multiply.outer(one.count, one.count))
@@ -115,7 +116,7 @@ def _slow(one: Series, drift: float, offset: float) -> np.ndarray:
 def _probable(
     series: Sequence[Series], precision: np.ndarray, pull: np.ndarray
 ) -> dict[tuple[float, float, float], float]:
-    """Probability of each place of the grid that has any: drift, offset and scale of the noise."""
+    """Posterior probability of each grid point that is kept: drift, offset and scale of the noise."""
     places = list(product(DRIFTS, OFFSETS, SCALES))
     before = [_before(drift, DRIFTS) * _before(offset, OFFSETS) for drift, offset, _ in places]
     logs = np.array([_log_evidence(series, precision, pull, *place) for place in places]) + np.log(before)
@@ -126,7 +127,7 @@ def _probable(
 
 
 def _before(size: float, sizes: Sequence[float]) -> float:
-    """Probability of a size before a look at the data: none, or any order of magnitude alike."""
+    """Prior probability of a size: zero, or any order of magnitude alike."""
     return STEADY if size == 0.0 else (1.0 - STEADY) / (len(sizes) - 1)
 
 
@@ -138,7 +139,7 @@ def _log_evidence(
     offset: float,
     scale: float,
 ) -> float:
-    """Marginal log-likelihood of what a fit leaves, its parameters integrated out with their priors."""
+    """Marginal log-likelihood of a fit's residuals, with its parameters integrated out with their priors."""
     known = precision > 0.0
     normal, target = np.diag(np.where(known, precision, 1e-12)), precision * pull
     square, logs = float(precision @ pull**2), 0.0

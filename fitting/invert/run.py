@@ -22,7 +22,7 @@ from .search import MOST_STEPS, Box, Found, search_all
 
 FIRST_TRY = 25
 """Maximum of steps in the first try: side by side, all wait for the slowest. Of a chain's searches that met
-their target, 84 % had done so by then."""
+their target, three quarters had done so after 19 steps (1,500 of 2,048 searches)."""
 MORE_STARTS = (3, 12)
 """Number of the nearest states that a target is tried from which no start has met so far, all in all."""
 FEW, LOT = 16, 256

@@ -63,11 +63,12 @@ class PlannedTest:
 
 @dataclass(frozen=True)
 class Teller:
-    """A test that tells a constant.
+    """A test that determines a constant.
 
     Attributes:
-        candidate: what is done.
-        left: 1-sigma of the constant after this test alone, in units of the prior's, median over alloys.
+        candidate: test.
+        left: standard deviation of the constant after this test alone, in units of the prior's, median over
+            alloys.
     """
 
     candidate: Candidate
@@ -93,7 +94,7 @@ class Plan(Result):
         wanted: constants that the tests were chosen for.
         noise: standard deviations of force [N] and resistance [ohm].
         misfit: assumed relative error of the law [1].
-        tellers: by constant, the tests that alone tell it best, the best first.
+        tellers: tests that determine each constant best on their own, best first, by constant.
     """
 
     knowledge: Knowledge
@@ -201,19 +202,19 @@ def plan_campaign(
         wanted=tuple(wanted),
         noise=sigma,
         misfit=misfit,
-        tellers=_tellers(table, pool, known.names),
+        tellers=_tellers(table, pool, prior.names),
     )
 
 
 def _tellers(
     table: np.ndarray, pool: Sequence[Candidate], names: Sequence[str]
 ) -> dict[str, tuple[Teller, ...]]:
-    """For every constant the best test of each kind of hold, by what it leaves of the prior alone.
+    """Best test of each kind of hold for every constant, by the remaining standard deviation after it alone.
 
     Args:
         table: information of each test, shape (alloys, tests, repeats, unknowns, unknowns).
-        pool: the tests.
-        names: of the unknowns.
+        pool: candidate tests.
+        names: names of the unknowns.
     """
     alone = np.stack([np.median(expected_sd(table, [k])[-1], axis=0) for k in range(len(pool))])
     found = {}

@@ -108,8 +108,8 @@ def _is_straight(recording: Recording, name: str, means: np.ndarray, piece: np.n
 
     Args:
         recording: original recording.
-        name: of the output.
-        means: of whole blocks, shape (m,).
+        name: name of the output.
+        means: means of whole blocks, shape (m,).
         piece: number of the stretch between turns that each lies in, shape (m,).
         block: number of rows in a mean.
     """

@@ -15,7 +15,13 @@ from .saved_models import AugmentedModel
 from .with_saved_model import Augmented
 
 
-def refitted(augmented: Augmented, campaign: Campaign, parameters: Parameters, source: str) -> AugmentedModel:
+def refitted(
+    augmented: Augmented,
+    campaign: Campaign,
+    parameters: Parameters,
+    source: str,
+    errors: Mapping[str, float] | None = None,
+) -> AugmentedModel:
     """The model with fitted parameters, whose standard errors become priors.
 
     Args:
@@ -23,8 +29,9 @@ def refitted(augmented: Augmented, campaign: Campaign, parameters: Parameters, s
         campaign: recordings that it was fitted to.
         parameters: fitted parameters, SI.
         source: text for the file's field `source`.
+        errors: standard errors that are quoted instead of the fit's, by name, SI.
     """
-    model = augmented.model
+    model, errors = augmented.model, errors or {}
     base = {kind: dict(table) for kind, table in model.base.items()}
     own = {s: {kind: dict(t) for kind, t in tables.items()} for s, tables in model.specimens.items()}
     specimens = list(campaign.specimens())
@@ -39,7 +46,7 @@ def refitted(augmented: Augmented, campaign: Campaign, parameters: Parameters, s
         place = base if specimen is None else own.setdefault(specimen, {})
         table = _table_of(augmented.specimen.tables, stem)
         if table is not None:
-            place.setdefault(table, {})[stem] = _quantity(stem, entry, source)
+            place.setdefault(table, {})[stem] = _quantity(stem, entry, source, errors.get(name))
     pairs = iter(zip(augmented.acting, augmented.names, strict=True))
     added = []
     for one in model.added:
@@ -47,7 +54,7 @@ def refitted(augmented: Augmented, campaign: Campaign, parameters: Parameters, s
             added.append(one)
             continue
         _, names = next(pairs)
-        found = {k: _quantity(k, parameters[n], source) for k, n in names.items()}
+        found = {k: _quantity(k, parameters[n], source, errors.get(n)) for k, n in names.items()}
         added.append(dataclasses.replace(one, parameters={**one.parameters, **found}))
     return dataclasses.replace(
         model, base=base, specimens=own, added=tuple(added), description=source, path=None
@@ -63,8 +70,8 @@ def _table_of(tables: Sequence[str], name: str) -> str | None:
     return next((table for table in tables if name in QUANTITIES[table]), None)
 
 
-def _quantity(name: str, entry: Parameter, source: str) -> Quantity:
-    sd = entry.standard_error
+def _quantity(name: str, entry: Parameter, source: str, error: float | None) -> Quantity:
+    sd = entry.standard_error if error is None else error
     prior = None if not sd or not np.isfinite(sd) else Prior(float(entry.value), float(sd))
     note = "" if entry.free else "; held"
     return Quantity(name, float(entry.value), entry.unit, "fitted", source + note, prior)

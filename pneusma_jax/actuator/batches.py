@@ -18,17 +18,16 @@ from . import Actuator
 from .balance import Problem, measured, start
 from .phase_map import PhaseMap, as_map, grid_points
 from .result import Equilibrium, at_phases_told, equilibrium_of
-from .root_find import FEW_STEPS, LOAD_STEPS, MOST_STEPS, newton
+from .root_find import FEW_STEPS, LOAD_STEPS, MOST_STEPS, Ended, newton_many
 
 BLOCK = 64
-"""Number of rows that are solved side by side. Larger blocks leave the processor's cache, and their rows wait
-for the slowest."""
+"""Number of rows that are computed side by side. Larger blocks leave the processor's cache."""
 CHUNK = 1024
 """Maximum of rows of one call of a compiled program; it bounds the memory."""
-AT_ONCE = 5
+AT_ONCE = 6
 """Maximum of Newton steps of one call of a program. Rows that need more go on in a later call, among
-themselves, so that blocks do not wait for them. From the grid, rows of PneuSMA2 take 3.0 steps on average,
-and 0.3 % take 5 or more."""
+themselves: the last few of a chunk would fill a block each time. From the grid, rows of PneuSMA2 take 3.0
+steps on average, and 0.3 % take 5 or more."""
 WORTHWHILE = 1000
 """Number of rows from which on a grid of starts costs less than the steps that it saves: three a row."""
 
@@ -80,14 +79,15 @@ class Solved(eqx.Module):
 
 
 @eqx.filter_jit
-def _chunk(actuator: Actuator, each: tuple, guess: Array, before: Array, blocks: Array) -> Solved:
-    """The first `blocks` blocks of a chunk of `CHUNK` rows, which made `before` steps already."""
+def _chunk(actuator: Actuator, each: tuple, guess: Array, before: Array, count: Array) -> Solved:
+    """The first `count` of `CHUNK` rows, which made `before` steps already."""
+    usual = start(actuator)
+    usual = jnp.concatenate([usual, jnp.ones(guess.shape[1] - usual.size)])
+    begin = jnp.where(jnp.isnan(guess), usual, guess)
+    ended = newton_many(actuator, each, begin, before, jnp.arange(CHUNK) >= count, BLOCK, AT_ONCE)
 
-    def one(row: tuple, guess: Array, before: Array) -> Solved:
+    def finish(row: tuple, before: Array, ended: Ended) -> Solved:
         problem = Problem(actuator, *row)
-        usual = start(actuator)
-        usual = jnp.concatenate([usual, jnp.ones(guess.size - usual.size)])
-        ended = newton(problem, jnp.where(jnp.isnan(guess), usual, guess), AT_ONCE, before=before)
         steps = before + ended.steps
         told = (1, ended.signs[1] > 0.0) if measured(problem) else at_phases_told(problem, ended)
         result = equilibrium_of(problem, ended.unknowns, steps, *told)
@@ -99,10 +99,10 @@ def _chunk(actuator: Actuator, each: tuple, guess: Array, before: Array, blocks:
 
     def block(k: Array, rows: tuple) -> Solved:
         cut = jax.tree.map(lambda x: jax.lax.dynamic_slice_in_dim(x, k * BLOCK, BLOCK), rows)
-        return jax.vmap(one)(*cut)
+        return jax.vmap(finish)(*cut)
 
     # traced once: for its shapes, and for the loop
-    rows = (each, guess, before)
+    rows = (each, before, ended)
     traced = eqx.filter_closure_convert(block, jnp.asarray(0), rows)
 
     def advance(k: Array, found: Solved) -> Solved:
@@ -110,7 +110,7 @@ def _chunk(actuator: Actuator, each: tuple, guess: Array, before: Array, blocks:
         return jax.tree.map(put, found, traced(k, rows))
 
     blank = jax.tree.map(lambda x: jnp.zeros((CHUNK, *x.shape[1:]), x.dtype), traced.out_struct)
-    return jax.lax.fori_loop(0, blocks, advance, blank)
+    return jax.lax.fori_loop(0, -(-count // BLOCK), advance, blank)
 
 
 def solved_from(rows: Rows, guess: np.ndarray) -> Solved:
@@ -140,7 +140,7 @@ def _in_chunks(rows: Rows, guess: np.ndarray, before: np.ndarray) -> Solved:
     for first in range(0, len(rows), CHUNK):
         size = min(CHUNK, len(rows) - first)
         part = jax.tree.map(lambda x: _padded(x[first : first + size]), (rows.each, guess, before))  # noqa: B023
-        found = _chunk(rows.actuator, *part, np.asarray(-(-size // BLOCK)))
+        found = _chunk(rows.actuator, *part, np.asarray(size))
         found = jax.tree.map(lambda x: np.asarray(x)[:size], found)  # noqa: B023
         if whole is None:
             whole = jax.tree.map(lambda x: np.empty((len(rows), *x.shape[1:]), x.dtype), found)

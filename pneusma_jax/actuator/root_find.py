@@ -13,8 +13,9 @@ from jaxtyping import Array, Bool, Float
 
 from ..nitinol.spring import MartensiteFraction
 from ..numerics.linear import determinant, solve_small
-from ..numerics.newton import BoundedNewton, solve_blocks
+from ..numerics.newton import BoundedNewton, newton_rows, solve_blocks
 from ..numerics.safe import frozen
+from . import Actuator
 from .balance import (
     Problem,
     all_finite,
@@ -27,7 +28,7 @@ from .balance import (
 
 MOST_STEPS = 40
 """Maximum of Newton steps of an attempt. Rows near a fold or a corner need the most."""
-FEW_STEPS = 20
+FEW_STEPS = 12
 """Maximum of Newton steps from one of many starts. Another start finds what takes longer from this one."""
 LOAD_STEPS = 16
 """Number of steps in which pressure, heat and loads are brought on from rest, where Newton fails from the
@@ -94,6 +95,30 @@ def attached(problem: Problem, root: Array) -> Array:
     """The same root, with derivatives by the numbers of the problem: of any order in a plane, else three."""
     problem, root, _ = calm(problem, root)
     return _attached(frozen(root), problem)
+
+
+def newton_many(
+    actuator: Actuator, each: tuple, guess: Array, before: Array, ended: Array, block: int, most_steps: int
+) -> Ended:
+    """`newton` of many rows of one actuator, see `newton_rows`.
+
+    Args:
+        actuator: of all rows.
+        each: pressures, activations and states, arrays of shape (rows, ...).
+        guess: joint unknowns to start from, shape (rows, unknowns).
+        before: number of steps that were made already, shape (rows,).
+        ended: rows that are left alone, shape (rows,).
+        block: number of rows that are computed side by side; the number of rows is a multiple of it.
+        most_steps: of the attempt.
+    """
+    actuator, each, guess = frozen((actuator, each, guess))
+    count = actuator.freedoms
+    missed = lambda y, row: joint_residual(y, Problem(actuator, *row), 1)  # noqa: E731
+    options = {"free": count, "count": before}
+    unknowns, state = newton_rows(missed, each, guess, options, ended, block, most_steps)
+    good = (state.moved <= BoundedNewton().close) & (state.excess < NEARLY)
+    signs = jax.vmap(lambda slope: _signs(slope, count))(state.slope)
+    return Ended(unknowns, state.count - before, good, signs)
 
 
 @eqx.filter_custom_jvp

@@ -84,19 +84,24 @@ def _finished(
 
 
 def _at_phases(actuator: Actuator, each: tuple, common: tuple) -> Ended:
-    """Where Newton's method ends in every row: from the grid, else from rest in steps."""
+    """Where Newton's method ends in every row: from the grid, else from rest in steps.
+
+    An outer loop chooses rows: the grid, then all, then those that failed at a share of their load. An inner
+    one solves them block by block. So Newton's method is compiled once, and rows are put in order only a few
+    times.
+    """
     size, every, points = len(each[0]), each, None
     if size >= WORTHWHILE and all(isinstance(a, MartensiteFraction | Temperature) for a in each[1]):
         low, high, points = grid_points(each[0], len(actuator.springs))
         every = _after_grid(actuator, each, common, points)
     first = 0 if points is None else len(points)
     total, width = first + size, min(BLOCK, size)
-    last_of_grid, last = -(-first // width), -(-first // width) - (-size // width)
+    places = -(-total // width) * width
     trial = start(actuator)
-    possible = jnp.arange(total) >= first
-    possible &= jax.vmap(lambda row: all_finite(Problem(actuator, *row)))(every)
+    row = jnp.arange(total) >= first
+    possible = jax.vmap(lambda row: all_finite(Problem(actuator, *row)))(every)
 
-    def starts(which: Array, known: Array) -> Array:
+    def from_grid(which: Array, known: Ended) -> Array:
         if points is None:
             return jnp.broadcast_to(trial, (width, trial.size))
         springs = len(actuator.springs)
@@ -107,39 +112,56 @@ def _at_phases(actuator: Actuator, each: tuple, common: tuple) -> Ended:
                        if springs else jnp.zeros((0, width))).T  # fmt: skip
 
     def advance(carry: tuple) -> tuple:
-        k, stage, known, left = carry
-        on_grid, apart = k < last_of_grid, k >= last
-        which = jnp.where(on_grid, k * width, first + (k - last_of_grid) * width) + jnp.arange(width)
-        which = jnp.minimum(which, jnp.where(on_grid, max(first - 1, 0), total - 1))
-        which = jnp.where(apart, jnp.argsort(~left, stable=True)[:width], which)
-        begin = jnp.where(on_grid | (apart & (stage == 1)), trial, starts(which, known))
-        begin = jnp.where(apart & (stage > 1), known.unknowns[which], begin)
-        share = jnp.where(apart, stage / LOAD_STEPS, 1.0)
+        stage, known = carry
+        step = stage - _ROWS
+        share = jnp.where(step > 0, step / LOAD_STEPS, 1.0)
+        chosen = jnp.where(stage == _GRID, ~row, row & possible & ((stage == _ROWS) | ~known.good))
+        if points is None:
+            chosen &= row
+        order = jnp.argsort(~chosen, stable=True)
+        order = jnp.concatenate([order, jnp.broadcast_to(order[-1], places - total)])
 
         def one(row: tuple, begin: Array) -> Ended:
             problem = Problem(actuator, *row)
             return newton(loaded_by(share, at_rest(problem), problem), begin)
 
-        found = jax.vmap(one)(jax.tree.map(lambda x: x[which], every), begin)
-        ended = apart & (stage == LOAD_STEPS)
-        # brought on in steps, a row goes on from where it last balanced
-        kept = jnp.where((apart & ~found.good)[:, None], begin, found.unknowns)
-        taken = ~apart | left[which]
-        found = Ended(kept, known.steps[which] * apart + found.steps, found.good, found.signs)
-        put = lambda whole, part: whole.at[which].set(  # noqa: E731
-            jnp.where(taken.reshape(-1, *[1] * (part.ndim - 1)), part, whole[which])
-        )
-        known = jax.tree.map(put, known, found)
-        left = jnp.where(apart, left.at[which].set(left[which] & ~ended), possible & ~known.good)
-        return jnp.where(apart, k, k + 1), jnp.where(apart & ~ended, stage + 1, 1), known, left
+        def block(k: Array, found: Ended) -> Ended:
+            which = jax.lax.dynamic_slice_in_dim(order, k * width, width)
+            begin = jnp.where(step > 1, known.unknowns[which], trial)
+            begin = jnp.where(stage == _ROWS, from_grid(which, known), begin)
+            ended = jax.vmap(one)(jax.tree.map(lambda x: x[which], every), begin)
+            # brought on in steps, a row goes on from where it last balanced
+            kept = jnp.where(((step > 0) & ~ended.good)[:, None], begin, ended.unknowns)
+            ended = Ended(kept, ended.steps, ended.good, ended.signs)
+            put = lambda all_rows, some: jax.lax.dynamic_update_slice_in_dim(all_rows, some, k * width, 0)  # noqa: E731
+            return jax.tree.map(put, found, ended)
+
+        blank = jax.tree.map(lambda x: jnp.zeros((places, *x.shape[1:]), x.dtype), known)
+        found = jax.lax.fori_loop(0, -(-jnp.sum(chosen) // width), block, blank)
+        found = jax.tree.map(lambda x: x[jnp.argsort(order[:total])], found)
+        # a row counts as solved only under all of its load
+        found = eqx.tree_at(
+            lambda f: (f.steps, f.good), found,
+            (known.steps * (step > 0) + found.steps, found.good & ((step <= 0) | (step == LOAD_STEPS))),
+        )  # fmt: skip
+        taken = lambda new, old: jnp.where(chosen.reshape(-1, *[1] * (old.ndim - 1)), new, old)  # noqa: E731
+        return stage + 1, jax.tree.map(taken, found, known)
+
+    def unfinished(carry: tuple) -> Array:
+        stage, known = carry
+        return (stage <= _ROWS) | ((stage <= _ROWS + LOAD_STEPS) & jnp.any(row & possible & ~known.good))
 
     none = Ended(
         jnp.broadcast_to(trial, (total, trial.size)), jnp.zeros(total, int), jnp.zeros(total, bool),
         jnp.zeros((total, 2)),
     )  # fmt: skip
-    begun = (jnp.asarray(0), jnp.asarray(1), none, jnp.zeros(total, bool))
-    known = jax.lax.while_loop(lambda c: (c[0] < last) | jnp.any(c[3]), advance, begun)[2]
+    begun = jnp.asarray(_ROWS if points is None else _GRID), none
+    known = jax.lax.while_loop(unfinished, advance, begun)[1]
     return jax.tree.map(lambda x: x[first:], known)
+
+
+_GRID, _ROWS = 0, 1
+"""Stages of the outer loop; those after the second are steps of load."""
 
 
 def _after_grid(actuator: Actuator, each: tuple, common: tuple, points: Array) -> tuple:

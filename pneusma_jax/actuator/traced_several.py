@@ -170,7 +170,9 @@ class _Search:
         steps = jnp.arange(self.width)
         point = jnp.minimum(loop.block * self.width + steps, len(self.points) - 1)
         block = jnp.clip((loop.block - self.grid_blocks) * self.width + steps, 0, self.rows - 1)
-        order = jnp.argsort(~loop.doubtful, stable=True)
+        # all rows are put in order only where the pass asks for it
+        first = lambda doubtful: jnp.argsort(~doubtful, stable=True)  # noqa: E731
+        order = jax.lax.cond(several, first, lambda _: jnp.arange(self.rows), loop.doubtful)
         some = order[np.minimum(np.arange(self.together), self.rows - 1)]
         attempts = some[np.minimum(np.arange(self.width) // MOST_CELLS, self.together - 1)]
         row = jnp.where(ahead, block, jnp.where(several, attempts, jnp.argmax(loop.open)))

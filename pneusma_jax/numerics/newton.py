@@ -7,7 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import optimistix as optx
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from .linear import solve_small
 
@@ -94,6 +94,61 @@ class BoundedNewton(optx.AbstractRootFinder):
     ) -> tuple[Array, Any, dict]:
         """Nothing more to do."""
         return y, aux, {"excess": state.excess, "slope": state.slope}
+
+
+def newton_rows(
+    function: Callable, rows: PyTree, begin: Float[Array, "rows n"], options: dict, ended: Array, block: int,
+    most: int,
+) -> tuple[Array, _State]:
+    """Steps of `BoundedNewton` for many systems, `block` of them side by side. No derivatives.
+
+    After every round of steps, systems that ended are put behind those that did not. So none waits for a
+    slower one, and a round costs what its systems cost.
+
+    Args:
+        function: of the unknowns and a row.
+        rows: of each system, arrays of shape (rows, ...).
+        begin: unknowns to start from; the number of rows is a multiple of `block`.
+        options: see `BoundedNewton`; `options["count"]` of shape (rows,).
+        ended: systems that are left alone, shape (rows,).
+        block: number of systems that are computed side by side.
+        most: maximum of steps.
+
+    Returns:
+        Unknowns, and the state of the method: see `excess`, `slope` and `count` there; `moved` is infinite
+        before the first step.
+    """
+    solver, size = BoundedNewton(), len(begin)
+    free = {"free": options["free"]}
+
+    def step(row: PyTree, y: Array, state: _State, ended: Array) -> tuple:
+        evaluated = lambda y, _: (function(y, row), None)  # noqa: E731
+        after, now, _ = solver.step(evaluated, y, None, free, state, frozenset())
+        over, _ = solver.terminate(evaluated, after, None, free, now, frozenset())
+        kept = jax.tree.map(lambda old, new: jnp.where(ended, old, new), (y, state), (after, now))
+        return *kept, ended | over
+
+    def advance(carry: tuple) -> tuple:
+        count, place, rows, *moving = carry
+
+        def part(k: Array, moving: list) -> list:
+            cut = lambda x: jax.lax.dynamic_slice_in_dim(x, k * block, block)  # noqa: E731
+            put = lambda x, new: jax.lax.dynamic_update_slice_in_dim(x, new, k * block, 0)  # noqa: E731
+            found = jax.vmap(step)(*jax.tree.map(cut, (rows, *moving)))
+            return jax.tree.map(put, moving, list(found))
+
+        moving = jax.lax.fori_loop(0, -(-jnp.sum(~moving[-1]) // block), part, moving)
+        order = jnp.argsort(moving[-1], stable=True)
+        return count + 1, *jax.tree.map(lambda x: x[order], (place, rows, *moving))
+
+    state = jax.vmap(lambda y, count: solver.init(None, y, None, {"count": count}, None, None, None))(
+        begin, options["count"]
+    )
+    begun = (jnp.asarray(0), jnp.arange(size), rows, begin, state, ended)
+    unfinished = lambda carry: (carry[0] < most) & ~jnp.all(carry[-1])  # noqa: E731
+    _, place, _, unknowns, state, _ = jax.lax.while_loop(unfinished, advance, begun)
+    back = jnp.argsort(place)
+    return jax.tree.map(lambda x: x[back], (unknowns, state))
 
 
 def solve_blocks(

@@ -178,10 +178,42 @@ class Section(eqx.Module):
             Force [N] and both first moments of the stress `integral sigma (x, y) dA` [N m], shape (2,).
         """
         direction = jnp.asarray(direction)
-        rule = self.rule(direction, _places_of(law.cuts, strain, gradient, self.radius))
-        sigma = _stress(law, strain + gradient * rule.s)
-        moment_n, moment_t = (rule.area * rule.s) @ sigma, rule.first @ sigma
-        return rule.area @ sigma, moment_n * direction + moment_t * across(direction)
+        force, moment_n, moment_t = _in_plane(self, law, strain, gradient, direction)
+        return force, moment_n * direction + moment_t * across(direction)
+
+
+def _sums(
+    section: Section, law: Callable[[Array], Array], strain: Array, gradient: Array, direction: Array
+) -> tuple[Array, Array, Array]:
+    """Force [N] of the wall, and its moments along a direction and across it [N m]."""
+    rule = section.rule(direction, _places_of(law.cuts, strain, gradient, section.radius))
+    sigma = _stress(law, strain + gradient * rule.s)
+    return rule.area @ sigma, (rule.area * rule.s) @ sigma, rule.first @ sigma
+
+
+@eqx.filter_custom_jvp
+def _in_plane(
+    section: Section, law: Callable[[Array], Array], strain: Array, gradient: Array, direction: Array
+) -> tuple[Array, Array, Array]:
+    """`_sums`, whose stiffness is integrated once for all directions of a derivative."""
+    return _sums(section, law, strain, gradient, direction)
+
+
+@_in_plane.def_jvp
+def _in_plane_jvp(primals: tuple, tangents: tuple) -> tuple[tuple, tuple]:
+    """Tangent by the stiffness of the wall; of the sums themselves where numbers of section or law vary."""
+    section, law, strain, gradient, direction = primals
+    by_section, by_law, by_strain, by_gradient, _ = tangents
+    if jax.tree.leaves((by_section, by_law)):  # None is no leaf
+        return eqx.filter_jvp(lambda *given: _sums(*given, direction), primals[:4], tangents[:4])
+    rule = section.rule(direction, _places_of(law.cuts, strain, gradient, section.radius))
+    sigma, slope = _slope(law, strain + gradient * rule.s)
+    weights = (rule.area, rule.area * rule.s, rule.first)
+    tangent = [jnp.zeros_like(strain)] * 3
+    for weight, by in ((1.0, by_strain), (rule.s, by_gradient)):
+        if by is not None:
+            tangent = [t + ((w * weight) @ slope) * by for t, w in zip(tangent, weights, strict=True)]
+    return tuple(w @ sigma for w in weights), tuple(tangent)
 
 
 @eqx.filter_custom_jvp

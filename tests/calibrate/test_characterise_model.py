@@ -71,7 +71,8 @@ def test_an_effects_parameters_come_out_again(fit):
         ("mullins_softening_depth", DEPTH), ("mullins_softening_scale", SCALE), ("silicone_stiffness", FACTOR)
     ):  # fmt: skip
         found = fit.parameters[name]
-        assert found.unit == "1" and 0.0 < found.sd < 0.1 * truth, name
+        # errors allow for an offset and a drift of the instrument's zero: a fifth more than white noise here
+        assert found.unit == "1" and 0.0 < found.sd < 0.12 * truth, name
         assert abs(found.value - truth) < 3.5 * found.sd, name
     assert 0.8 < fit.fit.reduced_chi_square < 1.3 and fit.fit.inflation == 1.0
     held_out = [score for score in fit.scores if score.role == "validation"]

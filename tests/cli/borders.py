@@ -1,8 +1,13 @@
-"""Ink that touches the border of a picture: text or a line that was cut off."""
+"""Faults of pictures: ink that touches a border, text beyond it, axes without a unit."""
 
+import re
 from pathlib import Path
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.legend import Legend
+from matplotlib.text import Text
 from PIL import Image
 
 INK = 40
@@ -26,3 +31,40 @@ def cut_pictures(folder: Path) -> dict[str, list[str]]:
     """Pictures below a folder that are cut at a border, with the borders."""
     found = {str(file.relative_to(folder)): cut_at(file) for file in sorted(folder.rglob("*.png"))}
     return {name: borders for name, borders in found.items() if borders}
+
+
+UNIT = re.compile(r"\[[^\]]+\]( |$)")
+"""A unit in brackets at the end of a label, or before a remark."""
+WITHOUT_UNIT = re.compile(r"^(step|draws of|heated segment|selected segment|input or group|iteration)\b")
+"""Labels of counts and of names."""
+
+
+def faults(figure: Figure) -> list[str]:
+    """Labels without a unit in brackets, and texts or legends that reach beyond the picture."""
+    canvas, frame, found = FigureCanvasAgg(figure), figure.bbox.padded(1.0), []
+    canvas.draw()
+    renderer, ticks = canvas.get_renderer(), {id(label) for label in _ticks(figure)}
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            label = axis.get_label().get_text().replace("\n", " ").strip()
+            if label and not UNIT.search(label) and not WITHOUT_UNIT.match(label):
+                found.append(f"no unit: {label}")
+    for artist in figure.findobj(lambda artist: isinstance(artist, Text | Legend)):
+        if isinstance(artist, Text) and not artist.get_text().strip():
+            continue
+        if not artist.get_visible() or (artist.axes is not None and not artist.axes.get_visible()):
+            continue
+        if id(artist) in ticks:
+            continue
+        box = artist.get_window_extent(renderer)
+        if not (frame.contains(box.x0, box.y0) and frame.contains(box.x1, box.y1)):
+            words = artist.get_text() if isinstance(artist, Text) else "legend"
+            found.append(f"beyond the picture: {words!r}")
+    return found
+
+
+def _ticks(figure: Figure) -> list[Text]:
+    """Texts of ticks: those outside an axis's range are kept and not drawn, so only ink tells of them."""
+    axes = [axis for one in figure.axes for axis in (one.xaxis, one.yaxis)]
+    ticks = [tick for axis in axes for tick in (*axis.majorTicks, *axis.minorTicks)]
+    return [label for tick in ticks for label in (tick.label1, tick.label2)]

@@ -1,11 +1,12 @@
 """Every command has an example in docs/commands.md, every example runs as it is printed, no figure is cut."""
 
+import io
 import re
 import shlex
 from pathlib import Path
 
 import pytest
-from borders import cut_at, cut_pictures
+from borders import cut_at, cut_pictures, faults
 from matplotlib.figure import Figure
 
 from fitting.cli import COMMANDS
@@ -51,13 +52,30 @@ def test_the_short_examples_run(run, tmp_path, monkeypatch):
     assert (tmp_path / "my_import" / "RAW.csv").exists()
 
 
+@pytest.fixture
+def pictured(monkeypatch) -> dict[str, list[str]]:
+    """Faults of every figure that is saved from here on, by the caller's file and number."""
+    found: dict[str, list[str]] = {}
+    save = Figure.savefig
+
+    def saved(figure, *arguments, **options):
+        save(figure, *arguments, **options)
+        title = figure.get_suptitle() or next((axes.get_title("left") or axes.get_title() for axes in figure.axes), "")
+        found[f"{len(found) + 1}: {title}"] = faults(figure)
+
+    monkeypatch.setattr(Figure, "savefig", saved)
+    return found
+
+
 @pytest.mark.slow
-def test_all_examples_run(run, tmp_path, monkeypatch):
+def test_all_examples_run(run, tmp_path, monkeypatch, pictured):
     monkeypatch.chdir(tmp_path)
     run_all(run, [command for command, _ in examples()])
+    run_all(run, ["pneusma effects mullins_softening --plot --out out/effect"])
     pictures = list(tmp_path.rglob("*.png"))
-    assert len(pictures) > 15
+    assert len(pictures) > 15 and len(pictured) > 15
     assert not cut_pictures(tmp_path)
+    assert not {name: said for name, said in pictured.items() if said}
 
 
 @pytest.mark.parametrize(("place", "borders"), [(0.5, []), (1.0, ["right"]), (0.0, ["left"])])
@@ -68,8 +86,16 @@ def test_text_that_is_cut_at_a_border_is_seen(tmp_path, place, borders):
     assert cut_at(tmp_path / "a.png") == borders
 
 
-@pytest.mark.slow
-def test_the_figure_of_an_effect_is_not_cut(run, tmp_path):
-    result = run("effects", "mullins_softening", "--plot", "--out", tmp_path / "out")
-    assert result.exit_code == 0, result.stderr
-    assert list((tmp_path / "out").glob("*.png")) and not cut_pictures(tmp_path)
+def test_a_label_without_a_unit_and_a_legend_beyond_the_picture_are_seen():
+    figure = Figure(figsize=(3, 2), layout="constrained")
+    axes = figure.subplots()
+    axes.plot([0.0, 1.0], label="a line")
+    axes.set(xlabel="time (s)", ylabel="stress [kPa]")
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    figure.savefig(io.BytesIO())
+    assert faults(figure) == ["no unit: time (s)"]
+    axes.set_xlabel("time [s]")
+    axes.get_legend().set_in_layout(False)
+    axes.legend(loc="center left", bbox_to_anchor=(2.0, 0.5)).set_in_layout(False)
+    figure.savefig(io.BytesIO())
+    assert "beyond the picture: 'legend'" in faults(figure)

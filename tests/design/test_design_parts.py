@@ -8,7 +8,8 @@ from scipy.optimize import minimize, rosen, rosen_der
 from scipy.stats import beta
 
 from fitting.design.lockstep import run_together
-from fitting.design.log import Log
+from fitting.design.log import Evaluation, Log
+from fitting.design.optimise import Problem, optimise
 from fitting.design.pareto import hypervolume, not_dominated
 from fitting.design.space import Space
 from fitting.design.study import Bound, Free
@@ -110,3 +111,24 @@ def test_the_log_drops_a_line_that_was_cut_short_and_refuses_another_study(tmp_p
     assert np.isnan(one.values[1]) and not one.finite
     with pytest.raises(InputError, match="another study"):
         Log(path, "other")
+
+
+@pytest.mark.parametrize(("held", "asked"), [(0.9, 1), (0.4, None)])
+def test_a_search_whose_held_sizes_break_a_limit_ends_after_one_evaluation(held, asked):
+    """Minimise (x - 0.3)^2 with y held; the limit is y <= 0.5, which x does not move."""
+    seen = []
+
+    def evaluate(places):
+        seen.extend(places)
+        return [
+            Evaluation(np.array([x, y]), np.array([(x - 0.3) ** 2, y]), np.array([[2.0 * (x - 0.3), 0.0], [0.0, 1.0]]))
+            for x, y in places
+        ]
+
+    problem = Problem(np.array([1.0, 0.0]), np.array([1]), np.array([0.5]), np.ones(1), held={1: held})
+    (found,) = optimise([problem], [np.array([0.8, 0.0])], evaluate)
+    assert found.kept == (held <= 0.5)
+    if asked:
+        assert len(seen) == asked
+    else:
+        assert found.evaluation.place[0] == pytest.approx(0.3, abs=1e-4) and len(seen) > 1

@@ -97,3 +97,24 @@ def test_dimensions_of_a_spring_go_into_the_sidecar(put, tmp_path):
     assert "no [geometry]" not in result.output
     message = refused(put("pull.csv", raw), "--preview", "--kind", "spring", "--dimension", "wire_diametr_mm=0.3")
     assert "wire_diameter_mm" in message
+
+
+def test_what_a_folder_holds_besides_is_named(tmp_path):
+    """Other endings, old workbooks and folders; a licence and hidden files are no data."""
+    table = "Strain (%),Stress (kPa)\n" + "".join(f"{k},{3 * k}\n" for k in range(9))
+    bench = tmp_path / "bench"
+    (bench / "day two" / "deep").mkdir(parents=True)
+    (bench / "empty").mkdir()
+    for name in ("a.csv", "b.lvm", "day two/c.csv", "day two/deep/d.txt"):
+        (bench / name).write_text(table)
+    for name in ("old.xls", "1.jpg", "2.jpg", "3.jpg", "4.jpg", "log", "LICENSE", ".hidden"):
+        (bench / name).write_text("x")
+    result = run(bench, "--preview")
+    assert result.exit_code == 0
+    left = [line for line in result.output.splitlines() if line.startswith("check: left aside")]
+    assert len(left) == 4
+    assert any("old.xls (a workbook in the format .xls: save it as .xlsx)" in line for line in left)
+    assert any("1.jpg, 2.jpg, 3.jpg, ... (ending .jpg, not looked into" in line for line in left)
+    assert any("day two, a folder with 2 text files or workbooks: name it" in line for line in left)
+    assert any("log (without an ending, not looked into: name the file to try it)" in line for line in left)
+    assert "a: kind" in result.output and "b: kind" in result.output and "c: kind" not in result.output

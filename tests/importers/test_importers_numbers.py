@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from fitting.data.importers import import_file, make_options
-from fitting.data.importers.numerals import clock_seconds, to_number
+from fitting.data.importers.clocks import clock_seconds
+from fitting.data.importers.numerals import to_number
 from fitting.data.importers.spelling import parse_heading, unit_name
 from fitting.data.importers.words import heading_of, meaning
 from pneusma_jax.errors import InputError

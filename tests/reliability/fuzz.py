@@ -2,8 +2,10 @@
 
     python tests/reliability/fuzz.py --count 20000 --seed 1 --out out/fuzz.json
 
-An independent reader of plain CSV and TOML checks every file that is accepted: a number that differs is a silent
-wrong number. A traceback, a reading of more than ten seconds, or more than 4 GiB of memory is a failure, too.
+Kinds: recordings and sidecars, tables of constants and studies, text files and workbooks of laboratories, and the HDF5
+and stored files that commands resume from. An independent reader checks every file that is accepted: a number that
+differs is a silent wrong number. A traceback, a reading of more than ten seconds, more than 4 GiB of memory, or a
+process that dies is a failure, too. Files are read in a process of their own, so that the campaign outlives it.
 """
 
 import argparse
@@ -11,11 +13,16 @@ import csv
 import io
 import json
 import math
+import re
 import resource
+import select
 import signal
+import subprocess
 import sys
 import tempfile
 import traceback
+import zipfile
+import zlib
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -24,6 +31,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from binary_files import binary_mutation, kinds, without_seal  # noqa: E402
 from mutations import DATA, text_mutation, workbook, workbook_mutation  # noqa: E402
 
 from fitting.data.importers import import_tests, make_options  # noqa: E402
@@ -47,6 +55,11 @@ slug = "mullins_softening"
 [effect.parameters]
 depth = {value = 0.21, unit = "1", status = "fitted", source = "a fit"}
 """
+
+
+GOOD = ("accepted", "refused")
+BEGIN_SECONDS = 300
+"""Maximum time between two lines of a process: it starts with sampling a chain, which compiles."""
 
 
 class TooLong(Exception):
@@ -115,18 +128,28 @@ def tables(rng: np.random.Generator, folder: Path) -> tuple[Callable[[], object]
     return lambda: load(folder / "table.toml"), lambda found: ""
 
 
-def raw_files(rng: np.random.Generator, folder: Path) -> tuple[Callable[[], object], Callable[[object], str]]:
-    """A damaged file of a laboratory: text or a workbook."""
-    if rng.random() < 0.15:
-        content, name = workbook(rng), "raw.xlsx"
-        if rng.random() < 0.7:
-            content = workbook_mutation(rng, content)
-    else:
-        head = "Sample: A\nTime (s),Strain (%),Stress (kPa)\n"
-        rows = "".join(f"{0.5 * k},{2.0 * k},{3.0 * k + 0.01 * k**2:.3f}\n" for k in range(30))
-        content, name = text_mutation(rng, (head + rows).encode()), "raw.csv"
-    (folder / name).write_bytes(content)
-    return lambda: import_tests(folder / name, make_options(kind="elastomer")), finite_recordings
+def texts(rng: np.random.Generator, folder: Path) -> tuple[Callable[[], object], Callable[[object], str]]:
+    """A damaged text file of a laboratory."""
+    head = "Sample: A\nTime (s),Strain (%),Stress (kPa)\n"
+    rows = "".join(f"{0.5 * k},{2.0 * k},{3.0 * k + 0.01 * k**2:.3f}\n" for k in range(30))
+    content = text_mutation(rng, (head + rows).encode())
+    (folder / "raw.csv").write_bytes(content)
+    return (
+        lambda: import_tests(folder / "raw.csv", make_options(kind="elastomer")),
+        lambda found: finite_recordings(found) or invented(found, written(content)),
+    )
+
+
+def workbooks(rng: np.random.Generator, folder: Path) -> tuple[Callable[[], object], Callable[[object], str]]:
+    """A workbook with odd cells, with a damaged container, or with a damaged part."""
+    content = workbook(rng)
+    if rng.random() < 0.8:
+        content = workbook_mutation(rng, content)
+    (folder / "raw.xlsx").write_bytes(content)
+    return (
+        lambda: import_tests(folder / "raw.xlsx", make_options(kind="elastomer")),
+        lambda found: finite_recordings(found) or invented(found, written_in_workbook(content)),
+    )
 
 
 def finite_recordings(found: list) -> str:
@@ -138,13 +161,99 @@ def finite_recordings(found: list) -> str:
     return ""
 
 
-def one(seed: int) -> tuple[str, str]:
+NUMERAL = re.compile(r"[-+]?[\d'.,\u00a0_]*\d[\d'.,\u00a0_]*(?:[eE][-+]?\d+)?|[-+]?[.,]\d+")
+
+
+def written(content: bytes) -> set[float]:
+    """Every number that a text may state: decimal points or commas, in any of the codes that are known."""
+    found: set[float] = set()
+    for code in ("utf-8-sig", "utf-16", "utf-32", "cp500", "latin-1"):
+        for numeral in NUMERAL.findall(content.decode(code, "ignore")):
+            for pieces in (
+                numeral,
+                *re.split("[,'\u00a0]", numeral),
+                numeral.replace(",", "."),
+                re.sub("[,'\u00a0]", "", numeral),
+            ):
+                try:
+                    found.add(float(pieces))
+                except ValueError:
+                    continue
+    return found
+
+
+def written_in_workbook(content: bytes) -> set[float]:
+    """Every number in the parts of a workbook that can be read, values of cells and shared texts."""
+    found: set[float] = set()
+    with zipfile.ZipFile(io.BytesIO(content)) as book:
+        for name in book.namelist():
+            try:
+                found |= written(book.read(name)) if name.endswith(".xml") else set()
+            except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError):
+                continue
+    return found
+
+
+def invented(found: list, known: set[float]) -> str:
+    """A stress that the file states nowhere, in kPa or in a unit that is a power of ten of it."""
+    table = np.array(sorted(value for value in known if math.isfinite(value)))
+    for recording in found:
+        stress = np.asarray(recording.columns["stress_kPa"], float)
+        for value in stress[np.isfinite(stress)]:
+            factors = value * 10.0 ** np.arange(-6.0, 7.0)
+            nearest = table[np.clip(np.searchsorted(table, factors), 1, len(table) - 1)]
+            before = table[np.clip(np.searchsorted(table, factors) - 1, 0, len(table) - 1)]
+            gap = np.minimum(np.abs(nearest - factors), np.abs(before - factors))
+            if not np.any(gap <= 1e-9 * np.abs(factors) + 1e-300):
+                return f"a stress of {value!r} kPa is written nowhere"
+    return ""
+
+
+def binaries(rng: np.random.Generator, folder: Path) -> tuple[Callable[[], object], Callable[[object], str]]:
+    """A damaged HDF5 or stored file that a command reads back."""
+    names = sorted(kinds())
+    kind = kinds()[names[int(rng.integers(len(names)))]]
+    place = folder / kind.name
+    place.write_bytes(binary_mutation(rng, kind.content))
+    return lambda: kind.read(place), lambda found: other_numbers(kind, folder, found)
+
+
+def foreign_binaries(
+    rng: np.random.Generator, folder: Path
+) -> tuple[Callable[[], object], Callable[[object], str]]:
+    """The same without a digest, as other software leaves it: only its structure can show the damage."""
+    names = sorted(kinds())
+    kind = kinds()[names[int(rng.integers(len(names)))]]
+    place = folder / kind.name
+    place.write_bytes(binary_mutation(rng, without_seal(kind.content)))
+    return lambda: kind.read(place), lambda found: ""
+
+
+def other_numbers(kind, folder: Path, found: list[np.ndarray]) -> str:
+    """What differs from the numbers of the undamaged file."""
+    (folder / "whole").mkdir()
+    (folder / "whole" / kind.name).write_bytes(kind.content)
+    wanted = kind.read(folder / "whole" / kind.name)
+    same = len(wanted) == len(found) and all(map(np.array_equal, wanted, found))
+    return "" if same else "numbers differ from those of the undamaged file"
+
+
+SOURCES = {
+    "recording": (recordings, 0.30), "table": (tables, 0.22), "raw text": (texts, 0.14),
+    "workbook": (workbooks, 0.14), "binary": (binaries, 0.14), "binary without digest": (foreign_binaries, 0.06),
+}  # fmt: skip
+"""Kinds of files, with the share of the campaign that each has."""
+TEXTS = {name: SOURCES[name] for name in ("recording", "table", "raw text", "workbook")}
+"""Those that no program has to be compiled for."""
+
+
+def one(seed: int, sources: dict = SOURCES) -> tuple[str, str]:
     """Outcome of one damaged file, and what to say of it: accepted, refused, or a kind of failure."""
     rng = np.random.default_rng(seed)
-    sources = {"recording": recordings, "table": tables, "raw file": raw_files}
-    what = ("recording", "table", "raw file")[int(rng.choice(3, p=(0.45, 0.3, 0.25)))]
+    shares = np.array([share for _, share in sources.values()])
+    what = list(sources)[int(rng.choice(len(sources), p=shares / shares.sum()))]
     with tempfile.TemporaryDirectory(prefix="fuzz") as place:
-        read, wrong = sources[what](rng, Path(place))
+        read, wrong = sources[what][0](rng, Path(place))
         signal.signal(signal.SIGALRM, _alarm)
         signal.alarm(SECONDS)
         try:
@@ -167,19 +276,62 @@ def one(seed: int) -> tuple[str, str]:
 GOOD = ("accepted", "refused")
 
 
-def campaign(seeds: range) -> tuple[Counter, dict[str, list]]:
-    """Counts of outcomes, and the first examples of each failure."""
+def campaign(seeds: range, sources: dict = SOURCES) -> tuple[Counter, dict[str, list]]:
+    """Counts of outcomes, and each failure, in this process."""
     counts: Counter = Counter()
     failures: dict[str, list] = {}
     for seed in seeds:
-        outcome, said = one(seed)
-        counts[outcome] += 1
-        if not outcome.endswith(GOOD):
-            failures.setdefault(outcome, []).append({"seed": seed, "said": said})
+        note(counts, failures, seed, *one(seed, sources))
     used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     if used > MEMORY_GIB:
         failures["memory"] = [{"seed": seeds.start, "said": f"{used:.1f} GiB"}]
     return counts, failures
+
+
+def note(counts: Counter, failures: dict[str, list], seed: int, outcome: str, said: str) -> None:
+    """Count an outcome; keep it if it is a failure."""
+    counts[outcome] += 1
+    if not outcome.endswith(GOOD):
+        failures.setdefault(outcome, []).append({"seed": seed, "said": said})
+
+
+def children(seeds: range) -> tuple[Counter, dict[str, list]]:
+    """The same in processes of their own: one that dies or hangs is a failure, and the next goes on behind it."""
+    counts: Counter = Counter()
+    failures: dict[str, list] = {}
+    seed = seeds.start
+    while seed < seeds.stop:
+        words = [sys.executable, __file__, "--child", "--seed", str(seed), "--count", str(seeds.stop - seed)]
+        with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, bufsize=1) as child:
+            while seed < seeds.stop:
+                ready, _, _ = select.select([child.stdout], [], [], BEGIN_SECONDS)
+                line = child.stdout.readline() if ready else ""
+                if not line:
+                    child.kill()
+                    died = "process died" if ready else "too long"
+                    note(counts, failures, seed, f"some file: {died}", f"exit code {child.wait()}")
+                    seed += 1
+                    break
+                note(counts, failures, seed, *json.loads(line))
+                seed += 1
+                if seed % 1000 == 0:
+                    print(
+                        f"{seed - seeds.start} of {len(seeds)}, {sum(map(len, failures.values()))} failed",
+                        flush=True,
+                    )
+    return counts, failures
+
+
+def child(seeds: range) -> int:
+    """Print the outcome of each file as a line; end with 3 if memory ran over its limit."""
+    kinds()
+    out = sys.stdout
+    sys.stdout = sys.stderr  # a library that prints must not disturb the lines
+    for seed in seeds:
+        print(json.dumps(one(seed)), file=out, flush=True)
+        if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20 > MEMORY_GIB:
+            return 3
+    return 0
 
 
 def main() -> int:
@@ -188,17 +340,22 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=20000)
     parser.add_argument("--seed", type=int, default=0, help="of the first file")
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args()
-    counts, failures = campaign(range(given.seed, given.seed + given.count))
+    seeds = range(given.seed, given.seed + given.count)
+    if given.child:
+        return child(seeds)
+    counts, failures = children(seeds)
     for outcome, count in sorted(counts.items()):
-        print(f"{outcome:28s} {count:6d}")
+        print(f"{outcome:40s} {count:6d}")
     for outcome, examples in failures.items():
-        print(
-            f"\n{outcome}: {len(examples)}, the first:\n{examples[0]['said']}  (seed {examples[0]['seed']})"
-        )
+        first = examples[0]
+        print(f"\n{outcome}: {len(examples)}, the first:\n{first['said']}  (seed {first['seed']})")
     if given.out:
         given.out.parent.mkdir(parents=True, exist_ok=True)
-        given.out.write_text(json.dumps({"counts": counts, "failures": failures}, indent=1))
+        given.out.write_text(
+            json.dumps({"seeds": [seeds.start, seeds.stop], "counts": counts, "failures": failures}, indent=1)
+        )
     return 1 if failures else 0
 
 

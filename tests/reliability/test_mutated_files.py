@@ -5,7 +5,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from fuzz import campaign, one, wrong_numbers
+from fuzz import TEXTS, campaign, invented, one, written, written_in_workbook, wrong_numbers
 from mutations import workbook
 
 from fitting.data.importers import import_tests, make_options, raw
@@ -15,14 +15,14 @@ from pneusma_jax import InputError, load_calibration
 
 
 def test_damaged_files_are_read_rightly_or_refused_in_one_line():
-    counts, failures = campaign(range(150))
+    counts, failures = campaign(range(150), TEXTS)
     assert not failures, failures
-    assert sum(counts[f"{kind}: refused"] for kind in ("recording", "table", "raw file")) > 50
-    assert sum(counts[f"{kind}: accepted"] for kind in ("recording", "table", "raw file")) > 30
+    assert sum(counts[f"{kind}: refused"] for kind in TEXTS) > 50
+    assert sum(counts[f"{kind}: accepted"] for kind in TEXTS) > 30
 
 
 def test_the_same_seed_damages_the_same_way():
-    (first, said), (second, again) = one(11), one(11)
+    (first, said), (second, again) = one(11, TEXTS), one(11, TEXTS)
     assert first == second and said.split(": ", 1)[1] == again.split(": ", 1)[1]
 
 
@@ -36,12 +36,33 @@ def test_the_independent_reader_sees_a_wrong_number(tmp_path):
     assert "stress_kPa" in wrong_numbers(text.encode(), columns)
 
 
-def packed_workbook(sheet: str) -> bytes:
-    """A workbook with one sheet, whose XML is given."""
+def test_the_independent_reader_sees_an_invented_number(tmp_path):
+    text = "Strain (%),Stress (MPa)\n" + "".join(f"{2 * k},{0.003 * k:.3f}\n" for k in range(20))
+    (tmp_path / "a.csv").write_text(text)
+    [found] = import_tests(tmp_path / "a.csv", make_options(kind="elastomer"))
+    assert invented([found], written(text.encode())) == ""
+    found.columns["stress_kPa"] = found.columns["stress_kPa"].copy()
+    found.columns["stress_kPa"][3] *= 1.0001
+    assert "is written nowhere" in invented([found], written(text.encode()))
+    assert {0.5, 6.0, 33.0} <= written_in_workbook(workbook(np.random.default_rng(2)))
+
+
+@pytest.mark.parametrize("part", ["xl/worksheets/sheet1.xml", "xl/workbook.xml"])
+def test_a_workbook_whose_entities_expand_to_gigabytes_is_refused(tmp_path, part):
+    entities = "".join(f'<!ENTITY e{k} "{f"&e{k - 1};" * 10}">' for k in range(1, 10))
+    bomb = f'<!DOCTYPE w [<!ENTITY e0 "0000000000">{entities}]><w>&e9;</w>'
+    (tmp_path / "bomb.xlsx").write_bytes(packed_workbook(bomb, part))
+    with pytest.raises(InputError) as refused:
+        import_tests(tmp_path / "bomb.xlsx", make_options(kind="elastomer"))
+    assert "\n" not in str(refused.value)
+
+
+def packed_workbook(sheet: str, part: str = "xl/worksheets/sheet1.xml") -> bytes:
+    """A workbook with one sheet, one part of which is given as XML."""
     content, made = io.BytesIO(workbook(np.random.default_rng(0))), io.BytesIO()
     with zipfile.ZipFile(content) as old, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new:
         for name in old.namelist():
-            new.writestr(name, sheet if name == "xl/worksheets/sheet1.xml" else old.read(name))
+            new.writestr(name, sheet if name == part else old.read(name))
     return made.getvalue()
 
 

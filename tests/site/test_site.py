@@ -10,10 +10,7 @@ from pathlib import Path
 import pytest
 
 SITE = Path(os.environ.get("PNEUSMA_SITE", Path(__file__).resolve().parents[2] / "out" / "site"))
-BROWSER = next(
-    (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))),
-    None,
-)
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(not (SITE / "index.html").exists(), reason="no site: make docs"),

@@ -117,7 +117,11 @@ class GeneralCharacterisation(Characterisation):
         """The model on disk with the numbers found; None for the base model."""
         if self.model is None:
             return None
-        return refitted(self.model, self.campaign, self.fitted, f"Fitted to {self.title}")
+        errors = {
+            name: to_si(estimate.sd, estimate.unit, difference=True)
+            for name, estimate in self.parameters.items()
+        }
+        return refitted(self.model, self.campaign, self.fitted, f"Fitted to {self.title}", errors)
 
 
 def characterise_general(

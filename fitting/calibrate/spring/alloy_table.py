@@ -62,7 +62,7 @@ def _fitted(entry: Parameter, taken: Quantity, source: str, quoted: Estimate | N
     value, sd, interval = _rounded(entry.value, taken.unit), entry.standard_error, None
     if quoted is not None and np.isfinite(quoted.sd):
         sd = float(to_si(quoted.sd, taken.unit, True))
-    if quoted is not None and 90 in quoted.interval:
+    if quoted is not None and np.isfinite(quoted.interval.get(90, np.nan)).all():
         ends = (float(to_si(end, taken.unit, width)) for end in quoted.interval[90])
         interval = tuple(_rounded(end, taken.unit) for end in ends)
     prior = None if not sd else Prior(mean=value, sd=_rounded_width(sd, taken.unit))

@@ -4,10 +4,11 @@ A file's format is recognised by its content. Every import reports its interpret
 file that cannot be a recording is refused with one sentence: its likely content, and the missing information.
 """
 
+from .folders import left_in_folders, raw_files
 from .options import Options, make_options
 from .parts import samples_of
 from .raw import open_raw
-from .registry import FORMATS, detect, import_file, import_files, import_tests, raw_files
+from .registry import FORMATS, detect, import_file, import_files, import_tests
 
 __all__ = [
     "FORMATS",
@@ -16,6 +17,7 @@ __all__ = [
     "import_file",
     "import_files",
     "import_tests",
+    "left_in_folders",
     "make_options",
     "open_raw",
     "raw_files",

@@ -11,6 +11,7 @@ from pneusma_jax.units import find_unit
 from ..recordings import schema
 from ..recordings.columns import convert
 from ..recordings.table import refuse
+from .clock_columns import refuse_several_clocks
 from .grid import Grid
 from .making import Channel, Making
 from .options import Options
@@ -78,6 +79,7 @@ def _channel(grid: Grid, column: int) -> Channel:
         zero=heading.zero if heading else "",
         trouble=grid.troubles.get(column, ""),
         by_row=column in grid.by_row,
+        column=column,
     )
 
 
@@ -87,12 +89,14 @@ def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[st
     A strain or stress that the user names in any form replaces the one that headings name.
 
     Raises:
-        InputError: if a named column is not there; the ones that exist are listed.
+        InputError: if a named column is not there (the ones that exist are listed), or if the table has
+            clocks that run differently.
     """
     grid = sample.require_grid()
     mapped = mapped_channels(sample, options)
-    mapped_labels = {channel.label for channel in mapped.values()}
-    recognised = {q: c for q, c in named_channels(grid).items() if c.label not in mapped_labels}
+    notices += refuse_several_clocks(sample, {q: c.column for q, c in mapped.items()})
+    mapped_columns = {channel.column for channel in mapped.values()}
+    recognised = {q: c for q, c in named_channels(grid).items() if c.column not in mapped_columns}
     for family in FAMILIES:
         if any(quantity in mapped for quantity in family):
             aside = [q for q in family if q in recognised and q not in mapped]
@@ -205,7 +209,8 @@ def canonical(making: Making) -> dict[str, np.ndarray]:
         if quantity not in channels:
             continue
         channel = channels[quantity]
-        if channel.trouble and name in rules.optional and np.isnan(channel.values).all():
+        spared = name in rules.optional or (name == "time_s" and making.options.interval_s is not None)
+        if channel.trouble and spared and np.isnan(channel.values).all():
             continue  # a column of words beside the numbers, such as `Cycle: loading`
         columns[name] = in_unit(channel, unit, quantity, making.place) + 0.0  # no -0
         making.say(_origin(name, unit, channel))

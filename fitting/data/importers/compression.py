@@ -1,4 +1,4 @@
-"""Whether a specimen was pressed: what a file says of it, and what its curve looks like."""
+"""Detection of a test in compression, from the words of its file and the shape of its curve."""
 
 import re
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from .words import COMPRESS
 FITS_BETTER = 0.5
 """Maximum ratio of misfits, pressed over pulled neo-Hookean law, at which the user is asked which it was."""
 FLATTENED = 0.95
-"""Strain from which on a specimen was not pressed: little would be left of its height."""
+"""Minimum strain of a specimen that was not pressed; little would be left of its height."""
 _WAYS = r"compress\w*|druck\w*|stauch\w*"
 # A line that names a test: `Compression test`, `uniaxial compression`, `tested in compression`.
 _TEST = re.compile(
@@ -95,13 +95,14 @@ def _named(line: str, way: re.Pattern[str]) -> bool:
 def make_compression_negative(
     columns: dict[str, np.ndarray], pair: tuple[str, str], making: Making, about: About
 ) -> str:
-    """Strain and stress negative of what was pressed, and positive of what the user says was pulled.
+    """Make strain and stress negative for a pressed specimen, and positive for one that the user says was
+    pulled.
 
     Headings that say compression decide. So does a line or title that names a compression test, which is
     reported to be checked. A line that mentions compression in another way is a question only.
 
     Returns:
-        What decided: `"stated"` by the user or a heading, `"line"`, or empty if nothing did.
+        Source of the decision: `"stated"` by the user or a heading, `"line"`, or empty if there is none.
     """
     stated = making.options.compression
     if stated is not None:

@@ -20,6 +20,8 @@ class Grid:
         notices: sentences about delimiter, decimal mark and dropped rows.
         cells: the fields of each row as text.
         troubles: reason why a column's numbers are doubtful, by column; a sentence without subject.
+        doubt: reason why no column can be told from another; empty where there is none.
+        breaks: lines of text between the rows, by the position of the row below them.
         by_row: columns whose unit a column beside them stated row by row.
     """
 
@@ -30,6 +32,8 @@ class Grid:
     notices: list[str] = field(default_factory=list)
     cells: list[list[str]] = field(default_factory=list)
     troubles: dict[int, str] = field(default_factory=dict)
+    doubt: str = ""
+    breaks: dict[int, list[list[str]]] = field(default_factory=dict)
     by_row: set[int] = field(default_factory=set)
 
     def part(self, rows: Sequence[int] | slice, columns: Sequence[int] | None = None) -> "Grid":
@@ -43,6 +47,13 @@ class Grid:
             preamble=self.preamble,
             notices=list(self.notices),
             cells=[[self.cells[i][c] if c < len(self.cells[i]) else "" for c in chosen] for i in picked],
+            doubt=self.doubt,
             by_row={k for k, c in enumerate(chosen) if c in self.by_row},
             troubles={k: self.troubles[c] for k, c in enumerate(chosen) if c in self.troubles},
         )
+
+    def cut(self, rows: Sequence[int] | slice, columns: Sequence[int] | None = None) -> "Grid":
+        """Rows and columns of one of several tests. Its first notice says how many rows of all these are."""
+        part = self.part(rows, columns)
+        part.notices[:1] = [f"{len(part.rows)} of {text}" for text in part.notices[:1]]
+        return part

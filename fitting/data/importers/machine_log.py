@@ -32,7 +32,8 @@ def read(sample: Sample, options: Options) -> Recording:
     channels = channels_of(sample, options, notices)
     probe = next((h for h in grid.headings if h.unit == "degC" and "temperature" not in channels), None)
     if probe is not None:
-        channels["temperature"] = Channel(grid.values[:, grid.headings.index(probe)], "degC", probe.text)
+        column = grid.headings.index(probe)
+        channels["temperature"] = Channel(grid.values[:, column], "degC", probe.text, column=column)
     if "temperature" in channels and "chamber" in channels["temperature"].label.lower():
         notices.append(
             f"{channels['temperature'].label!r} is the chamber's temperature; the specimen's may lag behind"

@@ -20,6 +20,7 @@ class Channel:
         trouble: reason why its numbers are doubtful, a sentence; empty where there is none.
         made: derivation from other quantities, in words; empty for a column of the file.
         by_row: true if the file stated its unit row by row.
+        column: position of its column in the table, from 0; -1 for a derived channel.
     """
 
     values: np.ndarray
@@ -29,6 +30,7 @@ class Channel:
     trouble: str = ""
     made: str = ""
     by_row: bool = False
+    column: int = -1
 
 
 @dataclass

@@ -13,6 +13,7 @@ from ..recordings.table import refuse
 from .assemble import Facts, assemble, slug
 from .channels import channels_of, in_unit, named_channels
 from .circuit import VOLTAGES, resistance_named
+from .columns_aside import say_aside
 from .derive import METAL_MPA
 from .format import Format
 from .making import Channel, Making
@@ -43,16 +44,7 @@ def read(sample: Sample, options: Options) -> Recording:
     kind = options.kind or _kind(sample, channels, options)
     if not options.kind:
         notices.append(f"taken as kind {kind} from its columns (--kind to correct)")
-    used = {channel.label for channel in channels.values()}
-    aside = [
-        heading.text
-        for column, heading in enumerate(grid.headings)
-        if heading.text.strip() and heading.text not in used and column - 1 not in grid.by_row
-    ]
-    if aside:
-        notices.append(
-            f"columns left aside: {', '.join(repr(text) for text in aside)} (--map QUANTITY=COLUMN takes one)"
-        )
+    notices += say_aside(grid, channels)
     if grid.preamble:
         notices.append(
             f"{len(grid.preamble)} lines before the table were left aside, but for sizes that are named here"

@@ -1,9 +1,8 @@
 """Parser of numbers in the notations of instruments and spreadsheets: decimal marks, thousands separators,
-blanks, clocks."""
+blanks."""
 
 import math
 import re
-from datetime import datetime
 
 _BLANK = re.compile(r"\*+|-+|n\.?/?a\.?|nan|null|none|#n/?a|#n/?v|#value!|#div/0!", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
@@ -23,15 +22,11 @@ _SPACES = re.compile(r"[ \u00a0\u2009\u202f]")
 _ONLY_COMMA = re.compile(r"[+-]?(\d*,\d+)([eE][+-]?\d+)?")
 _LIKE_A_NUMBER = re.compile(r"[+-]?[\d.,'’ \u00a0\u2009\u202f]*\d[\d.,'’ \u00a0\u2009\u202f]*([eE][+-]?\d+)?")
 
-_LIKE_A_CLOCK = re.compile(
-    r"\d{1,4}[-:/.]\d{1,2}[-:/.]\d{1,4}([ T]\d{1,2}:\d{2}(:\d{2})?([.,]\d+)?Z?)?([.,]\d+)?( [AaPp][Mm])?"
-)
-_CLOCK = re.compile(r"(?:(\d+)\s*[d:]\s*)?(\d{1,3}):(\d{2}):(\d{2})(?:[.,](\d+))?")
-_SHORT_CLOCK = re.compile(r"(\d{1,4}):(\d{2})[.,](\d+)")
-_DATES = (
-    "%Y-%m-%d %H:%M:%S", "%Y/%m/%d %H:%M:%S", "%d.%m.%Y %H:%M:%S", "%d/%m/%Y %H:%M:%S", "%m/%d/%Y %H:%M:%S",
-    "%d-%m-%Y %H:%M:%S", "%m/%d/%Y %I:%M:%S %p", "%d.%m.%y %H:%M:%S", "%Y%m%d %H:%M:%S",
-)  # fmt: skip
+
+class CellNumber(str):
+    """A number of a workbook's cell as text. A point marks its decimals, whatever the cells of text use."""
+
+    __slots__ = ()
 
 
 def to_number(text: str, decimal: str, spaced: str = "any") -> float | None:
@@ -42,6 +37,8 @@ def to_number(text: str, decimal: str, spaced: str = "any") -> float | None:
         decimal: decimal mark, `"."` or `","`; the other one may group thousands, as may `'` and spaces.
         spaced: numbers in which spaces may group thousands: `"any"`, or those with a decimal `"point"`.
     """
+    if isinstance(text, CellNumber):
+        return float(text.removesuffix("%"))
     if _NUMBER.fullmatch(text) and (decimal == "." or "." not in text):
         return _float(text)
     if not text or _BLANK.fullmatch(text):
@@ -82,63 +79,6 @@ def like_a_number(text: str) -> bool:
     return bool(_LIKE_A_NUMBER.fullmatch(text.strip()))
 
 
-def like_a_clock(text: str) -> bool:
-    """True if a field consists of the digits and marks of a date or a time of day."""
-    return bool(_LIKE_A_CLOCK.fullmatch(text.strip()))
-
-
-def clock_seconds(texts: list[str]) -> list[float] | None:
-    """Seconds of a column of clock readings (`0:01:05.2`, `2023-05-01 12:00:01`), blanks as NaN.
-
-    Returns:
-        Seconds since midnight of the first day or of the clock's own zero, or None where a field is neither
-        blank nor a clock.
-    """
-    found: list[float] = []
-    first: datetime | None = None
-    filled = 0
-    for text in texts:
-        text = text.strip().strip('"')
-        if not text or _BLANK.fullmatch(text):
-            found.append(math.nan)
-            continue
-        filled += 1
-        seconds = _of_clock(text)
-        if seconds is None:
-            moment = _of_date(text)
-            if moment is None:
-                return None
-            first = first or moment
-            seconds = (moment - first).total_seconds()
-        elif first is not None:
-            return None
-        found.append(seconds)
-    return found if filled else None
-
-
-def _of_clock(text: str) -> float | None:
-    found = _CLOCK.fullmatch(text)
-    if found:
-        days, hours, minutes, seconds, part = found.groups()
-        whole = 86400 * int(days or 0) + 3600 * int(hours) + 60 * int(minutes) + int(seconds)
-        return whole + (float(f"0.{part}") if part else 0.0)
-    found = _SHORT_CLOCK.fullmatch(text)
-    if found:
-        return 60 * int(found[1]) + int(found[2]) + float(f"0.{found[3]}")
-    return None
-
-
-def _of_date(text: str) -> datetime | None:
-    text = re.sub(r"(?<=\d)T(?=\d)", " ", text).removesuffix("Z")
-    head, _, part = text.partition(".") if re.search(r":\d{2}\.\d+", text) else (text, "", "")
-    if re.search(r"\.\d+ [AaPp][Mm]$", text):
-        head, part = re.sub(r"\.\d+(?= )", "", text), ""
-    if re.search(r":\d{2}\.\d+", text) and "." in text[:10]:  # 01.05.2023 12:00:01.5
-        head, _, part = text.rpartition(".")
-    for form in _DATES:
-        try:
-            moment = datetime.strptime(head.strip(), form)
-        except ValueError:
-            continue
-        return moment.replace(microsecond=int(float(f"0.{part}") * 1e6)) if part.isdigit() else moment
-    return None
+def is_blank(text: str) -> bool:
+    """True if a field is written to be blank: `****`, `-`, `NaN`, `N/A`."""
+    return bool(_BLANK.fullmatch(text))

@@ -165,8 +165,14 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
             title, specimen = (label, True) if label else (f"test {number}", False)
         sample = Sample(raw, grid, page.head(), title, specimen, {**first, **own}, (), page.name)
         tests += [
-            replace(sample, title=f"{title} {part}".strip(), grid=cut, own_specimen=own if part else specimen)
-            for part, cut, own in split(grid)
+            replace(
+                sample,
+                title=f"{title} {part}".strip(),
+                grid=cut,
+                own_specimen=alone if part else specimen,
+                sizes=sample.sizes if cut.preamble is grid.preamble else {**first, **sizes_in(cut.preamble)},
+            )
+            for part, cut, alone in split(grid)
         ]
     if len(data) > 1 and len({plain(t.title) for t in tests}) < len(tests):
         tests = [replace(t, title=f"{t.title} {k}", own_specimen=False) for k, t in enumerate(tests, start=1)]

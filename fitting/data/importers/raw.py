@@ -3,15 +3,17 @@
 import csv
 import hashlib
 import io
+import re
 import warnings
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from ..recordings.table import refuse
+from .numerals import CellNumber
 
 # Time, displacement, force, strain, ...: words that show that a text in no other code is Chinese.
 _CHINESE = ("时间", "位移", "力", "应变", "应力", "温度", "变形")
@@ -113,7 +115,7 @@ class RawFile:
         text = _decode(self.content)
         if "\0" in text:
             raise refuse(self.path, "this is neither text nor an Excel workbook; export it as .csv")
-        return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        return _joined(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
 
 
 def open_raw(path: str | Path) -> RawFile:
@@ -155,6 +157,31 @@ def _decode(content: bytes) -> str:
     return content.decode("cp1252", errors="replace")
 
 
+_LONGEST_FIELD = 8  # lines that one quoted field may have
+_OPENS = re.compile(r'(?:^|[,;\t|])\s*"(?:[^"]|"")*$')
+_CLOSES = re.compile(r'^(?:[^"]|"")*"\s*(?:$|[,;\t|])')
+
+
+def _joined(lines: list[str]) -> list[str]:
+    """Lines in which a quoted field that holds line breaks is on one line; its further lines become empty.
+
+    A field is joined where a quotation mark opens it at a delimiter and the next one, a few lines below,
+    closes it at another. A stray mark, such as that of inches, does neither.
+    """
+    done = list(lines)
+    i = 0
+    while i < len(done):
+        while _OPENS.search(done[i]) and done[i].count('"') % 2:
+            below = range(i + 1, min(i + _LONGEST_FIELD, len(lines)))
+            end = next((k for k in below if '"' in done[k]), None)
+            if end is None or not _CLOSES.match(done[end]):
+                break
+            done[i] = " ".join(part.strip() for part in done[i : end + 1] if part.strip())
+            done[i + 1 : end + 1] = [""] * (end - i)
+        i += 1
+    return done
+
+
 def split_line(line: str, delimiter: str) -> list[str]:
     """Fields of one line, stripped, without the empty ones that trailing delimiters leave.
 
@@ -178,13 +205,20 @@ def _cell_text(cell: Any) -> str:
     value = cell.value
     if value is None:
         return ""
-    if isinstance(value, int | float) and not isinstance(value, bool) and "%" in str(cell.number_format):
-        return f"{100.0 * value:.15g}%"
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        percent = "%" in str(cell.number_format)
+        return CellNumber(f"{100.0 * value:.15g}%" if percent else str(value))
     return str(value).strip()
 
 
-def formulas_without_values(raw: RawFile) -> str:
-    """Reason why columns with formulas are empty: no program computed them. Empty for other files."""
+def formulas_without_values(raw: RawFile, sheet: str | None = None, rows: Collection[int] = ()) -> str:
+    """Reason why cells with formulas are empty: no program computed them. Empty for other files.
+
+    Args:
+        raw: raw file.
+        sheet: name of the only sheet to look at; all sheets by default.
+        rows: numbers of the rows to look at, from 1; all rows by default.
+    """
     if not raw.is_workbook:
         return ""
     import openpyxl  # as below
@@ -195,15 +229,23 @@ def formulas_without_values(raw: RawFile) -> str:
             openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=computed)
             for computed in (False, True)
         ]
+    wanted = set(rows)
     for written, computed in zip(*(book.worksheets for book in books), strict=True):
-        for formulas, values in zip(written.iter_rows(), computed.iter_rows(), strict=False):
-            for formula, value in zip(formulas, values, strict=False):
-                if str(formula.value).startswith("=") and value.value is None:
-                    return (
-                        f"sheet {written.title!r} holds formulas that no program has computed"
-                        f" ({formula.coordinate}: {formula.value!r}); open it in a spreadsheet program and"
-                        " save it"
-                    )
+        if sheet is not None and written.title != sheet:
+            continue
+        found = [
+            (formula.coordinate, formula.value)
+            for formulas, values in zip(written.iter_rows(), computed.iter_rows(), strict=False)
+            for formula, value in zip(formulas, values, strict=False)
+            if str(formula.value).startswith("=") and value.value is None
+            if not wanted or formula.row in wanted
+        ]
+        if found:
+            count = f"{len(found)} formulas" if len(found) > 1 else "a formula"
+            return (
+                f"sheet {written.title!r} holds {count} that no program has computed"
+                f" ({found[0][0]}: {found[0][1]!r}); open it in a spreadsheet program and save it"
+            )
     return ""
 
 

@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from pneusma_jax.errors import InputError, nearest
 
 from ..recordings import Recording
@@ -21,11 +23,11 @@ from . import (
 from .assemble import slug
 from .channels import named_channels
 from .format import Format
+from .no_table import few_numbers, words_for_numbers
 from .options import QUANTITIES, Options
 from .parts import Sample, samples_of
 from .raw import formulas_without_values, open_raw
 from .refused import RECORDING as recording_format
-from .tables import few_numbers, words_for_numbers
 from .unmodelled import unmodelled
 
 FORMATS: tuple[Format, ...] = (
@@ -38,7 +40,8 @@ FORMATS: tuple[Format, ...] = (
     *refused.FORMATS,
     named_columns.FORMAT,
 )
-RAW_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tra", ".xlsx", ".xlsm")
+MOST_TITLES = 12
+"""Number of tests of a file whose names a notice lists."""
 
 
 def detect(sample: Sample) -> Format:
@@ -122,10 +125,11 @@ def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Optio
     formats: list[Format | InputError] = [_format_or_error(sample, options) for sample in samples]
     formats_of_tests = [found for found in formats if isinstance(found, Format) and not found.refuses]
     if not formats_of_tests:
+        _refuse_doubtful(samples)
         first = formats[0]
         if isinstance(first, InputError):
             raise first
-        first.read(samples[0], options.alone())
+        _read(first, samples[0], options.alone())
     made: list[tuple[Recording, Options]] = []
     aside = []
     for sample, found in zip(samples, formats, strict=True):
@@ -133,11 +137,42 @@ def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Optio
             # Beside tests that are read, a sheet of results or notes is no reason to refuse the file.
             aside.append(f"{sample.title!r} was left out: {_columns_of(sample)} fit no known format")
             continue
+        _refuse_doubtful([sample])
         own = options.alone()
-        made.append((found.read(sample, own), own))
+        made.append((_read(found, sample, own), own))
     for recording, _ in made:
         _add_notices(recording, [*aside, *_several_tests_notice(recording, made)])
     return made
+
+
+def _read(format: Format, sample: Sample, options: Options) -> Recording:
+    """The recording of a test. Formulas that no program computed are named where numbers are missing.
+
+    Raises:
+        InputError: if the format refuses the test, or formulas without values leave gaps in it.
+    """
+    grid = sample.grid
+    rows = grid.rows if grid is not None and np.isnan(grid.values).any() else []
+    try:
+        recording = format.read(sample, options)
+    except InputError:
+        if rows and (why := formulas_without_values(sample.raw, sample.sheet, rows)):
+            raise refuse(sample.raw.path, why) from None
+        raise
+    gaps = any(np.isnan(values).any() for values in recording.columns.values())
+    if rows and (why := formulas_without_values(sample.raw, sample.sheet, rows)):
+        if gaps or len(recording) < len(rows):
+            raise refuse(sample.raw.path, why)
+        _add_notices(recording, [f"check: {why}"])
+    return recording
+
+
+def _refuse_doubtful(samples: list[Sample]) -> None:
+    """Refuse tables whose columns cannot be told from each other."""
+    for sample in samples:
+        if sample.grid is not None and sample.grid.doubt:
+            place = f"{sample.raw.path} ({sample.title})" if sample.title else sample.raw.path
+            raise refuse(place, sample.grid.doubt)
 
 
 def _selected_test(samples: list[Sample], options: Options) -> tuple[list[Sample], Options]:
@@ -180,7 +215,8 @@ def _several_tests_notice(recording: Recording, made: list[tuple[Recording, Opti
     """Notice that a file holds several tests, with their names."""
     if len(made) < 2:
         return []
-    titles = ", ".join(repr(other.source["raw_part"]) for other, _ in made)
+    titles = ", ".join(repr(other.source["raw_part"]) for other, _ in made[:MOST_TITLES])
+    titles += ", ..." if len(made) > MOST_TITLES else ""
     own = recording.source["raw_part"]
     return [
         f"one of {len(made)} tests in this file ({titles}), here {own!r}; --sheet or --specimen picks one"
@@ -249,39 +285,6 @@ def import_files(paths: Iterable[str | Path], options: Options | None = None) ->
     recordings = [recording for recording, _ in made]
     _separate_names(recordings)
     return recordings
-
-
-def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
-    """Files to import: the named ones, and those of named folders that hold numbers.
-
-    Returns:
-        The files, and the files of folders that were ignored because they are notes or licences.
-
-    Raises:
-        InputError: if a folder holds no raw file.
-    """
-    wanted: list[Path] = []
-    aside: list[Path] = []
-    for source in map(Path, sources):
-        if not source.is_dir():
-            wanted.append(source)
-            continue
-        files = sorted(p for p in source.iterdir() if p.suffix.lower() in RAW_ENDINGS and p.is_file())
-        samples = {path: samples_of(open_raw(path)) for path in files}
-        with_numbers = [
-            path
-            for path, tests in samples.items()
-            if any(
-                test.grid is not None or any(known.recognises(test) for known in FORMATS) for test in tests
-            )
-        ]
-        if not with_numbers:
-            raise refuse(
-                source, f"there is no raw file ({', '.join(RAW_ENDINGS)}) with numbers in this folder"
-            )
-        wanted += with_numbers
-        aside += [path for path in files if path not in with_numbers]
-    return wanted, aside
 
 
 def _separate_names(recordings: list[Recording]) -> None:

@@ -4,7 +4,8 @@ import math
 import re
 from typing import NamedTuple
 
-from .numerals import decimal_evidence, like_a_clock, like_a_number, to_number
+from .clocks import like_a_clock
+from .numerals import CellNumber, decimal_evidence, like_a_number, to_number
 from .raw import Page
 
 LEAST_ROWS = 3  # Minimum number of rows of numbers in a table
@@ -76,6 +77,7 @@ def _decimal_of(rows: list[list[str]]) -> tuple[str, str]:
 
     A column of `950` and `1,045` groups thousands. Three decimals would appear in all of its fields.
     """
+    rows = [["" if isinstance(text, CellNumber) else text for text in row] for row in rows]
     fields = [text for row in rows for text in row]
     proofs = [proof for text in fields if (proof := decimal_evidence(text)) is not None]
     if proofs:

@@ -101,7 +101,7 @@ class Size:
     others: tuple[str, ...] = ()
 
     def beside(self, other: "Size") -> "Size":
-        """This size, with what another text says of the same if that is another number."""
+        """This dimension, with the text of another statement if that gives another number."""
         if abs(other.value - self.value) <= SAME * abs(self.value):
             return self
         return replace(self, others=(*self.others, other.said))

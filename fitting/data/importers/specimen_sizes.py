@@ -1,4 +1,5 @@
-"""The gauge length and the cross-section of a specimen, from the user or the file; what a file says twice."""
+"""The gauge length and the cross-section of a specimen, from the user or the file; and contradictions of a
+file."""
 
 import math
 from collections.abc import Mapping

@@ -1,99 +1,110 @@
-"""Splitting of a table that holds several tests: by a column of names, by groups of columns, or at
-restarts."""
+"""Splitting of a table that holds several tests: by a column of names, by lines between the rows, by groups
+of columns, or at restarts."""
 
 import re
-from collections.abc import Sequence
 
 import numpy as np
 
 from .grid import Grid
 from .separators import LEAST_ROWS
-from .words import SPECIMEN_WORDS, TEST_WORDS, meaning
+from .split_by_name import Part, by_column, by_lines
+from .words import meaning
 
-_MOST_PARTS = 60
 _RESTART = 0.05  # Maximum distance from its start at which a test restarts, as part of the drive's range
 _SAME = 0.005  # Maximum rounding of one measurement in two units, as part of the largest value
 _OUTPUTS = ("stress", "true_stress", "force")
 _DRIVERS = ("strain", "true_strain", "stretch", "elongation", "pressure")
-_ID_COLUMN = re.compile(
-    rf"^(?P<word>{'|'.join((*SPECIMEN_WORDS, *TEST_WORDS))})\s*(?:label|name|id|i"
-    rf" d|designation|no\.?|number|nr\.?|#)?$|^id$"
-)
-
-
-Part = tuple[str, Grid, bool]
-"""Title of a test, its table, and a flag that is true if the title names a specimen of its own."""
 
 
 def split(grid: Grid) -> list[Part]:
     """Tests of a table; one without a title where it holds only one."""
-    for cut in (_by_column, _by_groups, _by_restart):
+    for cut in (by_column, by_lines, _by_groups, _by_restart):
         parts = cut(grid)
-        if len(parts) > 1:
+        if parts:
             return parts
+    _say_begun_anew(grid)
     return [("", grid, True)]
 
 
-def _by_column(grid: Grid) -> list[Part]:
-    """Rows by the specimen that a column names, where every specimen has enough rows."""
-    for column, heading in enumerate(grid.headings):
-        found = _ID_COLUMN.match(heading.name)
-        if found is None or meaning(heading) is not None:
-            continue
-        texts = [cells[column] if column < len(cells) else "" for cells in grid.cells]
-        names = list(dict.fromkeys(text for text in texts if text))
-        rows = {name: [i for i, text in enumerate(texts) if text == name] for name in names}
-        if not 1 < len(names) <= _MOST_PARTS or min(map(len, rows.values())) < LEAST_ROWS:
-            continue
-        own = (found["word"] or "id") not in TEST_WORDS
-        others = [c for c in range(len(grid.headings)) if c != column]
-        word = heading.name.split()[0]
-        return [
-            (
-                name if not re.fullmatch(r"[\d.]+", name) else f"{word} {name.removesuffix('.0')}",
-                _own_notices(grid, rows[name], others),
-                own,
+def _say_begun_anew(grid: Grid) -> None:
+    """Warn where a test seems to begin anew below an empty line or at another word of a column of words."""
+    drive = _driver(grid)
+    if drive is None:
+        return
+    reach = float(np.nanmax(drive) - np.nanmin(drive))
+    anew = np.abs(drive - drive[0]) <= _RESTART * reach
+    fell = np.abs(np.diff(drive, prepend=drive[0])) > 0.5 * reach
+    again = np.flatnonzero(anew & fell)
+    for i in again:
+        if grid.rows[i] - grid.rows[i - 1] > 1 and i not in grid.breaks:
+            grid.notices.append(
+                f"check: below an empty line the test begins anew (row {grid.rows[i]}), read as one test; if"
+                " that is another specimen, write its name into that line (Specimen 2)"
             )
-            for name in names
-        ]
-    return []
+            return
+    for column, heading in enumerate(grid.headings):
+        texts = [cells[column] if column < len(cells) else "" for cells in grid.cells]
+        changes = [i for i in range(1, len(texts)) if texts[i] != texts[i - 1]]
+        words = sum(bool(re.search(r"[^\W\d]", text)) for text in texts)
+        if changes and set(changes) <= set(again) and 2 * words > len(texts) and meaning(heading) is None:
+            names = ", ".join(map(repr, dict.fromkeys(texts)))
+            grid.notices.append(
+                f"check: the test begins anew (row {grid.rows[changes[0]]}) where {heading.text!r} changes"
+                f" ({names[:80]}), read as one test; if these are specimens, call that column Specimen"
+            )
+            return
 
 
-def _own_notices(grid: Grid, rows: Sequence[int], columns: Sequence[int]) -> Grid:
-    part = grid.part(rows, columns)
-    part.notices = [f"{len(part.rows)} of {text}" if k == 0 else text for k, text in enumerate(part.notices)]
-    return part
+def _driver(grid: Grid) -> np.ndarray | None:
+    """Values of what drives the test; None where it is absent or does not move."""
+    means = [meaning(heading) for heading in grid.headings]
+    column = {m.quantity: c for c, m in reversed(list(enumerate(means))) if m is not None}
+    found = next((column[name] for name in _DRIVERS if name in column), None)
+    if found is None:
+        return None
+    values = grid.values[:, found]
+    there = np.isfinite(values)
+    if there.sum() < 2 * LEAST_ROWS or not np.ptp(values[there]) > 0.0:
+        return None
+    filled = np.interp(np.arange(values.size), np.flatnonzero(there), values[there])
+    return filled
 
 
 def _by_groups(grid: Grid) -> list[Part]:
     """Columns by their specimen, where stress or load occurs several times."""
     means = [meaning(heading) for heading in grid.headings]
-    by_word: dict[tuple[str, int], list[int]] = {}
+    held: dict[tuple[str, int], list[int]] = {}
     for column, means_of in enumerate(means):
         if means_of is not None and not np.isnan(grid.values[:, column]).all():
-            members = by_word.setdefault((means_of.quantity, means_of.rank), [])
+            members = held.setdefault((means_of.quantity, means_of.rank), [])
             if not any(_same_in_another_unit(grid, column, other) for other in members):
                 members.append(column)
-    repeated = {key: columns for key, columns in by_word.items() if len(columns) > 1}
+    repeated = {key: columns for key, columns in held.items() if len(columns) > 1}
     outputs = [key for key in repeated if key[0] in _OUTPUTS] or [
-        key for key in repeated if key[0] == "strain" and not any(other[0] in _OUTPUTS for other in by_word)
+        key for key in repeated if key[0] == "strain" and not any(other[0] in _OUTPUTS for other in held)
     ]
-    if not outputs or not any(key[0] in (*_DRIVERS, "temperature") for key in by_word):
+    if not outputs or not any(key[0] in (*_DRIVERS, "temperature") for key in held):
         return []
-    groups, named = _groups(grid, means, repeated, by_word[outputs[0]])
-    if not 1 < len(groups) <= _MOST_PARTS:
+    groups, named = _groups(grid, means, repeated, held[outputs[0]])
+    if len(groups) < 2:
         return []
-    once = [columns[0] for key, columns in by_word.items() if key not in repeated]
-    assigned = {*once, *(c for columns in groups.values() for c in columns)}
-    aside = [h.text for c, h in enumerate(grid.headings) if c not in assigned and h.text.strip()]
+    once = [columns[0] for key, columns in held.items() if key not in repeated]
+    taken = {*once, *(c for columns in groups.values() for c in columns)}
+    aside = [h.text for c, h in enumerate(grid.headings) if c not in taken and h.text.strip()]
+    said = [f"columns of no specimen, left aside: {', '.join(map(repr, aside))}"] if aside else []
     parts = []
     for name, columns in groups.items():
         rows = [i for i in range(len(grid.rows)) if np.isfinite(grid.values[i, columns]).any()]
+        title = name if named else f"specimen {name}"
         if len(rows) >= LEAST_ROWS:
-            part = _own_notices(grid, rows, sorted([*once, *columns]))
-            if aside:
-                part.notices.append(f"columns of no specimen, left aside: {', '.join(map(repr, aside))}")
-            parts.append((name if named else f"specimen {name}", part, True))
+            parts.append((title, grid.cut(rows, sorted([*once, *columns])), True))
+        else:
+            labels = ", ".join(repr(grid.headings[c].text) for c in columns)
+            said.append(
+                f"check: {title} ({labels}) has {len(rows)} rows, fewer than a test needs, and was left out"
+            )
+    for _, part, _ in parts:
+        part.notices += said
     return parts
 
 
@@ -102,12 +113,12 @@ def _same_in_another_unit(grid: Grid, column: int, other: int) -> bool:
     if grid.headings[column].unit == grid.headings[other].unit:
         return False
     first, second = grid.values[:, other], grid.values[:, column]
-    finite = np.isfinite(first) & np.isfinite(second)
-    if not finite.any() or not np.abs(first[finite]).max() > 0.0:
+    there = np.isfinite(first) & np.isfinite(second)
+    if not there.any() or not np.abs(first[there]).max() > 0.0:
         return False
-    scale = float(first[finite] @ second[finite]) / float(first[finite] @ first[finite])
-    rest = float(np.abs(second[finite] - scale * first[finite]).max())
-    return rest <= _SAME * float(np.abs(second[finite]).max())
+    scale = float(first[there] @ second[there]) / float(first[there] @ first[there])
+    rest = float(np.abs(second[there] - scale * first[there]).max())
+    return rest <= _SAME * float(np.abs(second[there]).max())
 
 
 def _groups(
@@ -165,9 +176,9 @@ def _by_restart(grid: Grid) -> list[Part]:
     anew = (time[1:] - time[0] <= _RESTART * length) & (np.abs(drive[1:] - drive[0]) <= _RESTART * reach)
     cuts = [0, *(int(i) + 1 for i in np.flatnonzero(back & anew)), len(time)]
     parts = [range(a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
-    if len(parts) < 2 or len(parts) > _MOST_PARTS or min(map(len, parts)) < LEAST_ROWS:
+    if len(parts) < 2 or min(map(len, parts)) < LEAST_ROWS:
         return []
     return [
-        (f"test {k}", _own_notices(grid, rows, range(grid.values.shape[1])), False)
+        (f"test {k}", grid.cut(rows, range(grid.values.shape[1])), False)
         for k, rows in enumerate(parts, start=1)
     ]

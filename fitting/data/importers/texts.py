@@ -4,40 +4,35 @@ import re
 
 import numpy as np
 
+from .clocks import DAY_S, Clock, read_clock
 from .grid import Grid
-from .numerals import clock_seconds, like_a_number
+from .grouped import doubt_groups, say_grouped
+from .numerals import like_a_number
 from .spelling import Heading
 from .words import meaning
 
-_DAY_S = 86400.0
+SERIAL = (36526.0, 73050.0)
+"""Days since 1900, as spreadsheets count them, from the year 2000 to 2099."""
+YEAR_DAYS = 366.0
+"""Maximum length of a test whose clock counts days since 1900 [d]."""
 HUGE = 1e30
 """Minimum magnitude that no reading reaches in any unit. Instruments mark overflow by 1e37 or 9.9e37."""
 
 
-def read_texts(grid: Grid, parsed: list[list[float | None]]) -> None:
+def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".") -> None:
     """Interpret fields of a table that are no plain numbers, and report it. The grid is changed in place.
 
     Args:
         grid: table with its cells as text.
         parsed: numbers of each row, None where a field is text.
+        decimal: decimal mark with which they were read.
     """
-    _grouped_notice(grid)
+    say_grouped(grid, decimal)
+    doubt_groups(grid, decimal)
     _percent_signs(grid)
     _read_words(grid, parsed)
     _drop_marks(grid)
-
-
-def _grouped_notice(grid: Grid) -> None:
-    """Report that thousands were grouped, with an example."""
-    for row, cells in zip(grid.rows, grid.cells, strict=True):
-        for text in cells:
-            if re.fullmatch(
-                r"[+-]?\d{1,3}([.,'’ \u00a0\u2009\u202f]\d{3})+[.,]\d*|[+-]?\d{1,3}(['’"
-                r" \u00a0\u2009\u202f]\d{3})+",
-                text,
-            ):
-                grid.notices.append(f"thousands are grouped: {text!r} in row {row}")
-                return
+    _serial_dates(grid)
 
 
 def _percent_signs(grid: Grid) -> None:
@@ -96,18 +91,25 @@ def _read_words(grid: Grid, parsed: list[list[float | None]]) -> None:
         if not texts:
             continue
         label = repr(grid.headings[column].text) if grid.headings else str(column + 1)
-        seconds = clock_seconds([cells[column] if column < len(cells) else "" for cells in grid.cells])
-        if seconds is not None and (not grid.headings or _may_be_clock(grid.headings[column])):
-            grid.values[:, column] = _past_midnight(np.array(seconds))
-            if grid.headings:
-                old = grid.headings[column]
-                grid.headings[column] = Heading(old.text, "time" if meaning(old) is None else old.name, "s")
-            grid.notices.append(f"column {label} is a clock ({texts[0][1]!r}), read as seconds")
-            continue
+        if not grid.headings or _may_be_clock(grid.headings[column]):
+            clock = read_clock(
+                [cells[column] if column < len(cells) else "" for cells in grid.cells],
+                grid.headings[column].text if grid.headings else "",
+            )
+            if clock is not None:
+                _take_clock(grid, column, clock, label, texts[0][1])
+                continue
         filled = int(np.isfinite(grid.values[:, column]).sum()) + len(texts)
         numberlike = [(row, text) for row, text in texts if like_a_number(text)]
         if 2 * len(texts) > filled:
-            grid.notices.append(f"column {label} is text and was left out")
+            if grid.headings and _may_be_clock(grid.headings[column]):
+                grid.notices.append(
+                    f"check: column {label} cannot be read as a clock ({texts[0][1]!r} in row {texts[0][0]})"
+                    " and was left out; write it as seconds or as 2024-05-31 12:00:05, or state the step with"
+                    " --interval"
+                )
+            else:
+                grid.notices.append(f"column {label} is text and was left out")
             grid.troubles[column] = (
                 f"{len(texts)} of {filled} fields of {label} are no numbers ({texts[0][1]!r} in row"
                 f" {texts[0][0]})"
@@ -132,10 +134,26 @@ def _may_be_clock(heading: Heading) -> bool:
     )
 
 
-def _past_midnight(seconds: np.ndarray) -> np.ndarray:
-    """A clock of the day, continued past midnight."""
-    filled = np.isfinite(seconds)
-    days = np.cumsum(np.diff(seconds[filled], prepend=seconds[filled][0]) < -_DAY_S / 2.0)
-    counted = seconds.copy()
-    counted[filled] += _DAY_S * days
-    return counted
+def _take_clock(grid: Grid, column: int, clock: Clock, label: str, example: str) -> None:
+    """Put the seconds of a clock in the place of its texts, and report how they were read."""
+    grid.values[:, column] = clock.seconds
+    if grid.headings:
+        old = grid.headings[column]
+        grid.headings[column] = Heading(old.text, "time" if meaning(old) is None else old.name, "s")
+    said = f"column {label} is a clock ({example!r}), read as seconds"
+    said += f", as {clock.said}" if clock.said else ""
+    grid.notices.append(f"check: {said}; {clock.remedy}" if clock.remedy else said)
+
+
+def _serial_dates(grid: Grid) -> None:
+    """Read clocks that count the days since 1900, as spreadsheets do, in place of their dates."""
+    for column, heading in enumerate(grid.headings):
+        values = grid.values[:, column]
+        there = values[np.isfinite(values)]
+        if heading.unit is not None or not _may_be_clock(heading) or there.size < 2:
+            continue
+        dates = (SERIAL[0] <= there.min()) and (there.max() <= SERIAL[1]) and np.ptp(there) <= YEAR_DAYS
+        if dates and 2 * np.sum(there % 1.0 > 0.0) > there.size:
+            days = Clock([float(x) for x in DAY_S * (values - np.floor(there[0]))])
+            _take_clock(grid, column, days, repr(heading.text), f"{there[0]:.15g}")
+            grid.notices[-1] += ": days since 1900, as spreadsheets count"

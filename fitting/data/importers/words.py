@@ -110,6 +110,8 @@ _BY_UNIT = {
     ("time", "temperature"): "temperature",
 }  # fmt: skip
 
+# A clock by its first word and its unit, where nothing better is there: `Time T (s)`, `Time of test [min]`.
+_CLOCK = re.compile(r"(?:time|zeit|temps|tiempo)[\s_:,\-]+(?P<tag>.+)$")
 COMPRESS = re.compile(r"\bcompress|\bdruckversuch|\bdruckprüf|\bstauch", re.IGNORECASE)
 SPECIMEN_WORDS = ("specimen", "sample", "coupon", "probe", "échantillon", "éprouvette", "dumbbell", "dogbone")
 TEST_WORDS = (
@@ -125,6 +127,8 @@ TEST_WORDS = (
     "nr",
     "cycle test",
 )
+# What else heads a column that tells specimens apart.
+LOT_WORDS = ("material", "batch", "lot", "prüfling", "prüfkörper", "probekörper", "muster", "lot de matière")
 _SPECIMEN = "|".join(SPECIMEN_WORDS)
 _TAGGED = "|".join((*SPECIMEN_WORDS, *TEST_WORDS))
 _TAG_PATTERNS = (
@@ -165,6 +169,9 @@ def meaning(heading: Heading) -> Meaning | None:
             named = _lookup(found["name"].strip(" -:,_"), heading)
             if named is not None:
                 return Meaning(*named, tag=" ".join(found["tag"].split()))
+    clock = _CLOCK.match(heading.name)
+    if clock and dimension(heading.unit) == "time":
+        return Meaning("time", len(WORDS["time"]), tag=clock["tag"])
     return None
 
 

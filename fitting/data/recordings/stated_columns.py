@@ -97,7 +97,7 @@ def unused(campaign: Mapping[str, Any], recordings: Sequence[Recording]) -> list
 
     Args:
         campaign: checked settings of a campaign.
-        recordings: those of the campaign, read with these settings.
+        recordings: recordings of the campaign, read with these settings.
     """
     said = []
     for key, value in campaign.get("constant", {}).items():

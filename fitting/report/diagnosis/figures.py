@@ -6,12 +6,12 @@ from matplotlib.figure import Figure
 
 from fitting.data.recordings import schema
 from fitting.diagnose.verdict.conclusion import Conclusion
-from fitting.report.figures import axis_label, style
+from fitting.report.figures import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, axis_label, style
 from fitting.specimens import specimen_of
 from pneusma_jax.units import from_si
 
 MOST_SHOWN = 6
-BASE, AFTER, DATA, APART = "#c2410c", "#1d4ed8", "#334155", "#94a3b8"
+BASE, AFTER, DATA, APART = VERMILION, BLUE, BLACK, GREY
 
 
 def recordings_figure(conclusion: Conclusion) -> Figure:
@@ -80,14 +80,14 @@ def _one(conclusion: Conclusion, k: int, top: Axes, below: Axes) -> None:
     below.plot(time, (np.asarray(base) - channel.measured)[counted] / sigma, color=BASE, lw=0.9)
     if changed:
         below.plot(time, (np.asarray(after) - channel.measured)[counted] / sigma, color=AFTER, lw=0.9)
-    below.axhspan(-2, 2, color="#94a3b8", alpha=0.25, lw=0)
+    below.axhspan(-2, 2, color=SKY, alpha=0.25, lw=0)
     rows = conclusion.place.rows
     if conclusion.mismatch and rows is not None and rows[0] == recording.name:
         span = np.asarray(x.program.stacked.time)[k]
         for axes in (top, below):
-            axes.axvspan(span[rows[1] - 1], span[rows[2] - 1], color="#f59e0b", alpha=0.18, lw=0)
-    below.set_ylabel("residual / noise", fontsize=8)
-    below.set_xlabel("time (s)", fontsize=8)
+            axes.axvspan(span[rows[1] - 1], span[rows[2] - 1], color=ORANGE, alpha=0.2, lw=0)
+    below.set_ylabel("residual\n/ noise [1]", fontsize=8)
+    below.set_xlabel(axis_label("time_s"), fontsize=8)
     below.set_xlim(top.get_xlim())
     for axes in (top, below):
         axes.tick_params(labelsize=7)
@@ -102,10 +102,10 @@ def probability_figure(conclusion: Conclusion) -> Figure:
     with style():
         figure = Figure(figsize=(6.4, 0.34 * len(names) + 0.9), layout="constrained")
         axes = figure.subplots()
-        colours = [AFTER] * len(ranked) + ["#64748b", "#16a34a"]
+        colours = [AFTER] * len(ranked) + [GREY, GREEN]
         axes.barh(range(len(names)), values, color=colours)
         axes.set_yticks(range(len(names)), [n.replace("_", " ") for n in names], fontsize=8)
         axes.invert_yaxis()
         axes.set_xlim(0.0, 1.0)
-        axes.set_xlabel("probability of being the strongest explanation")
+        axes.set_xlabel("probability of being the strongest explanation [1]")
     return figure

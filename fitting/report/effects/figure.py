@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from fitting.report.figures import BLACK, BLUE, GREY, VERMILION, axis_label, legend_above, style
+from fitting.report.figures import BLACK, BLUE, GREY, VERMILION, axis_label, legend_above, style, unit_of
 from fitting.simulate.effect_signature import Signature
 
 
@@ -32,12 +32,6 @@ def signature_figure(found: Signature) -> Figure:
             loop.set_xlabel(axis_label(driver))
         figure.align_ylabels()
     return figure
-
-
-def unit_of(column: str) -> str:
-    """The unit of a column in brackets."""
-    label = axis_label(column)
-    return label[label.rindex("[") :]
 
 
 def _pair(axes: object, x: np.ndarray, without: np.ndarray, present: np.ndarray) -> None:

@@ -69,6 +69,12 @@ def axis_label(column: str) -> str:
     return f"{quantity.replace('_', ' ')} [{unit}]" if quantity else column
 
 
+def unit_of(column: str) -> str:
+    """Unit of a canonical column in brackets, such as `[1/m]`; empty where its name has none."""
+    label = axis_label(column)
+    return label[label.rindex("[") :] if "[" in label else ""
+
+
 def png(figure: Figure) -> bytes:
     """The figure as PNG."""
     stream = io.BytesIO()
@@ -119,6 +125,14 @@ def legend_above(axes: Axes, columns: int = 3) -> None:
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2)
 
 
+def shared_legend(figure: Figure) -> None:
+    """One legend above all panels, with every label once."""
+    known = {}
+    for axes in figure.axes:
+        known |= {text: line for line, text in zip(*axes.get_legend_handles_labels(), strict=True)}
+    figure.legend(known.values(), known, loc="outside upper left", ncols=len(known))
+
+
 def recording_figure(
     title: str,
     x: tuple[str, np.ndarray],
@@ -145,7 +159,7 @@ def recording_figure(
             above.set_ylabel(axis_label(column))
             _residuals(below, values, measured - predicted, noise.get(column))
             below.set_xlabel(axis_label(name))
-            below.set_ylabel("recording - model " + axis_label(column)[axis_label(column).rindex("[") :])
+            below.set_ylabel("recording - model " + unit_of(column))
         figure.align_ylabels()
     return figure
 

@@ -49,20 +49,21 @@ def _panels(found: Sequence[Score], draw: Callable[[Axes, Score], None]) -> Figu
         role = "" if score.role == "fit" else " (held out)"
         panel.set_title(f"{score.name}{role}", loc="left", fontsize=9)
         panel.set_xlabel(house.axis_label(score.x_column))
+    if draw is _compared:
+        house.shared_legend(figure)
     return figure
 
 
 def _compared(panel: Axes, score: Score) -> None:
-    panel.plot(score.x, score.measured, ".", color=house.GREY, markersize=3)
-    panel.plot(score.x, score.predicted, "-", color=house.VERMILION, linewidth=1.2)
+    panel.plot(score.x, score.measured, ".", color=house.GREY, markersize=3, label="recording")
+    panel.plot(score.x, score.predicted, "-", color=house.VERMILION, linewidth=1.2, label="model")
     panel.set_ylabel(house.axis_label(score.column))
 
 
 def _left(panel: Axes, score: Score) -> None:
     panel.axhline(0.0, color=house.BLACK, linewidth=0.8)
     panel.plot(score.x, score.measured - score.predicted, ".", color=house.BLUE, markersize=3)
-    label = house.axis_label(score.column)
-    panel.set_ylabel("difference " + label[label.rindex("[") :] if "[" in label else "difference")
+    panel.set_ylabel(f"difference {house.unit_of(score.column)}".strip())
 
 
 def _parameters(result: GeneralCharacterisation) -> Figure:

@@ -184,7 +184,7 @@ def _grouped_warnings(entries: Sequence[Mapping[str, Any]], held: Set[str] = fro
     """Warnings about single parameters, with one sentence for all of the same status.
 
     Args:
-        entries: of `GeneralCharacterisation.identifiability`.
+        entries: entries of `GeneralCharacterisation.identifiability`.
         held: names of the parameters that were held because no recording shows them.
     """
     sentences = []

@@ -93,7 +93,7 @@ def _loops(result: GeneralCharacterisation) -> list[str]:
 
 
 def _loop_means(result: GeneralCharacterisation) -> str:
-    """What a loop of the residual strain says of its constants."""
+    """Sentence on the constants of the residual strain that follow from a loop."""
     if result.fit.misses:
         return (
             " The recordings are missed all the same, so it may stand in for a hysteresis of the phase; then "

@@ -11,7 +11,19 @@ from matplotlib.lines import Line2D
 
 from fitting.sample.campaign import CampaignPosterior
 
-from ..figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label, panel_grid
+from ..figures import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    axis_label,
+    panel_grid,
+    unit_of,
+)
 from ..report import Picture
 
 ENSEMBLE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, VERMILION, SKY)
@@ -192,8 +204,7 @@ def _bands(above: Axes, below: Axes, curve, predicted: np.ndarray) -> None:
     below.axhline(0.0, color=BLACK, lw=0.8)
     above.set_title(curve.recording + (" (validation, not fitted)" if curve.role == "validation" else ""))
     above.set_ylabel(axis_label(curve.y_column))
-    name = axis_label(curve.y_column)
-    below.set_ylabel("difference " + (name[name.rindex("[") :] if "[" in name else ""))
+    below.set_ylabel(f"difference {unit_of(curve.y_column)}".strip())
     below.set_xlabel(axis_label(curve.x_column))
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from fitting.propagate import Propagation
 from fitting.propagate.statistics.failures import BINS
 
-from ..figures import BLACK, BLUE, GREY, ORANGE, SKY, VERMILION, axis_label, legend_above, style
+from ..figures import BLACK, BLUE, GREY, ORANGE, SKY, VERMILION, axis_label, legend_above, style, unit_of
 from ..report import Picture
 from .numbers import exceedances, shown_column
 
@@ -100,7 +100,7 @@ def distribution(result: Propagation, name: str) -> Figure:
             axes.axvline(edge, color=BLUE, linestyle=":", label="5 and 95 %" if edge is low else None)
         if np.isfinite(result.nominal[k]):
             axes.axvline(result.nominal[k], color=BLACK, linestyle="--", linewidth=1.2, label="nominal")
-        axes.set(xlabel=axis_label(name), ylabel="probability density")
+        axes.set(xlabel=axis_label(name), ylabel=f"probability density per {unit_of(name) or 'unit'}")
         axes.set_ylim(bottom=0.0)
         legend_above(axes, 4)
     return figure

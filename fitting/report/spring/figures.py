@@ -45,20 +45,21 @@ def _panels(result: SpringCharacterisation, draw: Callable[[Axes, Score], None])
         draw(panel, score)
         role = "" if score.role == "fit" else " (held out)"
         panel.set_title(f"{score.name}{role}", loc="left", fontsize=9)
+    house.shared_legend(figure)
     return figure
 
 
 def _stress(panel: Axes, score: Score) -> None:
-    panel.plot(score.gamma, score.stress / 1e6, ".", color=house.GREY, markersize=3)
-    panel.plot(score.gamma, score.predicted / 1e6, "-", color=house.VERMILION, linewidth=1.2)
+    panel.plot(score.gamma, score.stress / 1e6, ".", color=house.GREY, markersize=3, label="recording")
+    panel.plot(score.gamma, score.predicted / 1e6, "-", color=house.VERMILION, linewidth=1.2, label="model")
     panel.set_xlabel("shear strain [1]")
     panel.set_ylabel("shear stress [MPa]")
 
 
 def _phase(panel: Axes, score: Score) -> None:
     low, high = np.clip(score.xi0 - score.xi0_sd, 0, 1), np.clip(score.xi0 + score.xi0_sd, 0, 1)
-    panel.fill_between(score.time, low, high, color=house.SKY, alpha=0.5, linewidth=0)
-    panel.plot(score.time, score.xi0, "-", color=house.BLUE, linewidth=1.2)
+    panel.fill_between(score.time, low, high, color=house.SKY, alpha=0.5, linewidth=0, label="± 1 sd")
+    panel.plot(score.time, score.xi0, "-", color=house.BLUE, linewidth=1.2, label="from resistance")
     panel.set_ylim(-0.03, 1.03)
     panel.set_xlabel("time [s]")
     panel.set_ylabel("martensite fraction [1]")

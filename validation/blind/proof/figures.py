@@ -8,9 +8,11 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
+from fitting.report.figures import BLUE, GREEN, GREY, ORANGE
+
 from .score import METHODS
 
-INK, BLUE, ORANGE, GREEN, GREY = "#222222", "#0b5fa5", "#d9730d", "#2f8f5b", "#8a8f98"
+INK = "#222222"
 SHADES = LinearSegmentedColormap.from_list("shades", ["#ffffff", "#cfe0f0", BLUE])
 NOT_CATALOGUED = ("unmodelled", "consistent", "error")
 WIDTH, DPI = 7.2, 150

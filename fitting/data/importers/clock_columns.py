@@ -1,0 +1,90 @@
+"""Several clocks in one table: columns that were logged at their own times."""
+
+import itertools
+from collections.abc import Mapping
+
+import numpy as np
+
+from pneusma_jax.units import UNITS
+
+from ..recordings.columns import convert
+from ..recordings.table import refuse
+from .grid import Grid
+from .parts import Sample
+from .spelling import unit_name
+from .words import meaning
+
+
+def refuse_several_clocks(sample: Sample, columns: Mapping[str, int]) -> list[str]:
+    """Refuse a table whose columns have clocks of their own, so that a row is of several moments.
+
+    Two clocks with quantities between them belong each to the columns on its right. They may differ by a
+    constant, or by less than a step. A clock that stands beside another, as that of a cycle does, is another
+    count of one time.
+
+    Args:
+        sample: the test.
+        columns: column by quantity that the user names; a clock named here holds for all columns.
+
+    Returns:
+        Notices about clocks that differ by a constant.
+
+    Raises:
+        InputError: if two clocks run differently.
+    """
+    grid = sample.require_grid()
+    if "time" in columns:
+        return []
+    notices = []
+    for first, second in itertools.combinations(_clocks(grid), 2):
+        if not _quantities_between(grid, first, second):
+            continue
+        one, other = _seconds(grid, first), _seconds(grid, second)
+        there = np.isfinite(one) & np.isfinite(other)
+        apart = (other - one)[there]
+        steps = np.abs(np.diff(one[there]))
+        step = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
+        if apart.size < 2 or float(np.abs(apart).max()) <= 0.5 * step:
+            continue
+        both = " and ".join(f"{grid.headings[c].text!r} (column {c + 1})" for c in (first, second))
+        if float(np.ptp(apart)) > step:
+            raise refuse(
+                sample.raw.path, f"the clocks {both} run up to {np.abs(apart).max():.4g} s apart, so the"
+                " values in a row are not of one moment; bring them to one clock in the file, or, if one"
+                f" clock is right for all columns, name it: --map time={first + 1}",
+            )  # fmt: skip
+        notices.append(
+            f"check: the clocks {both} differ by {np.median(apart):.4g} s in every row; the values in a"
+            " row were taken as of one moment"
+        )
+    return notices
+
+
+def _clocks(grid: Grid) -> list[int]:
+    """Columns that hold a clock in a unit of time."""
+    found = []
+    for column, heading in enumerate(grid.headings):
+        means = meaning(heading)
+        filled = np.isfinite(grid.values[:, column]).sum() > 1
+        if (
+            means is not None
+            and means.quantity == "time"
+            and filled
+            and unit_name(heading.unit or "?") in UNITS
+        ):
+            found.append(column)
+    return found
+
+
+def _quantities_between(grid: Grid, first: int, second: int) -> bool:
+    """True if a measured quantity stands between two columns, and another one after the second."""
+    measured = [
+        column
+        for column, heading in enumerate(grid.headings)
+        if (means := meaning(heading)) is not None and means.quantity not in ("time", "cycle")
+    ]
+    return any(first < c < second for c in measured) and any(c > second for c in measured)
+
+
+def _seconds(grid: Grid, column: int) -> np.ndarray:
+    return convert(grid.values[:, column], unit_name(str(grid.headings[column].unit)), "s")

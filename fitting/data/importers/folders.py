@@ -1,0 +1,82 @@
+"""Raw files in folders: those that hold numbers, and everything else by name."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from ..recordings.table import refuse
+from .parts import samples_of
+from .raw import open_raw
+from .registry import FORMATS
+
+RAW_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".prn", ".tra", ".lvm", ".xlsx", ".xlsm")
+_ABOUT = (
+    "license",
+    "licence",
+    "citation",
+    "provenance",
+    "readme",
+)  # begin the names of files about the others
+_LISTED = 3
+"""Number of files of one kind that a line names."""
+
+
+def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
+    """Files to import: the named ones, and those of named folders that hold numbers.
+
+    Returns:
+        The files, and the files of folders that were ignored because they are notes or licences.
+
+    Raises:
+        InputError: if a folder holds no raw file.
+    """
+    wanted: list[Path] = []
+    aside: list[Path] = []
+    for source in map(Path, sources):
+        if not source.is_dir():
+            wanted.append(source)
+            continue
+        files = sorted(p for p in source.iterdir() if p.suffix.lower() in RAW_ENDINGS and p.is_file())
+        samples = {path: samples_of(open_raw(path)) for path in files}
+        with_numbers = [
+            path
+            for path, tests in samples.items()
+            if any(
+                test.grid is not None or any(known.recognises(test) for known in FORMATS) for test in tests
+            )
+        ]
+        if not with_numbers:
+            raise refuse(
+                source, f"there is no raw file ({', '.join(RAW_ENDINGS)}) with numbers in this folder"
+            )
+        wanted += with_numbers
+        aside += [path for path in files if path not in with_numbers]
+    return wanted, aside
+
+
+def left_in_folders(sources: Iterable[str | Path]) -> list[str]:
+    """What `raw_files` does not look into, by folder: folders in it and files of other endings, a line each."""
+    lines = []
+    for folder in (path for path in map(Path, sources) if path.is_dir()):
+        kinds: dict[str, list[Path]] = {}
+        for path in sorted(folder.iterdir()):
+            if path.name.startswith(".") or path.stem.lower().startswith(_ABOUT):
+                continue
+            if path.is_dir():
+                count = sum(p.suffix.lower() in RAW_ENDINGS for p in path.rglob("*") if p.is_file())
+                if count:
+                    lines.append(
+                        f"{path}, a folder with {count} text files or workbooks: name it to import them, too"
+                    )
+            elif path.suffix.lower() not in RAW_ENDINGS:
+                kinds.setdefault(path.suffix.lower(), []).append(path)
+        for ending, paths in kinds.items():
+            names = ", ".join(path.name for path in paths[:_LISTED])
+            names += ", ..." if len(paths) > _LISTED else ""
+            lines.append(f"{folder}: {names} ({_reason(ending)})")
+    return lines
+
+
+def _reason(ending: str) -> str:
+    if ending in (".xls", ".ods"):
+        return f"a workbook in the format {ending}: save it as .xlsx"
+    return f"{f'ending {ending}' if ending else 'without an ending'}, not looked into: name the file to try it"

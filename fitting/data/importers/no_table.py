@@ -1,0 +1,48 @@
+"""Reasons why a page with headings of quantities holds no table of numbers."""
+
+from collections.abc import Iterator
+
+from .headers import names_quantities
+from .numerals import to_number
+from .raw import Page
+from .separators import LEAST_ROWS
+from .words import heading_of, meaning
+
+
+def _headers(page: Page) -> Iterator[tuple[list[list[str]], int]]:
+    """Rows of a page in every division into fields, with each row that names two quantities."""
+    for delimiter in ("",) if page.is_sheet else (",", ";", "\t", "|"):
+        fields = page.fields(delimiter)
+        yield from ((fields, at) for at, row in enumerate(fields) if names_quantities(row) >= 2)
+
+
+def words_for_numbers(page: Page) -> str:
+    """Reason that a column of words stands below the headings. Empty otherwise."""
+    for fields, at in _headers(page):
+        header = fields[at]
+        body = [(i + 1, row) for i, row in enumerate(fields) if i > at and len(row) == len(header)]
+        if len(body) < LEAST_ROWS:
+            continue
+        for column, text in enumerate(header):
+            if not text or meaning(heading_of(text)) is None:
+                continue
+            texts = [(i, row[column]) for i, row in body if to_number(row[column], ".") is None]
+            texts = [(i, text) for i, text in texts if to_number(text, ",") is None]
+            if 2 * len(texts) > len(body):
+                i, text = texts[0]
+                label = repr(header[column])
+                return f"{len(texts)} of {len(body)} fields of {label} are no numbers ({text!r} in row {i})"
+    return ""
+
+
+def few_numbers(page: Page) -> str:
+    """Reason that too few rows of numbers stand below the headings. Empty otherwise."""
+    for fields, at in _headers(page):
+        named = [text for text in fields[at] if text and meaning(heading_of(text)) is not None]
+        count = sum(any(to_number(t, ".") is not None and t for t in row) for row in fields[at + 1 :])
+        if count < LEAST_ROWS:
+            what = f"{count} row{'s' * (count != 1)} of numbers" if count else "no numbers"
+            return (
+                f"below the headings {', '.join(map(repr, named))} stand {what}; a table needs {LEAST_ROWS}"
+            )
+    return ""

@@ -1,0 +1,68 @@
+"""The clock of a recording: made where there is none, set aside where it was reset, spread where coarse."""
+
+import numpy as np
+
+from ..recordings import schema
+from ..recordings.table import refuse
+from .making import Making
+
+LOGGED_CLOCK = "clock_as_logged"
+DEFAULT_INTERVAL_S = 1.0
+"""Seconds between rows that a recording without a clock is given, where one is needed and none is stated."""
+
+
+def with_clock(
+    columns: dict[str, np.ndarray],
+    rows: np.ndarray,
+    making: Making,
+) -> dict[str, np.ndarray]:
+    """A non-decreasing clock. It is made where there is none, set aside where it was reset, interpolated
+    where it is coarse."""
+    needed, notices = "time_s" in schema.KINDS[making.kind].columns.required, making.notices
+    if len(rows) > 1 and "time_s" in columns and not np.ptp(columns["time_s"]) > 0.0:
+        making.warn(f"the clock stands still at {columns['time_s'][0]:g} s in every row and was left out")
+        columns = {name: values for name, values in columns.items() if name != "time_s"}
+    if "time_s" not in columns:
+        if not needed and making.options.interval_s is None:
+            return columns
+        step = making.options.interval_s or DEFAULT_INTERVAL_S
+        making.use("--interval")
+        notices.append(
+            f"the file has no clock: time_s counts the rows, {step:g} s apart (--interval states the true"
+            " step); nothing that depends on rate can be judged from it"
+        )
+        return {"time_s": step * np.arange(len(rows), dtype=float), **columns}
+    time = columns["time_s"]
+    back = np.flatnonzero(np.diff(time) < 0.0)
+    if back.size and needed:
+        raise refuse(
+            making.place, f"the clock goes back from {time[back[0]]:g} to {time[back[0] + 1]:g} s; cut the"
+            " file there, and import the pieces",
+            int(rows[back[0] + 1]), "time",
+        )  # fmt: skip
+    if back.size:
+        where = ", ".join(str(rows[i + 1]) for i in back[:5])
+        making.warn(
+            f"the clock goes back {back.size} time{'s' * (back.size > 1)} (row {where}): kept as"
+            f" {LOGGED_CLOCK}, which nothing uses; the order of rows is taken as the order of time"
+        )
+        others = {name: values for name, values in columns.items() if name != "time_s"}
+        return {**others, LOGGED_CLOCK: time}
+    return {**columns, "time_s": _spread_ticks(time, notices)}
+
+
+def _spread_ticks(time: np.ndarray, notices: list[str]) -> np.ndarray:
+    """Spread the samples of one tick of a coarse clock evenly over that tick (its resolution at most)."""
+    steps = np.diff(time)
+    repeats = int(np.sum(steps == 0.0))
+    if repeats == 0 or not (steps > 0.0).any():
+        return time
+    resolution = float(steps[steps > 0.0].min())
+    ticks, first, counts = np.unique(time, return_index=True, return_counts=True)
+    width = np.append(np.minimum(np.diff(ticks), resolution), resolution)
+    offset = np.arange(len(time)) - np.repeat(first, counts)
+    notices.append(
+        f"{repeats} rows repeat the time before them (the clock steps by {resolution:g} s): spread evenly"
+        " over a step"
+    )
+    return time + np.repeat(width / counts, counts) * offset

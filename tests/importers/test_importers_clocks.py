@@ -1,0 +1,139 @@
+"""Clocks: every format of instruments is read, a column has one order of dates, and a clock is never lost."""
+
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+
+from fitting.data.importers import import_file, make_options
+from fitting.data.importers.clocks import clock_seconds, read_clock
+from pneusma_jax.errors import InputError
+
+STRAIN = np.linspace(0.0, 0.5, 30)
+STRESS = 90.0 * (1.0 + STRAIN - (1.0 + STRAIN) ** -2)
+STEP = 4.0
+
+
+def stamps(form, start, tail="", step=STEP):
+    return [(start + timedelta(seconds=step * k)).strftime(form) + tail for k in range(30)]
+
+
+def coupon(put, times, heading="Time", sep=";"):
+    rows = "".join(f"{t}{sep}{100 * e:.3f}{sep}{s:.4f}\n" for t, e, s in zip(times, STRAIN, STRESS, strict=True))
+    return put("a.csv", f"{heading}{sep}Strain (%){sep}Stress (kPa)\n{rows}")
+
+
+def checks(recording):
+    return [note for note in recording.notices if note.startswith("check:")]
+
+
+NOON = datetime(2025, 5, 6, 11, 59, 30)
+MIDNIGHT = datetime(2025, 5, 6, 23, 59, 30)
+FORMATS = {
+    "before and after noon": stamps("%I:%M:%S %p", NOON),
+    "before and after midnight": stamps("%I:%M:%S %p", MIDNIGHT),
+    "small letters with points": [t.replace("AM", "a.m.").replace("PM", "p.m.") for t in stamps("%I:%M:%S %p", NOON)],
+    "a time zone": stamps("%Y-%m-%dT%H:%M:%S", MIDNIGHT, "+02:00"),
+    "a time zone without colon": stamps("%Y-%m-%d %H:%M:%S.%f", MIDNIGHT, "-0430"),
+    "a zone's name": stamps("%Y-%m-%d %H:%M:%S", MIDNIGHT, " UTC"),
+    "minutes and seconds": [f"{int(4 * k) // 60:02d}:{int(4 * k) % 60:02d}" for k in range(30)],
+    "hours from the sixtieth minute": [
+        f"{s // 60:02d}:{s % 60:02d}" if s < 3600 else f"1:{s // 60 % 60:02d}:{s % 60:02d}" for s in range(3540, 3660, 4)
+    ],
+    "milliseconds after a colon": [f"12:0{k // 15}:{4 * k % 60:02d}:{7:03d}" for k in range(30)],
+    "a short year": stamps("%m/%d/%y %H:%M:%S", MIDNIGHT),
+    "a month's name": stamps("%d-%b-%Y %H:%M:%S", MIDNIGHT),
+    "a comma after the date": stamps("%m/%d/%Y, %I:%M:%S %p", MIDNIGHT),
+    "digits without marks": stamps("%Y%m%d %H:%M:%S", MIDNIGHT),
+    "days in words": [f"1 day, 0:00:{k:02d}" for k in range(30)],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_clock_is_read(put, name):
+    recording = import_file(coupon(put, FORMATS[name]))
+    assert np.allclose(np.diff(recording.columns["time_s"]), 1.0 if name == "days in words" else STEP)
+    assert any("is a clock" in note for note in recording.notices)
+
+
+@pytest.mark.parametrize("start", [datetime(2025, 5, 6, 23, 59), datetime(2025, 5, 12, 23, 59), datetime(2025, 12, 31, 23, 59)])
+@pytest.mark.parametrize("form", ["%m/%d/%Y %H:%M:%S", "%d/%m/%Y %H:%M:%S", "%d-%m-%y %H:%M:%S", "%m/%d/%y %I:%M:%S %p"])
+def test_a_column_has_one_order_of_day_and_month(put, start, form):
+    """Across midnight the other order would last a month; from the 12th to the 13th it fits a part of the rows."""
+    recording = import_file(coupon(put, stamps(form, start)))
+    assert np.allclose(np.diff(recording.columns["time_s"]), STEP) and "clock_as_logged" not in recording.columns
+    said = [note for note in checks(recording) if "is a clock" in note]
+    doubtful = len({order for order in ("%d/%m", "%m/%d") if other_order_fits(form, start, order)}) > 1
+    assert bool(said) >= doubtful
+    for note in said:
+        assert "with which it lasts 116 s" in note and "write the dates as 2024-05-31" in note
+
+
+def other_order_fits(form, start, order):
+    try:
+        for text in stamps(form, start):
+            datetime.strptime(text[:5].replace("-", "/"), order)
+    except ValueError:
+        return False
+    return True
+
+
+def test_a_test_of_days_takes_the_order_that_lasts_days():
+    assert clock_seconds(["01/02/2025", "02/02/2025", "03/02/2025"]) == [0.0, 86400.0, 172800.0]
+    assert clock_seconds(["02/01/2025", "02/02/2025", "02/03/2025"]) == [0.0, 86400.0, 172800.0]
+
+
+def test_dates_that_no_one_order_fits_are_no_clock():
+    assert clock_seconds(["13/05/2025 10:00:00", "05/13/2025 10:00:01"]) is None
+    assert clock_seconds(["10:00:00", "2025-05-13 10:00:01"]) is None
+
+
+def test_a_step_of_the_time_zone_is_no_step_of_the_clock():
+    assert clock_seconds(["2025-10-26T02:59:59+02:00", "2025-10-26T02:00:01+01:00"]) == [0.0, 2.0]
+
+
+@pytest.mark.parametrize(("heading", "factor"), [("Time (mm:ss)", 1.0), ("Time (hh:mm)", 60.0), ("Time", 1.0)])
+def test_minutes_or_hours_as_the_heading_says(put, heading, factor):
+    recording = import_file(coupon(put, [f"{k // 10:02d}:{k % 10 * 6:02d}" for k in range(30)], heading))
+    assert np.allclose(np.diff(recording.columns["time_s"]), 6.0 * factor)
+    asked = [note for note in checks(recording) if "minutes:seconds" in note]
+    assert bool(asked) == (heading == "Time")
+    if asked:
+        other = import_file(recording.path, make_options(scales=["time=60"]))
+        assert np.allclose(np.diff(other.columns["time_s"]), 360.0)
+
+
+def test_a_number_of_days_since_1900(put):
+    times = [f"{45678.75 + 4 * k / 86400:.9f}" for k in range(30)]
+    recording = import_file(coupon(put, times, "Date/Time"))
+    assert np.allclose(np.diff(recording.columns["time_s"]), STEP, atol=1e-3)
+
+
+def test_a_clock_that_cannot_be_read_is_said_and_its_step_can_be_stated(put):
+    path = coupon(put, [f"t{k}" for k in range(30)])
+    (said,) = [note for note in checks(import_file(path)) if "cannot be read as a clock" in note]
+    assert "'t0' in row 2" in said and "--interval" in said
+    assert np.allclose(np.diff(import_file(path, make_options(interval_s=0.5)).columns["time_s"]), 0.5)
+    rows = "".join(f"step {k},{20 + k},{0.001 * k},200\n" for k in range(20))
+    path = put("b.csv", "Time,Temperature (°C),Strain (-),Stress (MPa)\n" + rows)
+    with pytest.raises(InputError, match="fields of 'Time' are no numbers"):
+        import_file(path)
+    assert import_file(path, make_options(interval_s=2.0)).columns["time_s"][-1] == 38.0
+
+
+@pytest.mark.parametrize("value", ["0", "17.5"])
+def test_a_clock_that_stands_still_is_none(put, value):
+    recording = import_file(coupon(put, [value] * 30, "Time (s)"))
+    assert "time_s" not in recording.columns
+    assert any(f"stands still at {float(value):g} s" in note for note in checks(recording))
+
+
+def test_a_clock_cannot_be_constant():
+    with pytest.raises(InputError, match="a time goes on; state the seconds between rows with --interval"):
+        make_options(constants=["time_s=3"])
+
+
+def test_a_long_column_has_one_reading_for_all_rows():
+    texts = [(NOON + timedelta(seconds=k)).strftime("%d/%m/%Y %H:%M:%S") for k in range(5000)]
+    clock = read_clock(texts)
+    assert clock.seconds == [float(k) for k in range(5000)] and not clock.remedy

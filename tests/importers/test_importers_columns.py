@@ -1,0 +1,119 @@
+"""Columns: two of one name, and clocks of their own."""
+
+import numpy as np
+import pytest
+
+from fitting.data.importers import import_file, make_options
+from pneusma_jax.errors import InputError
+
+STRAIN = np.linspace(0.0, 0.5, 20)
+STRESS = 80.0 * (1.0 + STRAIN - (1.0 + STRAIN) ** -2)
+TIME = 3.0 * np.arange(20)
+SIZES = {"dimensions": ["gauge_length_mm=20", "area_mm2=10"]}
+LOAD = 0.01 * STRESS
+
+
+def table(heads, *columns, sep=","):
+    rows = (sep.join(x if isinstance(x, str) else f"{x:.5f}" for x in row) for row in zip(*columns, strict=True))
+    return sep.join(heads) + "\n" + "\n".join(rows) + "\n"
+
+
+def refusal(path, **named):
+    with pytest.raises(InputError) as caught:
+        import_file(path, make_options(**named))
+    assert "\n" not in str(caught.value) and path.name in str(caught.value)
+    return str(caught.value)
+
+
+def checks(recording):
+    return [note for note in recording.notices if note.startswith("check:")]
+
+
+# Two columns of one name.
+
+TWINS = {
+    "stress": (["Strain (%)", "Stress (kPa)", "Stress (kPa)"], [100 * STRAIN, STRESS, STRESS + 3 * STRAIN], {}, "strain=2", ""),
+    "strain": (["Strain (%)", "Stress (kPa)", "Strain (%)"], [100 * STRAIN, STRESS, 90 * STRAIN], {}, "strain=3", "strain"),
+    "capitals": (["strain (%)", "Stress (kPa)", "STRAIN (%)"], [100 * STRAIN, STRESS, 90 * STRAIN], {}, "strain=3", "strain"),
+    "extension": (
+        ["Extension (mm)", "Load (N)", "Extension (mm)"], [20 * STRAIN, LOAD, 18 * STRAIN], SIZES, "elongation=3", "strain",
+    ),
+    "temperature": (
+        ["Temperature (C)", "Temperature (C)", "Strain (-)", "Stress (MPa)"],
+        [20 + TIME, 21 + TIME, 0.1 * STRAIN, 200 + 0 * TIME], {}, "temperature=2", "temperature_degC",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [name for name in TWINS if name != "stress"])
+def test_the_second_of_two_columns_of_one_name_is_said(put, name):
+    heads, columns, options, other, changed = TWINS[name]
+    path = put("a.csv", table(heads, *columns))
+    recording = import_file(path, make_options(**options))
+    (said,) = [note for note in checks(recording) if "is named as column" in note]
+    assert f"--map {other} takes the other" in said and "differs from it by up to" in said
+    mapped = import_file(path, make_options(**options, columns=[other]))
+    assert not np.allclose(mapped.columns[changed], recording.columns[changed])
+    assert any("is named as column" in note for note in mapped.notices)  # now the first is left
+
+
+def test_a_column_that_repeats_another_needs_no_look(put):
+    recording = import_file(put("a.csv", table(["Strain (%)", "Strain (%)", "Stress (kPa)"], 100 * STRAIN, 100 * STRAIN, STRESS)))
+    assert any("and repeats it: left aside" in note for note in recording.notices)
+    assert not any("is named as" in note for note in checks(recording))
+
+
+def test_two_columns_without_a_meaning_are_both_named(put):
+    heads = ["Strain (%)", "Stress (kPa)", "Colour", "Colour"]
+    recording = import_file(put("a.csv", table(heads, 100 * STRAIN, STRESS, TIME, TIME)))
+    assert any("columns left aside: 'Colour', 'Colour'" in note for note in recording.notices)
+
+
+# Clocks.
+
+WIRE = [20.0 + TIME, 0.1 * STRAIN, 200.0 + 0.0 * TIME]
+OWN = {
+    "one name": (["Time (s)", "Temperature (C)", "Time (s)", "Strain (-)", "Stress (MPa)"], [TIME, WIRE[0], 1.5 * TIME, *WIRE[1:]]),
+    "with numbers": (["Time 1 (s)", "Temperature (C)", "Time 2 (s)", "Strain (-)", "Stress (MPa)"], [TIME, WIRE[0], TIME**1.1, *WIRE[1:]]),
+    "with words": (["Zeit Ofen (s)", "Temperatur (C)", "Zeit Kamera (s)", "Dehnung (-)", "Spannung (MPa)"], [TIME, WIRE[0], 2 * TIME, *WIRE[1:]]),
+    "in two units": (["Time (s)", "Strain (%)", "Time (min)", "Stress (kPa)"], [TIME, 100 * STRAIN, TIME / 50.0, STRESS]),
+    "a time of day": (
+        ["Time A", "Strain (%)", "Time B", "Stress (kPa)"],
+        [[f"10:00:{k:02d}" for k in range(20)], 100 * STRAIN, [f"10:{k:02d}:00" for k in range(20)], STRESS],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_columns_with_clocks_of_their_own_are_refused(put, name):
+    heads, columns = OWN[name]
+    path = put("a.csv", table(heads, *columns))
+    message = refusal(path)
+    assert f"{heads[0]!r} (column 1) and {heads[2]!r} (column 3) run up to" in message and "--map time=1" in message
+    recording = import_file(path, make_options(columns=["time=1"]))
+    assert recording.columns["time_s"].size == 20
+
+
+@pytest.mark.parametrize("second", [TIME, TIME / 60.0, TIME + 0.5])
+def test_one_clock_that_is_written_twice_is_one(put, second):
+    unit = "min" if second[-1] < 2.0 else "s"
+    text = table(["Time (s)", "Strain (%)", f"Time ({unit})", "Stress (kPa)"], TIME, 100 * STRAIN, second, STRESS)
+    np.testing.assert_allclose(import_file(put("a.csv", text)).columns["time_s"], TIME)
+
+
+def test_clocks_that_differ_by_a_constant_are_said(put):
+    text = table(["Time (s)", "Strain (%)", "Timestamp (s)", "Stress (kPa)"], TIME, 100 * STRAIN, TIME + 1.7e9, STRESS)
+    recording = import_file(put("a.csv", text))
+    assert any("differ by 1.7e+09 s in every row" in note for note in checks(recording))
+
+
+def test_the_clock_of_a_cycle_is_no_clock_of_its_own(put):
+    heads = ["Total Time (s)", "Cycle Elapsed Time (s)", "Strain (%)", "Stress (kPa)"]
+    recording = import_file(put("a.csv", table(heads, TIME, TIME % 12.0, 100 * STRAIN, STRESS)))
+    np.testing.assert_allclose(recording.columns["time_s"], TIME)
+
+
+@pytest.mark.parametrize("heading", ["Time of test (s)", "Zeit Kanal 1 (min)", "Time - logger (ms)"])
+def test_a_clock_with_further_words_is_not_lost(put, heading):
+    recording = import_file(put("a.csv", table([heading, "Strain (%)", "Stress (kPa)"], TIME, 100 * STRAIN, STRESS)))
+    assert recording.columns["time_s"][-1] == pytest.approx(57.0 * {"s": 1.0, "min": 60.0, "ms": 1e-3}[heading[-4:-1].strip("( ").split("(")[-1]])
