@@ -6,6 +6,7 @@ SHELL := /bin/sh
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+TEST_READY := $(VENV)/.ready-test
 LINT_READY := $(VENV)/.ready-lint
 PYTHONS := $(PYTHON) python3 python3.14 python3.13 python3.12 python3.11 python
 CONCEALED := calibration_data/examples/pulled_silicone
@@ -23,7 +24,7 @@ help:
 	@echo "make bench      speed of the core: ratios, compile times, memory; half an hour -> out/bench (BENCH=--quick: less)"
 	@echo "make docs       the site: tutorials, how-to, explanation, reference -> out/site"
 	@echo "make fuzz       20,000 damaged files: read rightly or refused in one line -> out/fuzz.json"
-	@echo "make soak       commands killed at random moments, resumed and compared -> out/soak.json"
+	@echo "make soak       commands killed at random moments, resumed and compared; goes on where it was ended -> out/soak"
 	@echo "make lint       style and types of the code"
 	@echo "make wheel-check the built wheel and sdist, each installed alone and checked"
 	@echo "make test-oldest the tests with the oldest supported Python, jax and NumPy"
@@ -40,7 +41,12 @@ $(READY): pyproject.toml constraints.txt
 	    echo "$$python cannot make a virtual environment; on Debian and Ubuntu: apt install python3-venv" >&2; \
 	    rm -rf $(VENV); exit 1; }; fi
 	@echo "Installing into $(VENV) (a few minutes the first time)"
-	@$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test]'
+	@$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e .
+	@touch $@
+
+# extras `uq` and `cluster`: without them their tests are skipped
+$(TEST_READY): $(READY)
+	@$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,uq,cluster]'
 	@touch $@
 
 $(LINT_READY): $(READY)
@@ -96,10 +102,10 @@ proof-full: $(PROOF_READY)
 	$(PROOF) figures --plan full $(PROOF_RUN)
 
 # two processes fill two cores: no pools of their own (NPROC is that of XLA)
-test: $(READY)
+test: $(TEST_READY)
 	OPENBLAS_NUM_THREADS=1 NPROC=1 $(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
 
-test-slow: $(READY)
+test-slow: $(TEST_READY)
 	OPENBLAS_NUM_THREADS=1 NPROC=1 $(BIN)/python -m pytest -n 2 --dist loadfile
 
 # BENCH=--quick stops at 10^5 rows, BENCH="--quick --most 10000" at 10^4
@@ -116,8 +122,8 @@ $(DOCS_READY): $(READY)
 # NOTEBOOKS= leaves them as they are
 NOTEBOOKS ?= $(patsubst notebooks/%,out/notebooks/%,$(wildcard notebooks/*.ipynb))
 .PHONY: docs
-docs: $(DOCS_READY) $(LINT_READY) $(NOTEBOOKS)
-	$(BIN)/ruff check --select D1 pneusma_jax fitting validation
+docs: $(DOCS_READY) $(LINT_READY) $(TEST_READY) $(NOTEBOOKS)
+	$(BIN)/ruff check --select D1 --ignore D105,D107 pneusma_jax fitting validation
 	$(BIN)/python -m mkdocs build --clean --quiet
 	$(BIN)/python -m pytest -q tests/site
 	@echo "Look at  out/site/index.html"
@@ -132,7 +138,7 @@ fuzz: $(READY)
 
 SOAK ?= 200
 soak: $(READY)
-	OPENBLAS_NUM_THREADS=1 NPROC=1 $(BIN)/python tests/reliability/soak.py --kills $(SOAK) --out out/soak.json
+	OPENBLAS_NUM_THREADS=1 NPROC=1 $(BIN)/python tests/reliability/soak.py --kills $(SOAK) --out out/soak
 
 .PHONY: types wheel-check test-oldest
 lint: $(LINT_READY) types
@@ -160,7 +166,7 @@ test-oldest: out/oldest/.ready
 
 out/oldest/.ready: pyproject.toml constraints-oldest.txt
 	$(OLDEST_PYTHON) -m venv out/oldest
-	@out/oldest/bin/pip install --quiet --disable-pip-version-check -c constraints-oldest.txt '.[test]'
+	@out/oldest/bin/pip install --quiet --disable-pip-version-check -c constraints-oldest.txt '.[test,uq,cluster]'
 	@touch $@
 
 clean:

@@ -252,3 +252,29 @@ def test_a_comma_before_three_digits(put, first, factor, doubtful):
     recording = import_file(put("a.csv", "Strain (%);Load (N)\n" + rows), make_options(kind="elastomer", dimensions=["area_mm2=1000"]))
     np.testing.assert_allclose(recording.columns["stress_kPa"], factor * np.array(loads))
     assert said(recording, "if commas group thousands here") == doubtful
+
+
+@pytest.mark.parametrize("mark", ["-999.25", "32767", "-32768", "65535", "8388607", "-2147483648", "-1000000", "1e20", "-9999.0"])
+def test_a_mark_far_from_all_others_is_missing(put, mark):
+    rows = "".join(f"{100 * (s - 1):.2f},{mark if k in (4, 11) else f'{p:.3f}'}\n" for k, (s, p) in enumerate(zip(STRETCH, STRESS, strict=True)))
+    recording = import_file(put("a.csv", "Strain (%),Stress (kPa)\n" + rows))
+    assert recording.kind == "elastomer" and np.isnan(recording.columns["stress_kPa"]).sum() == 2
+    assert said(recording, "in 2 rows of 'Stress (kPa)' (first in row 6)") and said(recording, "taken as a mark for no reading")
+
+
+@pytest.mark.parametrize(("mark", "least", "most"), [("-99", 0.0, 300.0), ("-999", 0.0, 2000.0), ("32767", 0.0, 30000.0), ("99", 0.0, 60.0)])
+def test_a_mark_near_the_others_is_kept_and_asked_about(put, mark, least, most):
+    values = np.linspace(least, most, 40)
+    rows = "".join(f"{0.5 * k},{mark if k in (4, 11, 30) else f'{v:.3f}'}\n" for k, v in enumerate(values))
+    recording = import_file(put("a.csv", "Strain (%),Stress (Pa)\n" + rows), make_options(kind="elastomer"))
+    assert np.isfinite(recording.columns["stress_kPa"]).all()
+    (note,) = [text for text in recording.notices if "lies apart from all others and was kept" in text]
+    assert note.startswith(f"check: {mark} in 3 rows of 'Stress (Pa)' (first in row 6)")
+
+
+@pytest.mark.parametrize("values", [np.arange(60.0, 100.0), np.linspace(-120.0, 120.0, 41), np.arange(32730.0, 32770.0)])
+def test_readings_that_look_like_marks_are_readings(put, values):
+    rows = "".join(f"{0.5 * k},{v:.0f}\n" for k, v in enumerate(values))
+    recording = import_file(put("a.csv", "Strain (%),Stress (Pa)\n" + rows), make_options(kind="elastomer"))
+    assert np.isfinite(recording.columns["stress_kPa"]).all()
+    assert not said(recording, "lies apart") and not said(recording, "mark for no reading")

@@ -180,7 +180,7 @@ def test_a_wire_whose_strain_is_counted_from_elsewhere_is_one_and_asked_about(pu
     assert mended.kind == "wire" and mended.columns["strain"].max() == pytest.approx(0.032, rel=1e-3)
 
 
-@pytest.mark.parametrize("mark", [1e20, -2147483648.0, -1e6])
+@pytest.mark.parametrize("mark", [-987654.3, 2.5e8 + 0.25, 1234567.5])  # whole numbers so far away are missing
 def test_a_stress_that_no_rubber_bears_is_asked_about(put, mark):
     stress = STRESS.copy()
     stress[3] = mark

@@ -63,9 +63,9 @@ def test_the_cold_end_is_told_by_resistance_where_stiffness_hardly_differs():
         return _Reading(strain=5.0, gamma=0.2, slope=slope, resistivity=rho, unloads=True, isoresistive=False)
 
     # the test between is, by noise, the softest; the contrast is less than a per cent
-    found = _phases([reading(1.00e9, 17.76), reading(9e9, 17.63), reading(0.99e9, 17.738)])
+    found = _phases([reading(1.00e9, 17.76), reading(9e9, 17.63), reading(0.99e9, 17.738)], "martensite")
     assert [phase for phase, _ in found] == ["cold", "hot", "intermediate"]
-    alike = _phases([reading(1.00e9, 17.76), reading(1.01e9, 17.77)])
+    alike = _phases([reading(1.00e9, 17.76), reading(1.01e9, 17.77)], "martensite")
     assert {phase for phase, _ in alike} == {"cold"}
 
 

@@ -54,7 +54,7 @@ def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
 
 
 def left_in_folders(sources: Iterable[str | Path]) -> list[str]:
-    """What `raw_files` does not look into, by folder: folders in it and files of other endings, a line each."""
+    """What `raw_files` does not look into: folders in a folder and files of other endings, a line each."""
     lines = []
     for folder in (path for path in map(Path, sources) if path.is_dir()):
         kinds: dict[str, list[Path]] = {}
@@ -79,4 +79,5 @@ def left_in_folders(sources: Iterable[str | Path]) -> list[str]:
 def _reason(ending: str) -> str:
     if ending in (".xls", ".ods"):
         return f"a workbook in the format {ending}: save it as .xlsx"
-    return f"{f'ending {ending}' if ending else 'without an ending'}, not looked into: name the file to try it"
+    ending = f"ending {ending}" if ending else "without an ending"
+    return f"{ending}, not looked into: name the file to try it"

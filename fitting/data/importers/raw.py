@@ -171,7 +171,7 @@ def _joined(lines: list[str]) -> list[str]:
     done = list(lines)
     i = 0
     while i < len(done):
-        while _OPENS.search(done[i]) and done[i].count('"') % 2:
+        while done[i].count('"') % 2 and _OPENS.search(done[i]):
             below = range(i + 1, min(i + _LONGEST_FIELD, len(lines)))
             end = next((k for k in below if '"' in done[k]), None)
             if end is None or not _CLOSES.match(done[end]):

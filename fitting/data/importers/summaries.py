@@ -36,6 +36,8 @@ def statistics_rows(fields: Sequence[list[str]], parsed: Sequence[list | None]) 
     for place, i in enumerate(numeric):
         column = next((c for c, text in enumerate(fields[i]) if text), 0)
         text = fields[i][column]
+        if text[:1] in "+-.0123456789":
+            continue
         if _WORDS.match(_words(text)) and not _named_like_its_neighbours(fields, numeric, place, column):
             found[i] = text
     if 2 * len(found) > len(numeric):

@@ -7,6 +7,7 @@ import numpy as np
 from .clocks import DAY_S, Clock, read_clock
 from .grid import Grid
 from .grouped import doubt_groups, say_grouped
+from .marks import drop_marks
 from .numerals import like_a_number
 from .spelling import Heading
 from .words import meaning
@@ -15,8 +16,6 @@ SERIAL = (36526.0, 73050.0)
 """Days since 1900, as spreadsheets count them, from the year 2000 to 2099."""
 YEAR_DAYS = 366.0
 """Maximum length of a test whose clock counts days since 1900 [d]."""
-HUGE = 1e30
-"""Minimum magnitude that no reading reaches in any unit. Instruments mark overflow by 1e37 or 9.9e37."""
 
 
 def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".") -> None:
@@ -31,7 +30,7 @@ def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".")
     doubt_groups(grid, decimal)
     _percent_signs(grid)
     _read_words(grid, parsed)
-    _drop_marks(grid)
+    drop_marks(grid)
     _serial_dates(grid)
 
 
@@ -48,35 +47,6 @@ def _percent_signs(grid: Grid) -> None:
                     " not"
                 )
             grid.notices.append(f"fields of column {heading.text!r} end in a percent sign: taken as percent")
-
-
-def _drop_marks(grid: Grid) -> None:
-    """Remove numbers by which loggers mark a missing reading: all nines, or huge, and far from every
-    other."""
-    for column in range(grid.values.shape[1]):
-        values = grid.values[:, column]
-        marks = np.array([_is_mark(value) for value in values])
-        others = values[~marks & np.isfinite(values)]
-        if not marks.any() or others.size < 2:
-            continue
-        for value in np.unique(values[marks]):
-            if np.min(np.abs(others - value)) <= np.ptp(others):
-                continue
-            where = values == value
-            row = grid.rows[int(np.argmax(where))]
-            label = repr(grid.headings[column].text) if grid.headings else f"column {column + 1}"
-            grid.notices.append(
-                f"check: {value:g} in {int(where.sum())} rows of {label} (first in row {row}) lies farther"
-                " from all others than these from each other: taken as a mark for no reading, so missing"
-            )
-            values[where] = np.nan
-
-
-def _is_mark(value: float) -> bool:
-    """True if a number consists of three or more nines, or exceeds any physical reading."""
-    return bool(np.isfinite(value)) and (
-        abs(value) >= HUGE or bool(re.fullmatch(r"-?999+(\.9+|\.0*)?", f"{value:.10g}"))
-    )
 
 
 def _read_words(grid: Grid, parsed: list[list[float | None]]) -> None:
