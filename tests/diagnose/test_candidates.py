@@ -35,7 +35,7 @@ class Fits:
 
 
 def _score(slug, p_value=0.001, gain=100.0):
-    return SimpleNamespace(slug=slug, p_value=p_value, gain=gain)
+    return SimpleNamespace(slug=slug, p_value=p_value, gain=gain, start=np.zeros(1))
 
 
 def _directions(monkeypatch, fits, screen, values=1):
@@ -43,7 +43,7 @@ def _directions(monkeypatch, fits, screen, values=1):
     monkeypatch.setattr(candidates, "Refitter", lambda program: fits)
     monkeypatch.setattr(candidates, "about_nominal", lambda refitter, fit, found: found.about_nominal)
     monkeypatch.setattr(candidates, "weigh", lambda program, current, found: None)
-    monkeypatch.setattr(candidates, "_starts", lambda unknowns, score: [np.zeros(1), np.zeros(1)])
+    monkeypatch.setattr(candidates, "starts_of", lambda unknowns, added, at: (np.zeros(1), np.zeros(1)))
     unknowns = SimpleNamespace(base=np.zeros(0, int))
     program = SimpleNamespace(unknowns=unknowns, hidden=True, fitted=None, observations=lambda mask: values)
     current = SimpleNamespace(slugs=(), objective=300.0, u=np.zeros(1), evaluation=None)

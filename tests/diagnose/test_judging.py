@@ -16,6 +16,7 @@ from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.conclude import _left_over, conclude
 from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
 from fitting.diagnose.verdict.probabilities import effects_found, probabilities
+from fitting.diagnose.verdict.text import verdict_sentences
 from fitting.diagnose.verdict.unexplained import (
     contradicted,
     discrepancy_probability,
@@ -141,16 +142,28 @@ def test_names_that_make_validation_recordings_worse_are_refuted(before, after, 
     assert refuted(explanation, None, [1.2, 1.3], [2.0, before], [1.0, after]) == doubt
 
 
-def test_an_effect_whose_form_is_not_natures_has_something_unmodelled_beside_it():
-    """Nature's form differs by two fifths, in a direction of its own."""
+def imperfect(strength):
+    """The conclusion about an effect whose form in nature differs by two fifths, in a direction of its own."""
     world, rng = tubes(), np.random.default_rng(4)
     truth = world.effects | {CONSTANT: world.effects[CONSTANT] + 0.4 * smooth(rng, 4, 60, 1)}
-    y = World(world.base, truth).truth(rng, **{CONSTANT: 4.5})
-    conclusion = conclude(explain(world.program(y), rng))
+    y = World(world.base, truth).truth(rng, **{CONSTANT: strength})
+    return conclude(explain(world.program(y), rng))
+
+
+def test_an_effect_whose_form_is_not_natures_has_something_unmodelled_beside_it():
+    """It leaves more than noise, and less than makes no name trusted; the first sentence says how much."""
+    conclusion = imperfect(3.5)
+    assert conclusion.left.trusted and "a reduced chi-square of" in verdict_sentences(conclusion)[0]
     first, beside = conclusion.found[:2]
     assert (first.slug, beside.slug, beside.confusable) == (CONSTANT, "unmodelled", [CONSTANT])
     assert beside.probability == pytest.approx(DEFAULT.verdict.beside_unknown)
     assert beside.text.startswith(f"{CONSTANT} leaves more than noise")
+
+
+def test_an_effect_that_leaves_far_more_than_noise_is_not_first():
+    conclusion = imperfect(6.0)
+    assert conclusion.found[0].slug == "unmodelled" and conclusion.left.reduced_chi2 > 3.0 and not conclusion.left.trusted
+    assert conclusion.unknown >= DEFAULT.verdict.refuted_unknown
 
 
 @pytest.mark.parametrize(("discrepancy", "left", "units"), [

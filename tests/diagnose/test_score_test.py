@@ -14,13 +14,12 @@ from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.fit.score_test import (
     Score,
-    _at_bound,
     _interleaved,
-    _Projector,
     _whole_effects,
     about_nominal,
     score_effects,
 )
+from fitting.diagnose.fit.sensitivities import Projector, constants_at_bound
 from fitting.diagnose.settings import DEFAULT
 from fitting.inference.parameters import Parameters
 
@@ -99,7 +98,7 @@ def test_numbers_that_recordings_do_not_tell_apart_are_freed_once():
     """A strength without effect and two alike, all of flat priors, of large and of small size."""
     rng = np.random.default_rng(0)
     column = 1e6 * rng.standard_normal((30, 1))
-    project = _Projector(np.concatenate([column, 0.0 * column, 2.0 * column], axis=1), np.full(3, np.inf))
+    project = Projector(np.concatenate([column, 0.0 * column, 2.0 * column], axis=1), np.full(3, np.inf))
     other = rng.standard_normal((30, 1))
     freed = project(np.concatenate([column, other], axis=1))[:30]
     np.testing.assert_allclose(freed[:, 0], 0.0, atol=1e-6)
@@ -113,7 +112,7 @@ def test_base_constants_at_a_bound_absorb_nothing():
     unknowns, fit = program.unknowns, Refitter(program).fit(())
     u = fit.u.copy()
     u[:3] = unknowns.low[0], 0.7, unknowns.high[2]
-    assert list(_at_bound(unknowns, dataclasses.replace(fit, u=u))) == [0, 2]
+    assert list(constants_at_bound(unknowns, dataclasses.replace(fit, u=u))) == [0, 2]
 
 
 def test_an_effect_is_present_where_it_acts_or_is_asked_for():

@@ -33,9 +33,7 @@ class Compiled:
         trajectories: latent trajectories of a recording.
     """
 
-    def __init__(
-        self, specimen: Specimen, unknowns: Unknowns, always: tuple[Effect, ...], trajectories: int
-    ):
+    def __init__(self, specimen: Specimen, unknowns: Unknowns, always: tuple[Effect, ...], trajectories: int):
         self._unknowns, self._always, self._trajectories = unknowns, always, trajectories
         count = len(unknowns.base)
 

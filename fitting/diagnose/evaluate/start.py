@@ -28,7 +28,6 @@ from .program import Program
 SCALING = DEFAULT.scaling
 
 
-
 @dataclass(frozen=True)
 class Start:
     """Where a diagnosis starts from.

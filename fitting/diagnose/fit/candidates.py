@@ -1,18 +1,19 @@
 """Candidate fits: effects fitted together with the base, by successive halving, and their evidence."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fitting.inference.parallel import run_parallel
 
+from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..evaluate.unknowns import Unknowns
 from ..settings import DEFAULT
 from .evidence import effective_degrees_of_freedom, evidence, inflation_of, log_likelihood
 from .refit import Fit, Refitter, at_its_bound, largest_deviation
-from .score_test import Score, ScoreTest, about_nominal
+from .score_test import ScoreTest, about_nominal
 
 OPTIMISER = DEFAULT.optimiser
 CANDIDATES = DEFAULT.candidates
@@ -47,6 +48,21 @@ class CandidateFit:
         return at_its_bound(self.fit, self.slug)
 
 
+@dataclass(frozen=True)
+class Proposal:
+    """A set of effects to be fitted together with the base.
+
+    Attributes:
+        slugs: effects of the set, with those of the model that it extends.
+        starts: scaled numbers: where its scores were made, and nominal base constants.
+        near: an evaluation whose latent trajectories are begun with; that of the extended model if None.
+    """
+
+    slugs: tuple[str, ...]
+    starts: tuple[np.ndarray, np.ndarray]
+    near: Evaluation | None = None
+
+
 def candidate_fits(
     program: Program,
     current: Fit,
@@ -76,49 +92,11 @@ def candidate_fits(
     likely += [s for s in others if s.p_value < CANDIDATES.maximum_p_value and s.gain >= enough][
         : effort * CANDIDATES.about_nominal
     ]
-    starts = {score.slug: _starts(program.unknowns, score) for score in likely}
-    best: dict[str, Fit] = {}
-    kept = [score.slug for score in likely]
-
-    def fitted(job: tuple[str, np.ndarray | Fit, int]) -> tuple[str, Fit]:
-        slug, start, rounds = job
-        fit = refitter.fit((*current.slugs, slug), start, rounds, current.evaluation)
-        if min(fit.objective, best[slug].objective if slug in best else np.inf) < current.objective:
-            return slug, fit
-        faint = _fainter(program.unknowns, slug, current.u, fit.u if isinstance(start, Fit) else start)
-        again = refitter.fit(fit.slugs, faint, rounds, current.evaluation)
-        return slug, min(fit, again, key=lambda f: f.objective)
-
-    def ahead(count: int) -> list[str]:
-        first = sorted(best, key=lambda slug: best[slug].objective)[: effort * count]
-        worst = max((best[slug].objective for slug in first), default=0.0)
-        first += [score.slug for score in likely[: CANDIDATES.kept_by_score] if score.slug not in first]
-        promised = {slug: refitter.promised(fit) for slug, fit in best.items()}
-        rest = sorted((slug for slug in best if slug not in first), key=promised.get)
-        first += [slug for slug in rest[:1] if promised[slug] < worst]
-        least = min((fit.objective for fit in best.values()), default=np.inf)
-        ended = least < log_likelihood(program, CANDIDATES.explained, 1.0)
-        return (
-            [slug for slug in first if promised[slug] <= CANDIDATES.hopeless_factor * least]
-            if ended
-            else first
-        )
-
-    for rounds in (CANDIDATES.first_steps, CANDIDATES.second_steps):
-        kept = ahead(CANDIDATES.second_count) if best else kept
-        progress(f"fitting {len(kept)} candidates")
-        jobs = [(slug, best[slug] if slug in best else starts[slug][0], rounds) for slug in kept]
-        best |= dict(run_parallel(fitted, jobs))
-    kept = ahead(CANDIDATES.final_count)
-    progress(f"fitting {', '.join(kept)} to the end")
-    jobs = [(slug, start, OPTIMISER.final_steps) for slug in kept for start in (best[slug], starts[slug][1])]
-    if not program.hidden:
-        elsewhere = {slug: _reshaped(program.unknowns, slug, best) for slug in kept}
-        jobs += [(slug, start, OPTIMISER.final_steps) for slug in kept for start in elsewhere[slug]]
-    for slug, fit in run_parallel(fitted, jobs):
-        if fit.objective < best[slug].objective:
-            best[slug] = fit
-    candidates = [CandidateFit(slug, fit, 0.0, np.nan) for slug, fit in best.items()]
+    proposals = [
+        Proposal((*current.slugs, s.slug), starts_of(program.unknowns, (s.slug,), s.start)) for s in likely
+    ]
+    fits = fitted_sets(program, proposals, current, progress, effort)
+    candidates = [CandidateFit(fit.slugs[-1], fit, 0.0, np.nan) for fit in fits]
     candidates.sort(key=lambda t: t.fit.objective)
     for candidate in candidates:
         candidate.largest_deviation_sd = largest_deviation(program.unknowns, candidate.fit)
@@ -126,28 +104,110 @@ def candidate_fits(
     return candidates
 
 
-def _starts(unknowns: Unknowns, score: Score) -> list[np.ndarray]:
-    """Two starts of a candidate fit: the estimate of the score test, and nominal base constants."""
-    nominal = unknowns.at_nominal(score.start)
-    own = unknowns.amplitudes(score.slug)
-    typical = np.array([unknowns.items[k].start for k in own])
-    signs = np.where(score.start[own] < 0.0, -1.0, 1.0)
-    nominal[own] = np.clip(
-        np.where(np.abs(score.start[own]) > 0.0, signs * np.abs(typical), 0.0),
-        unknowns.low[own],
-        unknowns.high[own],
-    )
-    first = score.start.copy()
-    zero = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
-    first[own[zero]] = CANDIDATES.begin_share * typical[zero]
-    return [first, nominal]
+def fitted_sets(
+    program: Program,
+    proposals: list[Proposal],
+    current: Fit,
+    progress: Callable[[str], None],
+    effort: int,
+) -> list[Fit]:
+    """Sets of effects, each fitted together with the base, by successive halving.
+
+    Args:
+        program: of the campaign.
+        proposals: most promising first; of different sets.
+        current: model that they extend.
+        progress: receives a line of text at every step.
+        effort: 1; 2 follows twice as many.
+
+    Returns:
+        A fit of every proposal. The worse ones ended early.
+    """
+    refitter, starts = Refitter(program), {one.slugs: one.starts for one in proposals}
+    near = {one.slugs: one.near or current.evaluation for one in proposals}
+    best: dict[tuple[str, ...], Fit] = {}
+    kept = list(starts)
+
+    def fitted(job: tuple[tuple[str, ...], np.ndarray | Fit, int]) -> tuple[tuple[str, ...], Fit]:
+        slugs, start, rounds = job
+        fit = refitter.fit(slugs, start, rounds, near[slugs])
+        if min(fit.objective, best[slugs].objective if slugs in best else np.inf) < current.objective:
+            return slugs, fit
+        added = [slug for slug in slugs if slug not in current.slugs]
+        faint = _fainter(program.unknowns, added, current.u, fit.u if isinstance(start, Fit) else start)
+        again = refitter.fit(slugs, faint, rounds, current.evaluation)
+        return slugs, min(fit, again, key=lambda f: f.objective)
+
+    for rounds in (CANDIDATES.first_steps, CANDIDATES.second_steps):
+        kept = _ahead(program, refitter, best, starts, effort * CANDIDATES.second_count) if best else kept
+        progress(f"fitting {len(kept)} candidates")
+        jobs = [(slugs, best[slugs] if slugs in best else starts[slugs][0], rounds) for slugs in kept]
+        best |= dict(run_parallel(fitted, jobs))
+    kept = _ahead(program, refitter, best, starts, effort * CANDIDATES.final_count)
+    names = ["+".join(slug for slug in slugs if slug not in current.slugs) for slugs in kept]
+    progress(f"fitting {', '.join(names)} to the end")
+    jobs = [
+        (slugs, start, OPTIMISER.final_steps) for slugs in kept for start in (best[slugs], starts[slugs][1])
+    ]
+    for slugs in kept if not program.hidden else ():
+        added = [slug for slug in slugs if slug not in current.slugs]
+        if len(added) == 1:  # effects of larger sets were tried at other shapes alone
+            elsewhere = _reshaped(program.unknowns, added[0], best[slugs].u)
+            jobs += [(slugs, start, OPTIMISER.final_steps) for start in elsewhere]
+    for slugs, fit in run_parallel(fitted, jobs):
+        if fit.objective < best[slugs].objective:
+            best[slugs] = fit
+    return list(best.values())
 
 
-def _reshaped(unknowns: Unknowns, slug: str, best: dict[str, Fit]) -> list[np.ndarray]:
+def _ahead(
+    program: Program,
+    refitter: Refitter,
+    best: dict[tuple[str, ...], Fit],
+    ranked: Iterable[tuple[str, ...]],
+    count: int,
+) -> list[tuple[str, ...]]:
+    """Sets that are worth further steps: the best so far, the first by score, and one that promises more."""
+    first = sorted(best, key=lambda slugs: best[slugs].objective)[:count]
+    worst = max((best[slugs].objective for slugs in first), default=0.0)
+    first += [slugs for slugs in list(ranked)[: CANDIDATES.kept_by_score] if slugs not in first]
+    promised = {slugs: refitter.promised(fit) for slugs, fit in best.items()}
+    rest = sorted((slugs for slugs in best if slugs not in first), key=promised.get)
+    first += [slugs for slugs in rest[:1] if promised[slugs] < worst]
+    least = min((fit.objective for fit in best.values()), default=np.inf)
+    if least >= log_likelihood(program, CANDIDATES.explained, 1.0):
+        return first
+    return [slugs for slugs in first if promised[slugs] <= CANDIDATES.hopeless_factor * least]
+
+
+def starts_of(unknowns: Unknowns, added: Sequence[str], at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two starts of a set: the estimate of its scores, and typical strengths at nominal base constants.
+
+    Args:
+        unknowns: of the campaign.
+        added: effects that the set adds.
+        at: the estimate, scaled.
+    """
+    first, nominal = at.copy(), unknowns.at_nominal(at)
+    for slug in added:
+        own = unknowns.amplitudes(slug)
+        typical = np.array([unknowns.items[k].start for k in own])
+        signs = np.where(at[own] < 0.0, -1.0, 1.0)
+        nominal[own] = np.clip(
+            np.where(np.abs(at[own]) > 0.0, signs * np.abs(typical), 0.0),
+            unknowns.low[own],
+            unknowns.high[own],
+        )
+        zero = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
+        first[own[zero]] = CANDIDATES.begin_share * typical[zero]
+    return first, nominal
+
+
+def _reshaped(unknowns: Unknowns, slug: str, best: np.ndarray) -> list[np.ndarray]:
     """The best fit of a candidate so far with its shapes elsewhere, at typical strength."""
     shapes, own, found = unknowns.shapes(slug), unknowns.amplitudes(slug), []
     for share in CANDIDATES.other_shapes if shapes.size else ():
-        u = best[slug].u.copy()
+        u = best.copy()
         u[shapes] = [unknowns.items[k].at_share(share) for k in shapes]
         typical = np.array([unknowns.items[k].start for k in own])
         signs = np.where(u[own] < 0.0, -1.0, 1.0)
@@ -156,14 +216,16 @@ def _reshaped(unknowns: Unknowns, slug: str, best: dict[str, Fit]) -> list[np.nd
     return found
 
 
-def _fainter(unknowns: Unknowns, slug: str, current: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """A start close to the model so far, with a little of the effect."""
-    found, whole, own = current.copy(), unknowns.of([slug]), unknowns.amplitudes(slug)
-    typical = np.array([unknowns.items[k].start for k in own])
-    found[whole] = start[whole]
-    found[own] = CANDIDATES.faint_share * np.where(
-        np.abs(start[own]) > CANDIDATES.faint_share * np.abs(typical), start[own], typical
-    )
+def _fainter(unknowns: Unknowns, added: Sequence[str], current: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """A start close to the model so far, with a little of the added effects."""
+    found = current.copy()
+    for slug in added:
+        whole, own = unknowns.of([slug]), unknowns.amplitudes(slug)
+        typical = np.array([unknowns.items[k].start for k in own])
+        found[whole] = start[whole]
+        found[own] = CANDIDATES.faint_share * np.where(
+            np.abs(start[own]) > CANDIDATES.faint_share * np.abs(typical), start[own], typical
+        )
     return found
 
 

@@ -78,6 +78,10 @@ class HeldOutScores:
             self._known[id(fit)] = fit, cross_validate(self._program, fit)
         return self._known[id(fit)][1]
 
+    def known(self, fit: Fit) -> bool:
+        """Whether a model was asked for."""
+        return id(fit) in self._known
+
     def gained(self, base: Fit, fit: Fit) -> float:
         """Cross-validated reduced chi-square of a model, with its gain on a base model counted by `gain`."""
         before = self(base)

@@ -1,6 +1,7 @@
 """Log Bayes factors of fitted models, by Laplace's approximation, deflated by misfit and correlation."""
 
 import numpy as np
+from scipy.special import gammaln
 
 from ..evaluate.noise import correlation_factor
 from ..evaluate.program import Program
@@ -52,11 +53,18 @@ def evidence(
     added = [slug for slug in further.slugs if slug not in current.slugs]
     luck = 0.5 * max(effective_degrees_of_freedom(program, further) - followed, 0.0)
     gain = (current.objective - further.objective - luck) / inflation
-    penalty = len(added) * np.log(max(len(program.unknowns.slugs), 1))
+    known = len(program.unknowns.slugs)
+    penalty = log_sets(known, len(current.slugs) + len(added)) - log_sets(known, len(current.slugs))
     penalty += EVIDENCE.bound_penalty * sum(at_its_bound(further, slug) for slug in added)
     found = gain + _occam(program, current, further, added, inflation) - penalty
     nothing = any(absent(program.unknowns, further, slug) for slug in added)
     return min(found, 0.0) if nothing else found
+
+
+def log_sets(effects: int, size: int) -> float:
+    """Logarithm of the number of sets of a size among so many effects; 0 for none."""
+    size = min(size, effects)
+    return float(gammaln(effects + 1) - gammaln(size + 1) - gammaln(effects - size + 1))
 
 
 def _occam(program: Program, current: Fit, further: Fit, added: list[str], inflation: float) -> float:

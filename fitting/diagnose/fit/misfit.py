@@ -8,6 +8,7 @@ from ..settings import DEFAULT
 from .refit import Fit
 
 OPTIMISER = DEFAULT.optimiser
+VERDICT = DEFAULT.verdict
 
 
 def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
@@ -18,6 +19,11 @@ def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
 def spread(program: Program, chosen: np.ndarray) -> float:
     """Standard deviation of the reduced chi-square of some recordings by chance."""
     return float(np.sqrt(2.0 / max(program.observations(chosen), 1)))
+
+
+def limit_of(program: Program, chosen: np.ndarray) -> float:
+    """Reduced chi-square of some recordings up to which nothing counts as left over."""
+    return 1.0 + max(VERDICT.minimum_excess, VERDICT.minimum_deviations * spread(program, chosen))
 
 
 def predictive_chi_square(program: Program, fit: Fit, chosen: np.ndarray) -> float:

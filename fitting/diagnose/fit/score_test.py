@@ -9,21 +9,20 @@ measured one. So an effect that brings the constants back scores as well as one 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 
 import numpy as np
 from scipy.stats import chi2
 
-from fitting.inference.noise import GAUSSIAN_MAD
 from fitting.inference.parallel import run_parallel
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.unknowns import Unknowns
 from ..settings import DEFAULT
 from .refit import Fit, Refitter, largest_deviation
+from .sensitivities import Block, Projector, Sensitivities, sensitivities_about
 
-OPTIMISER = DEFAULT.optimiser
 SCORE_TEST = DEFAULT.score_test
 
 
@@ -59,6 +58,7 @@ class ScoreTest:
         untestable: slugs of effects that these recordings do not show.
         scale: standard deviation of fast residuals; above 1 where the noise is larger than stated.
         tried: slugs of all effects that were asked for.
+        look: sensitivities that the scores are made of.
     """
 
     scores: list[Score]
@@ -67,53 +67,7 @@ class ScoreTest:
     untestable: list[str]
     scale: float
     tried: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class _Sensitivities:
-    """Residuals and all sensitivities about one point.
-
-    Attributes:
-        here: the evaluation.
-        project: projects sensitivities off the base constants.
-        scale: see `ScoreTest`.
-        left: projected residuals, in units of `scale`.
-        tried: slug, orthonormal directions, start, indices.
-        strength: longest sensitivity of every effect.
-    """
-
-    here: Evaluation
-    project: "_Projector"
-    scale: float
-    left: np.ndarray
-    tried: list[tuple[str, np.ndarray, np.ndarray, np.ndarray]]
-    strength: dict[str, float]
-
-
-class _Projector:
-    """Projects sensitivities off the free numbers of a fit, whose priors count as rows.
-
-    Args:
-        A: derivatives of the measured rows by those numbers, (rows, numbers).
-        sd: standard deviations of their priors, infinite where flat.
-    """
-
-    def __init__(self, A: np.ndarray, sd: np.ndarray):
-        self.A = np.concatenate([A, np.diag(1.0 / sd)])
-        size = np.linalg.norm(self.A, axis=0)
-        size[size == 0.0] = 1.0
-        scaled = self.A / size  # columns may be zero or alike where recordings do not tell numbers apart
-        self.H = np.linalg.pinv(scaled.T @ scaled, OPTIMISER.alike_share, hermitian=True) / np.outer(
-            size, size
-        )
-        self.rows = len(A)
-
-    def __call__(self, J: np.ndarray, priors: np.ndarray | None = None) -> np.ndarray:
-        """Projected columns (rows, n), then rows of the priors (zero if None), (rows + numbers, n)."""
-        if priors is None:
-            priors = np.zeros((len(self.A) - self.rows, J.shape[1]))
-        whole = np.concatenate([J, priors])
-        return whole - self.A @ (self.H @ (self.A.T @ whole))
+    look: Sensitivities | None = field(default=None, repr=False)
 
 
 def score_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.random.Generator) -> ScoreTest:
@@ -126,12 +80,12 @@ def score_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.ra
         rng: of the simulated nulls.
     """
     slugs, weight = [slug for slug in slugs if slug not in fit.slugs], refitter.weight
-    look = _sensitivities_about(refitter, fit, slugs)
-    scores, pool = _scores(look)
+    look = sensitivities_about(refitter, fit, slugs)
+    scores, pool = _scores(refitter.unknowns, look)
     pool.append((None, _slow_cosines(look.here, weight, look.project)))
     p_value, bound = _p_value(pool, look.left, rng)
     untestable = [slug for slug in slugs if look.strength[slug] < SCORE_TEST.minimum_length]
-    return ScoreTest(scores, p_value, bound, untestable, look.scale, tuple(slugs))
+    return ScoreTest(scores, p_value, bound, untestable, look.scale, tuple(slugs), look)
 
 
 def about_nominal(refitter: Refitter, fit: Fit, found: ScoreTest) -> list[Score]:
@@ -142,7 +96,7 @@ def about_nominal(refitter: Refitter, fit: Fit, found: ScoreTest) -> list[Score]
     if largest_deviation(refitter.unknowns, fit) < SCORE_TEST.far_from_nominal:
         return []
     nominal = replace(fit, u=refitter.unknowns.at_nominal(fit.u))
-    by_slope, whole = _scores(_sensitivities_about(refitter, nominal, found.tried))[0], []
+    by_slope, whole = _scores(refitter.unknowns, sensitivities_about(refitter, nominal, found.tried))[0], []
     if (
         not fit.slugs and not refitter.program.process_noise.shape[1]
     ):  # 100 runs; 200 where each searches for trajectories
@@ -187,87 +141,16 @@ def _interleaved(*lists: Sequence[Score]) -> list[Score]:
     return list(found.values())
 
 
-def _sensitivities_about(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> _Sensitivities:
-    """The sensitivities of effects about the numbers of a fit."""
-    program, unknowns, weight = refitter.program, refitter.unknowns, refitter.weight
-    here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
-    r, A = here.joined(weight)
-    departure, sd = refitter._prior(fit.u, fit.free)
-    movable = ~np.isin(fit.free, _at_bound(unknowns, fit))
-    project = _Projector(A[:, movable], sd[movable])
-    scale = _noise_scale(here, weight)
-    left = project(r[:, None], (departure / sd)[movable, None])[:, 0] / scale
-    tried: list[tuple[str, np.ndarray, np.ndarray, np.ndarray]] = []  # slug, Q, start u, indices
-    strength = dict.fromkeys(slugs, 0.0)
-    shaped = [slug for slug in slugs if unknowns.shapes(slug).size]
-    for number, u in enumerate(_shapes(refitter, fit, slugs)):
-        members = shaped if number else slugs
-        if not members:
-            break
-        columns = np.concatenate([unknowns.amplitudes(slug) for slug in members]).astype(int)
-        _, J = program.evaluate(u, columns, near=fit.evaluation).joined(weight)  # trajectories as of A
-        for slug in members:
-            own = unknowns.amplitudes(slug)
-            tried += _directions(refitter, slug, own, J[:, np.isin(columns, own)], project, u, left, strength)
-    for slug in [s for s in slugs if strength[s] < SCORE_TEST.minimum_length]:
-        u = fit.u.copy()
-        own = unknowns.of([slug])
-        u[own] = [unknowns.items[k].start for k in own]
-        change = program.evaluate(u, own[:0], near=fit.evaluation).joined(weight)[0] - r
-        sensitivity = project(change[:, None])
-        strength[slug] = float(np.linalg.norm(sensitivity))
-        if strength[slug] >= SCORE_TEST.minimum_length:
-            tried.append((slug, sensitivity / strength[slug], u, own))
-    return _Sensitivities(here, project, scale, left, tried, strength)
+def _within_bounds(
+    unknowns: Unknowns, block: Block, left: np.ndarray
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Orthonormal directions of a block and a start; without strengths that would have the wrong sign.
 
-
-def _at_bound(unknowns: Unknowns, fit: Fit) -> np.ndarray:
-    """Indices of base constants that ended at a bound: those absorb no more."""
-    base = unknowns.base
-    return base[
-        (fit.u[base] <= unknowns.low[base] + OPTIMISER.negligible_distance)
-        | (fit.u[base] >= unknowns.high[base] - OPTIMISER.negligible_distance)
-    ]
-
-
-def _shapes(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> list[np.ndarray]:
-    """Points that differ from the fit in the shapes of absent effects only."""
-    unknowns, points = refitter.unknowns, []
-    rng = np.random.default_rng(0)
-    for number in range(SCORE_TEST.shapes):
-        u = fit.u.copy()
-        for slug in slugs:
-            shapes = unknowns.shapes(slug)
-            u[unknowns.amplitudes(slug)] = 0.0
-            for place, k in enumerate(shapes):
-                share = (
-                    (number if place == 0 else rng.permutation(SCORE_TEST.shapes)[number]) + 0.5
-                ) / SCORE_TEST.shapes
-                item = unknowns.items[k]
-                u[k] = item.at_share(share) if number else item.start
-        points.append(u)
-    return points
-
-
-def _directions(
-    refitter: Refitter,
-    slug: str,
-    own: np.ndarray,
-    J: np.ndarray,
-    project: _Projector,
-    u: np.ndarray,
-    left: np.ndarray,
-    strength: dict[str, float],
-) -> list[tuple]:
-    """Directions of an effect's sensitivity at one shape, within its bounds."""
-    unknowns = refitter.unknowns
-    P = project(J)
-    lengths = np.linalg.norm(P, axis=0)
-    kept = lengths > SCORE_TEST.minimum_length
-    if not kept.any():
-        return []
-    strength[slug] = max(strength[slug], float(lengths.max()))
-    own, P = own[kept], P[:, kept]
+    None where every one would.
+    """
+    own, P = block.own, block.columns
+    if block.whole:
+        return P / np.linalg.norm(P), block.u
     for _ in range(len(own)):
         H = P.T @ P
         step = -np.linalg.solve(H + 1e-9 * np.trace(H) * np.eye(len(own)), P.T @ left)
@@ -275,21 +158,24 @@ def _directions(
         if not wrong.any():
             break
         if wrong.all():
-            return []
+            return None
         own, P = own[~wrong], P[:, ~wrong]
-    start = u.copy()
+    start = block.u.copy()
     start[own] = np.clip(step, unknowns.low[own], unknowns.high[own])
     values, vectors = np.linalg.eigh(P.T @ P)
     solid = values > 1e-8 * values.max()
-    Q = (P @ vectors[:, solid]) / np.sqrt(values[solid])
-    return [(slug, Q, start, own)]
+    return (P @ vectors[:, solid]) / np.sqrt(values[solid]), start
 
 
-def _scores(look: _Sensitivities) -> tuple[list[Score], list[tuple]]:
+def _scores(unknowns: Unknowns, look: Sensitivities) -> tuple[list[Score], list[tuple]]:
     """The best score of every effect, strongest first, and all directions that were tried."""
     best: dict[str, Score] = {}
     pool = []
-    for slug, Q, start, _ in look.tried:
+    for block in look.blocks:
+        found = _within_bounds(unknowns, block, look.left)
+        if found is None:
+            continue
+        slug, (Q, start) = block.slug, found
         gain = float(np.sum((Q.T @ look.left) ** 2))
         p = float(chi2.sf(gain, Q.shape[1]))
         pool.append((slug, Q))
@@ -300,7 +186,7 @@ def _scores(look: _Sensitivities) -> tuple[list[Score], list[tuple]]:
     return order, pool
 
 
-def _slow_cosines(here: Evaluation, weight: np.ndarray, project: _Projector) -> np.ndarray:
+def _slow_cosines(here: Evaluation, weight: np.ndarray, project: Projector) -> np.ndarray:
     """Orthonormal slow cosines over every fitted recording, projected off the base."""
     parts = [len(m) for m in here.misfit]
     total, first, columns = sum(parts), 0, []
@@ -316,6 +202,11 @@ def _slow_cosines(here: Evaluation, weight: np.ndarray, project: _Projector) -> 
     return Q[:, np.abs(np.diag(R)) > 1e-8]
 
 
+def simulated(left: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Independent unit errors wherever a residual counts, (rows, draws)."""
+    return rng.standard_normal((len(left), SCORE_TEST.draws)) * (left != 0.0)[:, None]
+
+
 def _p_value(pool: list[tuple], left: np.ndarray, rng: np.random.Generator) -> tuple[float, bool]:
     """P-value of the strongest result among all, by simulation of independent unit errors."""
 
@@ -325,21 +216,7 @@ def _p_value(pool: list[tuple], left: np.ndarray, rng: np.random.Generator) -> t
             found = np.minimum(found, chi2.logsf(np.sum((Q.T @ R) ** 2, axis=0), Q.shape[1]))
         return found
 
-    errors = rng.standard_normal((len(left), SCORE_TEST.draws)) * (left != 0.0)[:, None]
+    errors = simulated(left, rng)
     null, here = smallest(errors), smallest(left[:, None])[0]
     as_small = int(np.sum(null <= here))
     return (as_small + 1) / (SCORE_TEST.draws + 1), as_small == 0
-
-
-def _noise_scale(here: Evaluation, weight: np.ndarray) -> float:
-    """Standard deviation of whitened residuals from their fastest changes; 1 where the stated noise holds."""
-    steps = []
-    for k, misfit in enumerate(here.misfit):
-        r = weight[k] * misfit
-        r = r[r != 0.0]
-        if len(r) > 8:
-            steps.append(np.diff(r, 2) / np.sqrt(6.0))
-    if not steps:
-        return 1.0
-    joined = np.abs(np.concatenate(steps))
-    return float(max(1.0, np.median(joined) / GAUSSIAN_MAD))

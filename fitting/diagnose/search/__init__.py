@@ -1,7 +1,8 @@
-"""The search for effects.
+"""The search for effects: one search over sets of effects.
 
-- `steps`: steps of a search and their result;
-- `choose`, `backward_elimination`, `leave_one_out_evidence`: which candidate enters, which earlier effect is
-  redundant or gives way;
-- `stepwise`, `pair_search`, `explain`: one effect after the other, pairs from rivals of the first, both.
+- `steps`: scores, candidates and the explanation that a search ends with;
+- `pool`: fitted sets of effects;
+- `set_search`: the beam that proposes, fits and extends sets;
+- `decision`: which set is named: evidence, left-out recordings, instruments;
+- `explain`: the whole search of a campaign.
 """

@@ -17,9 +17,8 @@ from ..fit.misfit import floor, reduced
 from ..fit.refit import Fit
 from ..fit.score_test import ScoreTest
 from ..settings import DEFAULT
-from .pair_search import pair_search
+from .set_search import SetSearch, base_scored
 from .steps import Explanation, Named, Step
-from .stepwise import StepwiseSearch, scored
 
 BASE_FIT = DEFAULT.base_fit
 SCORE_TEST = DEFAULT.score_test
@@ -43,11 +42,11 @@ def explain(
         effort: 1; 2 follows twice as many candidates.
         further: makes more starts of the base model, scaled; asked where its fit leaves much.
     """
-    search = StepwiseSearch(rng, progress, effort)
+    search = SetSearch(rng, progress, effort)
     progress("refitting the base model within its tolerances")
     started, base = base_fit(program, further=further)
     progress(f"screening {len(program.unknowns.slugs)} effects")
-    found = scored(started, base, rng)
+    found = base_scored(started, base, rng)
     untried = not program.fitted.all()  # recordings for validation have not been fitted
     if untried and found.p_value > SCORE_TEST.level:
         explanation = _together(started, base, SCORE_TEST.level_together, search)
@@ -62,11 +61,11 @@ def explain(
     return explanation
 
 
-def _together(program: Program, base: Fit, level: float, search: StepwiseSearch) -> Explanation | None:
+def _together(program: Program, base: Fit, level: float, search: SetSearch) -> Explanation | None:
     """A search on all recordings, validation included; None where it finds nothing."""
     search.progress("looking at the recordings for validation as well")
     whole, fit = base_fit(replace(program, fitted=np.ones_like(program.fitted)), base.u)
-    found = scored(whole, fit, search.rng)
+    found = base_scored(whole, fit, search.rng)
     if found.p_value > level:
         return None
     explanation = _whole(search, whole, fit, found)
@@ -74,8 +73,8 @@ def _together(program: Program, base: Fit, level: float, search: StepwiseSearch)
     return explanation if explanation.final.slugs else None
 
 
-def _whole(search: StepwiseSearch, program: Program, base: Fit, found: ScoreTest) -> Explanation:
-    """The whole search from a scored base fit: stepwise, then pairs from rivals of the first effect."""
+def _whole(search: SetSearch, program: Program, base: Fit, found: ScoreTest) -> Explanation:
+    """The whole search from a scored base fit, begun again where candidates find a better one."""
     for again in reversed(range(BASE_FIT.maximum_searches)):
         explanation = Explanation(program, base, Named(base), [], found.p_value, found.p_is_bound)
         better = search.run(explanation, Step(base, found, []), again > 0)
@@ -83,9 +82,7 @@ def _whole(search: StepwiseSearch, program: Program, base: Fit, found: ScoreTest
             break
         search.progress("beginning again from a better fit of the base model")
         program, base = fit_with_noise(program, better)
-        found = scored(program, base, search.rng)
-    pair_search(search, explanation)
-    explanation.weigh_effects = search.weigh_effects
+        found = base_scored(program, base, search.rng)
     return explanation
 
 

@@ -106,9 +106,7 @@ class Explanation:
     p_is_bound: bool
     together: bool = False
     contending: list[tuple[str, ...]] = field(default_factory=list)
-    weigh_effects: "Callable[[Explanation, Fit, float, list[Step]], Named] | None" = field(
-        default=None, repr=False
-    )
+    weigh_effects: "Callable[[Explanation, Fit], Named] | None" = field(default=None, repr=False)
     scores: HeldOutScores = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

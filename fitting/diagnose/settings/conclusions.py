@@ -46,6 +46,7 @@ class Place:
     quantiles: tuple[float, ...] = threshold(
         (0.2, 0.35, 0.5, 0.65, 0.8), "Number of quantiles of a driver for the limit of a region: these."
     )
+    stretch: int = threshold(8, "Number of rows of a stretch for a regime of misfit.", "rows")
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,10 @@ class Verdict:
     refuted_unknown: float = threshold(
         0.6, "Minimum probability of something unknown for effects that predict worse.",
         basis="sixteenth to eighteenth run: of 39 mismatches one was like that, a null",
+    )  # fmt: skip
+    clearly_left: float = threshold(
+        2.0, "Maximum excess of a reduced chi-square over noise for names to be trusted.",
+        basis="field: names that left a reduced chi-square of 3 to 233 were imperfect or wrong",
     )  # fmt: skip
     beside_unknown: float = threshold(
         0.25, "Minimum probability of something unknown for effects that leave more than noise.",

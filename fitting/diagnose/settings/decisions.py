@@ -54,9 +54,6 @@ class Evidence:
         4.0, "Minimum difference of log Bayes factors for two explanations to be told apart.", "nat"
     )
     behind: float = threshold(0.2, "Maximum share of the best evidence for an effect to be behind it.")
-    minimum_better: float = threshold(
-        1.0, "Minimum log-likelihood for a better fit of the same effects to replace one.", "nat"
-    )
 
 
 @dataclass(frozen=True)
@@ -109,9 +106,6 @@ class Entry:
         0.05, "Maximum such loss for an effect, over what left-out recordings gain."
     )
     minimum_at_bound: float = threshold(1.2, "Minimum held-out reduced chi-square for an effect at a bound.")
-    astray_factor: float = threshold(
-        2.0, "Minimum ratio of a fold's misfits for a model to have gone astray without it."
-    )
 
 
 @dataclass(frozen=True)
@@ -138,17 +132,7 @@ class Drift:
 
 @dataclass(frozen=True)
 class Search:
-    """How many effects, how many pairs, and when to look for them."""
+    """How many sets of effects are followed, and when to look for larger ones."""
 
     maximum_effects: int = threshold(3, "Maximum number of effects for a model.")
-    exchanges: int = threshold(2, "Maximum number of exchanges for each effect, on average.")
-    rivals_hidden: int = threshold(4, "Number of rivals for a pair search beside latent trajectories.")
-    rivals: int = threshold(6, "Number of rivals for a pair search without latent trajectories.")
-    pairs_hidden: int = threshold(2, "Number of rivals to fit a second effect for, beside trajectories.")
-    pairs: int = threshold(3, "Number of rivals to fit a second effect for, without trajectories.")
-    noise_excess: float = threshold(
-        0.05, "Maximum excess of a reduced chi-square for noise, in a pair search."
-    )
-    noise_deviations: float = threshold(
-        2.0, "Maximum excess of a reduced chi-square for noise, in a pair search, too.", "sd"
-    )
+    beam: int = threshold(8, "Number of sets of one size for a fit together with the base.")

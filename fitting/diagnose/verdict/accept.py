@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from ..search.backward_elimination import without
+from ..search.pool import without
 from ..search.steps import Explanation, Named
 from .held_out import Scores
 from .text import refused, went
@@ -33,6 +33,5 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
         explanation = replace(explanation, named=Named(fewer), contending=[])
         explanation.scores = known
         if fewer.slugs and explanation.weigh_effects is not None:
-            left = explanation.scores.gained(explanation.base, fewer)
-            explanation.named = explanation.weigh_effects(explanation, fewer, left, explanation.steps)
+            explanation.named = explanation.weigh_effects(explanation, fewer)
     return explanation, said

@@ -6,7 +6,7 @@ from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.model_discrepancy import WALL
 
 from ..evaluate.program import Program
-from ..fit.misfit import floor, predictive_chi_square, reduced
+from ..fit.misfit import floor, limit_of, predictive_chi_square, reduced
 from ..fit.refit import Fit
 from ..search.steps import Explanation
 from ..settings import DEFAULT
@@ -15,6 +15,7 @@ from .conclusion import Conclusion
 from .discrepancy import Discrepancy, beside, fitted_discrepancy
 from .discrepancy_evidence import DiscrepancyEvidence, best_discrepancy
 from .held_out import Correction, HeldOut, Scores
+from .left import left_of
 from .locate import Place, locate
 from .next_experiment import best_design
 from .probabilities import (
@@ -32,7 +33,6 @@ from .unexplained import (
     discrepancy_probability,
     helps_nobody,
     leaves_more,
-    limit_of,
     outdone,
     refuted,
     steady,
@@ -75,10 +75,14 @@ def conclude(explanation: Explanation) -> Conclusion:
     lost = outdone(explanation, discrepancy) if named else 0.0
     beyond = named and unknown <= 0.5 and (more or lost > 0.0)
     unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
+    rest = beside(program, explanation.final) if beyond or (named and last[0] > limits[0]) else None
+    left = left_of(program, explanation.final, rest) if named else None
+    if left is not None and not left.trusted:
+        unknown = max(unknown, VERDICT.refuted_unknown)
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = effects_found(explanation, unknown) if named else []
-    place, rest, members = locate(explanation), None, _members(explanation)
+    place, members = locate(explanation), _members(explanation)
     if mismatch and (unknown > 0.5 or not named):
         if by_discrepancy(discrepancy):
             place = place.led_by(discrepancy.driver)
@@ -89,8 +93,6 @@ def conclude(explanation: Explanation) -> Conclusion:
         members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
     else:
         before, after = scores.held_out(explanation)
-        if named and (beyond or last[0] > limits[0]):
-            rest = beside(program, explanation.final)
         with_rest = [] if rest is None else [(program, explanation.final, 1.0, rest.corrected)]
         smoothed = scores.averaged(with_rest) if with_rest else after
         if smoothed.reduced_chi2 > after.reduced_chi2:
@@ -102,6 +104,9 @@ def conclude(explanation: Explanation) -> Conclusion:
             rival = None if more else discrepancy
             found.append(_left_over(explanation, unknown, last, found, rival, lost))
         found.sort(key=lambda f: -f.probability)
+    names = any(f.slug != UNMODELLED for f in found)
+    shown = explanation.final if names else explanation.base
+    left = left_of(program, shown, rest, after.reduced_chi2) if mismatch else None
     return Conclusion(
         explanation,
         mismatch,
@@ -120,6 +125,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         rest,
         discrepancy,
         [*taken_back, *_contending(explanation, found)],
+        left=left,
     )
 
 
@@ -149,7 +155,9 @@ def _described(
     if doubtful:
         score = scores.averaged([(program, explanation.final, 1.0)])
         if score.reduced_chi2 - 1.0 < VERDICT.maximum_kept * max(before.reduced_chi2 - 1.0, 0.0):
-            options.append((score, [*alone, *doubtful], explanation.final, None))
+            options.append(
+                (score, [*alone, *sorted(doubtful, key=lambda f: -f.probability)], explanation.final, None)
+            )
     for _, found, fit, _ in tuple(options):
         rest = fitted_discrepancy(program, fit, place, seen)
         if rest is not None:

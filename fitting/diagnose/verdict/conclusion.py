@@ -10,6 +10,7 @@ from ..search.steps import Explanation
 from .discrepancy import Discrepancy
 from .discrepancy_evidence import DiscrepancyEvidence
 from .held_out import HeldOut
+from .left import Left
 from .locate import Place
 from .probabilities import UNMODELLED, Found
 
@@ -36,6 +37,7 @@ class Conclusion:
         notes: sentences about what is to be read with care.
         asked: answers about effects that were asked for.
         start: what the recordings were compared with.
+        left: what names and the remainder leave beyond noise.
     """
 
     explanation: Explanation
@@ -57,6 +59,7 @@ class Conclusion:
     notes: list[str] = field(default_factory=list)
     asked: list[dict] = field(default_factory=list)
     start: Start = field(default_factory=Start)
+    left: Left | None = None
 
     @property
     def model(self) -> tuple[Program, Fit]:

@@ -22,7 +22,6 @@ from ..settings import DEFAULT
 NEXT_EXPERIMENT = DEFAULT.next_experiment
 
 
-
 @dataclass(frozen=True)
 class Design:
     """A repetition and what it is expected to bring.

@@ -89,7 +89,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     names = [f.slug for f in conclusion.found if f not in over]
     if names and names[0] == "unmodelled":
         whole = base_named(conclusion)
-        lead = f"The recordings contradict {whole}, and no effect that is known here explains them."
+        lead = _unexplained(conclusion, whole)
         rival = conclusion.discrepancy
         if (
             conclusion.unknown <= VERDICT.tentative
@@ -101,10 +101,8 @@ def _verdict(conclusion: Conclusion) -> list[str]:
                 f"function of {rival.driver.replace('_', ' ')} does, with a log Bayes factor of "
                 f"{rival.bayes:.2g}, which is little."
             )
-    elif len(names) == 1:
-        lead = f"{_capital(base_named(conclusion))} leaves out {names[0]}: {CATALOGUE[names[0]].sentence}"
     else:
-        lead = f"{_capital(base_named(conclusion))} leaves out {' and '.join(names)}."
+        lead = _named(conclusion, names)
     held = not_fitted(base.how)
     rest = conclusion.remainder
     smooth = f"a smooth function of {rest.driver} added to {rest.quantity}" if rest is not None else ""
@@ -130,6 +128,25 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         f"{with_it} the misfit of {held} {went(base.reduced_chi2, after.reduced_chi2)}.",
         _by_chance(chance),
     ]
+
+
+def _unexplained(conclusion: Conclusion, whole: str) -> str:
+    """The first sentence where nothing that has a name explains the recordings."""
+    left, what = conclusion.left, "no effect that is known here explains them"
+    if left is not None and left.names and not left.trusted:
+        what = f"no name is to be trusted: with {' and '.join(left.names)}, {left.text}"
+    elif left is not None:
+        what += f": {left.text}"
+    return f"The recordings contradict {whole}, and {what}."
+
+
+def _named(conclusion: Conclusion, names: Sequence[str]) -> str:
+    """The first sentence where effects are named; with what they leave beyond noise."""
+    left = "" if conclusion.left is None else f"; {conclusion.left.text}"
+    lead = f"{_capital(base_named(conclusion))} leaves out {' and '.join(names)}"
+    if len(names) > 1:
+        return f"{lead}{left}."
+    return f"{lead}{left}: {CATALOGUE[names[0]].sentence}"
 
 
 def base_named(conclusion: Conclusion) -> str:

@@ -86,11 +86,6 @@ def tail(program: Program, reduced_chi2: float) -> float:
     return float(chi2.sf(reduced_chi2 * count, count))
 
 
-def limit_of(program: Program, chosen: np.ndarray) -> float:
-    """Reduced chi-square of some recordings up to which nothing counts as left over."""
-    return 1.0 + max(VERDICT.minimum_excess, VERDICT.minimum_deviations * spread(program, chosen))
-
-
 def refuted(
     explanation: Explanation,
     discrepancy: DiscrepancyEvidence | None,

@@ -56,6 +56,7 @@ def content(conclusion: Conclusion) -> dict:
         "base_parameters": _base(conclusion),
         "not_testable_here": explanation.steps[0].score_test.untestable if explanation.steps else [],
         "remainder": _discrepancy(conclusion),
+        "left": _left(conclusion),
         "tries": explanation.tries,
         "next_experiment": conclusion.next_experiment,
         "notes": conclusion.notes,
@@ -109,6 +110,22 @@ def _discrepancy(conclusion: Conclusion) -> dict | None:
             "before": _finite(conclusion.before.reduced_chi2),
             "after": _finite(conclusion.after.reduced_chi2),
         },
+    }
+
+
+def _left(conclusion: Conclusion) -> dict | None:
+    """What names and the remainder clearly leave, and the regime in which most of it is."""
+    left = conclusion.left
+    if left is None:
+        return None
+    regime = left.regime
+    return {
+        "reduced_chi2": _finite(left.reduced_chi2),
+        "noise": _finite(left.noise),
+        "recordings": "not fitted" if left.held_out else "fitted",
+        "explained_by_uncertainty": left.open,
+        "names": list(left.names),
+        "regime": None if regime is None else vars(regime),
     }
 
 

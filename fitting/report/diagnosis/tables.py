@@ -20,9 +20,7 @@ CANDIDATES = (
     "candidate", "probability", "log Bayes factor", "chi2, fitted", "chi2, cross-validated",
     "largest deviation (sd)", "at its bound",
 )  # fmt: skip
-NOMINAL = (
-    "A constant that returns to its nominal value when an effect is added is evidence for the effect."
-)
+NOMINAL = "A constant that returns to its nominal value when an effect is added is evidence for the effect."
 
 
 def words_of(slug: str) -> str:

@@ -1,0 +1,162 @@
+"""The decision about a set of effects: evidence, left-out recordings, instruments, for each of its effects.
+
+A set is named if every one of its effects earns its place beside the others. Its evidence over the set
+without it must be enough, also less what drift and noise of inputs explain. It must predict fitted recordings
+that are left out in turn, and must not make validation recordings worse. A further effect must remove a large
+share of what the others leave: the imperfect form of a true effect leaves a remainder, which another effect
+fits in part. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
+
+A set of which no part would be named alone must explain everything, down to the noise.
+"""
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..evaluate.program import Program
+from ..fit.cross_validation import HeldOutScores, gain
+from ..fit.evidence import evidence, inflation_of, log_likelihood
+from ..fit.instrument_drift import drift_evidence
+from ..fit.misfit import limit_of, negative_log_predictive_density, predictive_chi_square, reduced, spread
+from ..fit.refit import Fit, at_its_bound
+from ..settings import DEFAULT
+from .pool import Pool
+
+CANDIDATES = DEFAULT.candidates
+EVIDENCE = DEFAULT.evidence
+ENTRY = DEFAULT.entry
+VERDICT = DEFAULT.verdict
+
+LITTLE, BOUND, UNSEEN, LEFT_OUT, SHARE, INSTRUMENTS, REMAINS = (
+    "too little evidence", "at a bound", "validation recordings", "left-out recordings", "a small share",
+    "instruments explain it", "more than noise remains",
+)  # fmt: skip
+"""Why a set is refused."""
+
+
+@dataclass
+class Decision:
+    """The set that is named, and what was refused.
+
+    Attributes:
+        fit: of the set; the base model where none is named.
+        refused: sets with more evidence, and why each was refused.
+    """
+
+    fit: Fit
+    refused: list[tuple[tuple[str, ...], str]]
+
+
+class Judge:
+    """Decides about the sets of a pool.
+
+    Args:
+        pool: fitted sets.
+        scores: cross-validation of models.
+
+    Attributes:
+        explained: evidence of the last effect of a set that instruments explain as well, by set.
+    """
+
+    def __init__(self, pool: Pool, scores: HeldOutScores):
+        self.pool, self.scores, self._known = pool, scores, {}
+        self.explained: dict[frozenset, float] = {}
+
+    def decide(self) -> Decision:
+        """The set of most evidence of which every effect earns its place."""
+        refused, tops, asked = [], {}, Counter()
+        for fit, worth in self.pool.ranked():
+            if worth < EVIDENCE.minimum_first:
+                break
+            size = len(fit.slugs)
+            top = tops.setdefault(size, worth)
+            if top - worth > max(EVIDENCE.minimum_difference, EVIDENCE.behind * top):
+                continue
+            asked[size] += 1
+            if size > 1 and asked[size] > CANDIDATES.final_count:  # the others were not fitted to the end
+                continue
+            why = self.refusal(fit) or self._too_much_left(fit)
+            if why is None:
+                return Decision(fit, refused)
+            if why == INSTRUMENTS and top == worth:
+                del tops[size]  # what instruments explain is no better guess
+            refused.append((fit.slugs, why))
+        return Decision(self.pool.base, refused)
+
+    def refusal(self, fit: Fit) -> str | None:
+        """Why a set is not named; None if each of its effects earns its place."""
+        if id(fit) not in self._known:  # a fit that is kept keeps its id
+            self._known[id(fit)] = fit, self._refusal(fit)
+        return self._known[id(fit)][1]
+
+    def _refusal(self, fit: Fit) -> str | None:
+        """The cheap questions about all effects first."""
+        program, single = self.pool.program, len(fit.slugs) == 1
+        inflation = inflation_of(program, fit)
+        enough = EVIDENCE.minimum_first if single else EVIDENCE.minimum_further
+        quick = [self.pool.get(s for s in fit.slugs if s != slug) for slug in fit.slugs]
+        if any(rest is not None and evidence(program, rest, fit, inflation) < enough for rest in quick):
+            return LITTLE  # which a better fit of the rest would not change
+        rests = {slug: self.pool.without(fit, slug) for slug in fit.slugs}
+        worth = {slug: evidence(program, rest, fit, inflation) for slug, rest in rests.items()}
+        if min(worth.values()) < enough:
+            return LITTLE
+        strongest = max(worth, key=worth.get)
+        bounded = [slug for slug in fit.slugs if at_its_bound(fit, slug)]
+        if set(bounded) - {strongest} and leaves_more(program, fit):
+            return BOUND
+        if bounded and self.scores(self.pool.base).sum() < ENTRY.minimum_at_bound:
+            return BOUND
+        for rest in rests.values():
+            gained, share = gain(self.scores(rest), self.scores(fit))
+            if log_likelihood(program, gained, inflation) < ENTRY.minimum_gain:
+                return LEFT_OUT
+            if not single and self._small(rest, fit, gained, share):
+                return SHARE
+            if loses(program, rest, fit, gained, inflation):
+                return UNSEEN
+        for slug, rest in rests.items():
+            explained = drift_evidence(program, rest, fit)
+            self.explained[frozenset([*rest.slugs, slug])] = explained
+            if worth[slug] - explained < enough:
+                return INSTRUMENTS
+        return None
+
+    def _small(self, rest: Fit, fit: Fit, gained: float, share: float) -> bool:
+        """Whether an effect removes but a small share of what the others leave, and of the whole misfit."""
+        program, base = self.pool.program, self.pool.base
+        before, after, whole = (reduced(program, f, program.fitted) for f in (rest, fit, base))
+        by_chance = whole - 1.0 < VERDICT.minimum_deviations * spread(program, program.fitted)
+        taken = 0.0 if by_chance else (before - after) / (whole - 1.0)
+        if taken >= ENTRY.large_share:
+            return False
+        if share < ENTRY.minimum_further_share:
+            return True
+        original = float(self.scores(base).sum())
+        return gained < ENTRY.minimum_of_base * (original - 1.0) and taken < ENTRY.minimum_of_fitted
+
+    def _too_much_left(self, fit: Fit) -> str | None:
+        """Whether a set of which no effect would be named alone leaves more than noise."""
+        if len(fit.slugs) < 2:
+            return None
+        parts = [self.pool.get([slug]) for slug in fit.slugs]
+        if any(part is not None and self.refusal(part) is None for part in parts):
+            return None
+        left = float(self.scores(fit).sum())
+        return REMAINS if leaves_more(self.pool.program, fit, left) else None
+
+
+def loses(program: Program, rest: Fit, fit: Fit, gained: float, inflation: float) -> bool:
+    """Whether validation recordings contradict a further effect, by more than left-out ones may outweigh."""
+    lost = negative_log_predictive_density(program, fit, program.unseen)
+    lost -= negative_log_predictive_density(program, rest, program.unseen)
+    outweighed = ENTRY.maximum_loss_share * log_likelihood(program, gained)
+    return lost / inflation > ENTRY.maximum_loss and lost > outweighed
+
+
+def leaves_more(program: Program, fit: Fit, left_out: float = np.nan) -> bool:
+    """Whether a model leaves more than noise; `left_out` is its cross-validated reduced chi-square."""
+    left = [(predictive_chi_square(program, fit, mask), mask) for mask in (program.fitted, program.unseen)]
+    left.append((left_out, program.fitted))
+    return any(score > limit_of(program, mask) for score, mask in left)

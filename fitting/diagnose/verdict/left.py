@@ -1,0 +1,85 @@
+"""What a model leaves beyond noise, and in which rows. Where that is much, no name is to be trusted."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..evaluate.program import Program
+from ..fit.misfit import floor, predictive_chi_square
+from ..fit.refit import Fit
+from ..settings import DEFAULT
+from .discrepancy import Discrepancy
+from .regime import Regime, regime_of
+
+VERDICT = DEFAULT.verdict
+
+
+@dataclass(frozen=True)
+class Left:
+    """Misfit beyond noise that names and a saved discrepancy leave.
+
+    Attributes:
+        reduced_chi2: predictive, per value.
+        noise: of it, what noise leaves.
+        held_out: whether it is that of validation recordings.
+        names: effects that leave it.
+        regime: where most of it is; None where no regime is confirmed.
+        open: whether the uncertainty of fitted numbers explains it: `reduced_chi2` is then not predictive.
+        stated: whether the size of the noise is. Otherwise it is a guess, and often too small.
+    """
+
+    reduced_chi2: float
+    noise: float
+    held_out: bool
+    names: tuple[str, ...]
+    regime: Regime | None
+    open: bool = False
+    stated: bool = True
+
+    @property
+    def trusted(self) -> bool:
+        """Whether it is so little that the form of a right effect, or an open number, may have left it.
+
+        Much of an unstated noise may be little of the true one.
+        """
+        return self.open or not self.stated or self.reduced_chi2 - self.noise <= VERDICT.clearly_left
+
+    @property
+    def text(self) -> str:
+        """How much, and where, as a part of a sentence."""
+        among = "recordings that were not fitted" if self.held_out else "fitted recordings"
+        noise = f"noise leaves {self.noise:.2g}"
+        text = f"a reduced chi-square of {self.reduced_chi2:.3g} is left in {among} ({noise})"
+        if self.open:
+            return f"{text}, which the uncertainty of fitted numbers explains"
+        if self.regime is None:
+            return text
+        return f"{text}, {100.0 * self.regime.share:.0f} % of it where {self.regime.text}"
+
+
+def left_of(
+    program: Program, fit: Fit, rest: Discrepancy | None = None, score: float | None = None
+) -> Left | None:
+    """What a model leaves, a saved discrepancy beside it; None where that is about noise.
+
+    Args:
+        program: of the campaign.
+        fit: model.
+        rest: saved discrepancy.
+        score: reduced chi-square of values that were not fitted, by predictions without their uncertainty.
+    """
+    if rest is not None:
+        fit = replace(fit, evaluation=rest.shown(fit.evaluation))
+    masks = (program.fitted,) if program.fitted.all() else (program.fitted, program.unseen)
+    excess: Sequence[tuple[float, float, np.ndarray]] = [
+        (predictive_chi_square(program, fit, mask), floor(program, fit, mask), mask) for mask in masks
+    ]
+    square, noise, mask = max(excess, key=lambda one: one[0] - one[1])
+    if square - noise <= VERDICT.minimum_over:
+        if score is None or score - noise <= VERDICT.clearly_left:
+            return None
+        return Left(float(score), float(noise), True, fit.slugs, None, open=True)
+    held_out = bool(not np.any(mask & program.fitted))
+    regime = regime_of(program, fit)
+    return Left(float(square), float(noise), held_out, fit.slugs, regime, stated=program.noise_stated)

@@ -1,0 +1,135 @@
+"""The regime in which a model leaves more than noise: rows with a driver beyond a limit, or on one branch.
+
+It is found on one half of the rows and confirmed on the other. The halves are alternate stretches of every
+recording, so neighbouring rows are in the same one. The test is the exact one of Mann and Whitney. It asks
+whether stretches inside the regime have larger misfit than those outside, by their ranks.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import mannwhitneyu
+
+from ..evaluate.program import Program
+from ..fit.refit import Fit
+from ..settings import DEFAULT
+from .locate import drivers_of
+
+PLACE = DEFAULT.place
+SCORE_TEST = DEFAULT.score_test
+
+
+@dataclass(frozen=True)
+class Regime:
+    """Rows in which most of a misfit is.
+
+    Attributes:
+        text: which rows, in words.
+        share: of the squared misfit beyond noise that they hold, in the half that confirms it.
+        rows: share of the rows that they are, there.
+        p_value: of the confirmation.
+    """
+
+    text: str
+    share: float
+    rows: float
+    p_value: float
+
+
+@dataclass(frozen=True)
+class _Stretches:
+    """Stretches of all recordings.
+
+    Attributes:
+        square: mean squared misfit of each, in variances of the noise, (stretches,).
+        inside: whether most of its rows are in each regime, (stretches, regimes).
+        texts: of the regimes.
+    """
+
+    square: np.ndarray
+    inside: np.ndarray
+    texts: list[str]
+
+
+def regime_of(program: Program, fit: Fit) -> Regime | None:
+    """The regime of largest misfit of a model, over all recordings; None where no one is confirmed."""
+    found = _stretches(program, fit)
+    if len(found.square) < 2 or not found.texts:
+        return None
+    half, other = slice(0, None, 2), slice(1, None, 2)
+    chances = [_chance(found.square[half], own, "asymptotic") for own in found.inside[half].T]
+    best = int(np.argmin(chances))
+    square, inside = found.square[other], found.inside[other, best]
+    p_value = _chance(square, inside, "exact")
+    if p_value > SCORE_TEST.level:
+        return None
+    return Regime(found.texts[best], _share(square, inside), float(inside.mean()), p_value)
+
+
+def _chance(square: np.ndarray, inside: np.ndarray, method: str) -> float:
+    """P-value of larger squares inside than outside; 1 where all are on one side."""
+    if inside.all() or not inside.any():
+        return 1.0
+    return float(mannwhitneyu(square[inside], square[~inside], alternative="greater", method=method).pvalue)
+
+
+def _share(square: np.ndarray, inside: np.ndarray) -> float:
+    """Share of the squares beyond noise that some stretches hold."""
+    beyond = np.maximum(square - 1.0, 0.0)
+    return float(beyond[inside].sum() / max(beyond.sum(), 1e-12))
+
+
+def _stretches(program: Program, fit: Fit) -> _Stretches:
+    """Every recording in stretches, with the regimes that their rows are in."""
+    drivers, squares, members, texts = drivers_of(program, fit), [], [], []
+    regimes = [*_regimes(drivers), *_recordings(program)]
+    for k in range(len(program.channels)):
+        row_squares, first = np.zeros(program.stacked.mask.shape[1]), 0
+        counts = np.zeros_like(row_squares)
+        for channel in program.channels[k]:
+            size = len(channel.measured)
+            there = np.isfinite(channel.sigma)
+            row_squares[:size] += np.where(there, fit.evaluation.misfit[k][first : first + size] ** 2, 0.0)
+            counts[:size] += there
+            first += size
+        rows = np.flatnonzero(counts)
+        for part in np.array_split(rows, max(len(rows) // PLACE.stretch, 1)):
+            if len(part):
+                squares.append(row_squares[part].sum() / counts[part].sum())
+                members.append([np.mean(inside[k][part]) > 0.5 for _, inside in regimes])
+    texts = [text for text, _ in regimes]
+    return _Stretches(np.array(squares), np.array(members, bool).reshape(len(squares), len(texts)), texts)
+
+
+def _regimes(drivers: dict[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray]]:
+    """Names of regimes and the rows that are in them, (recordings, rows)."""
+    for name, values in drivers.items():
+        values, words = np.nan_to_num(values), name.replace("_", " ")
+        if np.ptp(values) <= 1e-9 * max(np.max(np.abs(values)), 1e-300):
+            continue
+        for q in PLACE.quantiles:
+            limit = float(np.quantile(values, q))
+            yield f"{words} above {limit:.3g}", values > limit
+            yield f"{words} below {limit:.3g}", values < limit
+        if name != "time":
+            change = np.gradient(_smooth(values), axis=1)
+            yield f"{words} is rising", change > 0.0
+            yield f"{words} is falling", change < 0.0
+
+
+def _recordings(program: Program) -> Iterator[tuple[str, np.ndarray]]:
+    """Single recordings as regimes."""
+    shape = len(program.recordings), program.stacked.mask.shape[1]
+    for k, recording in enumerate(program.recordings):
+        inside = np.zeros(shape, bool)
+        inside[k] = True
+        yield f"the recording is {recording.name}", inside
+
+
+def _smooth(values: np.ndarray) -> np.ndarray:
+    """Moving means over one stretch of rows, (recordings, rows)."""
+    width = min(PLACE.stretch, values.shape[1])
+    kernel = np.ones(width) / width
+    padded = np.pad(values, ((0, 0), (width // 2, width - 1 - width // 2)), mode="edge")
+    return np.stack([np.convolve(row, kernel, mode="valid") for row in padded])

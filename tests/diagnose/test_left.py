@@ -1,0 +1,110 @@
+"""What names clearly leave: how much and in which regime is the first sentence, and then no name is to be trusted."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from linear_world import CONSTANT, DELAY, World, fast, smooth, tubes
+
+from fitting.diagnose.fit.base_fit import base_fit
+from fitting.diagnose.search.explain import explain
+from fitting.diagnose.verdict.conclude import conclude
+from fitting.diagnose.verdict.left import Left, left_of
+from fitting.diagnose.verdict.regime import regime_of
+from fitting.diagnose.verdict.text import verdict_sentences
+from fitting.report.diagnosis.payload import content
+
+
+def judged(rng, where=None, size=3.0, rows=160, recordings=4):
+    """The base model of a campaign with more noise in some rows, by a function of pressure."""
+    world = fast(recordings=recordings, rows=rows, effects=(CONSTANT,))
+    y = world.truth(rng)
+    if where is not None:
+        y += size * where(world.drivers["pressure"]) * rng.standard_normal(y.shape)
+    program, base = base_fit(world.program(y))
+    return program, base
+
+
+def test_a_regime_is_found_in_one_half_and_confirmed_in_the_other():
+    program, base = judged(np.random.default_rng(1), lambda pressure: pressure > 800.0)
+    found = regime_of(program, base)
+    assert found.text.startswith("pressure above") and found.p_value < 1e-3
+    assert found.share > 0.8 and found.rows < 0.7
+    assert float(found.text.split()[-1]) == pytest.approx(800.0, abs=250.0)
+
+
+def test_a_branch_is_a_regime():
+    rng = np.random.default_rng(2)
+    program, base = judged(rng, lambda pressure: np.gradient(pressure, axis=1) < 0.0)
+    found = regime_of(program, base)
+    assert found.text in ("pressure is falling", f"time above {found.text.split()[-1]}") and found.share > 0.8
+
+
+def test_noise_has_a_regime_no_more_often_than_the_level_of_the_test():
+    found = [regime_of(program, base) for program, base in (judged(np.random.default_rng(k), rows=80) for k in range(40))]
+    assert sum(one is not None for one in found) <= 2  # three of forty are as rare as one in a hundred
+
+
+def test_a_name_that_leaves_more_than_noise_is_not_trusted():
+    """An effect explains most of a misfit; a ripple of another kind is left, ten noise variances large."""
+    rng = np.random.default_rng(3)
+    world = tubes(effects=(CONSTANT, DELAY), rows=120)
+    ripple = 6.0 * np.sin(0.6 * np.arange(120)) * (world.drivers["pressure"] > 800.0)
+    y = world.truth(rng, (0.3, -0.2), **{CONSTANT: 4.0}) + ripple
+    conclusion = conclude(explain(world.program(y), np.random.default_rng(1)))
+    assert [f.slug for f in conclusion.found][:1] == ["unmodelled"] and conclusion.unknown > 0.5
+    assert all(f.probability < 0.5 for f in conclusion.found[1:])
+    first = verdict_sentences(conclusion)[0]
+    assert "a reduced chi-square of" in first and "where pressure above" in first
+    said = content(conclusion)["left"]
+    assert said["reduced_chi2"] > 5.0 and said["regime"]["p_value"] < 0.01 and said["recordings"] == "fitted"
+
+
+def test_a_name_that_explains_everything_is_trusted():
+    rng = np.random.default_rng(4)
+    world = tubes(effects=(CONSTANT, DELAY))
+    conclusion = conclude(explain(world.program(world.truth(rng, **{CONSTANT: 3.0})), np.random.default_rng(1)))
+    assert [f.slug for f in conclusion.found] == [CONSTANT] and conclusion.left is None
+    assert left_of(conclusion.explanation.program, conclusion.explanation.final) is None
+    assert content(conclusion)["left"] is None
+
+
+def test_what_validation_recordings_keep_counts_as_well():
+    rng = np.random.default_rng(5)
+    world = fast(recordings=6, roles=("fit",) * 4 + ("validation",) * 2, effects=(CONSTANT,))
+    y = world.truth(rng)
+    y[4:] += 5.0 * np.sin(0.6 * np.arange(y.shape[1]))
+    program, base = base_fit(world.program(y))
+    found = left_of(program, base)
+    assert found.held_out and found.reduced_chi2 > 8.0 and "recordings that were not fitted" in found.text
+
+
+def test_a_small_imperfection_of_a_right_form_leaves_its_name_trusted():
+    rng = np.random.default_rng(6)
+    world = tubes()
+    wrong = world.effects[CONSTANT] + 0.05 * smooth(rng, *world.effects[CONSTANT].shape)
+    truth = World(world.base, world.effects | {CONSTANT: wrong})
+    conclusion = conclude(explain(world.program(truth.truth(rng, **{CONSTANT: 4.0})), np.random.default_rng(1)))
+    assert conclusion.found[0].slug == CONSTANT and conclusion.left is None
+
+
+def test_much_of_a_noise_that_nobody_states_is_said_and_speaks_against_no_name():
+    """Differences of filtered readings make an unstated noise too small."""
+    stated = Left(8.0, 1.0, False, (CONSTANT,), None)
+    assert not stated.trusted and dataclasses.replace(stated, stated=False).trusted
+    world = tubes(effects=(CONSTANT,), stated=False, rows=200)
+    y = world.truth(np.random.default_rng(8)) + 8.0 * np.sin(0.2 * np.arange(200))
+    program, base = base_fit(world.program(y))
+    found = left_of(program, base)
+    assert found.reduced_chi2 > 3.0 + found.noise and found.trusted and not found.stated
+
+
+def test_what_open_numbers_leave_is_said_and_speaks_against_no_name():
+    """A score that predictions with their uncertainty do not have: the first sentence says so."""
+    rng = np.random.default_rng(7)
+    world = fast(effects=(CONSTANT,))
+    program, base = base_fit(world.program(world.truth(rng)))
+    assert left_of(program, base, score=1.5) is None
+    found = left_of(program, base, score=28.0)
+    assert found.open and found.trusted and found.reduced_chi2 == 28.0
+    assert "28 is left in recordings that were not fitted" in found.text and "uncertainty" in found.text

@@ -1,0 +1,109 @@
+"""Which set a search names in linear-Gaussian worlds: masked pairs, three effects, alike effects, nulls, imperfect forms."""
+
+import numpy as np
+import pytest
+from linear_world import ANOTHER, CONSTANT, DELAY, SWELLING, fast, tubes
+from test_set_scores import masked
+
+from fitting.diagnose.fit.base_fit import base_fit
+from fitting.diagnose.fit.refit import Refitter
+from fitting.diagnose.search.decision import INSTRUMENTS, LEFT_OUT, LITTLE, UNSEEN, Judge
+from fitting.diagnose.search.explain import explain
+from fitting.diagnose.search.pool import Pool
+from fitting.diagnose.search.steps import HeldOutScores
+from fitting.diagnose.verdict.conclude import conclude
+
+
+def searched(world, measured, seed=1):
+    return explain(world.program(measured), np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_pair_is_named_whose_members_hide_each_other(seed):
+    world = masked()
+    found = conclude(searched(world, world.truth(np.random.default_rng(seed), (0.4, -0.2), **{CONSTANT: 4.0, DELAY: 4.0})))
+    assert {f.slug for f in found.found} == {CONSTANT, DELAY} and found.unknown < 0.1
+    assert found.after.reduced_chi2 < 1.3
+
+
+def test_three_effects_are_named():
+    rng = np.random.default_rng(4)
+    world = tubes()
+    y = world.truth(rng, (0.2, 0.3), **{CONSTANT: 2.0, DELAY: 3.0, ANOTHER: (2.0, -1.5)})
+    found = conclude(searched(world, y))
+    assert {f.slug for f in found.found} == {CONSTANT, DELAY, ANOTHER}
+
+
+def test_a_pair_is_named_beside_a_rival_of_one_member():
+    """A sensitivity alike to one of the two is said to be one that it is not told from."""
+    rng = np.random.default_rng(5)
+    world = tubes(effects=(CONSTANT, DELAY, SWELLING))
+    world.effects[SWELLING][:] = world.effects[DELAY]
+    found = conclude(searched(world, world.truth(rng, **{CONSTANT: 2.0, DELAY: 2.0})))
+    names = {f.slug for f in found.found}
+    assert CONSTANT in names and len(names & {DELAY, SWELLING}) == 1 and len(names) == 2
+    (alike,) = [f for f in found.found if f.slug != CONSTANT]
+    assert set(alike.confusable) == {DELAY, SWELLING} - names
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_noise_alone_is_named_nothing(seed):
+    """Thirty worlds at a level of one in a hundred each: most often none, and never a set."""
+    rng = np.random.default_rng(500 + seed)
+    world = tubes(seed=seed, recordings=3, rows=40)
+    assert searched(world, world.truth(rng, rng.standard_normal(2))).final.slugs == ()
+
+
+def judged(world, measured, *sets):
+    """The reasons for which a judge refuses sets."""
+    program, base = base_fit(world.program(measured))
+    pool = Pool(program, base)
+    for slugs in sets:
+        start = base.u.copy()
+        start[program.unknowns.of(slugs)] = 1.0
+        pool.add([Refitter(program).fit(slugs, start)])
+    judge = Judge(pool, HeldOutScores(program))
+    return [judge.refusal(pool.get(slugs)) for slugs in sets]
+
+
+def test_a_set_is_refused_for_the_effect_that_earns_nothing():
+    rng = np.random.default_rng(6)
+    world = fast()
+    y = world.truth(rng, **{CONSTANT: 1.0})
+    assert judged(world, y, (CONSTANT,), (CONSTANT, DELAY)) == [None, LITTLE]
+
+
+def test_a_set_is_refused_that_recordings_for_validation_contradict():
+    rng = np.random.default_rng(7)
+    world = fast(recordings=6, roles=("fit",) * 4 + ("validation",) * 2)
+    y = world.truth(rng, **{CONSTANT: 1.0, DELAY: 2.0})
+    y[4:] = world.truth(rng, **{CONSTANT: 1.0})[4:]
+    assert judged(world, y, (CONSTANT,), (CONSTANT, DELAY)) == [None, UNSEEN]
+
+
+def test_a_set_is_refused_that_helps_one_recording_alone():
+    rng = np.random.default_rng(8)
+    world = fast(effects=(CONSTANT, DELAY))
+    world.effects[DELAY][1:] = 0.0
+    y = world.truth(rng, **{CONSTANT: 1.0})
+    y[0] += 3.0 * world.effects[DELAY][0, :, 0] * np.sign(np.arange(y.shape[1]) % 2 - 0.5)  # in half of its rows the other way
+    assert judged(world, y, (CONSTANT, DELAY))[0] in (LITTLE, LEFT_OUT)
+
+
+def test_what_slow_drift_explains_is_refused():
+    rng = np.random.default_rng(9)
+    world = fast(effects=(CONSTANT, DELAY), rows=120)
+    world.effects[CONSTANT][:] = 1.0
+    y = world.truth(rng) * 0.9 + world.truth(None, **{CONSTANT: 0.35})
+    assert judged(world, y, (CONSTANT,)) == [INSTRUMENTS]
+
+
+def test_a_set_is_better_by_its_best_fit_and_never_loses_it():
+    rng = np.random.default_rng(10)
+    world = tubes()
+    program, base = base_fit(world.program(world.truth(rng, **{CONSTANT: 2.0})))
+    pool, good = Pool(program, base), Refitter(program).fit((CONSTANT,))
+    worse = Refitter(program).fit((CONSTANT,), rounds=0)
+    pool.add([good, worse])
+    assert worse.objective > good.objective and pool.get([CONSTANT]) is good
+    assert [fit.slugs for fit, _ in pool.ranked()] == [(CONSTANT,)] and pool.without(good, CONSTANT) is base
