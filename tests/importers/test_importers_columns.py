@@ -117,3 +117,28 @@ def test_the_clock_of_a_cycle_is_no_clock_of_its_own(put):
 def test_a_clock_with_further_words_is_not_lost(put, heading):
     recording = import_file(put("a.csv", table([heading, "Strain (%)", "Stress (kPa)"], TIME, 100 * STRAIN, STRESS)))
     assert recording.columns["time_s"][-1] == pytest.approx(57.0 * {"s": 1.0, "min": 60.0, "ms": 1e-3}[heading[-4:-1].strip("( ").split("(")[-1]])
+
+
+# One measurement in two units, and columns that claim to be it.
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor", "same"),
+    [("MPa", 1e-3, True), ("MPa", 2e-3, False), ("psi", 0.1450377, True), ("kgf/cm2", 0.0122, False)],
+)
+def test_a_column_in_another_unit_is_compared_with_the_one_that_was_taken(tmp_path, unit, factor, same):
+    path = tmp_path / "two.csv"
+    path.write_text(table(["Strain (%)", "Stress (kPa)", f"Stress ({unit})"], 100 * STRAIN, STRESS, factor * STRESS))
+    recording = import_file(path, make_options())
+    assert bool(checks(recording)) != same, recording.notices
+    assert recording.columns["stress_kPa"] == pytest.approx(STRESS, abs=1e-3)
+
+
+@pytest.mark.parametrize("heads", [("t_ext (s)", "t_cell (s)"), ("Time (s)", "Frame time (min)"), ("Clock (s)", "Camera elapsed (ms)")])
+def test_clocks_of_any_name_that_run_apart_are_refused(tmp_path, heads):
+    path = tmp_path / "clocks.csv"
+    scale = {"(s)": 1.0, "(min)": 1.0 / 60.0, "(ms)": 1e3}[heads[1].split()[-1]]
+    path.write_text(table([heads[0], "Strain (%)", heads[1], "Stress (kPa)"], TIME, 100 * STRAIN, 1.4 * TIME * scale, STRESS))
+    assert "run up to" in refusal(path) and "--map time=1" in refusal(path)
+    path.write_text(table([heads[0], "Strain (%)", heads[1], "Stress (kPa)"], TIME, 100 * STRAIN, TIME * scale, STRESS))
+    assert len(import_file(path, make_options())) == 20

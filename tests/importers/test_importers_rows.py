@@ -197,3 +197,22 @@ def test_line_numbers_are_those_of_the_file(put):
     rows[15] = "21.0,lost"
     recording = import_file(put("a.csv", text('"Strain\n(%)","Stress\n(kPa)"', rows)))
     assert any("'lost' (row 19)" in note for note in recording.notices)
+
+
+@pytest.mark.parametrize("head", ["Remark", "", "Kind"])
+@pytest.mark.parametrize("words", [("Mean", "Std. dev."), ("max", "min"), ("Mittelwert", "Standardabweichung")])
+def test_statistics_named_in_a_column_of_remarks_are_left_out(tmp_path, head, words):
+    path = tmp_path / "remarks.csv"
+    rows = [f"{k:.2f},{3.1 * k:.3f}," for k in range(30)] + [f"14.5,44.95,{words[0]}", f"8.8,27.3,{words[1]}"]
+    path.write_text(f"Strain (%),Stress (kPa),{head}\n" + "\n".join(rows) + "\n")
+    recording = import_file(path, make_options())
+    assert len(recording) == 30 and any("2 rows of statistics" in note for note in recording.notices)
+
+
+@pytest.mark.parametrize("line", ["# next specimen: B", "*** second pull ***", "next test"])
+def test_a_test_that_begins_anew_below_a_line_of_words_is_asked_about(tmp_path, line):
+    path = tmp_path / "anew.csv"
+    pull = [f"{2 * k:.2f},{3.1 * k:.3f}" for k in range(30)]
+    path.write_text("\n".join(["Strain (%),Stress (kPa)", *pull, line, *pull]) + "\n")
+    checks = [note for note in import_file(path, make_options()).notices if note.startswith("check:")]
+    assert any("begins anew (row 33)" in note and line[:9] in note for note in checks)

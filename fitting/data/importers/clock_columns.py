@@ -61,17 +61,16 @@ def refuse_several_clocks(sample: Sample, columns: Mapping[str, int]) -> list[st
 
 
 def _clocks(grid: Grid) -> list[int]:
-    """Columns that hold a clock in a unit of time."""
+    """Columns that hold a clock: in a unit of time, and called a time or never going back."""
     found = []
     for column, heading in enumerate(grid.headings):
-        means = meaning(heading)
-        filled = np.isfinite(grid.values[:, column]).sum() > 1
-        if (
-            means is not None
-            and means.quantity == "time"
-            and filled
-            and unit_name(heading.unit or "?") in UNITS
-        ):
+        means, values = meaning(heading), grid.values[:, column]
+        values = values[np.isfinite(values)]
+        unit = UNITS.get(unit_name(heading.unit or "?"))
+        if unit is None or unit.dimension != "time" or len(values) < 2:
+            continue
+        rises = bool(np.all(np.diff(values) >= 0.0) and np.ptp(values) > 0.0)
+        if rises if means is None else means.quantity == "time":
             found.append(column)
     return found
 

@@ -2,9 +2,15 @@
 
 import numpy as np
 
+from pneusma_jax.units import UNITS
+
 from .grid import Grid
 from .making import Channel
+from .spelling import unit_name
 from .words import meaning
+
+ROUNDING = 0.005
+"""Maximum difference of one measurement in two units, as part of the largest value."""
 
 
 def say_aside(grid: Grid, channels: dict[str, Channel]) -> list[str]:
@@ -32,18 +38,33 @@ def _same_name(grid: Grid, column: int, other: int) -> bool:
     if first.text.casefold() == second.text.casefold():
         return True
     means = meaning(first), meaning(second)
-    return None not in means and means[0] == means[1] and first.unit == second.unit
+    if None in means or means[0] != means[1]:
+        return False
+    return first.unit == second.unit or _factor(first.unit, second.unit) is not None
+
+
+def _factor(unit: str | None, other: str | None) -> float | None:
+    """Factor from one unit to another of its dimension; None where they are not of one."""
+    names = [unit_name(text or "?") for text in (other, unit)]
+    units = [UNITS.get(name) for name in names]
+    if None in units or units[0].dimension != units[1].dimension or units[0].dimension == "temperature":
+        return None
+    return units[0].factor / units[1].factor
 
 
 def _compared(grid: Grid, column: int, other: int, quantity: str) -> str:
     """Notice about two columns with one heading."""
     first, second = grid.values[:, other], grid.values[:, column]
+    units = [grid.headings[c].unit for c in (other, column)]
+    if units[0] != units[1]:
+        second = second * _factor(*units)
     both = f"{grid.headings[column].text!r} (column {column + 1}) is named as column {other + 1}"
     there = np.isfinite(first) & np.isfinite(second)
     if not np.isfinite(second).any():
         return f"{both}, but has no number in it, and was left aside"
     apart = float(np.abs(first - second)[there].max()) if there.any() else float("nan")
-    if apart == 0.0 and np.array_equal(np.isfinite(first), np.isfinite(second)):
+    rounding = ROUNDING * float(np.abs(first[there]).max()) if there.any() and units[0] != units[1] else 0.0
+    if apart <= rounding and np.array_equal(np.isfinite(first), np.isfinite(second)):
         return f"{both} and repeats it: left aside"
     how = f"differs from it by up to {apart:.4g}" if there.any() else "is filled in other rows"
     return (

@@ -78,6 +78,4 @@ def _far_ends(distinct: np.ndarray) -> list[float]:
     ends = (distinct[0], distinct[1] - distinct[0], distinct[1:]), (
         distinct[-1], distinct[-1] - distinct[-2], distinct[:-1],
     )  # fmt: skip
-    return [
-        float(v) for v, gap, rest in ends if v == np.round(v) and gap / APART > rest[-1] - rest[0] > 0.0
-    ]
+    return [float(v) for v, gap, rest in ends if v == np.round(v) and gap / APART > rest[-1] - rest[0] > 0.0]

@@ -27,7 +27,8 @@ def split(grid: Grid) -> list[Part]:
 
 
 def _say_begun_anew(grid: Grid) -> None:
-    """Warn where a test seems to begin anew below an empty line or at another word of a column of words."""
+    """Warn where a test seems to begin anew below a line without numbers, or at another word of a column of
+    words."""
     drive = _driver(grid)
     if drive is None:
         return
@@ -36,9 +37,11 @@ def _say_begun_anew(grid: Grid) -> None:
     fell = np.abs(np.diff(drive, prepend=drive[0])) > 0.5 * reach
     again = np.flatnonzero(anew & fell)
     for i in again:
-        if grid.rows[i] - grid.rows[i - 1] > 1 and i not in grid.breaks:
+        if grid.rows[i] - grid.rows[i - 1] > 1:
+            lines = [" ".join(filter(None, line)) for line in grid.breaks.get(int(i), [])]
+            line = f"the line {lines[-1][:60]!r}" if lines else "an empty line"
             grid.notices.append(
-                f"check: below an empty line the test begins anew (row {grid.rows[i]}), read as one test; if"
+                f"check: below {line} the test begins anew (row {grid.rows[i]}), read as one test; if"
                 " that is another specimen, write its name into that line (Specimen 2)"
             )
             return

@@ -24,8 +24,9 @@ _SPREADS = ("max", "min", "peak", "range", "total", "count", "máx", "mín", "�
 def statistics_rows(fields: Sequence[list[str]], parsed: Sequence[list | None]) -> dict[int, str]:
     """Rows of numbers that are statistics of others, by index, with the word that tells.
 
-    A row of numbers is one if it begins with a word such as `Mean` or `Std. dev.`, or stands below a line
-    such as `Statistics`. Where most rows of a page begin so, they are its data.
+    A row of numbers is one in three cases. It begins with a word such as `Mean` or `Std. dev.`, it has one in
+    a column of remarks, or it stands below a line such as `Statistics`. Where most rows of a page begin so,
+    they are its data.
 
     Args:
         fields: fields of each row of a page.
@@ -33,8 +34,12 @@ def statistics_rows(fields: Sequence[list[str]], parsed: Sequence[list | None]) 
     """
     numeric = [i for i, row in enumerate(parsed) if row is not None]
     found: dict[int, str] = {}
+    width = max((len(fields[i]) for i in numeric), default=0)
+    filled = [sum(len(fields[i]) > c and bool(fields[i][c]) for i in numeric) for c in range(width)]
+    seldom = {c for c in range(width) if 5 * filled[c] < len(numeric)}  # columns of remarks
     for place, i in enumerate(numeric):
         column = next((c for c, text in enumerate(fields[i]) if text), 0)
+        column = next((c for c, text in enumerate(fields[i]) if text and c in seldom), column)
         text = fields[i][column]
         if text[:1] in "+-.0123456789":
             continue
