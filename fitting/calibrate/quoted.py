@@ -57,6 +57,8 @@ def estimate(
             sd = 0.5 * (interval[90][1] - interval[90][0]) / WIDTH_90
     else:
         interval, told, curved = _of_parabola(entry, sd), (True, True), False
+    if entry.prior is not None and np.isfinite(sd):  # an error is never more than was known before
+        doubt = min(doubt, float(np.sqrt(max(entry.prior.sd**2 - sd**2, 0.0))))
     if doubt > 0.0:
         interval = {percent: _wider(entry, ends, percent, doubt) for percent, ends in interval.items()}
         sd = float(np.hypot(sd, doubt))
