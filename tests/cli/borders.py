@@ -65,6 +65,6 @@ def faults(figure: Figure) -> list[str]:
 
 def _ticks(figure: Figure) -> list[Text]:
     """Texts of ticks: those outside an axis's range are kept and not drawn, so only ink tells of them."""
-    axes = [axis for one in figure.axes for axis in (one.xaxis, one.yaxis)]
+    axes = [axis for one in figure.axes for axis in (one.xaxis, one.yaxis, getattr(one, "zaxis", None)) if axis]
     ticks = [tick for axis in axes for tick in (*axis.majorTicks, *axis.minorTicks)]
     return [label for tick in ticks for label in (tick.label1, tick.label2)]

@@ -69,8 +69,7 @@ def pictures(result: CampaignPosterior) -> dict[str, Picture]:
 
 def label(result: CampaignPosterior, name: str) -> str:
     """A parameter with its unit."""
-    unit = result.problem.unit(name)
-    return name if unit == "1" else f"{name} [{unit}]"
+    return f"{name} [{result.problem.unit(name)}]"
 
 
 def corner_figure(result: CampaignPosterior) -> Figure:
