@@ -61,7 +61,7 @@ def passes_turns(program: Program, turned: Program) -> bool:
         turned: of the same campaign with these rows.
     """
     fit, other = (Refitter(one).fit((), None) for one in (program, turned))
-    return (fit.objective - other.objective) / inflation_of(turned, other) > BASE_FIT.minimum_gain
+    return clearly_better(turned, fit, other)
 
 
 def departed_from(program: Program, fit: Fit, start: np.ndarray) -> bool:
