@@ -75,10 +75,7 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
         mask = np.isin(np.arange(len(values)), read)
         first = drawn[0] if drawn else None
         return Readings(mask, len(rows) - len(unique), len(unique) - len(read), originals=first)
-    names = [name for name in _channels(recording) if recording.column(quantity) != name]
-    others = [recording.si(name)[rows] for name in names]
-    stopped, level = saturated(values[rows], others, recording.memo.get((FULL_SCALE, quantity)))
-    below = rows[~stopped]
+    below, level = _memoised(recording, quantity, _below_full_scale)
     unique = below[_not_copied(recording, below)]
     originals = _originals(recording, quantity, unique)
     new_rows = unique if originals else below[_fresh(recording, below, values[below])]
@@ -86,7 +83,17 @@ def _readings_of(recording: Recording, quantity: str) -> Readings:
     counted = np.zeros(len(values), bool)
     counted[measured_rows] = True
     repeated, between = len(below) - len(new_rows), len(new_rows) - len(measured_rows)
-    return Readings(counted, repeated, between, int(stopped.sum()), level, originals)
+    return Readings(counted, repeated, between, len(rows) - len(below), level, originals)
+
+
+def _below_full_scale(recording: Recording, quantity: str) -> tuple[np.ndarray, float]:
+    """Rows in which a measured column has a value and is not saturated, and its saturation value."""
+    values = recording.si(quantity)
+    rows = np.flatnonzero(np.isfinite(values))
+    names = [name for name in _channels(recording) if recording.column(quantity) != name]
+    others = [recording.si(name)[rows] for name in names]
+    stopped, level = saturated(values[rows], others, recording.memo.get((FULL_SCALE, quantity)))
+    return rows[~stopped], level
 
 
 def _originals(recording: Recording, quantity: str, rows: np.ndarray) -> OriginalReadings | None:
@@ -95,7 +102,7 @@ def _originals(recording: Recording, quantity: str, rows: np.ndarray) -> Origina
     A file is interpolated in every column. A column whose own corners are too blunt for a grid lies on lines
     between the positions of another column's readings.
     """
-    found = _own_originals(recording, quantity, rows)
+    found = _memoised(recording, quantity, _own_originals)
     others = (schema.quantity_and_unit(name)[0] for name in measured(recording))
     for other in others if found is None else ():
         grid = None if other == quantity else _memoised(recording, other, _own_originals)
@@ -106,15 +113,11 @@ def _originals(recording: Recording, quantity: str, rows: np.ndarray) -> Origina
     return found
 
 
-def _own_originals(
-    recording: Recording, quantity: str, rows: np.ndarray | None = None
-) -> OriginalReadings | None:
-    """Readings of a column that its own rows tell; by default from all finite rows that are no copies."""
-    values = recording.si(quantity)
-    if rows is None:
-        rows = np.flatnonzero(np.isfinite(values))
-        rows = rows[_not_copied(recording, rows)]
-    return readings_between(_positions(recording)[rows], values[rows])
+def _own_originals(recording: Recording, quantity: str) -> OriginalReadings | None:
+    """Readings of a measured column that its own rows tell."""
+    below, _ = _memoised(recording, quantity, _below_full_scale)
+    rows = below[_not_copied(recording, below)]
+    return readings_between(_positions(recording)[rows], recording.si(quantity)[rows])
 
 
 def _positions(recording: Recording) -> np.ndarray:
