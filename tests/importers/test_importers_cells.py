@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from answers import refusal
 
 from fitting.data.importers import import_file, make_options
-from pneusma_jax.errors import InputError
 
 STRAIN = np.linspace(0.0, 0.6, 30)
 LOAD = 1.0 + 4.0 * STRAIN  # N: from 1 to 3.4
@@ -13,13 +13,6 @@ SIZES = {"kind": "elastomer", "dimensions": ["area_mm2=10"]}
 
 def rows_of(load, *more):
     return [["Strain (%)", "Load (N)"], *([float(100 * e), f, *more] for e, f in zip(STRAIN, load, strict=True))]
-
-
-def refusal(path, **named):
-    with pytest.raises(InputError) as caught:
-        import_file(path, make_options(**named))
-    assert "\n" not in str(caught.value) and path.name in str(caught.value)
-    return str(caught.value)
 
 
 def mixed(digits, every, mark=","):

@@ -4,6 +4,7 @@ from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
+from answers import checks
 
 from fitting.data.importers import import_file, make_options
 from fitting.data.importers.clocks import clock_seconds, read_clock
@@ -21,10 +22,6 @@ def stamps(form, start, tail="", step=STEP):
 def coupon(put, times, heading="Time", sep=";"):
     rows = "".join(f"{t}{sep}{100 * e:.3f}{sep}{s:.4f}\n" for t, e, s in zip(times, STRAIN, STRESS, strict=True))
     return put("a.csv", f"{heading}{sep}Strain (%){sep}Stress (kPa)\n{rows}")
-
-
-def checks(recording):
-    return [note for note in recording.notices if note.startswith("check:")]
 
 
 NOON = datetime(2025, 5, 6, 11, 59, 30)

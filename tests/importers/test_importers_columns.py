@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from answers import checks, refusal
 
 from fitting.data.importers import import_file, make_options
-from pneusma_jax.errors import InputError
 
 STRAIN = np.linspace(0.0, 0.5, 20)
 STRESS = 80.0 * (1.0 + STRAIN - (1.0 + STRAIN) ** -2)
@@ -16,17 +16,6 @@ LOAD = 0.01 * STRESS
 def table(heads, *columns, sep=","):
     rows = (sep.join(x if isinstance(x, str) else f"{x:.5f}" for x in row) for row in zip(*columns, strict=True))
     return sep.join(heads) + "\n" + "\n".join(rows) + "\n"
-
-
-def refusal(path, **named):
-    with pytest.raises(InputError) as caught:
-        import_file(path, make_options(**named))
-    assert "\n" not in str(caught.value) and path.name in str(caught.value)
-    return str(caught.value)
-
-
-def checks(recording):
-    return [note for note in recording.notices if note.startswith("check:")]
 
 
 # Two columns of one name.

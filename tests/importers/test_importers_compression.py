@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from answers import checks
 
 from fitting.data.importers import import_file, make_options
 from pneusma_jax.errors import InputError
@@ -19,10 +20,6 @@ def rows(strain, stress, mark=","):
 
 PULLED = "Strain (%),Stress (kPa)\n" + rows(STRAIN, law(1.0 + STRAIN))
 PRESSED = "Strain (%),Stress (kPa)\n" + rows(STRAIN, -law(1.0 - STRAIN))
-
-
-def checks(recording):
-    return [text for text in recording.notices if text.startswith("check: ")]
 
 
 @pytest.mark.parametrize(

@@ -2,24 +2,17 @@
 
 import numpy as np
 import pytest
+from answers import refusal
 
 from fitting.data.importers import import_file, make_options
 from fitting.data.importers.clocks import clock_seconds
 from fitting.data.importers.numerals import to_number
 from fitting.data.importers.spelling import parse_heading, unit_name
 from fitting.data.importers.words import heading_of, meaning
-from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 
 STRETCH = np.linspace(1.0, 1.6, 25)
 STRESS = 400.0 * (STRETCH - STRETCH**-2)  # kPa
-
-
-def refusal(path, **named):
-    with pytest.raises(InputError) as caught:
-        import_file(path, make_options(**named))
-    assert "\n" not in str(caught.value) and path.name in str(caught.value)
-    return str(caught.value)
 
 
 def said(recording, words):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from answers import refusal
 from click.testing import CliRunner
 
 from fitting.cli import main
@@ -16,13 +17,6 @@ SPRING = "Time (s),Displacement (mm),Load (N),Resistance (ohm)\n" + "".join(f"{i
 TUBE = "Time (s),Pressure (kPa),Length (mm)\n" + "".join(f"{i},{i},{56 + 0.1 * i}\n" for i in range(9))
 ANGLE = "time (s),Pressure command (kPa),Bend angle (deg)\n" + "".join(f"{0.2 * i:.1f},{i},{2 * i}\n" for i in range(31))
 SIZES = ["gauge_length_mm=10", "area_mm2=100"]
-
-
-def refusal(path, **named):
-    with pytest.raises(InputError) as caught:
-        import_file(path, make_options(**named))
-    assert "\n" not in str(caught.value) and path.name in str(caught.value)
-    return str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from answers import checks, refusal
 
 from fitting.data.importers import import_file, import_tests, make_options
-from pneusma_jax.errors import InputError
 
 MU = 150.0
 STRAIN = np.linspace(0.0, 0.6, 24)
@@ -28,17 +28,6 @@ def modulus(recording):
     strain = recording.columns["strain"]
     shape = 1.0 + strain - (1.0 + strain) ** -2
     return float(shape @ recording.columns["stress_kPa"] / (shape @ shape))
-
-
-def refusal(path, **named):
-    with pytest.raises(InputError) as caught:
-        import_file(path, make_options(**named))
-    assert "\n" not in str(caught.value) and path.name in str(caught.value)
-    return str(caught.value)
-
-
-def checks(recording):
-    return [note for note in recording.notices if note.startswith("check:")]
 
 
 # More fields than headings.

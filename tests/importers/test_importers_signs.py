@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from answers import checks
 
 from fitting.data.importers import import_file, make_options
 from fitting.data.slack import find_slack
@@ -32,10 +33,6 @@ def refusal(path, **named):
         import_file(path, make_options(**named))
     assert "\n" not in str(caught.value)
     return str(caught.value)
-
-
-def checks(recording):
-    return [text for text in recording.notices if text.startswith("check: ")]
 
 
 # Compression written positive.

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from answers import checks, refusal
 
 from fitting.data.importers import import_file, make_options
 from pneusma_jax.errors import InputError
@@ -15,17 +16,6 @@ def law(stretch):
 
 def table(head, *columns, mark=","):
     return head + "\n" + "".join(mark.join(f"{x:.7g}" for x in row) + "\n" for row in np.transpose(columns))
-
-
-def refusal(path, **named):
-    with pytest.raises(InputError) as caught:
-        import_file(path, make_options(**named))
-    assert "\n" not in str(caught.value) and path.name in str(caught.value)
-    return str(caught.value)
-
-
-def checks(recording):
-    return [text for text in recording.notices if text.startswith("check: ")]
 
 
 HOT = np.linspace(20.0, 120.0, 40)

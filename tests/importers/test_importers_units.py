@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from answers import checks, refusal
 
 from fitting.data.importers import import_file, make_options
-from pneusma_jax.errors import InputError
 
 STRAIN = np.linspace(0.0, 0.8, 41)
 STRESS = 130.0 * (1.0 + STRAIN - (1.0 + STRAIN) ** -2)  # kPa
@@ -12,17 +12,6 @@ STRESS = 130.0 * (1.0 + STRAIN - (1.0 + STRAIN) ** -2)  # kPa
 
 def table(head, *columns, mark=","):
     return head + "\n" + "".join(mark.join(str(x) for x in row) + "\n" for row in zip(*columns, strict=True))
-
-
-def refusal(path, **named):
-    with pytest.raises(InputError) as caught:
-        import_file(path, make_options(**named))
-    assert "\n" not in str(caught.value) and path.name in str(caught.value)
-    return str(caught.value)
-
-
-def checks(recording):
-    return [text for text in recording.notices if text.startswith("check: ")]
 
 
 # Units row by row.
