@@ -5,13 +5,13 @@ import re
 
 import numpy as np
 
+from .columns_aside import ROUNDING
 from .grid import Grid
 from .separators import LEAST_ROWS
 from .split_by_name import Part, by_column, by_lines
 from .words import meaning
 
 _RESTART = 0.05  # Maximum distance from its start at which a test restarts, as part of the drive's range
-_SAME = 0.005  # Maximum rounding of one measurement in two units, as part of the largest value
 _OUTPUTS = ("stress", "true_stress", "force")
 _DRIVERS = ("strain", "true_strain", "stretch", "elongation", "pressure")
 
@@ -121,7 +121,7 @@ def _same_in_another_unit(grid: Grid, column: int, other: int) -> bool:
         return False
     scale = float(first[there] @ second[there]) / float(first[there] @ first[there])
     rest = float(np.abs(second[there] - scale * first[there]).max())
-    return rest <= _SAME * float(np.abs(second[there]).max())
+    return rest <= ROUNDING * float(np.abs(second[there]).max())
 
 
 def _groups(
