@@ -34,10 +34,8 @@ def with_unsampled_turns(recording: Recording) -> Recording:
         The same recording where there is nothing to add. Added rows hold the drives at the turning point, and
         NaN in measured columns. Their index in `Reduction.rows` is that of the row before.
     """
-    read = set(measured(recording))
-    drives = [
-        name for name in recording.known_columns if name not in read and name not in ("time_s", "cycle")
-    ]
+    numeric = [n for n in recording.known_columns if np.asarray(recording.columns[n]).dtype.kind == "f"]
+    drives = [name for name in numeric if name not in ("time_s", "cycle", *measured(recording))]
     remembered = [name for name in drives if schema.quantity_and_unit(name)[0] in REMEMBERED]
     means = recording.reduction is not None and recording.reduction.rows is None
     if recording.kind == "actuator" or not recording.has("time") or not remembered or means:
@@ -46,17 +44,11 @@ def with_unsampled_turns(recording: Recording) -> Recording:
     turns = unsampled_turns(time, np.asarray(recording.columns[remembered[0]], float))
     if not len(turns.row):
         return recording
-    columns = {}
-    for name in recording.known_columns:
-        values = np.asarray(recording.columns[name])
-        if values.dtype.kind == "f":
-            added = np.full(len(turns.row), np.nan)
-            if name in drives:
-                added = np.interp(turns.time, time, values)
-            added = {"time_s": turns.time, "cycle": values[turns.row], remembered[0]: turns.drive}.get(
-                name, added
-            )
-            columns[name] = np.insert(values, turns.row + 1, added)
+    added = {name: np.interp(turns.time, time, recording.columns[name]) for name in drives}
+    added |= {"time_s": turns.time, remembered[0]: turns.drive}
+    if "cycle" in numeric:
+        added["cycle"] = np.asarray(recording.columns["cycle"])[turns.row]
+    columns = {n: np.insert(recording.columns[n], turns.row + 1, added.get(n, np.nan)) for n in numeric}
     before = recording.reduction
     origin = np.arange(len(recording)) if before is None else before.rows
     pairs = ", ".join(f"{row + 1} and {row + 2}" for row in origin[turns.row])
