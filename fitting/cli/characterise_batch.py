@@ -32,10 +32,10 @@ def characterise_batch_command(campaigns, out, seed, force, resume, workers, clu
 
     from fitting.calibrate.batch import Member, characterise_batch
     from fitting.cli._common import done, notice, prepare, scheduler
+    from fitting.cli._results import save, text
     from fitting.data.publish import MARK, check_free
     from fitting.engine import Store
     from fitting.inference.progress import PlainLines
-    from fitting.report.results import save, text
 
     check_free(out, force or resume)
     store = Store(out / "fitted")

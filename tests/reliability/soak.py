@@ -91,8 +91,8 @@ COMMANDS = {
         ("fitted",),
     ),
     "posterior": Command(
-        [*PNEUSMA, "posterior", "silicone", "--law", "neo_hookean", "--max-steps", "600"], resume("chain.h5"),
-        ("report.json", "summary.csv", "posterior.nc"), ("chain.h5",),
+        [*PNEUSMA, "posterior", "silicone", "--law", "neo_hookean", "--max-steps", "600", "--sampler", "nuts"],
+        resume("chain.h5"), ("report.json", "summary.csv", "posterior.nc"), ("chain.h5",),
     ),
     "propagate": Command(
         [*PNEUSMA, "propagate", "band.toml"], resume("study.json"), ("report.json", "*.csv", "chunks/*"),

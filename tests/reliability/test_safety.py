@@ -31,6 +31,8 @@ from fitting.inference.parameters.ties import evaluate, names_in
 from pneusma_jax import InputError, enable_float64
 
 ROOT = Path(__file__).resolve().parents[2]
+AT_ROOT = {"PYTHONPATH": str(ROOT)}
+"""Environment in which a process elsewhere finds this checkout."""
 CODE_FROM_FILES = {
     "eval",
     "exec",
@@ -195,6 +197,34 @@ def test_results_that_were_there_survive_a_full_disk(tmp_path, monkeypatch):
         publish(tmp_path / "out", {"a.txt": "new", "report.json": "{}"}, force=True)
     assert (tmp_path / "out" / "a.txt").read_text() == "old"
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+CHAIN = """
+import resource, sys
+from pathlib import Path
+import numpy as np
+from fitting.sample.checkpoint import Header, write
+from pneusma_jax.errors import InputError
+
+chain, header = Path("out/chain.h5"), Header("of a target", {}, {})
+write(chain, header, lambda file: file.create_dataset("draws", data=np.zeros(9)))
+before = chain.read_bytes()
+resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+try:
+    write(chain, header, lambda file: file.create_dataset("draws", data=np.arange(90_000.0)))
+except InputError as error:
+    print(error)
+assert chain.read_bytes() == before and [path.name for path in chain.parent.iterdir()] == ["chain.h5"]
+"""
+
+
+def test_a_disk_that_refuses_half_of_a_chain_is_one_line_and_leaves_the_last_one(tmp_path):
+    """The system refuses it: HDF5 itself would end the process when it cannot write what it still holds."""
+    done = subprocess.run(
+        [sys.executable, "-c", CHAIN], capture_output=True, text=True, cwd=tmp_path, env=os.environ | AT_ROOT
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "out/chain.h5: cannot be written here (File too large)\n" and done.stderr == ""
 
 
 @pytest.mark.parametrize(
