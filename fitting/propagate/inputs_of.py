@@ -14,7 +14,7 @@ from pneusma_jax.units import UNITS, dimension_of, to_si
 from .distributions import Gaussian, Marginal, from_scipy
 from .inputs import Draws, Inputs, copula_of, correlation_matrix
 from .reading import number_in
-from .responses import Known, Response
+from .responses import NOISE, Known, Response
 from .study import Study
 
 CUT = 4.0
@@ -44,6 +44,8 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
     """
     vary, known = study.vary, response.known
     for name in (*study.inputs, *vary.tolerance, *vary.leave_out):
+        if name == NOISE and name in known:
+            raise InputError(f"{study.path}: {name!r} is drawn by [noise] already; leave it out here")
         if name not in known:
             raise InputError(
                 f"{study.path}: the model has no number {name!r} to vary, {nearest(name, known)}"
@@ -66,6 +68,8 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
         marginals[name] = Gaussian(value, sd, value - CUT * sd, value + CUT * sd)
     for name, entry in study.inputs.items():
         marginals[name] = _marginal(entry, name, known[name], study)
+    if NOISE in known and study.noise:
+        marginals[NOISE] = from_scipy("uniform", {"loc": 0.0, "scale": 1.0}, "1", str(study.path))
     draws = None
     if vary.posterior is not None:
         draws = read_draws(study.folder / vary.posterior)

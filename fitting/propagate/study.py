@@ -102,6 +102,7 @@ class Study:
         sampling: how rows are drawn.
         indices: or None.
         rare: or None.
+        noise: 1-sigma of white noise along channels, by column with its unit.
     """
 
     path: Path
@@ -116,6 +117,7 @@ class Study:
     indices: Indices | None = None
     rare: Rare | None = None
     description: str = ""
+    noise: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
@@ -133,7 +135,7 @@ def fingerprint(study: Study, files: tuple[Path, ...], version: str) -> str:
     """
     parts = {
         name: repr(getattr(study, name))
-        for name in ("model", "vary", "inputs", "correlations", "outputs", "limits", "indices")
+        for name in ("model", "vary", "inputs", "correlations", "outputs", "limits", "indices", "noise")
     }
     sampling = study.sampling
     parts["sampling"] = repr((sampling.method, sampling.chunk, sampling.seed, sampling.keep))

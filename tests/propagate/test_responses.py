@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
+from fitting.control import Converter, Plant, usual_loop
 from fitting.data.protocols.reading import load_protocol
 from fitting.data.recordings import read_campaign
 from fitting.propagate import build_problem, propagate, read_study
@@ -268,3 +269,41 @@ rows = 20000
 """
     result = propagate(write(text), tmp_path / "out")
     assert result.summary.moments.sd == pytest.approx([1.0, np.sqrt(5.0)], rel=0.03)
+
+
+LOOP = """
+schema = "pneusma-study/1"
+[model]
+through = "closed_loop"
+design = "pneusma2"
+pressure_kPa = 20.0
+points = 600
+[noise]
+resistance_ohm = 1e-3
+[input.pressure]
+mean = 20.0
+sd = 0.2
+unit = "kPa"
+[[output]]
+name = "curvature_1pm"
+[[output]]
+name = "rmse_1pm"
+"""
+
+
+@pytest.mark.slow
+def test_a_closed_loop_is_that_of_control_and_its_controller_is_not_told(write):
+    problem = problem_of(write, LOOP)
+    loop, plant = usual_loop(), Plant(pj.make_actuator("pneusma2"))
+    quiet = dataclasses.replace(loop, converter=Converter(noise=0.0))
+    expected = quiet.run(plant, plant)
+    np.testing.assert_allclose(problem.nominal[:-1], expected.curvature, rtol=1e-6, atol=1e-6)
+    assert problem.nominal[-1] == pytest.approx(expected.rmse(10.0), rel=1e-6)
+    assert problem.columns.driver.name == "time_s" and set(problem.inputs.names) == {"pressure", "noise"}
+    given = {"pressure": np.array([20e3, 20e3, 20.5e3]), "noise": np.array([-1.0, 0.3, -1.0])}
+    y = problem.evaluator(np.stack([given[name] for name in problem.inputs.value_names], axis=1))[0]
+    np.testing.assert_allclose(y[0], problem.nominal)
+    assert 1e-3 < np.max(np.abs(y[1] - y[0])) < 2.0, "the readings' noise moves the plant a little"
+    other = quiet.driven(plant, plant, quiet.planned(plant), np.zeros((600, 2)), 20.5e3)[0].curvature
+    np.testing.assert_allclose(y[2, :-1], other, rtol=1e-6, atol=1e-6)
+    assert np.max(np.abs(y[2, :-1] - y[0, :-1])) > 0.1, "another pressure in the plant moves it"

@@ -80,6 +80,22 @@ CASES = {
     "no recording": (STATE.replace("state", "recording").replace("design", "recording"), "unknown key 'pressure_kPa'"),
     "no protocol": (STATE.replace("state", "protocol").replace("pressure_kPa = 30.0\nxi0_2 = 0.4\n", ""), "needs protocol"),
     "tolerance in percent": (STATE + "[vary]\ntolerance = {wall_thickness = 3.0}\n", "3 percent is 0.03"),
+    "noise of an expression": (PLAIN + "[noise]\npressure_kPa = 0.1\n", "an expression has no channels"),
+    "noise of no channel": (STATE + "[noise]\npresure_kPa = 0.1\n", "no channel 'presure_kPa', did you mean 'pressure_kPa'?"),
+    "noise in a wrong unit": (STATE + "[noise]\npressure_mm = 0.1\n", "must be a pressure"),
+    "no noise": (STATE + "[noise]\npressure_kPa = 0.0\n", "so more than 0"),
+    "noise and input": (STATE + "[input.noise]\nlow = 0\nhigh = 1\n[noise]\npressure_kPa = 0.1\n", "drawn by [noise] already"),
+    "a loop with heated springs": (STATE.replace('"state"', '"closed_loop"'), "unknown key 'xi0_2'"),
+    "a loop along pressure": (
+        GRID.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", ""), "the pressure of a closed loop is one number",
+    ),
+    "a loop without springs": (
+        STATE.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", "").replace("pneusma2", "pneuflex_s"),
+        "by two springs",
+    ),
+    "a loop that knows everything": (
+        STATE.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", "controller = 'all'"), "one of base, model",
+    ),
     "tolerance and input": (STATE + "[vary]\ntolerance = {G_m = 0.03}\n", "keep one"),
 }  # fmt: skip
 

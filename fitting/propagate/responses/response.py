@@ -10,6 +10,8 @@ from jaxtyping import Array
 import pneusma_jax as pj
 from pneusma_jax.calibration.records import Prior
 
+NOISE = "noise"
+"""Name of the input that picks the white noise of channels."""
 NOT_FINITE = 99
 """Status of a row whose outputs are not all finite, where the model gives no reason."""
 SENTENCES = {int(status): status.sentence for status in pj.Status} | {
