@@ -13,7 +13,6 @@ time, which other work on the machine makes longer.
 import argparse
 import os
 import random
-import resource
 import subprocess
 import sys
 import tempfile
@@ -61,14 +60,16 @@ def command(study, out, *options):
 
 
 def measured(words):
-    """Wall-clock and processor seconds and peak memory of a command [MiB]."""
-    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    done = subprocess.run(words, capture_output=True, text=True)
-    if done.returncode:
-        raise SystemExit(done.stderr)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    processor = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return time.perf_counter() - began, processor, after.ru_maxrss / 1024.0
+    """Wall-clock and processor seconds and peak memory of a command [MiB], of it alone."""
+    began = time.perf_counter()
+    with tempfile.TemporaryFile() as said:
+        process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=said)
+        _, ended, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(ended)
+        said.seek(0)
+        if process.returncode:
+            raise SystemExit(said.read().decode())
+    return time.perf_counter() - began, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0
 
 
 def rate(options):
