@@ -127,6 +127,11 @@ def build_problem(study: Study) -> Problem:
         )
     if study.rare is not None and not study.limits:
         raise InputError(f"{study.path}: [rare] needs a [[limit]], which says what a failure is")
+    if study.rare is not None and "form" in study.rare.methods and not response.smooth:
+        raise InputError(
+            f"{study.path}: [rare] FORM needs derivatives, which {response.title} has not; take methods = "
+            "['subset']"
+        )
     return Problem(study, response, inputs, columns, design, groups, (*response.notices, *notices))
 
 

@@ -149,6 +149,28 @@ priors = true
     assert problem.columns.driver.name == "pressure_kPa" and problem.inputs.names
 
 
+def test_derivatives_through_a_tube_are_those_of_differences(write):
+    problem = problem_of(
+        write,
+        f"""
+schema = "pneusma-study/1"
+[model]
+through = "recording"
+recording = "{EXAMPLES / "tube" / "inflation_1.csv"}"
+points = 3
+[vary]
+priors = true
+""",
+    )
+    here = problem.inputs.values(np.full((1, len(problem.inputs.names)), 0.3))
+    value, slope = problem.evaluator.with_gradient(lambda y: y[1], here, "middle")
+    step = 1e-6 * here[0]
+    rows = np.concatenate([here + np.diag(step), here - np.diag(step)])
+    ends = problem.evaluator(rows)[0][:, 1].reshape(2, -1)
+    np.testing.assert_allclose(slope[0], (ends[0] - ends[1]) / (2.0 * step), rtol=1e-6)
+    assert value[0] == pytest.approx(problem.evaluator(here)[0][0, 1], rel=1e-12)
+
+
 def posterior(folder, table, units):
     folder.mkdir()
     with h5py.File(folder / "posterior.nc", "w") as file:

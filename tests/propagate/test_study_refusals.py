@@ -93,6 +93,11 @@ CASES = {
         STATE.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", "").replace("pneusma2", "pneuflex_s"),
         "by two springs",
     ),
+    "a loop by FORM": (
+        STATE.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", "")
+        + "[[output]]\nname = 'rmse_1pm'\n[[limit]]\non = 'rmse_1pm'\nabove = 1.0\n[rare]\n",
+        "methods = ['subset']",
+    ),
     "a loop that knows everything": (
         STATE.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", "controller = 'all'"), "one of base, model",
     ),

@@ -105,6 +105,7 @@ def loop_response(
         ),
         tied=tied(body.numbers),
         side_by_side=TOGETHER,
+        smooth=False,  # currents and readings have steps
     )
 
 

@@ -67,6 +67,7 @@ class Response:
         files: that the numbers come from.
         notices: what to know about the numbers.
         side_by_side: rows that are computed together.
+        smooth: whether the outputs have derivatives by the values.
     """
 
     title: str
@@ -77,5 +78,6 @@ class Response:
     files: tuple[Path, ...] = ()
     notices: tuple[str, ...] = ()
     side_by_side: int = 64
+    smooth: bool = True
     tied: Mapping[str, str] = field(default_factory=dict)
     """Numbers that follow others, by name, with the sentence that says so: their own priors are left out."""
