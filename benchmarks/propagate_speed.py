@@ -5,6 +5,7 @@
     python benchmarks/propagate_speed.py kills --rows 200000       # killed ten times: the same bytes?
     python benchmarks/propagate_speed.py dask --rows 200000        # one process, and two workers of a cluster
     python benchmarks/propagate_speed.py probability --plain 1e8   # of a linear Gaussian limit, 1e-2 to 1e-6
+    python benchmarks/propagate_speed.py actuator --rows 1000000   # of PneuSMA2, beside plain rows
 
 `rate`, `kills` and `dask` run the command in processes of their own. Processor time stands beside wall-clock
 time, which other work on the machine makes longer.
@@ -239,7 +240,39 @@ def probability(options):
         print(f"       {time.process_time() - began:.0f} s of processor")
 
 
-WHAT = {"rate": rate, "against": against, "kills": kills, "dask": dask, "probability": probability}
+def actuator(options):
+    """Small probabilities of PneuSMA2's curvature, beside as many plain random rows as were asked for."""
+    from scipy import stats
+
+    import pneusma_jax as pj
+    from fitting.propagate import propagate
+
+    pj.enable_float64()
+    levels = (1e-2, 1e-3, 1e-4)
+    with tempfile.TemporaryDirectory() as folder:
+        few = propagate(write(folder, max(20_000, options.rows // 10), options.chunk), Path(folder) / "few")
+        limits = few.quantiles([1.0 - level for level in levels])[:, 0]
+        study = Path(folder) / "study.toml"
+        text = study.read_text().replace('method = "sobol"', f'method = "monte_carlo"\nseed = {options.seed}')
+        text = text.replace(f"rows = {max(20_000, options.rows // 10)}", f"rows = {options.rows}")
+        limits = [f'[[limit]]\non = "curvature_1pm"\nabove = {limit:.4f}\n' for limit in limits]
+        study.write_text(text + "".join(limits) + "[rare]\n")
+        result = propagate(study, Path(folder) / "out")
+    count = int(result.summary.moments.count[0])
+    for limit in result.problem.study.limits:
+        failed, rare = int(result.summary.beyond[limit.words][-1]), result.rare[limit.words]
+        low, high = stats.binomtest(failed, count).proportion_ci()
+        print(f"{limit.words}: {count:,} plain rows {failed / count:.3e}, {low:.2e} to {high:.2e}")
+        for name, part in (("subset simulation", rare.subset), ("importance sampling", rare.form)):
+            low, high = part.interval
+            print(f"       {name} {part.probability:.3e}, {low:.2e} to {high:.2e}")
+        print(f"       FORM {rare.form.by_form}; {rare.rows:,} rows; agree: {rare.agree}")
+
+
+WHAT = {
+    "rate": rate, "against": against, "kills": kills, "dask": dask, "probability": probability,
+    "actuator": actuator,
+}  # fmt: skip
 
 
 def main():
