@@ -125,7 +125,7 @@ def test_results_that_are_there_are_not_replaced(tmp_path):
     assert CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)]).exit_code == 0
     before = {p: p.read_bytes() for p in Path(out).rglob("*") if p.is_file()}
     refused = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)])
-    assert refused.exit_code == 2 and "results are here already" in refused.stderr
+    assert refused.exit_code == 2 and "this study has begun here; go on with --resume" in refused.stderr
     assert before == {p: p.read_bytes() for p in Path(out).rglob("*") if p.is_file()}
 
 
