@@ -211,6 +211,14 @@ def test_draws_of_a_posterior_and_inputs_of_the_study_do_not_name_the_same_numbe
         problem_of(write, POSTERIOR)
 
 
+def test_form_with_whole_draws_is_refused_before_any_row_is_computed(write, sampled):
+    text = POSTERIOR[: POSTERIOR.index("[input]")] + '[vary]\nposterior = "sampled"\n'
+    limited = text.replace("a + 0*c", "a") + "[[limit]]\non = 'y'\nabove = 3.0\n[rare]\n"
+    with pytest.raises(InputError, match="posterior_as = 'copula', or methods = \\['subset'\\]"):
+        problem_of(write, limited)
+    assert problem_of(write, limited + "methods = ['subset']\n").study.rare.methods == ("subset",)
+
+
 @pytest.mark.parametrize("how", ["draws", "copula"])
 def test_a_posterior_keeps_its_marginals_and_its_correlation(write, sampled, tmp_path, how):
     folder, table = sampled
