@@ -1,6 +1,6 @@
 """Sobol indices of `pneusma propagate`: against exact values, against SALib, and with rows that fail.
 
-    python benchmarks/sobol_indices.py [--rows 200000]
+    python benchmarks/sobol_indices.py [--rows 200000] [--only known|actuator]
 
 1. Ishigami and g-function, whose indices are known: how far each index lies from the exact one, in
    half-widths of its 95 % interval. Without failed rows, and with 5 % of rows made to fail.
@@ -170,14 +170,17 @@ def actuator(rows, folder):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", choices=["known", "actuator"])
     parser.add_argument("--rows", type=int, default=200_000)
     given = parser.parse_args()
     import pneusma_jax as pj
 
     pj.enable_float64()
     with tempfile.TemporaryDirectory() as folder:
-        known_functions(given.rows, Path(folder))
-        actuator(given.rows, Path(folder))
+        if given.only != "actuator":
+            known_functions(given.rows, Path(folder))
+        if given.only != "known":
+            actuator(given.rows, Path(folder))
 
 
 if __name__ == "__main__":
