@@ -144,7 +144,8 @@ def _names(table: Mapping[str, Any], key: str, where: str) -> tuple[str, ...]:
 
 def _vary(table: Mapping[str, Any], path: Path) -> Vary:
     where = f"{path}: [vary]"
-    _keys(table, ("priors", "leave_out", "posterior", "posterior_as", "tolerance"), where)
+    known_keys = ("priors", "leave_out", "posterior", "posterior_as", "posterior_specimen", "tolerance")
+    _keys(table, known_keys, where)
     known = (*KINDS, "recording", "effect")
     priors = table.get("priors", False)
     if isinstance(priors, bool):
@@ -157,6 +158,9 @@ def _vary(table: Mapping[str, Any], path: Path) -> Vary:
     if posterior is not None and not isinstance(posterior, str):
         raise InputError(f"{where}: posterior must be the folder of a posterior, but it is {posterior!r}")
     how = _word(table.get("posterior_as", "draws"), ("draws", "copula"), f"{where} posterior_as")
+    specimen = None
+    if "posterior_specimen" in table:
+        specimen = _whole(table, "posterior_specimen", 1, 1, 10_000, where)
     tolerance = table.get("tolerance", {})
     if not isinstance(tolerance, dict):
         raise InputError(f"{where}: tolerance must be a table, such as {{wall_thickness = 0.03}}")
@@ -165,7 +169,8 @@ def _vary(table: Mapping[str, Any], path: Path) -> Vary:
         relative[name] = number_in(tolerance, name, f"{where} tolerance")
         if not 0.0 < relative[name] < 1.0:
             raise InputError(f"{where} tolerance: {name} = {relative[name]:g} is relative: 3 percent is 0.03")
-    return Vary(kinds, _names(table, "leave_out", where), posterior, how, relative)
+    left_out = _names(table, "leave_out", where)
+    return Vary(kinds, left_out, posterior, how, specimen, relative)
 
 
 def _noise(table: Mapping[str, Any], path: Path) -> dict[str, float]:

@@ -76,6 +76,7 @@ class Vary:
         leave_out: names that stay at their values.
         posterior: file or folder of `pneusma posterior`, or None.
         posterior_as: `draws` picks joint draws; `copula` has their marginals and rank correlations.
+        posterior_specimen: number of the specimen, where the posterior is of several; else None.
         tolerance: relative 1-sigma by name.
     """
 
@@ -83,6 +84,7 @@ class Vary:
     leave_out: tuple[str, ...] = ()
     posterior: str | None = None
     posterior_as: str = "draws"
+    posterior_specimen: int | None = None
     tolerance: Mapping[str, float] = field(default_factory=dict)
 
 

@@ -211,6 +211,36 @@ def test_draws_of_a_posterior_and_inputs_of_the_study_do_not_name_the_same_numbe
         problem_of(write, POSTERIOR)
 
 
+TUBE_POSTERIOR = f"""
+schema = "pneusma-study/1"
+[model]
+through = "recording"
+recording = "{EXAMPLES / "tube" / "inflation_1.csv"}"
+points = 3
+[vary]
+posterior = "own"
+"""
+
+
+def test_a_posterior_of_several_specimens_gives_the_numbers_of_the_one_that_is_meant(write, tmp_path):
+    random = np.random.default_rng(0)
+    table = {name: 1.0 + 0.01 * k + 0.001 * random.normal(size=400) for k, name in enumerate(
+        ("wall_thickness__1", "silicone_stiffness__1", "wall_thickness__2", "silicone_stiffness__2", "zero"))}  # fmt: skip
+    posterior(tmp_path / "own", table, {"wall_thickness__1": "mm", "wall_thickness__2": "mm"})
+    with pytest.raises(InputError, match="posterior is of 2 specimens; say in .vary. which one is meant"):
+        problem_of(write, TUBE_POSTERIOR)
+    with pytest.raises(InputError, match="posterior_specimen = 3, but .* is of 2"):
+        problem_of(write, TUBE_POSTERIOR + "posterior_specimen = 3\n")
+    with pytest.raises(InputError, match="the model has no number 'zero'.* or name it in .vary. leave_out"):
+        problem_of(write, TUBE_POSTERIOR + "posterior_specimen = 2\n")
+    problem = problem_of(write, TUBE_POSTERIOR + 'posterior_specimen = 2\nleave_out = ["zero"]\n')
+    means = dict(zip(problem.inputs.draws.names, problem.inputs.draws.table.mean(axis=0), strict=True))
+    assert set(means) == {"wall_thickness", "silicone_stiffness"}
+    assert means["wall_thickness"] == pytest.approx(1e-3 * table["wall_thickness__2"].mean())
+    assert means["silicone_stiffness"] == pytest.approx(table["silicone_stiffness__2"].mean())
+    assert any("only the numbers of specimen 2" in sentence for sentence in problem.notices)
+
+
 def test_form_with_whole_draws_is_refused_before_any_row_is_computed(write, sampled):
     text = POSTERIOR[: POSTERIOR.index("[input]")] + '[vary]\nposterior = "sampled"\n'
     limited = text.replace("a + 0*c", "a") + "[[limit]]\non = 'y'\nabove = 3.0\n[rare]\n"
