@@ -60,17 +60,20 @@ def command(study, out, *options):
             *options]  # fmt: skip
 
 
-def measured(words):
-    """Wall-clock and processor seconds and peak memory of a command [MiB], of it alone."""
-    began = time.perf_counter()
+def measured(*commands):
+    """Wall-clock and processor seconds and peak memory [MiB] of commands that run side by side."""
+    began, processor, memory = time.perf_counter(), 0.0, 0.0
     with tempfile.TemporaryFile() as said:
-        process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=said)
-        _, ended, used = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(ended)
-        said.seek(0)
-        if process.returncode:
+        started = [subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=said) for words in commands]
+        for process in started:
+            _, ended, used = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(ended)
+            processor += used.ru_utime + used.ru_stime
+            memory = max(memory, used.ru_maxrss / 1024.0)
+        if any(process.returncode for process in started):
+            said.seek(0)
             raise SystemExit(said.read().decode())
-    return time.perf_counter() - began, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0
+    return time.perf_counter() - began, processor, memory
 
 
 def rate(options):
@@ -140,25 +143,33 @@ def against(options):
 
 
 def dask(options):
-    """Processor time of a chunk in one process and on two workers, without the start: from two sizes."""
+    """Processor time of a chunk, without the start: from two sizes.
+
+    One worker against one process is what Dask costs. Two workers are to be held against two processes that
+    run side by side without Dask: cores that share caches and memory are slower than one alone.
+    """
     kind, cost = CHEAP if options.cheap else ACTUATOR, {}
+    ways = {
+        "one process": (1, ("--devices", "1")),
+        "one worker": (1, ("--workers", "1")),
+        "two processes side by side": (2, ("--devices", "1")),
+        "two workers": (1, ("--workers", "2")),
+    }
     with tempfile.TemporaryDirectory() as folder:
         for rows in (options.rows // 10, options.rows):
-            for name, more in (("one process", ("--devices", "1")), ("two workers", ("--workers", "2"))):
-                out = Path(folder) / f"{name}-{rows}"
-                cost[name, rows] = measured(
-                    command(write(folder, rows, options.chunk, kind=kind), out, *more)
-                )
-        names = ("one process", "two workers")
-        folders = [Path(folder) / f"{name}-{options.rows}" / "chunks" for name in names]
-        files = [sorted(place.iterdir()) for place in folders]
-        same = all(a.read_bytes() == b.read_bytes() for a, b in zip(*files, strict=True))
+            for name, (count, more) in ways.items():
+                study = write(folder, rows // count, options.chunk, kind=kind)
+                outs = [Path(folder) / f"{name}-{rows}-{k}" for k in range(count)]
+                cost[name, rows] = measured(*[command(study, out, *more) for out in outs])
+        names = ("one process", "one worker", "two workers")
+        folders = [Path(folder) / f"{name}-{options.rows}-0" / "chunks" for name in names]
+        files = [[path.read_bytes() for path in sorted(place.iterdir())] for place in folders]
     chunks = 0.9 * options.rows / options.chunk
-    for name in ("one process", "two workers"):
+    for name in ways:
         few, many = cost[name, options.rows // 10], cost[name, options.rows]
         print(f"{name}: start {few[1]:.1f} s of processor, {(many[1] - few[1]) / chunks:.4f} s a chunk; "
               f"{many[0]:.1f} s in all")  # fmt: skip
-    print(f"the same bytes: {same}")
+    print(f"the same bytes: {files[0] == files[1] == files[2]}")
 
 
 def kills(options):
