@@ -94,20 +94,20 @@ class Equilibrium(eqx.Module):
     Attributes:
         delta_centre: elongation of the centre line [m].
         bend: bend angle vector theta [rad], shape (2,).
-        length: of the centre line [m], Eq. 3.16.
+        length: length of the centre line [m], Eq. 3.16.
         radius: half the distance between side 1 and side 2 [m].
         middle: coordinate midway between them, from the centre line towards side 1 [m]; 0 for a round tube.
-        spring_elongations: at each spring [m], shape (springs,).
+        spring_elongations: elongation at each spring [m], shape (springs,).
         springs: response of each spring.
         unknowns: the scaled free coordinates, a `guess` for a neighbouring row [1].
         residual: largest scaled imbalance [1].
-        steps: of the root-find.
+        steps: number of steps of the root-find.
         status: a `Status` code. Where there is no result, the configuration is NaN.
         equilibria: number of configurations known to balance. With measured resistances, it is counted by
             `solve`, `solve_batch` and `solve_all`; a history counts 2 where others are near or were.
-        stable: whether the stiffness has a positive determinant, as in every unique equilibrium: at fixed
-            resistances where these are measured. Without loads it always has at given phases.
-        validity: what lies outside of what the laws were made for.
+        stable: true if the stiffness has a positive determinant, as in every unique equilibrium. Measured
+            resistances are held fixed for it. Without loads, an equilibrium at given phases is always stable.
+        validity: quantities outside the range for which the laws were made.
         side_direction: static; unit vector towards side 1, in which `bend_angle` and `curvature` are counted.
     """
 
@@ -176,7 +176,7 @@ def equilibrium_of(
     Args:
         problem: one row.
         unknowns: joint unknowns, see `actuator.balance.joint_residual`.
-        steps: of the root-find.
+        steps: number of steps of the root-find.
         equilibria: number of roots that are known.
         stable: see `Equilibrium`.
     """

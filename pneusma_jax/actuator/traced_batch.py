@@ -27,8 +27,8 @@ def traced_batch(actuator: Actuator, each: tuple, common: tuple, shared: bool) -
     Args:
         actuator: the same for every row.
         each: pressures, activations and states, arrays of shape (rows,).
-        common: what springs remember on the grid of equilibria.
-        shared: whether that is what they remember in every row.
+        common: memories of the springs on the grid of equilibria.
+        shared: true if every row has these memories.
     """
     searched = frozen((actuator, each, common))
     if any(is_resistance(a) for a in each[1]):

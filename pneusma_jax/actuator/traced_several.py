@@ -1,8 +1,8 @@
 """Rows by resistance inside of a transformation: what `several` does where numbers are known, in one loop.
 
-The loop goes through the grid of equilibria, through all rows from the likeliest cell, through rows that may
-have several equilibria from all their cells, and through those that need all starts. Every pass solves one
-block, so that Newton's method is compiled once.
+The loop first goes through the grid of equilibria, then through all rows from the likeliest cell. Next come
+rows that may have several equilibria, from all their cells, and those that need all starts. Every pass solves
+one block, so that Newton's method is compiled once.
 """
 
 import equinox as eqx
@@ -36,9 +36,9 @@ class Answers(eqx.Module):
 
     Attributes:
         unknowns: joint unknowns of the least heated equilibrium.
-        steps: of Newton's method.
+        steps: number of Newton steps.
         count: number of equilibria.
-        stable: whether that equilibrium is stable.
+        stable: true if that equilibrium is stable.
     """
 
     unknowns: Array
@@ -61,10 +61,10 @@ class _Loop(eqx.Module):
 
     Attributes:
         block: number of blocks of the grid and of rows that were solved.
-        grid, answers: what was found.
+        grid, answers: results so far.
         doubtful: rows that may have several equilibria.
         open: rows that need all starts.
-        stage, begin, known: of the row that has them now: the pass, its starts and its equilibria.
+        stage, begin, known: the pass of the row that has them now, its starts and its equilibria.
     """
 
     block: Array
@@ -85,9 +85,9 @@ class _Pass(eqx.Module):
         ahead: rows, each from its likeliest cell.
         several: a few rows, from all their cells.
         every: one row, from all starts.
-        point: of the grid, shape (width,).
+        point: points of the grid, shape (width,).
         some: the few rows.
-        row: of each attempt, shape (width,).
+        row: row of each attempt, shape (width,).
     """
 
     grid: Array
@@ -103,7 +103,7 @@ def traced_roots(actuator: Actuator, each: tuple, common: tuple, shared: bool) -
     """The least heated equilibria of rows.
 
     Args:
-        actuator, each, common, shared: as of `traced_batch`; without derivatives.
+        actuator, each, common, shared: the same as those of `traced_batch`; without derivatives.
     """
     search = _Search(actuator, each, common, shared)
     return jax.lax.while_loop(search.unfinished, search.advance, search.begun()).answers
@@ -182,9 +182,9 @@ class _Search:
         """The likeliest cells of rows.
 
         Returns:
-            Fractions to start from in `MOST_CELLS` cells, shape (springs, rows, cells), the likeliest first;
-            which cells may hold an equilibrium; whether only the first may; and whether these are all. For
-            the last two the grid must be sound there.
+            Fractions to start from in `MOST_CELLS` cells, shape (springs, rows, cells), the likeliest first.
+            Then three flags: which cells may hold an equilibrium, whether only the first may, and whether
+            these are all. For the last two the grid must be sound there.
         """
         every = self.cells.shape[1]
         readings = tuple(Reading(jnp.repeat(r.value[rows], every), r.measured) for r in self.readings)
