@@ -27,9 +27,9 @@ def read_free(table: Any, plans: Sequence[Plan], path: str) -> tuple[Free, ...]:
     """Free dimensions in the order of the file.
 
     Args:
-        table: as read from TOML.
-        plans: of every combination of choices; a dimension must belong to all of them.
-        path: for messages.
+        table: the table `[free]` as read from TOML.
+        plans: plans of every combination of choices; a dimension must belong to all of them.
+        path: path of the file, for messages.
 
     Raises:
         InputError: one line, for a dimension that is not there, crossed bounds, an unknown way of making it.

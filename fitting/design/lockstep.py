@@ -53,7 +53,7 @@ def run_together(
 
     Args:
         workers: each is called with a function that evaluates a place.
-        evaluate: of the places of all workers that wait, in the order of the workers.
+        evaluate: function that evaluates the places of all waiting workers, in the order of the workers.
 
     Raises:
         Exception: the first that a worker or the evaluation raised.

@@ -27,11 +27,11 @@ class Problem:
     """What is minimised, in terms of an evaluation's numbers.
 
     Attributes:
-        weights: of the numbers in the objective, shape (numbers,).
+        weights: weights of the numbers in the objective, shape (numbers,).
         rows: numbers that are constraints, each to be at most its limit.
-        limits: of these; scales: sizes of these, by which they are divided.
+        limits: limits of these rows; scales: sizes by which the rows are divided.
         held: values at which parameters are held, by index.
-        slack: whether the largest violation is minimised instead of the objective.
+        slack: true to minimise the largest violation instead of the objective.
     """
 
     weights: np.ndarray
@@ -65,7 +65,7 @@ class Outcome:
     Attributes:
         evaluation: the best that was seen; None where nothing could be evaluated.
         objective: scaled [1]; violation: the largest [1].
-        message: of the optimiser; steps: its iterations.
+        message: message of the optimiser; steps: number of its iterations.
     """
 
     evaluation: Evaluation | None
@@ -114,9 +114,9 @@ def optimise(
     Args:
         problems: one per start.
         starts: places in the box.
-        evaluate: of the model.
+        evaluate: evaluator of the model.
         method: `slsqp` or `trust-constr`.
-        ends: of `slsqp`.
+        ends: stopping rules of `slsqp`.
     """
     pairs = zip(problems, starts, strict=True)
     workers = [
@@ -240,8 +240,8 @@ class Conditions:
     """First-order conditions at a design.
 
     Attributes:
-        rows: multiplier of every constraint row, the gain of the scaled objective if its limit is given way
-            by one scale [1]; zero where there is room.
+        rows: multiplier of every constraint row [1]: gain of the scaled objective if its limit is relaxed by
+            one scale. It is zero where the constraint is not active.
         low, high: multipliers of the ends of the box [1], shape (parameters,).
         left: size of the gradient that no multiplier explains, over that of the objective's gradient [1].
     """

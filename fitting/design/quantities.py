@@ -35,14 +35,14 @@ class Quantity:
     """How a quantity is computed and shown.
 
     Attributes:
-        function: of a solved state and the index of a segment, from 0.
-        dimension: of `units.INTERNAL_UNITS`; unit: in which it is shown.
-        what: in words.
-        springs: whether there is one number for every spring.
-        whole: whether it belongs to the whole body.
+        function: computes it from a solved state and the index of a segment, from 0.
+        dimension: key of `units.INTERNAL_UNITS`; unit: unit in which it is shown.
+        what: description in words.
+        springs: true if there is one number for every spring.
+        whole: true if it belongs to the whole body.
         tested: end of the range in which the material was tested, from a solved state and a segment; None
             where there is no such range.
-        planar: whether it needs bending in a plane.
+        planar: true if it needs bending in a plane.
     """
 
     function: Callable[[Solved, int], Array]

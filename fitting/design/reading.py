@@ -66,8 +66,8 @@ def read_study(path: str | Path) -> Study:
     """Read and check a study.
 
     Args:
-        path: of the TOML file, or the name of a shipped one; names of tables, functions and posteriors in it
-            count from its folder.
+        path: path of the TOML file, or the name of a shipped one. Tables, functions and posteriors are
+            searched from its folder.
 
     Raises:
         InputError: one line with file, key and remedy, for anything unknown, missing, contradictory or

@@ -59,7 +59,7 @@ def run_study(
     """Solve a study.
 
     Args:
-        study: from `reading.read_study`.
+        study: study from `reading.read_study`.
         log: file of the evaluations, from which a killed study goes on; None keeps them in memory.
         progress: called with a few words after every lot of evaluations.
 
