@@ -70,9 +70,9 @@ class FromScipy:
     """Any continuous distribution of `scipy.stats`.
 
     Attributes:
-        name: of the distribution there.
+        name: name of the distribution there.
         numbers: its shapes, `loc` and `scale`, as (name, value), in `unit`.
-        unit: of its values.
+        unit: unit of its values.
     """
 
     name: str
@@ -108,7 +108,7 @@ class Empirical:
     """Draws of a posterior, joined by straight lines between their quantiles.
 
     Attributes:
-        values: in ascending order [SI], shape (draws,).
+        values: values in ascending order [SI], shape (draws,).
     """
 
     values: Float[np.ndarray, " draws"]
@@ -139,10 +139,10 @@ def from_scipy(name: str, numbers: dict[str, float], unit: str, where: str) -> F
     """A distribution of `scipy.stats`, checked.
 
     Args:
-        name: of the distribution there.
+        name: name of the distribution there.
         numbers: its shapes, `loc` and `scale`.
-        unit: of its values.
-        where: for messages, file and key.
+        unit: unit of its values.
+        where: file and key, for messages.
 
     Raises:
         InputError: for a name or shape that is not there, or numbers that give no distribution.

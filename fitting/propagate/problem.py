@@ -30,13 +30,13 @@ class Problem:
     """A study that can be computed.
 
     Attributes:
-        study: as read.
+        study: the study as read.
         response: the model.
-        inputs: what varies.
-        columns: what is asked.
-        design: how rows come from points.
+        inputs: the varied inputs.
+        columns: the requested quantities.
+        design: rule that makes rows from points.
         groups: inputs by group, for indices.
-        notices: what to know.
+        notices: notices for the reader.
     """
 
     study: Study

@@ -22,9 +22,9 @@ class Quantity:
     """One thing that is asked.
 
     Attributes:
-        name: for tables and figures; as an output, it ends in its unit.
-        expression: of the model's outputs; the name of one alone will do.
-        reduce: of `REDUCTIONS`, or a value of the driver, `at` which it is taken; None keeps the driver.
+        name: name for tables and figures; as an output, it ends in its unit.
+        expression: expression in the model's outputs; the name of a single output is one, too.
+        reduce: one of `REDUCTIONS`, or the value of the driver `at` which it is taken; None keeps the driver.
         noise: 1-sigma of a measurement of it, in its unit; 0 for the quantity itself.
     """
 
@@ -60,7 +60,7 @@ class Columns:
     """Quantities as columns of one table.
 
     Attributes:
-        quantities: in their order.
+        quantities: the quantities, in their order.
         counts: columns of each.
         driver: or None.
     """
@@ -194,8 +194,8 @@ def margin(y: Mapping[str, Array] | Array, limit: Limit, columns: Columns) -> Ar
 
     Args:
         y: columns of rows, shape (rows, columns).
-        limit: of one quantity.
-        columns: of the study.
+        limit: limit of one quantity.
+        columns: columns of the study.
     """
     part = y[:, columns.of(limit.on)]
     sides = []

@@ -33,7 +33,7 @@ def read_study(path: str | Path) -> Study:
     """Read and check a study.
 
     Args:
-        path: of a file, or the name of a study that comes with the package.
+        path: path of a file, or the name of a study that comes with the package.
 
     Raises:
         InputError: one line with file, table, key and what would be right.

@@ -21,10 +21,10 @@ class Sampling:
     """How rows are drawn.
 
     Attributes:
-        method: of `sampling.METHODS`.
+        method: one of `sampling.METHODS`.
         rows: wanted; whole blocks are made of them.
         chunk: rows of a file, likewise.
-        seed: of everything random.
+        seed: seed of all random numbers.
         keep: `outputs` keeps the columns of every row on disk, `summary` only their sums.
     """
 
@@ -56,9 +56,9 @@ class Rare:
 
     Attributes:
         methods: any of `subset`, `form`.
-        samples: of a level of subset simulation, and of importance sampling.
+        samples: number of samples of a level of subset simulation, and of importance sampling.
         runs: independent subset simulations, whose spread is the interval.
-        starts: of searches for design points.
+        starts: number of searches for design points.
     """
 
     methods: tuple[str, ...] = ("subset", "form")
@@ -91,15 +91,15 @@ class Study:
     """A study, checked as far as it can be without the model.
 
     Attributes:
-        path: of its file.
-        name, description: for people.
+        path: path of its file.
+        name, description: texts for people.
         model: its `[model]`, through what.
         vary: its `[vary]`.
         inputs: its `[input.NAME]`, as read.
         correlations: pairs and their correlation.
-        outputs: what is asked.
-        limits: where quantities fail.
-        sampling: how rows are drawn.
+        outputs: the requested quantities.
+        limits: limits at which quantities fail.
+        sampling: settings of the sampling.
         indices: or None.
         rare: or None.
     """
@@ -128,8 +128,8 @@ def fingerprint(study: Study, files: tuple[Path, ...], version: str) -> str:
 
     Args:
         study: without its own place.
-        files: that the model comes from.
-        version: of the program.
+        files: files that the model comes from.
+        version: version of the program.
     """
     parts = {
         name: repr(getattr(study, name))

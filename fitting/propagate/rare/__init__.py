@@ -35,12 +35,12 @@ class RareResult:
     """What is known of a small probability.
 
     Attributes:
-        limit: in words.
+        limit: the limit in words.
         subset: or None where it was not asked for.
         form: or None, likewise.
         no_gradient: why FORM could not be used, in words; empty otherwise.
         rows: spent, gradients included.
-        without_result: of these, rows without a result, which count as not failed.
+        without_result: number of these rows without a result; they count as not failed.
     """
 
     limit: str

@@ -36,10 +36,10 @@ class FormResult:
     Attributes:
         points: design points, the nearest first, shape (points, scores).
         betas: their distance from the origin; negative where the origin fails.
-        probability: by importance sampling.
-        standard_error: of it.
-        samples: of importance sampling.
-        failed: of these, that fail.
+        probability: estimate by importance sampling.
+        standard_error: standard error of the probability.
+        samples: number of samples of importance sampling.
+        failed: number of these samples that fail.
         searches: started, and how many of them ended at a design point.
     """
 
@@ -80,10 +80,10 @@ def form(
     """Search design points and sample about them.
 
     Args:
-        margins: of rows of scores, negative where the limit fails.
+        margins: function from rows of scores to their margins; a margin is negative where the limit fails.
         with_gradient: the same with derivatives.
-        starts: of the searches, the origin first.
-        samples: of importance sampling.
+        starts: starting points of the searches, the origin first.
+        samples: number of samples of importance sampling.
         random: numbers.
     """
     points, sign = design_points(margins, with_gradient, starts)

@@ -12,8 +12,8 @@ class LimitState:
     """Margins of rows to a limit; negative where it fails.
 
     Args:
-        problem: of a study.
-        limit: of one quantity.
+        problem: problem of a study.
+        limit: limit of one quantity.
     """
 
     def __init__(self, problem: Problem, limit: Limit):

@@ -37,7 +37,7 @@ class Body:
     """An actuator as a pure function of numbers.
 
     Attributes:
-        tables: by kind, with the model's numbers in them; no alloy where there are no springs.
+        tables: tables by kind, with the model's numbers in them; no alloy if there are no springs.
         geometry: nominal dimensions.
         law: name of the silicone's law, or None for the table's own.
         added: effects of the model, each with the names of its parameters in a study.

@@ -43,9 +43,9 @@ def protocol_response(
     """An actuator through a protocol, its springs' memory carried along.
 
     Args:
-        protocol: of kind actuator.
+        protocol: protocol of kind actuator.
         specimen: the actuator.
-        model: with numbers and effects of its own.
+        model: model with numbers and effects of its own.
         points: rows that results are kept of.
 
     Raises:
@@ -148,8 +148,8 @@ def recording_response(campaign: Campaign, model: AugmentedModel, points: int) -
     at the nominal numbers.
 
     Args:
-        campaign: of one recording.
-        model: with numbers and effects of its own.
+        campaign: campaign of one recording.
+        model: model with numbers and effects of its own.
         points: rows that results are kept of.
 
     Raises:

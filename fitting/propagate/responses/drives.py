@@ -44,7 +44,7 @@ def points_of(entry: Any, where: str) -> float | np.ndarray:
 
     Args:
         entry: a number, a list of them, or `{from, to, points}`.
-        where: for messages, file and key.
+        where: file and key, for messages.
 
     Raises:
         InputError: for anything else.
@@ -88,7 +88,7 @@ def read_channels(
 
     Args:
         model: a study's `[model]`.
-        springs: that are there.
+        springs: numbers of the existing springs.
         where: file and table, for messages.
 
     Raises:

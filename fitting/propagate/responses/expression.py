@@ -18,7 +18,7 @@ def expression_response(settings: Mapping[str, Any], inputs: Mapping[str, float]
     Args:
         settings: a study's `[model]`; its table `outputs` has an expression for each name.
         inputs: names that expressions may use, with a nominal value.
-        where: for messages.
+        where: file and table, for messages.
 
     Raises:
         InputError: if there is no expression, or one cannot be read.

@@ -24,8 +24,8 @@ class Known:
 
     Attributes:
         value: nominal, SI.
-        unit: of files.
-        prior: what is known of it, or None.
+        unit: unit in files.
+        prior: prior distribution, or None.
         table: kind of table that it belongs to; empty for others.
     """
 
@@ -41,7 +41,7 @@ class Driver:
 
     Attributes:
         name: column with its unit.
-        values: in that unit, shape (points,).
+        values: values in that unit, shape (points,).
     """
 
     name: str
@@ -57,13 +57,13 @@ class Response:
     """The model as a study sees it.
 
     Attributes:
-        title: for people.
+        title: title for people.
         known: numbers that may vary, by name.
         driver: or None where there is one state only.
-        outputs: by name, whether each is given along the driver.
+        outputs: true for each output that is given along the driver, by name.
         answer: a pure function of the values [SI] of some of `known`.
-        files: that the numbers come from.
-        notices: what to know about the numbers.
+        files: files that the numbers come from.
+        notices: notices about the numbers.
         side_by_side: rows that are computed together.
     """
 

@@ -28,9 +28,9 @@ def state_response(
 
     Args:
         specimen: the actuator.
-        model: with numbers and effects of its own.
+        model: model with numbers and effects of its own.
         settings: a study's `[model]`.
-        where: for messages.
+        where: file and table, for messages.
 
     Raises:
         InputError: for what cannot be.
@@ -85,9 +85,9 @@ def state(
     """Outputs of one state in the units of their names, and its status.
 
     Args:
-        body: where it comes from.
+        body: body that the actuator was built from.
         actuator: built.
-        effects: that act in it, as at the start of a recording.
+        effects: effects that act in it, in their state at the start of a recording.
         channels: pressure and springs [SI], numbers.
     """
     activations = []
@@ -135,8 +135,8 @@ def workspace_response(
     """What an actuator reaches at each pressure: extremes over the activation of one spring.
 
     Args:
-        specimen, model, settings, where: as for `state_response`; `activation_K` are the fractions over which
-            spring K goes.
+        specimen, model, settings, where: the same as for `state_response`; `activation_K` are the fractions
+            over which spring K goes.
 
     Raises:
         InputError: for what cannot be.

@@ -11,7 +11,7 @@ class Correlation:
     """Sums about a fixed centre.
 
     Attributes:
-        count: of rows.
+        count: number of rows.
         first: sums of scores and columns, shape (inputs + columns,).
         square: sums of their squares.
         cross: sums of products, shape (inputs, columns).

@@ -15,7 +15,7 @@ class Failures:
     """Counts of rows.
 
     Attributes:
-        rows: of each input's class, shape (inputs, BINS).
+        rows: number of rows in each class of each input, shape (inputs, BINS).
         failed: the same of rows without a result.
         reasons: rows by status code, shape (256,).
     """
@@ -33,7 +33,7 @@ class Failures:
         Args:
             z: normal scores.
             status: codes.
-            good: which rows have a result.
+            good: true for rows with a result.
         """
         place = np.minimum((ndtr(z) * BINS).astype(int), BINS - 1)
         counts = [

@@ -7,8 +7,9 @@ from fastdigest import TDigest
 from jaxtyping import Float
 
 CENTROIDS = 300
-"""Of a t-digest. Ranks are then within 0.0006 of the exact ones at 10^6 values in 1 to 100 parts, and within
-0.00003 at 0.1 and 99.9 % (measured on a normal distribution); a sketch takes 5 kB."""
+"""Number of centroids of a t-digest. Ranks are then within 0.0006 of the exact ones at 10^6 values in 1 to
+100 parts. At 0.1 and 99.9 % they are within 0.00003 (measured on a normal distribution). A sketch takes 5
+kB."""
 
 
 @dataclass(frozen=True)
