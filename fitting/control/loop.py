@@ -28,7 +28,7 @@ class Gains(eqx.Module):
         model: square of a current over curvature [A2 m]; model_time: integral time of the feedback inside the
             model [s].
         resistance: square of a current over a resistance [A2/ohm]; resistance_time: its integral time [s].
-        temperature_sd: how far the observer's temperatures may be off before a reading [K].
+        temperature_sd: 1-sigma of the observer's temperatures before a reading [K].
     """
 
     model: Array = eqx.field(converter=jnp.asarray, default=4e-3)
@@ -86,8 +86,8 @@ class Run:
         not.
 
         Args:
-            begin, end: of the step's hold [s].
-            share: of its height [1].
+            begin, end: begin and end of the step's hold [s].
+            share: share of the step's height [1].
         """
         rows = np.flatnonzero((self.time >= begin) & (self.time < end))
         height = abs(self.wanted[rows[-1]] - self.wanted[max(rows[0] - 1, 0)])
@@ -106,7 +106,7 @@ class Loop:
         time: [s], evenly spaced, shape (rows,).
         wanted: curvature [1/m], shape (rows,).
         pressure: gauge, constant [Pa].
-        gains, converter: of the loop; seed: of the noise.
+        gains, converter: settings of the loop; seed: seed of the noise.
     """
 
     time: np.ndarray
@@ -120,7 +120,8 @@ class Loop:
         """Drive a plant with a controller that takes it for a model.
 
         Args:
-            plant: what is driven; model: what the controller thinks it is, of the same structure or another.
+            plant: the plant that is driven; model: the controller's model of it, of the same structure or
+                another.
 
         Raises:
             InputError: for an actuator that is not bent in a plane by two springs.

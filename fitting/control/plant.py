@@ -27,9 +27,10 @@ class Memory(eqx.Module):
     """What a plant carries from row to row.
 
     Attributes:
-        states: of the springs; memories: of the effects.
-        unknowns: of the last balance; temperatures: of the wires [degC], shape (springs,).
-        resistances: as an instrument shows them [ohm], shape (springs,).
+        states: states of the springs; memories: memories of the effects.
+        unknowns: unknowns of the last balance; temperatures: temperatures of the wires [degC], shape
+            (springs,).
+        resistances: resistances that an instrument would show [ohm], shape (springs,).
     """
 
     states: tuple[SpringState, ...]
@@ -45,8 +46,9 @@ class Seen(eqx.Module):
     Attributes:
         curvature: [1/m]; resistances: [ohm]; fractions: martensite [1]; temperatures: [degC]; shapes
             (springs,).
-        slopes: of the resistances over temperature at the strain of the row [ohm/K], shape (springs,).
-        good: whether force and moment balance; else all is as in the row before.
+        slopes: derivatives of the resistances by temperature at the strain of the row [ohm/K], shape
+            (springs,).
+        good: true where force and moment balance; otherwise all values are those of the row before.
     """
 
     curvature: Array
@@ -91,9 +93,10 @@ class Plant(eqx.Module):
         """The next row.
 
         Args:
-            memory: of the row before.
-            pressure: as the sensor reads it [Pa]; currents: root mean square [A], shape (springs,).
-            time: of the row; interval: since the row before [s].
+            memory: memory of the row before.
+            pressure: reading of the pressure sensor [Pa]; currents: root mean square currents [A], shape
+                (springs,).
+            time: time of the row [s]; interval: time since the row before [s].
         """
         body, springs = self.body, self.body.springs
         warmer = jnp.stack(

@@ -41,7 +41,7 @@ class Case:
     """One plant, driven without and with what is known of it.
 
     Attributes:
-        name: of the concealed effect.
+        name: name of the concealed effect.
         without, known: runs with the base model in the controller, and with the effect in it; None where
             nothing can be known.
     """
@@ -57,7 +57,7 @@ class Sweep(Result):
 
     Attributes:
         design: name of the actuator.
-        loop: what was asked.
+        loop: task and settings of the controller.
         cases: the plant that is the model itself comes first.
     """
 
@@ -93,7 +93,7 @@ def run_sweep(
     Args:
         design: name or path of a table.
         error: relative error of the numbers that the controller was told [1], as of a diagnosis.
-        seed: of the noise.
+        seed: seed of the noise.
         progress: called with the name of each case.
     """
     loop, body = usual_loop(seed), pj.make_actuator(design)

@@ -17,7 +17,7 @@ def place_of(workers: int | None = None, address: str | None = None) -> Abstract
 
     Args:
         workers: processes to start on this machine; None for this process.
-        address: of a running Dask scheduler, in the place of `workers`.
+        address: address of a running Dask scheduler, in the place of `workers`.
 
     Raises:
         InputError: if Dask is not installed, or no scheduler answers.

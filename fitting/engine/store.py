@@ -13,8 +13,8 @@ class Task:
     """One piece of work.
 
     Attributes:
-        name: of its file, which may be in a folder of its own: `case/report.json`.
-        size: what it counts for in the progress, such as rows.
+        name: name of its file, which may be in a folder of its own: `case/report.json`.
+        size: its share in the progress, such as its number of rows.
     """
 
     name: str

@@ -34,7 +34,7 @@ class Atlas:
 
     Attributes:
         drives: pressure [Pa] and fractions [1], shape (states, drives).
-        unknowns: of the segments, shape (states, segments, freedoms).
+        unknowns: scaled unknowns of the segments, shape (states, segments, freedoms).
         solved: all states, arrays with a leading axis.
     """
 

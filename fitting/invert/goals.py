@@ -17,11 +17,11 @@ class Goal:
     """One thing that can be wanted.
 
     Attributes:
-        columns: of a table of targets; their suffix is the unit.
-        function: of a solved state, shape (columns,), in SI.
+        columns: columns of a table of targets; their suffix is the unit.
+        function: values of a solved state, shape (columns,), in SI.
         size: miss that counts as one, in SI; by these misses of different kinds are weighed.
         tolerance: miss up to which a target counts as met, in SI.
-        chain: whether a chain can have it; single: whether one actuator can.
+        chain: true if a chain can have it; single: true if one actuator can.
     """
 
     columns: tuple[str, ...]
@@ -55,7 +55,7 @@ def misses(goals: tuple[str, ...], found: Array, wanted: Array) -> dict[str, Arr
 
     Args:
         goals: names.
-        found, wanted: what is and what should be, shape (..., columns).
+        found, wanted: actual and desired values, shape (..., columns).
     """
     misses, at = {}, 0
     for name in goals:

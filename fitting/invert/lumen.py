@@ -41,9 +41,9 @@ class Lumen:
     """A tube to pass through, in the frame of the chain's base: z along the straight chain.
 
     Attributes:
-        name: of the file.
-        points: of its centre line [m], shape (points, 3); the chain begins at the first.
-        diameter: at these [m], shape (points,).
+        name: name of the file.
+        points: points of its centre line [m], shape (points, 3); the chain begins at the first.
+        diameter: diameter at these points [m], shape (points,).
     """
 
     name: str
@@ -72,7 +72,7 @@ class Passage(Result):
         pressure: gauge [Pa]; fractions: of all springs [1].
         offset: root mean square distance of the chain's centre line from the lumen's [m].
         clearance: least distance between the walls [m], negative where they would overlap.
-        line: of the chain's centre line [m], shape (points, 3).
+        line: points of the chain's centre line [m], shape (points, 3).
         solved: the state.
     """
 
@@ -162,9 +162,9 @@ class _Task(eqx.Module):
     """What a chain is to do.
 
     Attributes:
-        body, box, memories: what is driven, by what, from what.
+        body, box, memories: the driven body, the box of its drives, and the memories of its springs.
         line: points and diameters of the lumen [m].
-        clearance: to keep between the walls [m].
+        clearance: least distance to keep between the walls [m].
     """
 
     body: Body
@@ -229,9 +229,9 @@ def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Pass
     clearances of all points as inequalities. Where they cannot be kept, the least overlap is looked for.
 
     Args:
-        inverse: of a chain, or of one actuator.
-        lumen: to pass through; the chain begins at its first point, along z.
-        clearance: to keep between the walls [m].
+        inverse: inverse of a chain, or of one actuator.
+        lumen: lumen to pass through; the chain begins at its first point, along z.
+        clearance: least distance to keep between the walls [m].
     """
     line = tuple(jnp.asarray(x) for x in refined(lumen))
     task = _Task(inverse.body, inverse.box(), fresh(inverse.body), line, jnp.asarray(clearance))

@@ -31,7 +31,7 @@ class Springs:
     """What is to be heated.
 
     Attributes:
-        resistance: of a spring [ohm]; inductance: of it [H].
+        resistance: resistance of one spring [ohm]; inductance: its inductance [H].
     """
 
     resistance: float
@@ -74,8 +74,8 @@ class Wiring(Result):
     """Filters that were chosen.
 
     Attributes:
-        circuit: with the best values; made: the same with capacitors that are sold, the coils trimmed to
-            keep the resonances; spread: with the capacitors that are sold and coils as they were.
+        circuit: circuit with the best values. made: the same with capacitors that are sold, and coils trimmed
+            to keep the resonances. spread: with the capacitors that are sold, and untrimmed coils.
         crosstalk: worst, over all pairs [1], of `circuit`; made_crosstalk: of `made`; spread_crosstalk: of
             `spread`.
         even: worst crosstalk of evenly spaced resonances with the largest coils, before the search [1].
@@ -149,8 +149,8 @@ def choose_filters(springs: Springs, bounds: Bounds, count: int) -> Wiring:
     The logarithm of the worst crosstalk is minimised, every pair a constraint.
 
     Args:
-        springs: to be heated, all alike.
-        bounds: of the filters.
+        springs: the springs to be heated, all alike.
+        bounds: bounds of the filters.
         count: number of springs.
 
     Raises:
@@ -206,8 +206,8 @@ def most_segments(springs: Springs, bounds: Bounds, allowed: float = 0.01) -> tu
     """Largest number of springs whose worst crosstalk is allowed, and their filters.
 
     Args:
-        springs: to be heated.
-        bounds: of the filters.
+        springs: the springs to be heated, all alike.
+        bounds: bounds of the filters.
         allowed: crosstalk [1].
 
     Returns:
