@@ -20,7 +20,7 @@ def notices_of(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[s
     and what reading each had to say.
 
     Args:
-        recordings: as they were read.
+        recordings: the recordings as read.
         most: rows that were taken of each.
     """
     own = [f"{r.name}: {notice}" for r in recordings for notice in r.notices]

@@ -31,10 +31,10 @@ class Member:
     """One campaign of a batch.
 
     Attributes:
-        name: of its folder, made unique.
-        path: of the campaign.
-        kind: of its recordings; empty where they could not be read.
-        result: of its fit; None where there is none.
+        name: name of its folder, made unique.
+        path: path of the campaign.
+        kind: kind of its recordings; empty where they could not be read.
+        result: result of its fit; None if it could not be fitted.
         problem: why there is none, or why its files could not be written, in a line; empty otherwise.
     """
 
@@ -50,7 +50,7 @@ class Batch(Result):
     """Characterised campaigns.
 
     Attributes:
-        members: in the order given.
+        members: members in the order given.
         pooled: every constant that two or more specimens of one law inform, by name; with the law behind it
             where specimens follow several.
         left_out: why estimates do not take part in `pooled`, a line each.
@@ -82,9 +82,9 @@ def characterise_batch(
         finished: called with each member as it is done, such as to save it.
         progress: called with a word for each step of each fit that runs in this process.
         store: keeps what was fitted; members whose campaign and options are the same are taken from it.
-        scheduler: where campaigns are fitted, if there is a store.
+        scheduler: scheduler that runs the fits, if there is a store.
         kept: called in place of `finished` with members that come from the store.
-        **options: of the pipelines; those that a kind does not know are left out for it.
+        **options: options of the pipelines. An option that a kind does not know is left out for it.
 
     Raises:
         InputError: if none could be characterised; names the first reason.

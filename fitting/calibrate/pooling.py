@@ -1,8 +1,8 @@
 """Constants of several specimens of one alloy, partially pooled: a normal-normal model with random effects.
 
 Specimen i's constant is `theta_i ~ N(mu, tau^2)`, its estimate `x_i ~ N(theta_i, s_i^2)`. `tau` is found by
-restricted maximum likelihood (D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320), `mu` by weights
-`1 / (s_i^2 + tau^2)`; each specimen's own value is drawn towards `mu` as far as its error bar is wide.
+restricted maximum likelihood (D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320), `mu` by weights `1 / (s_i^2
++ tau^2)`. Each specimen's own value is drawn towards `mu`, the further the wider its error bar.
 """
 
 from collections.abc import Sequence
@@ -27,13 +27,13 @@ class Pooled:
     """A constant across specimens; all in the unit of the estimates.
 
     Attributes:
-        names: of the specimens; values, sd: their estimates as measured, shape (n,).
-        mean, mean_sd: of the population, and its standard error.
+        names: names of the specimens; values, sd: their estimates as measured, shape (n,).
+        mean, mean_sd: mean of the population, and its standard error.
         spread: 1-sigma between specimens.
         shrunk, shrunk_sd: the specimens' own values, partially pooled, shape (n,).
-        next_low, next_high: where a further specimen's constant lies with 90 % probability.
+        next_low, next_high: interval that holds a further specimen's constant with 90 % probability.
         differ: p-value of the estimates being this different if the specimens were alike (Cochran's Q).
-        unit: of the estimates.
+        unit: unit of the estimates.
     """
 
     names: tuple[str, ...]
@@ -60,8 +60,9 @@ def without_priors(
     out at once.
 
     Args:
-        values, covariance: of the posterior, shapes (n,) and (n, n).
-        means, prior_sd: of the priors, infinite where there is none or it is to stay, (n,).
+        values, covariance: mean and covariance of the posterior, shapes (n,) and (n, n).
+        means, prior_sd: means and 1-sigmas of the priors, infinite where there is none or it is to stay,
+            (n,).
 
     Returns:
         Values and standard errors, (n,); the errors are infinite where the data alone say next to nothing.
@@ -82,9 +83,9 @@ def pool(names: Sequence[str], values: Sequence[float], sd: Sequence[float], uni
     """Random-effects summary of one constant.
 
     Args:
-        names: of the specimens, two or more.
+        names: names of the specimens, two or more.
         values, sd: their estimates and standard errors, positive, shape (n,).
-        unit: of both.
+        unit: unit of both.
 
     Raises:
         ValueError: if there are fewer than two, or an error is not a positive number.

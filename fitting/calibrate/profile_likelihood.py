@@ -31,17 +31,17 @@ class Profile:
     """Misfit over one parameter.
 
     Attributes:
-        name: of the parameter.
-        value: where it was held, SI, ascending, shape (points,).
-        rise: of chi-square, priors included, above its least value, shape (points,).
-        stopped: where the others stopped before their end, at a kink of the law's memory: the rise is an
-            upper limit there; shape (points,).
+        name: name of the parameter.
+        value: values at which it was held, SI, ascending, shape (points,).
+        rise: rise of chi-square, priors included, above its least value, shape (points,).
+        stopped: true where the other parameters stopped before their end, at a kink of the law's memory; the
+            rise is an upper limit there; shape (points,).
         sd: standard error that a parabola would have, SI; NaN of a parameter at a bound.
-        below: by how much chi-square is less at its least than at the fit; more than chance says that the fit
-            had not reached its end.
+        below: chi-square at the fit, less its least value on the profile. If it is more than chance explains,
+            the fit had not reached its end.
         lowest: free parameters there, SI; empty where the fit is the least.
         told: part of the rise that the recordings alone make, shape (points,); None where nobody asked.
-        bounds: of the parameter, SI.
+        bounds: bounds of the parameter, SI.
         unit: rise that counts as one standard deviation: more than 1 beside noise that lasts.
         visited: all free parameters at every point, SI; empty where nobody kept them.
     """

@@ -42,10 +42,11 @@ class _Side:
     """Points of one side of a profile, outwards; the fit itself is the first.
 
     Attributes:
-        distance: from the fit, shape (points,); root: of the rise of chi-square, negative where it fell.
+        distance: distance from the fit, shape (points,); root: square root of the rise of chi-square,
+            negative where it fell.
         told: part of the rise that the recordings make.
         values: all parameters there.
-        stopped: whether the others stopped early.
+        stopped: true where the others stopped early.
     """
 
     distance: list[float]
@@ -68,11 +69,11 @@ def followed(
     """Profile likelihoods: from the best fit outwards, each point begun at its neighbour's.
 
     Args:
-        names: of free parameters with a standard error, or at a bound.
-        parameters: at the best fit, SI.
+        names: names of free parameters with a standard error, or at a bound.
+        parameters: free parameters at the best fit, SI.
         values: the same as numbers.
-        uncertainty: of the best fit.
-        fit: with parameters held; called once with none.
+        uncertainty: uncertainty of the best fit.
+        fit: function that fits with some parameters held; called once with none.
         again: the same with everything decided anew, tried where `fit` stops early.
         units: rise of chi-square that counts as one standard deviation, 1 where nobody says more.
         progress: called with the name of each parameter that is done.

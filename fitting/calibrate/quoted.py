@@ -78,8 +78,8 @@ def estimate(
 def _told(entry: Parameter, profile: Profile, ends: tuple[float, float]) -> tuple[bool, bool]:
     """Whether the recordings make the lower, and the upper, end of the 90 % interval.
 
-    They do not where priors or a bound make most of the rise there, and the interval goes as far on that side
-    as the prior alone would let it, or to the bound.
+    They do not if priors or a bound make most of the rise there. The interval must also reach, on that side,
+    the end that the prior alone would give, or the bound.
     """
     reach = [entry.value - ends[0], ends[1] - entry.value]
     far = np.inf if entry.prior is None else MERELY_PRIOR * WIDTH_90 * entry.prior.sd

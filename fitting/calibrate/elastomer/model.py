@@ -24,7 +24,7 @@ class Zero:
     Attributes:
         quantity: `strain` or `stress`.
         curve: number of the recording among the samples' curves.
-        prior: of it, SI.
+        prior: prior of the zero, SI.
         begin: value that a fit starts from, SI.
     """
 
@@ -59,8 +59,8 @@ def arrays(samples: Samples, specimens: Sequence[str], zeros: Sequence[Zero]) ->
 
     Args:
         samples: all of them.
-        specimens: those that have a factor of their own; of others it is one.
-        zeros: of recordings.
+        specimens: names of specimens with a factor of their own; the factor of others is one.
+        zeros: zeros of recordings.
     """
     count = range(len(samples.curves))
     index = {name: k + 1 for k, name in enumerate(specimens)}
@@ -80,8 +80,8 @@ def stress_of(
     """Function of parameters and `arrays` that gives the stress of every sample as it is read [Pa].
 
     Args:
-        law: which.
-        specimens: that have a factor of their own.
+        law: the law of the stress.
+        specimens: number of specimens with a factor of their own.
         zeros: names of the parameters, those of strain first.
     """
 

@@ -19,7 +19,7 @@ class Stability:
 
     Attributes:
         strain_min, strain_max: the range.
-        least_tangent, greatest_tangent: of d stress / d strain in it [Pa].
+        least_tangent, greatest_tangent: extremes of d stress / d strain in the range [Pa].
         falls_from: strain nearest to rest where the stress starts to fall, or None.
     """
 

@@ -18,12 +18,12 @@ EDGE = 0.1
 
 @dataclass(frozen=True)
 class Unknowns:
-    """The law's constants, a share of each rival law, what the law misses below and above the tested strains,
-    the batch, the rate; in this order.
+    """In this order: the law's constants, a share of each rival law, the law's errors below and above the
+    tested strains, the batch, the rate.
 
     Attributes:
-        covariance: of all of them, shape (unknowns, unknowns).
-        slices: which of them are `constants`, `law` (shares of rivals and the two extrapolation errors),
+        covariance: covariance of all of them, shape (unknowns, unknowns).
+        slices: entries that are `constants`, `law` (shares of rivals and the two extrapolation errors),
             `specimen` (the batch) and `rate`.
         fit: the law that a simulation uses.
         rivals: laws that may be right instead.
@@ -119,7 +119,7 @@ def updated(
     """Covariance after a test, and the information it is expected to give [nats].
 
     Args:
-        covariance: of the unknowns before.
+        covariance: covariance of the unknowns before the test.
         design: change of each observation per unit of each unknown, shape (observations, unknowns).
         noise: 1-sigma of an observation.
         common: 1-sigma of an error that all observations share, shape (observations,), or None.

@@ -29,7 +29,7 @@ class Repeat:
     """What measuring once more like a recording would add.
 
     Attributes:
-        name: of the recording.
+        name: name of the recording.
         information: expected gain about all free parameters [nats].
         shrinks: parameters whose error bar it shrinks most, with the ratio after to before, the most first.
     """
@@ -84,8 +84,9 @@ def _considered(
 ) -> np.ndarray:
     """What the doubt about constants that are held adds to each parameter's variance, over that variance.
 
-    The doubt is the prior's, less what the recordings themselves say of such a constant: a fit that had it
-    free would have these errors (S. F. Schmidt's considered parameters, with what data tell of them).
+    The doubt is the prior's, reduced by the recordings' own information about such a constant. A fit with
+    that constant free would have these errors (S. F. Schmidt's considered parameters, with the data's
+    information about them).
     """
     covariance = told.covariance()
     taken = {name: quantity.value for name, quantity in held.items()}
@@ -192,14 +193,15 @@ def cannot_tell(
     """What these recordings leave open, in words.
 
     Args:
-        told: by the recordings.
-        parameters: at the values found.
+        told: Fisher information of the recordings.
+        parameters: free parameters at the values found.
         start: values before the fit, SI.
         absent: parameters whose bound means that there is nothing, with a sentence each.
 
     Returns:
-        One entry for each parameter at a bound, that stayed at its start or is hardly informed, each loose
-        combination and each pair that is known only together: `kind`, `parameters`, a number, `text`.
+        Entries with `kind`, `parameters`, a number and `text`. There is one for each parameter at a bound,
+        still at its start or hardly informed. Loose combinations and pairs that are known only together have
+        one, too.
     """
     absent = absent or {}
     stopped = [name for name, fixed in zip(told.names, told.fixed, strict=True) if fixed]

@@ -38,17 +38,17 @@ class GeneralCharacterisation(Characterisation):
     """Constants of wires, tubes or actuators, identified or adjusted within their tolerances.
 
     Attributes:
-        campaign: what was measured.
+        campaign: the measured campaign.
         identify: an alloy or material was to be identified.
         fit: the fit.
         start: values of the free parameters before it, SI.
-        told: what the recordings say.
-        identifiability: what they do not say, in words.
+        told: Fisher information of the recordings.
+        identifiability: sentences about open or loosely known constants.
         profiles: profile likelihoods by parameter.
         scores: every recording beside its prediction.
-        repeats: what measuring each once more would add.
+        repeats: expected gain from measuring each recording once more.
         options: tables that the campaign was fitted from.
-        seed: of the scattered starts.
+        seed: seed of the scattered starts.
         model: the model on disk that was fitted; None for the base model.
         lasting: zeros of instruments that are off or wander, and what they add to errors.
     """
@@ -140,11 +140,11 @@ def characterise_general(
 
     Args:
         campaign: recordings.
-        specimen: what is recorded.
+        specimen: specimen of the recorded kind.
         adjust: changes to free parameters by name, in the unit of files; see `characterise_spring`.
-        starts: of the fit in all.
+        starts: number of starts of the fit in all.
         profile: parameters to profile, or how many of the loosest.
-        seed: of the scattered ones.
+        seed: seed of the scattered starts.
         progress: called with a word for each step that is done.
         model: model on disk, of this kind; the base model by default.
         **options: tables to start from, as the specimen's `rows_for` takes them.
@@ -269,12 +269,12 @@ def characterise_specimen(
 
     Args:
         campaign: recordings of one kind.
-        specimen: of that kind.
+        specimen: specimen of that kind.
         adjust: see `characterise_general`.
         starts: fits in all; the specimen's own number by default.
         profile: parameters to profile, or how many; the specimen's own number by default.
         seed, progress: see there.
-        **tables: to start from, as the specimen's `rows_for` takes them.
+        **tables: tables to start from, as the specimen's `rows_for` takes them.
     """
     common = {
         "adjust": adjust,

@@ -30,8 +30,8 @@ class Information:
     """Fisher information of the tests about the free parameters, at the values found.
 
     Attributes:
-        names: of the free parameters.
-        matrix: of the data alone, in SI, shape (n, n).
+        names: names of the free parameters.
+        matrix: information of the data alone, in SI, shape (n, n).
         scale: 1-sigma of each parameter's prior, shape (n,); its magnitude where it has none.
         prior: precision of the priors, shape (n,).
         fixed: parameters that stand at a bound, of shape (n,); they are left out of covariances.
@@ -72,9 +72,9 @@ def fisher(problem: Problem, values: Mapping[str, float], data: Any = None) -> n
     """Information of each recording of a stack, shape (recordings, n, n), SI.
 
     Args:
-        problem: what is fitted.
-        values: where.
-        data: of the residual; that of all fitted tests by default.
+        problem: the fitted problem.
+        values: values at which the information is computed.
+        data: data of the residual; those of all fitted tests by default.
     """
     data = problem.data() if data is None else data
     point = values_of(problem.parameters, values)
@@ -89,8 +89,8 @@ def information(problem: Problem, parameters: Parameters) -> Information:
     """Information of the fitted tests.
 
     Args:
-        problem: what was fitted.
-        parameters: at the values found.
+        problem: the fitted problem.
+        parameters: free parameters at the values found.
     """
     values = parameters.valuesdict()
     each = fisher(problem, values)
@@ -107,11 +107,11 @@ def information(problem: Problem, parameters: Parameters) -> Information:
 def with_errors(result: FitResult, inform: Callable[[Parameters], Information]) -> FitResult:
     """A fit that ended without standard errors, with those of the information where it ended.
 
-    Where a rule changes its mind between rows the misfit has small steps, and a fit can stop on one of them;
-    its status still says so.
+    If a rule decides otherwise from one row to the next, the misfit has small steps. A fit can stop on one of
+    them; its status still says so.
 
     Args:
-        result: of the fit.
+        result: result of the fit.
         inform: information at parameters; not called where the fit has errors.
     """
     if result.uncertainty.names or result.chi_square is None:
@@ -135,15 +135,14 @@ def sentences(
     """What cannot be known from these tests, in words.
 
     Args:
-        found: by the tests.
-        parameters: at the values found.
+        found: Fisher information of the tests.
+        parameters: free parameters at the values found.
         starts: values before any fit.
-        tests: that were fitted.
+        tests: the fitted tests.
 
     Returns:
-        One entry for each parameter at a bound, that has not moved or that the tests hardly inform, each
-        loose combination and each group known only together: `kind` (`at_bound`, `at_start`, `not_informed`,
-        `loose_direction`, `known_together`), `parameters`, a number that says how bad, and `text`.
+        Entries with `kind`, `parameters`, a number that says how bad, and `text`. The kinds are `at_bound`,
+        `at_start`, `not_informed`, `loose_direction` and `known_together`.
     """
     entries = _at_bounds(found, parameters)
     alone, covered = _alone(found, parameters, starts, tests)

@@ -47,24 +47,24 @@ class SpringCharacterisation(Characterisation):
     """An alloy identified, or checked, from springs on a stand.
 
     Attributes:
-        title: of the campaign.
+        title: title of the campaign.
         identify: the alloy was identified; otherwise it was known and only adjusted within its tolerances.
         tests: the recordings, classified.
-        stages: what each stage found; empty for a known alloy.
+        stages: results of the stages; empty for a known alloy.
         joint: the joint fit.
         base: constants of the alloy that it started from.
         start: values of the free parameters before any fit, SI.
-        information: what the tests say.
-        identifiability: what they do not say, in words.
+        information: Fisher information of the tests.
+        identifiability: sentences about open or loosely known constants.
         modes: other parameter sets that fit as well.
         profiles: profile likelihoods by parameter.
         scores: every test predicted from resistance.
-        next_test: which further test would help most.
+        next_test: the further test that would help most.
         real: measured (True), simulated (False), or nobody said (None).
-        notices: what was assumed or left out.
-        seed: of the scattered starts.
+        notices: assumptions and omissions.
+        seed: seed of the scattered starts.
         softer: the phase that was taken as the softer one; None for a known alloy.
-        combinations: what the tests tell best: resistivities and stresses of both phases.
+        combinations: quantities that the tests determine best: resistivities and stresses of both phases.
         lasting: zeros of force and resistance that are off or wander, and what they add to errors.
     """
 
@@ -129,22 +129,23 @@ def characterise_spring(
 ) -> SpringCharacterisation:
     """Identify an alloy from springs on a stand, or adjust a known one within its tolerances.
 
-    With `alloy = "fit"` in the recordings everything is found, in the source's stages and then jointly; the
-    tests whose resistance at rest is farthest from that of the stiffest are taken to be fully martensitic,
-    and the stiffest fully austenitic, as the source does.
-    With a named alloy only what `[tolerance]` leaves open is.
+    With `alloy = "fit"` in the recordings everything is found, in the source's stages and then jointly. As in
+    the source, the stiffest tests are taken to be fully austenitic. Those whose resistance at rest is
+    farthest from theirs are taken to be fully martensitic. With a named alloy, only the constants that
+    `[tolerance]` leaves open are adjusted.
 
     Args:
         campaign: recordings of kind `spring` of one alloy.
         base: table to start from, instead of the one named, or of a nitinol that nobody has characterised.
         phases: `cold`, `hot` or `intermediate` for recordings, by name, whose phase is known better.
-        softer: the phase whose wire is the softer one; by default the martensite, or where its tests then
-            resist less at rest than the hot ones, which no nitinol does, whichever fits better.
-        adjust: changes to free parameters by name, each a mapping with any of `value`, `min`, `max` (in the
-            unit of files), `vary` and `tie`: `{"gR_decay": {"value": 5, "vary": False}}`.
+        softer: the phase whose wire is the softer one; the martensite by default. No nitinol resists less at
+            rest when cold than when hot. If the tests say so, both phases are tried and the better fit
+            decides.
+        adjust: changes to free parameters by name. Each is a mapping with any of `value`, `min`, `max` (in
+            the unit of files), `vary` and `tie`. Example: `{"gR_decay": {"value": 5, "vary": False}}`.
         starts: joint fits in all, from different places.
         profile: parameters to profile, or how many of the loosest.
-        seed: of what is drawn.
+        seed: seed of all draws.
         progress: called with a word for each step that is done.
 
     Raises:

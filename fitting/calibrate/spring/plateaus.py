@@ -30,8 +30,8 @@ def plateaus(
     Args:
         joint: the fit, with the errors of the best start alone.
         base: constants of the alloy that it started from.
-        tests: that were fitted; a phase that none shows is left out.
-        profiles: of the constants.
+        tests: the fitted tests; a phase that no test shows is left out.
+        profiles: profiles of the constants.
     """
     labels, law = shown_by(base, tests)
     return propagated(labels, law, joint.values, joint.result.uncertainty, profiles)

@@ -137,7 +137,7 @@ class Problem:
         its decisions change nothing.
 
         Args:
-            **options: those of `data`.
+            **options: options of `data`.
         """
         return self.fitted_with(**options)[0]
 

@@ -22,8 +22,8 @@ from .stages import Stage, run_stages
 from .stand_tests import LEVEL, SOFTER, Phase, Softer, StandTest, classify, contradicts
 
 CHANCE, MORE = 3.5, 6
-"""Standard deviations of a reduced chi-square above 1 from which a known alloy is fitted from further starts,
-and how many: rows that a spring remembers shut fits in."""
+"""CHANCE: a known alloy is fitted from further starts if the reduced chi-square exceeds 1 by this number of
+standard deviations. A spring that remembers other rows can shut a fit in. MORE: number of these starts."""
 FAR = 4.0
 """Standard deviations along the loosest direction at which one start is placed."""
 ROUNDS = 3
@@ -36,7 +36,7 @@ class Fitted:
 
     Attributes:
         start: values before any fit, SI.
-        stages: what each stage found; empty for a known alloy.
+        stages: results of the stages; empty for a known alloy.
         single: the joint fit from all starts, with the errors of the best alone.
     """
 

@@ -49,11 +49,11 @@ class StandTest:
 
     Attributes:
         recording: the data.
-        phase: what its wire is taken to be at rest.
+        phase: phase of its wire at rest.
         reason: why, in words.
         strain: largest spring strain [1]; gamma: largest shear strain [1].
-        slope: of shear stress over shear strain at the beginning [Pa]; NaN where it cannot be told.
-        resistivity: at rest [ohm/m]; NaN where it was not measured.
+        slope: slope of shear stress over shear strain at the beginning [Pa]; NaN where it cannot be told.
+        resistivity: resistance per length of wire at rest [ohm/m]; NaN where it was not measured.
         unloads: the spring comes back.
         isoresistive: the resistance was held, as far as it could be.
     """
@@ -108,7 +108,7 @@ def classify(
     """What each recording of a spring is.
 
     Args:
-        recordings: of kind spring, of one alloy.
+        recordings: recordings of kind spring, of one alloy.
         stated: phase of recordings, by name, that somebody knows better.
         alloy: the alloy if it is known, whose reading of the resistance at rest then decides; otherwise the
             tests are compared with each other.

@@ -15,9 +15,9 @@ def zeros(problem: Problem, parameters: Parameters, told: Information) -> Lastin
     """What zeros of force and resistance that are off, or wander, add to the errors.
 
     Args:
-        problem: what was fitted.
-        parameters: at the values found.
-        told: by the fitted tests.
+        problem: the fitted problem.
+        parameters: free parameters at the values found.
+        told: Fisher information of the fitted tests.
     """
     point = values_of(problem.parameters, parameters.valuesdict())
     data = problem.data()
