@@ -16,8 +16,8 @@ def parse_toml(text: str, path: Path | str) -> dict[str, Any]:
     """Parse TOML that anybody may have written.
 
     Args:
-        text: of the file; a byte-order mark at its beginning is left out.
-        path: for messages.
+        text: text of the file; a byte-order mark at its beginning is left out.
+        path: path of the file, for messages.
 
     Raises:
         InputError: if it is not TOML, or is nested more deeply than any document of ours.
@@ -54,10 +54,10 @@ def read_document(
     """Read a document of one schema.
 
     Args:
-        place: where it is read from; a file, or one that ships with the package.
+        place: file to read; one on disk, or one that ships with the package.
         path: the same for messages.
         what: such a document in words, `"a chain"`.
-        schema: that it must state.
+        schema: schema that the file must state.
         top: keys that it may have.
 
     Raises:

@@ -19,7 +19,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
     """Sentence fragment that offers the known names closest to a mistyped one.
 
     Args:
-        name: what was given.
+        name: the given name.
         known: the names that exist.
 
     Returns:

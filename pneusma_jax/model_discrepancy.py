@@ -51,16 +51,17 @@ def unit_of(name: str) -> str | None:
 class Unmodelled(Effect):
     """A piecewise linear function of one driver, added to one output.
 
-    Channels of a simulation get two more: `unmodelled_<quantity>` [unit of the quantity], what is added, and
-    `beyond_<quantity>`, 1 in rows where the driver is unknown or outside the knots, else 0.
+    Channels of a simulation get two more. `unmodelled_<quantity>` is the added correction [unit of the
+    quantity]. `beyond_<quantity>` is 1 in rows where the driver is unknown or outside the knots, else 0.
 
     Attributes:
-        knots: of the driver, ascending, SI.
+        knots: knots of the driver, ascending, SI.
         values: added at each knot, SI; held beyond the first and the last one.
-        element: by which slots know the specimens in which it was seen (`actuator`, `spring`, `wire`,
-            `silicone`); in others it does not act.
+        element: kind of specimen in which it was seen: `actuator`, `spring`, `wire` or `silicone`. It does
+            not act in others.
         quantity: output that it adds to.
-        driver: what it is a function of: `strain`, `strain_rate`, `pressure`, `xi0_2`, `time`, ...
+        driver: quantity that the correction is a function of: `strain`, `strain_rate`, `pressure`, `xi0_2`,
+            `time`, ...
     """
 
     knots: Float[Array, "knots"] = eqx.field(converter=jnp.asarray)
@@ -153,8 +154,8 @@ class Unmodelled(Effect):
 class SoftenedWall(Unmodelled):
     """A relative change of the silicone's stiffness that is a piecewise linear function of one driver.
 
-    Corrections are to first order in what is measured: a coupon's stress goes with the stiffness, a tube's or
-    an actuator's shape with one over it.
+    Corrections are to first order in the measured quantity. A coupon's stress is proportional to the
+    stiffness; the shape of a tube or an actuator is inversely proportional to it.
     """
 
     def wall(self, value: Array, at: Known, memory: Any) -> Array:

@@ -8,9 +8,9 @@ A row of a recording runs through slots in a fixed order, each a value that the 
     wire       temperature -> phase -> stress -> outputs      tube  pressure -> wall, load -> outputs
     elastomer  [compliance] wall -> outputs          and at the end of all rows: recorded
 
-An effect is a module with a parameter whose neutral value means absent, a method for each slot it acts at,
-and, if it has a history, a memory that is carried from row to row. Effects compose in the order in which they
-are given; a chain without effects is the base model and adds nothing to the compiled program.
+An effect is a module with a parameter whose neutral value means absent, and a method for each slot it acts
+at. If it has a history, it also has a memory that is carried from row to row. Effects compose in the order in
+which they are given. A chain without effects is the base model and adds nothing to the compiled program.
 """
 
 from collections.abc import Callable
@@ -86,8 +86,9 @@ class Effect(eqx.Module):
         return value
 
     def compliance(self, value: Array, at: Known, memory: Any) -> Array:
-        """What lies between the specimen and the recorded length, shape (2,): its compliance unloaded [m/N],
-        and one over the force at which that is half as much [1/N]; 0 in the base model."""
+        """Compliance between the specimen and the recorded length, shape (2,). The first number is the
+        compliance without load [m/N]. The second is one over the force at which it is half as much [1/N].
+        Both are 0 in the base model."""
         return value
 
     def temperature(self, value: Array, at: Known, memory: Any) -> Array:
@@ -131,12 +132,12 @@ class Effect(eqx.Module):
 
 
 class Switched(eqx.Module):
-    """An effect that may be off, for programs that hold many and need few at a time: what is off is left out
-    at run time, and so is a slot at which all are. The switch is an argument of the compiled program.
-    Off, an effect must be at its neutral value; its derivatives there are zero.
+    """An effect that may be off, for programs that hold many and need few at a time. An effect that is off is
+    skipped at run time, and so is a slot at which all are off. The switch is an argument of the compiled
+    program. While off, an effect must be at its neutral value; its derivatives there are zero.
 
     Attributes:
-        effect: that acts while on.
+        effect: the effect that acts while on.
         on: shape ().
     """
 
@@ -148,9 +149,9 @@ class Chain(eqx.Module):
     """Effects bound to their memories and to what is known of the row: what the model's slots call.
 
     Attributes:
-        effects: in the order in which they act.
+        effects: effects, in the order in which they act.
         memories: one per effect.
-        known: of the row so far.
+        known: values of the row so far.
     """
 
     effects: tuple[Effect | Switched, ...] = ()

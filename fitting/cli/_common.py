@@ -80,7 +80,7 @@ def scheduler(workers: int | None, address: str | None) -> AbstractContextManage
 
     Args:
         workers: processes to start on this machine, or None.
-        address: of a running Dask scheduler, or None.
+        address: address of a running Dask scheduler, or None.
 
     Raises:
         click.UsageError: if both are given.

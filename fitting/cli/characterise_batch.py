@@ -24,7 +24,7 @@ SOME_FAILED = 1  # exit code
 def characterise_batch_command(campaigns, out, seed, force, resume, workers, cluster) -> None:
     """Characterise CAMPAIGNS (folders of recordings), and all of them together.
 
-    Writes a folder of results for each of them as it is done, and a table over specimens with a hierarchical
+    Writes a folder of results for each campaign as it is done. A table over specimens has a hierarchical
     summary of every constant that two or more inform. A campaign that cannot be used is reported and stops
     none of the others; the exit code is then 1.
     """

@@ -29,11 +29,11 @@ SOME_FAILED = 1  # exit code
 def diagnose_command(campaigns: tuple[Path, ...], out: Path, **options: Any) -> None:
     """Compare each CAMPAIGN (a folder of recordings, or one CSV) with the model and explain the mismatch.
 
-    Refits the base model within its tolerances, tells whether what remains is more than noise, tries every
-    effect of the catalogue that such recordings can show, and proves what it finds on recordings that were
-    not fitted. --alloy and --material take the place of what the recordings name. Writes report.html,
-    report.json, augmented.toml (a model that every other command takes with --model) and figures; where a law
-    of the silicone was fitted first, material.toml, too.
+    Refits the base model within its tolerances and tells whether what remains is more than noise. Then it
+    tries every effect of the catalogue that such recordings can show. It proves what it finds on recordings
+    that were not fitted. --alloy and --material take the place of what the recordings name. Writes
+    report.html, report.json, figures and augmented.toml, a model that every other command takes with --model.
+    If a law of the silicone was fitted first, it writes material.toml, too.
 
     Several campaigns get a folder each in --out as they are done, beside a table of all verdicts. One that
     cannot be used is reported and stops none of the others; the exit code is then 1.

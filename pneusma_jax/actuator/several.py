@@ -2,9 +2,9 @@
 
 A row starts in the cells of the grid of equilibria that may hold one (`cells`). If only one cell may, it
 holds the only equilibrium. At given phases there is one equilibrium, so the map of fractions to resistances
-has degree one: the signs of the stiffness at all equilibria of a row add up to one. Rows whose signs do not
-have missed one. They get more starts, at last those of `root_find.all_roots`. The sum does not show two that
-were missed together; `all_roots` found none such in 175 rows of 3,000.
+has degree one. Hence the signs of the stiffness at all equilibria of a row add up to one. Rows whose signs do
+not have missed one. They get more starts, at last those of `root_find.all_roots`. The sum does not show two
+that were missed together; `all_roots` found none such in 175 rows of 3,000.
 """
 
 import itertools
@@ -294,8 +294,8 @@ def every_root_at_phases(rows: Rows) -> Known:
 
 STRETCHES = np.linspace(-0.2, 0.4, 3)
 BENDS = np.linspace(-0.6, 0.6, 9)
-"""Scaled unknowns from which equilibria under loads are searched [1]: a stretch of -20 to 40 %, and bends up
-to a full turn of the source's actuators. Their length is nine radii."""
+"""Scaled unknowns from which equilibria under loads are searched [1]. They are a stretch of -20 to 40 %, and
+bends up to a full turn of the source's actuators. Their length is nine radii."""
 
 
 def unusable(rows: Rows) -> Known:

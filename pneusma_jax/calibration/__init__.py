@@ -55,17 +55,16 @@ def load_calibration(name_or_path: str | Path | Calibration, kind: str | None = 
     """Read and check a table.
 
     Args:
-        name_or_path: name of a table or example of the package (`"krl35"`), or a path. A `Path`, and any
-            text that ends in `.toml` or contains a path separator, is a path. A table in memory is taken as
-            it is.
+        name_or_path: name of a table or example of the package (`"krl35"`), or a path. A `Path`, and any text
+            that ends in `.toml` or contains a path separator, is a path. A table in memory is taken as it is.
         kind: the kind that is wanted, or None for any.
 
     Returns:
         The table, with values in internal units.
 
     Raises:
-        InputError: if the table cannot be found or read, if it is of another kind, or if anything in it is
-            unknown, missing, of the wrong dimension or outside its own prior. One line: file, key, remedy.
+        InputError: if the table cannot be found or read, or is of another kind. Also if an entry is unknown,
+            missing, of the wrong dimension or outside its own prior. One line: file, key, remedy.
     """
     table = name_or_path if isinstance(name_or_path, Calibration) else _read(name_or_path, kind)
     if kind is not None and table.kind != kind:
@@ -90,7 +89,7 @@ def named_table(table: Calibration, key: str) -> str:
     """Name or path of the alloy or material of an actuator; a relative path counts from the file it is in.
 
     Args:
-        table: of kind actuator.
+        table: table of kind actuator.
         key: `"alloy"` or `"material"`; the source's own where the table names none.
     """
     name = table.text.get(key, _USUAL[key])

@@ -18,7 +18,7 @@ def check_actuator(
         text: the strings of the table, each already one of the words that it may be.
         numbers: names of the quantities that are there.
         lines: names of the outlines that are there.
-        path: for messages.
+        path: path of the table, for messages.
 
     Raises:
         InputError: one line with the file, the key and what would be right.

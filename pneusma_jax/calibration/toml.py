@@ -23,7 +23,7 @@ def parse_calibration(text: str, path: str | Path) -> Calibration:
 
     Args:
         text: the TOML text.
-        path: where it came from, for messages.
+        path: path of the text's file, for messages.
 
     Raises:
         InputError: one line with file and key, if anything is unknown, missing, of the wrong dimension or
@@ -109,9 +109,9 @@ def read_quantity(name: str, entry: Any, dimension: str, where: str) -> Quantity
     """Check one number of a file and convert it.
 
     Args:
-        name: of the quantity.
-        entry: what the file has, `{value, unit, status, source}` and perhaps a `prior` and `interval90`.
-        dimension: that its unit must have.
+        name: name of the quantity.
+        entry: entry of the file, `{value, unit, status, source}` and perhaps a `prior` and `interval90`.
+        dimension: dimension that its unit must have.
         where: file and key, for messages.
 
     Raises:

@@ -229,8 +229,8 @@ class SelfHeatingRate(Effect):
     }
 
     def begin(self, at: Known) -> dict[int, tuple]:
-        """Flag of a previous row; its strain and recent gain; the same of the fraction that the strain
-        transformed, and of the fraction that heat did."""
+        """Per spring: flag of a previous row, and its strain and recent gain. Then strain and gain of the
+        fraction that strain transformed, and those of the fraction that heat transformed."""
         return each(at, zeros(7))
 
     @staticmethod

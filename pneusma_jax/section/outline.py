@@ -29,8 +29,8 @@ class Outline(Shape):
         curved: static; indices of the edges that are arcs, edge i going from vertex i to the next.
 
     Raises:
-        ValueError: when built from concrete numbers, for too few or repeated vertices, a clockwise order, an
-            arc of more than half a circle, or a line that crosses itself.
+        ValueError: when built from concrete numbers, for too few or repeated vertices or a clockwise order.
+            Also for an arc of more than half a circle, or a line that crosses itself.
     """
 
     vertices: Float[Array, "n 2"] = eqx.field(converter=jnp.asarray)

@@ -46,7 +46,7 @@ class SegmentChain(eqx.Module):
 
     Raises:
         ValueError: if there is no segment, a shape does not fit, a connector has a negative length, or a
-            segment has a load that cannot be transmitted.
+            segment's load cannot be transmitted.
     """
 
     segments: tuple[Actuator, ...]
@@ -147,7 +147,7 @@ def chain_of(
     Args:
         segments: one actuator, or one per segment from base to tip.
         count: number of segments, where one actuator is given; 1 by default.
-        angles: mounting angle of each segment about z against the base [rad], or one for all; `(0, pi / 2)`
+        angles: mounting angle of each segment about z against the base [rad], or one for all. `(0, pi / 2)`
             makes an alternating orthogonal pair of planar segments.
         connectors: lengths of the rigid connectors between segments [m], or one for all.
 
@@ -187,8 +187,8 @@ def solve_chain(
         activations: activations for each segment, one per spring; cold where empty.
         states: memories of the springs for each segment, one per spring; fresh where None.
         throw: true to raise where there is no solution. Otherwise the `status` gives the reason, and missing
-            results are NaN: for a chain without loads from the failed segment on, for a loaded chain in all
-            segments.
+            results are NaN. A chain without loads misses those from the failed segment on, a loaded chain
+            those of all segments.
 
     Raises:
         RuntimeError: if float64 is off, or, with `throw`, if there is no equilibrium. The message names the
