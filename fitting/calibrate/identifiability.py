@@ -1,4 +1,5 @@
-"""What a fit cannot tell apart, in words: combinations of parameters that hardly change the misfit."""
+"""Sentences about combinations of parameters that hardly change the misfit, so that a fit cannot separate
+them."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

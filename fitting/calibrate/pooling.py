@@ -13,13 +13,14 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
 LEVEL = 0.9
-"""Of intervals."""
+"""Probability of the quoted intervals."""
 SPENT = 0.95
-"""Standard error over the prior's from which an estimate is the prior and not a measurement."""
+"""Minimum ratio of an estimate's standard error to its prior's at which it only repeats the prior."""
 LOOSE = 1e-4
-"""Precision left to what the data do not tell, of the priors'."""
+"""Precision of directions that the data do not inform, as a share of the priors' precision. It keeps the
+matrices regular."""
 WIDEST = 10.0
-"""Largest spread between specimens that is looked for, times that of the estimates."""
+"""Maximum spread between specimens in the search, in units of the estimates' own spread and errors."""
 
 
 @dataclass(frozen=True)
@@ -53,11 +54,11 @@ class Pooled:
 def without_priors(
     values: np.ndarray, covariance: np.ndarray, means: np.ndarray, prior_sd: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What the data of one specimen alone say of every constant, from a Gaussian posterior and its priors.
+    """Estimates of one specimen's constants from its data alone: its Gaussian posterior without the priors.
 
-    Every specimen was fitted under the same priors; pooled as they stand, they would count once for each. A
-    constant that the data tell only together with another one leans on the other's prior: so all are taken
-    out at once.
+    All specimens were fitted under the same priors. If their posteriors were pooled, the priors would count
+    once for each specimen. A constant that is known only together with another one depends on that one's
+    prior, too. So all priors are removed in one step.
 
     Args:
         values, covariance: mean and covariance of the posterior, shapes (n,) and (n, n).

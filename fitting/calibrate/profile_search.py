@@ -171,7 +171,7 @@ class _Search:
         return found
 
     def _bent(self, found: _Side) -> bool:
-        """Whether the 90 % interval ends elsewhere than the standard error says."""
+        """True if the 90 % interval ends elsewhere than the standard error says."""
         error, far = self.entry.standard_error, found.root[-1]
         if error is None or len(found.root) > 2:
             return True
@@ -187,7 +187,7 @@ class _Search:
             self._add(found, side, HALF * end)
 
     def _next(self, found: _Side, limit: float, room: float) -> float | None:
-        """Where to look next on a side; None where its end is known."""
+        """Next place to fit on a side; None if its end is known."""
         root = np.maximum.accumulate(found.root)
         if abs(root[-1] / limit - 1.0) < NEAR or np.any(np.abs(root / limit - 1.0) < NEAR):
             return None
@@ -228,7 +228,8 @@ class _Search:
         return True
 
     def _ahead(self, found: _Side, k: int, distance: float, value: float) -> dict[str, float]:
-        """Where the others should be: as the last two points go on, or by the covariance of the fit."""
+        """Estimate of the other parameters at a place: on the line of the last two points, or by the
+        covariance of the fit."""
         at, moved = found.values[k], value - found.values[k][self.name]
         if k > 0:
             before = found.values[k - 1]
@@ -254,12 +255,12 @@ def _lowest(
 
 
 def _ended(result: FitResult) -> bool:
-    """Whether a fit has ended, or has made all steps that are allowed: another start would gain little."""
+    """True if a fit has converged or made all steps that are allowed; another start would gain little."""
     return result.success or getattr(result, "status", None) is Status.MAX_STEPS
 
 
 def _followers(uncertainty: Uncertainty, name: str) -> dict[str, float]:
-    """How the other parameters move with one, by the covariance of the fit."""
+    """Change of the other parameters with one, by the covariance of the fit."""
     names, covariance = uncertainty.names, uncertainty.covariance
     if name not in names:
         return {}

@@ -1,4 +1,4 @@
-"""Which pipeline serves which kind of specimen: its own, or the general one."""
+"""Choice of a pipeline for each kind of specimen: its own, or the general one."""
 
 import functools
 import inspect

@@ -1,4 +1,4 @@
-"""What every pipeline hands back, whatever it has fitted: named parameters with their errors."""
+"""Common result of every pipeline: named parameters with their errors."""
 
 import abc
 from collections.abc import Mapping

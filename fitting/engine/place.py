@@ -1,4 +1,4 @@
-"""Where tasks are computed: in this process, in several here, or on a cluster."""
+"""Places where tasks are computed: this process, several here, or a cluster."""
 
 from contextlib import AbstractContextManager, nullcontext
 

@@ -1,4 +1,4 @@
-"""How far a run is: rows a second and the time left, at a terminal or as lines of a log."""
+"""Progress of a run: rows a second and the time left, at a terminal or as lines of a log."""
 
 import time
 from types import TracebackType

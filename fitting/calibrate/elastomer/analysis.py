@@ -16,7 +16,7 @@ from .stability import ACTUATOR_STRAIN, Stability, stability
 
 @dataclass(frozen=True)
 class Analysis:
-    """What a set of laws makes of a range of strain; every dictionary is by name of the law.
+    """Results of a set of laws over a range of strain; every dictionary is by name of the law.
 
     Attributes:
         scope: samples that were fitted, shape (n,).

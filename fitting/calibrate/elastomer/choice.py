@@ -1,4 +1,4 @@
-"""Which law to use: held-out error first, information criteria beside it, and no law that turns back."""
+"""Choice of the law: held-out error first, information criteria beside it, and no law that turns back."""
 
 from dataclasses import dataclass
 

@@ -98,7 +98,7 @@ def describe(
     zeros: Sequence[Zero],
     used: float,
 ) -> LawFit:
-    """What the result of a fit says about a law.
+    """Summary of a fit of a law.
 
     Args:
         law: the law that was fitted.

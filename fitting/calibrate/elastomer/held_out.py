@@ -1,4 +1,4 @@
-"""How well a law predicts what it was not fitted to: gaps in the curve, larger stretch, other recordings.
+"""Errors of a law on data that it was not fitted to: gaps in the curve, larger stretch, other recordings.
 
 The range of a fit is its *reach* max(stretch, 1/stretch). This is the stretch in tension and counts
 compression alike. A fit up to a reach is scored on the rest of the curve. A gap is a band of stretch taken

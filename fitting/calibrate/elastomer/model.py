@@ -1,4 +1,4 @@
-"""What a law predicts of every sample: stress of its specimen, by the zeros of its recording."""
+"""Prediction of every sample by a law: stress of its specimen, by the zeros of its recording."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -35,12 +35,12 @@ class Zero:
 
     @property
     def name(self) -> str:
-        """Of the parameter."""
+        """Name of the parameter."""
         return f"{self.quantity}_zero_{self.curve + 1}"
 
     @property
     def unit(self) -> str:
-        """In which it is shown."""
+        """Unit in which it is shown."""
         return "1" if self.quantity == "strain" else "kPa"
 
 
@@ -55,7 +55,7 @@ def zeros_of_samples(samples: Samples) -> list[Zero]:
 
 
 def arrays(samples: Samples, specimens: Sequence[str], zeros: Sequence[Zero]) -> dict[str, np.ndarray]:
-    """What `stress_of` needs of every sample, each of shape (n,).
+    """Data of every sample for `stress_of`, each of shape (n,).
 
     Args:
         samples: all of them.

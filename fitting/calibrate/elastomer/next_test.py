@@ -1,4 +1,4 @@
-"""Which further test would shrink the error of a simulation most: expected information, not a rule of thumb.
+"""Choice of the further test that shrinks the error of a simulation most, by its expected information.
 
 The stress that an actuator's wall carries is predicted with four errors. The first is that of the law's
 constants. The second is that of the law itself, since others fit as well. In strains that were not tested, it

@@ -1,4 +1,4 @@
-"""From a campaign of elastomer recordings to a characterised material."""
+"""Characterisation of a material from a campaign of elastomer recordings."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.data.recordings import Recording
+from fitting.data.recordings import Recording, all_real
 from fitting.inference.noise import robust_noise
 from fitting.inference.readings import cautions, readings_of
 from fitting.specimens.zeros import Zeros, offered, strain_from_taut, zeros_of
@@ -165,9 +165,10 @@ def stack(
     strain, stress, spread, owner, flat = (np.concatenate(column) for column in zip(*parts, strict=True))
     notices += cautions(recordings) + offered(recordings)
     batch = max(recording.full_tolerance().get("silicone_stiffness", 0.0) for recording in recordings)
-    stated = [recording.real for recording in recordings]
-    real = False if False in stated else None if None in stated else True
-    return Samples(tuple(curves), strain, stress, spread, owner, weighting, flat, batch, real, tuple(notices))
+    return Samples(
+        tuple(curves), strain, stress, spread, owner, weighting, flat, batch, all_real(recordings),
+        tuple(notices),
+    )  # fmt: skip
 
 
 def _usable(recording: Recording, max_strain: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

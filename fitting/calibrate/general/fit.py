@@ -59,12 +59,12 @@ class GeneralFit:
 
     @property
     def kind(self) -> str:
-        """Of the recordings."""
+        """Kind of the recordings."""
         return self.recordings[0].kind
 
     @property
     def misses(self) -> bool:
-        """Whether what is left is more than noise; `result` was made at noise that covers it."""
+        """True if the misfit is more than noise; `result` was made at noise that covers it."""
         return not self.reduced_chi_square <= MISFIT
 
     @property
@@ -203,7 +203,7 @@ def _settled(
 
 
 def missed(result: FitResult) -> bool:
-    """Whether what is left is more than noise."""
+    """True if the misfit is more than noise."""
     return (result.reduced_chi_square or np.inf) > MISFIT
 
 

@@ -25,8 +25,3 @@ def profiles(
     result = fit.result
     pinned = partial(fit_pinned, fit)
     return followed(names, result.parameters, result.values, result.uncertainty, pinned, units=units)
-
-
-def profile(fit: GeneralFit, name: str) -> Profile:
-    """Profile likelihood of one parameter; see `profiles`."""
-    return profiles(fit, [name])[name]

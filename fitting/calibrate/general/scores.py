@@ -1,4 +1,4 @@
-"""How far predictions are from what was measured, recording by recording and overall."""
+"""Errors of predictions, recording by recording and overall."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fitting.calibrate.information import with_errors
 from fitting.calibrate.profile_likelihood import ALIKE
 from fitting.inference.least_squares import FitResult
 from fitting.inference.noise import correlation_time, inflation_of
@@ -12,7 +13,7 @@ from fitting.inference.parameters import Parameters
 from fitting.specimens import residual_of
 from fitting.specimens.spring_trajectory import MARGIN, OUTPUTS
 
-from .information import information, with_errors
+from .information import information
 from .problem import Problem, values_of
 
 MISFIT = 1.3
@@ -31,7 +32,7 @@ WANDERS = 2
 
 @dataclass(frozen=True)
 class Start:
-    """Where one joint fit began and ended.
+    """Start and end of one joint fit.
 
     Attributes:
         name: name in words.

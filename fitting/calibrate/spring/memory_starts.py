@@ -1,4 +1,4 @@
-"""Where to start the constants of the residual strain: the best of many trials, each with its own decisions.
+"""Starts of the constants of the residual strain: the best of many trials, each with its own decisions.
 
 The residual strain is the smaller of two curves and is renewed at turning points. Where the other curve is
 the smaller one, or the memory of the wrong row is kept, its constants have no slope at all. A fit leaves them
@@ -105,7 +105,7 @@ def _best(
     tests: Iterable[int],
     count: int,
 ) -> list[dict[str, float]]:
-    """Of trials the best few that are apart, by chi-square of some tests with the priors."""
+    """The best few trials that differ from each other, by chi-square of some tests with the priors."""
     rows, base = undecided(problem.data(tests=tests)["rows"]), values_of(problem.parameters, values)
     scale = np.array([problem.parameters[n].prior.sd for n in names])
     mean = np.array([problem.parameters[n].prior.mean for n in names])

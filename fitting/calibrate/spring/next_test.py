@@ -1,4 +1,4 @@
-"""Which further test would shrink which error bar most: expected information from the model's own
+"""Choice of the further test that shrinks error bars most, by expected information from the model's
 sensitivities.
 """
 
@@ -9,13 +9,14 @@ import equinox as eqx
 import jax
 import numpy as np
 
+from fitting.calibrate.information import Information
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, stack
 from fitting.specimens.spring_trajectory import GEOMETRY, at_phase, undecided
 from pneusma_jax import SpringGeometry
 from pneusma_jax.errors import InputError
 
-from .information import Information, fisher
+from .information import fisher
 from .problem import Problem, values_of
 from .reach import HOT_STEPS, steps_of
 from .stand_tests import LEVEL, Phase, StandTest

@@ -41,11 +41,6 @@ def profiles(
     )
 
 
-def profile(joint: Joint, name: str) -> Profile:
-    """Profile likelihood of one parameter; see `profiles`."""
-    return profiles(joint, [name])[name]
-
-
 def with_other_fits(found: Mapping[str, Profile], joint: Joint) -> dict[str, Profile]:
     """Profiles that know the other fits which are nearly as good: other turning points, other constants.
 

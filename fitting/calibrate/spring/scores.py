@@ -1,4 +1,4 @@
-"""How far predictions from resistance are from the measured shear stress, test by test and overall."""
+"""Errors of the shear stress as predicted from resistance, test by test and overall."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
