@@ -1,5 +1,5 @@
-"""What no named effect explains, as a smooth function of what it goes with, added to one output or to the
-stiffness of the silicone.
+"""A smooth function of one driver for a misfit that no named effect explains. It is added to one output or to
+the stiffness of the silicone.
 
 It describes and does not explain, so it is none of the catalogue: nothing tries it as a candidate. Beyond the
 range of its driver it is unknown; there it is held at its end value, and the rows say so.
@@ -15,7 +15,8 @@ from jaxtyping import Array, Float
 from .pipeline import TOLD, Effect, Known
 
 EDGE = 0.01
-"""Of the range of the driver, how far a row may lie outside it unmarked: averaged rows were fitted."""
+"""Maximum distance of an unmarked row from the knots, as a share of the driver's range: averaged rows were
+fitted."""
 STRAINS = ("strain", "strain_rate", "max_strain")
 UNITS = {
     "pressure": "Pa",
@@ -37,7 +38,7 @@ UNITS = {
 }
 """SI units of drivers and of what is corrected; of `xi0_2` that of `xi0`."""
 WALL = "silicone_stiffness"
-"""What is corrected where the silicone's stiffness is: its relative change."""
+"""Quantity of a correction of the silicone's stiffness, which is its relative change."""
 STIFFEST, SOFTEST = 10.0, 0.1
 """Factors on it that no correction exceeds."""
 
@@ -111,7 +112,7 @@ class Unmodelled(Effect):
         return self.quantity in value and self.element in at
 
     def _at(self, driver: Array) -> Array:
-        """What is added where the driver has these values; nothing where it is not known."""
+        """Correction at values of the driver; zero where the driver is not known."""
         known = jnp.isfinite(driver)
         x = jnp.where(known, driver, self.knots[0])
         return jnp.where(known, jnp.interp(x, self.knots, self.values), 0.0)

@@ -1,4 +1,4 @@
-"""How missing physics joins the model: effects that act at named slots of a row.
+"""Missing physics joins the model through effects that act at named slots of a row.
 
 A row of a recording runs through slots in a fixed order, each a value that the base model hands on unchanged:
 
@@ -23,13 +23,12 @@ from jaxtyping import Array, Bool
 
 
 class Known(eqx.Module):
-    """What is known of a row when a slot is reached, by name; asking for an unknown name is a `KeyError`.
+    """Values of a row that are known when a slot is reached, by name. An unknown name is a `KeyError`.
 
     Row: `time`, `interval`, `pressure`, `temperature`, `cycle`, and the element: `actuator`, `spring`, `wire`
-    or `silicone`.
-    Spring: `number` (as recordings count, an int), `elongation`, `gamma`, `xi0`, `gamma_R`, `base_stress`,
-    `stress`, `force`.
-    Wall: `strain`, and the law's stress there, `base`. Configuration: `delta_centre`, `bend`.
+    or `silicone`. Spring: `number` (as recordings count, an int), `elongation`, `gamma`, `xi0`, `gamma_R`,
+    `base_stress`, `stress`, `force`. Wall: `strain`, and the law's stress there, `base`. Configuration:
+    `delta_centre`, `bend`.
     """
 
     values: dict[str, Any] = eqx.field(default_factory=dict)
@@ -120,11 +119,11 @@ class Effect(eqx.Module):
         return value
 
     def outputs(self, value: dict[str, Array], at: Known, memory: Any) -> dict[str, Array]:
-        """What the instruments show, by canonical column name in SI."""
+        """Readings of the instruments, by canonical column name in SI."""
         return value
 
     def recorded(self, value: dict[str, Array], time: Array) -> dict[str, Array]:
-        """What the instruments recorded in all rows, from what they showed, shape (rows,) each.
+        """Records of the instruments in all rows, from their readings, shape (rows,) each.
 
         For effects on a channel's clock. Memories are not known here: the recording is complete.
         """
@@ -190,7 +189,7 @@ class Chain(eqx.Module):
         return _chosen([e for e in self.effects if _overrides(e, slot)], act, idle, *values)
 
     def acts_at(self, slot: str) -> bool:
-        """Whether any effect overrides a slot; decided while tracing."""
+        """True if any effect overrides a slot; decided while tracing."""
         return any(_overrides(effect, slot) for effect in self.effects)
 
     def remembered(self, **more: Any) -> tuple[Any, ...]:
@@ -209,7 +208,7 @@ def _overrides(effect: Effect | Switched, method: str) -> bool:
 
 
 def _chosen(acting: list[Effect | Switched], act: Callable, idle: Callable, *values: Any) -> Any:
-    """What is made of values where effects act, any of which may be off."""
+    """Result of values where effects act, any of which may be off."""
     if not acting:
         return idle(*values)
     if not all(isinstance(effect, Switched) for effect in acting):

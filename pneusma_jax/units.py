@@ -12,7 +12,7 @@ from .errors import InputError, nearest
 
 
 class Unit(NamedTuple):
-    """What a unit name means: `internal = factor * value + offset`.
+    """Meaning of a unit's name: `internal = factor * value + offset`.
 
     Attributes:
         dimension: the kind of quantity, a key of `INTERNAL_UNITS`.

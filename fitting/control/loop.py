@@ -22,7 +22,7 @@ from .plant import Memory, Plant, Seen
 
 
 class Gains(eqx.Module):
-    """Of both loops.
+    """Gains of both loops.
 
     Attributes:
         model: square of a current over curvature [A2 m]; model_time: integral time of the feedback inside the
@@ -100,7 +100,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Loop:
-    """What is asked of a controller.
+    """Task and settings of a controller.
 
     Attributes:
         time: [s], evenly spaced, shape (rows,).

@@ -1,4 +1,4 @@
-"""From parameters to a body that can be solved: an actuator, or a chain of several, under one state."""
+"""Bodies that can be solved, from parameters: an actuator, or a chain of several, under one state."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ from pneusma_jax.silicone import SiliconeLaw
 
 @dataclasses.dataclass(frozen=True)
 class Plan:
-    """What a body is made of, apart from the parameters.
+    """Tables and designs of a body, apart from its parameters.
 
     Attributes:
         tables: calibration tables of kind actuator, one per segment.

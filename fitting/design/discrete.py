@@ -1,4 +1,4 @@
-"""From the best continuous design to the best one that can be made."""
+"""The best design that can be made, from the best continuous one."""
 
 import dataclasses
 import itertools

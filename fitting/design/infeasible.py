@@ -1,4 +1,4 @@
-"""Which constraints of a study contradict each other."""
+"""Search for the constraints of a study that contradict each other."""
 
 import dataclasses
 from collections.abc import Sequence

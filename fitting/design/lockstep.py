@@ -19,7 +19,7 @@ class _Stopped(BaseException):
 
 
 class _Meeting:
-    """Where workers wait for their answers."""
+    """Meeting point of workers that wait for their answers."""
 
     def __init__(self, count: int):
         self.ready = threading.Condition()

@@ -34,7 +34,7 @@ class Evaluation:
 
     @property
     def finite(self) -> bool:
-        """Whether all of it could be computed."""
+        """True if all of it could be computed."""
         return bool(np.all(np.isfinite(self.values)) and np.all(np.isfinite(self.jacobian)))
 
 

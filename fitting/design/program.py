@@ -30,7 +30,7 @@ ROWS = 1024
 
 @dataclass(frozen=True)
 class Row:
-    """What one number of a constraint is about.
+    """Meaning of one number of a constraint.
 
     Attributes:
         constraint: its index in the study.
@@ -140,12 +140,12 @@ class Model:
 
     @property
     def uncertain(self) -> bool:
-        """Whether results are spread."""
+        """True if results are spread."""
         return self.study.uncertainty is not None
 
     @property
     def groups(self) -> tuple[Row, ...]:
-        """What each number that the optimiser gets as a constraint is about."""
+        """Meaning of each number that the optimiser gets as a constraint."""
         if not self.uncertain:
             return self.rows
         if self.study.uncertainty.constraints == "counted":

@@ -1,4 +1,4 @@
-"""What a solved state is judged by: each quantity is a differentiable function with a unit.
+"""Quantities of a solved state by which designs are judged; each is a differentiable function with a unit.
 
 A quantity of a segment gives one number, or one for every spring. Quantities of the tip are those of the
 whole body. To add one, write a function of `Solved` and a segment's index, and give it a line in
@@ -32,7 +32,7 @@ temperature."""
 
 @dataclass(frozen=True)
 class Quantity:
-    """How a quantity is computed and shown.
+    """Function of a quantity, and its presentation.
 
     Attributes:
         function: computes it from a solved state and the index of a segment, from 0.

@@ -1,4 +1,4 @@
-"""What a study found. Data; `fitting.report.design` says how it looks."""
+"""Results of a study as data; `fitting.report.design` renders them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -49,7 +49,7 @@ class Design:
 
 @dataclass(frozen=True)
 class Chance:
-    """What fresh draws say of a design.
+    """Results of fresh draws for a design.
 
     Attributes:
         draws: number of them; failures: how many violate a constraint, or have no equilibrium.
@@ -68,7 +68,7 @@ class Chance:
 
     @property
     def probability(self) -> float:
-        """Of failure [1]."""
+        """Probability of failure [1]."""
         return self.failures / self.draws
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 CHOICES = ("design", "alloy", "material")
-"""What can be chosen among tables: the layout, the alloy, the silicone."""
+"""Keys of a choice among tables: the layout, the alloy, the silicone."""
 
 
 @dataclass(frozen=True)
@@ -45,13 +45,13 @@ class Free:
 
     @property
     def discrete(self) -> bool:
-        """Whether only certain values can be made."""
+        """True if only certain values can be made."""
         return self.made != "continuous"
 
 
 @dataclass(frozen=True)
 class State:
-    """What is done to the actuator: a pressure and the phases of its springs.
+    """State of the actuator: a pressure and the phases of its springs.
 
     Attributes:
         name: name by which objectives and constraints refer to it.
@@ -110,7 +110,7 @@ class Objective:
 
     @property
     def sign(self) -> float:
-        """By which the value is multiplied to be minimised."""
+        """Factor that turns the value into one to be minimised."""
         return -1.0 if self.goal == "maximise" else 1.0
 
 
@@ -142,7 +142,7 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far a dimension may be from what was ordered.
+    """Tolerance of a dimension: its distance from what was ordered.
 
     Attributes:
         name: name of the dimension.
@@ -156,7 +156,7 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """What is not known, and how it counts.
+    """Uncertain inputs, and the rule by which their spread counts.
 
     Attributes:
         tolerances: tolerances of dimensions.

@@ -30,7 +30,7 @@ SOFTNESS = 0.02
 """Width over which a smooth failure counts from none to one, in units of a constraint's scale [1]. A tenth
 of it would leave the derivative to single draws."""
 CONFIDENCE = 0.95
-"""Of intervals of probabilities [1]."""
+"""Probability of intervals of probabilities [1]."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Sampler:
 
     @property
     def names(self) -> list[str]:
-        """What is uncertain."""
+        """Names of the uncertain inputs."""
         stiff = (
             ["silicone_stiffness"] if self.stiffness and "silicone_stiffness" not in self.posterior else []
         )

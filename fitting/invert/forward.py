@@ -1,4 +1,4 @@
-"""From drives to a state, quickly: Newton's method from a state nearby, exact derivatives."""
+"""Fast states from drives: Newton's method from a state nearby, exact derivatives."""
 
 from collections.abc import Sequence
 
@@ -32,7 +32,7 @@ def fresh(body: Body) -> Memories:
 
 
 def first_guess(body: Body) -> Array:
-    """Where Newton's method starts in every segment, shape (segments, freedoms)."""
+    """Start of Newton's method in every segment, shape (segments, freedoms)."""
     return jnp.stack([start(segment) for segment in body.segments])
 
 

@@ -270,7 +270,7 @@ class Inverse:
         return Solved(self.body, *jax.tree.map(lambda x: x[:size], parts))
 
     def _held(self, best: Found, k: int) -> str:
-        """Which bounds hold an unmet target, in words."""
+        """Bounds that hold an unmet target, in words."""
         box, place, slope = self.box(), best.place[k], best.slope[k]
         words = []
         for j, name in enumerate(["pressure", *(f"xi0_{n}" for n in self.names)]):

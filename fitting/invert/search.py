@@ -58,7 +58,7 @@ class Box(eqx.Module):
 
 
 class Found(eqx.Module):
-    """What a search ended with.
+    """Result of a search.
 
     Attributes:
         place: place in the box [1], shape (drives,).

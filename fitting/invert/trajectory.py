@@ -54,7 +54,7 @@ class Trajectory(Result):
         return ~self.inversion.met & self.without_memory
 
     def warnings(self) -> list[str]:
-        """What cannot be undone, before it is tried."""
+        """Warnings about steps that cannot be undone."""
         words, rows = [], np.flatnonzero(self.lost)
         if not rows.size:
             return words
@@ -162,7 +162,7 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
 
 @dataclass(frozen=True)
 class _Places:
-    """Where searches ended, as `Inverse._held` looks at them."""
+    """Ends of searches, in the form that `Inverse._held` reads."""
 
     place: np.ndarray
     slope: np.ndarray

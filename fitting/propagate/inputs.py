@@ -32,7 +32,7 @@ class Draws:
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """What varies, and how.
+    """Varied inputs with their distributions.
 
     Attributes:
         marginals: distribution of each input, by its name.
@@ -51,17 +51,17 @@ class Inputs:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the inputs, one for each score."""
+        """Names of the inputs, one for each score."""
         return (*self.marginals, *((POSTERIOR,) if self.draws else ()))
 
     @property
     def value_names(self) -> tuple[str, ...]:
-        """Of the numbers that the model is given."""
+        """Names of the numbers that the model is given."""
         return (*self.marginals, *(self.draws.names if self.draws else ()))
 
     @property
     def correlated(self) -> bool:
-        """Whether any scores are."""
+        """True if any scores are correlated."""
         return bool(np.any(self.correlation != np.eye(len(self.correlation))))
 
     def values(self, z: Float[np.ndarray, "rows inputs"]) -> Float[np.ndarray, "rows values"]:

@@ -1,4 +1,4 @@
-"""What a study asks of the model: outputs, functions of them, limits; as columns."""
+"""Quantities that a study asks of the model: outputs, functions of them, limits; as columns."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from .responses import NOT_FINITE, Driver, Response
 from .responses.expression import as_expression
 
 REDUCTIONS = ("largest", "smallest", "mean", "first", "last")
-"""What makes one number of a quantity along the driver."""
+"""Functions that make one number of a quantity along the driver."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Limit:
-    """Where a quantity fails.
+    """Limit beyond which a quantity fails.
 
     Attributes:
         on: name of the quantity.
@@ -80,7 +80,7 @@ class Columns:
         return slice(sum(self.counts[:k]), sum(self.counts[: k + 1]))
 
     def along(self, name: str) -> bool:
-        """Whether a quantity is given along the driver."""
+        """True if a quantity is given along the driver."""
         part = self.of(name)
         return part.stop - part.start > 1
 
@@ -179,7 +179,8 @@ def _reduced(value: Array, how: str | float, driver: Driver) -> Array:
 
 
 def exceeded(y: np.ndarray, limits: Sequence[Limit], columns: Columns) -> dict[str, np.ndarray]:
-    """Which rows have failed, for each limit up to each point of its quantity, shape (rows, points)."""
+    """True for rows that have failed, for each limit up to each point of its quantity, shape (rows,
+    points)."""
     found = {}
     for limit in limits:
         part = y[:, columns.of(limit.on)]

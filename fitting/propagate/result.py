@@ -49,11 +49,11 @@ class Propagation(Result):
 
     @property
     def moments(self) -> Moments:
-        """Of every column, NaN where no row has a result."""
+        """Moments of every column, NaN where no row has a result."""
         return self.summary.moments.told
 
     def quantiles(self, levels: np.ndarray) -> np.ndarray:
-        """Of every column, shape (levels, columns)."""
+        """Quantiles of every column, shape (levels, columns)."""
         return self.summary.sketches.quantiles(np.asarray(levels, float))
 
 

@@ -65,7 +65,7 @@ def stream(seed: int, index: int, purpose: int) -> np.random.Generator:
 
 
 class Design(Protocol):
-    """How rows of the model come from base points.
+    """Rule that makes rows of the model from base points.
 
     Attributes:
         block: rows that belong together.
@@ -104,7 +104,7 @@ class Plain:
 
 @dataclass(frozen=True)
 class InBlocks:
-    """What designs share whose base points are pairs of independent rows, A and B, with groups of inputs.
+    """Designs whose base points are pairs of independent rows, A and B, with groups of inputs.
 
     Attributes:
         members: numbers of the inputs of each group.

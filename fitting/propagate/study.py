@@ -18,7 +18,7 @@ MOST_ROWS = 10**10
 
 @dataclass(frozen=True)
 class Sampling:
-    """How rows are drawn.
+    """Sampling of the rows.
 
     Attributes:
         method: one of `sampling.METHODS`.
@@ -37,7 +37,7 @@ class Sampling:
 
 @dataclass(frozen=True)
 class Indices:
-    """Which sensitivity indices are wanted.
+    """Requested sensitivity indices.
 
     Attributes:
         kind: `sobol` or `shapley`.
@@ -69,7 +69,7 @@ class Rare:
 
 @dataclass(frozen=True)
 class Vary:
-    """What varies besides single inputs.
+    """Varied numbers besides single inputs.
 
     Attributes:
         priors: kinds of table whose priors are drawn; `recording` for those of a fit.
@@ -119,12 +119,13 @@ class Study:
 
     @property
     def folder(self) -> Path:
-        """From which relative paths in the study count."""
+        """Folder from which relative paths in the study count."""
         return self.path.parent
 
 
 def fingerprint(study: Study, files: tuple[Path, ...], version: str) -> str:
-    """What makes rows of a study what they are: all of it but their number, its files, the program's version.
+    """Fingerprint of all that rows of a study depend on: the study without the number of rows, its files, the
+    version.
 
     Args:
         study: without its own place.

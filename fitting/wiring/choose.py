@@ -21,14 +21,15 @@ E24 = (
 )  # fmt: skip
 """Values in which capacitors are sold, to a power of ten (IEC 60063)."""
 NEIGHBOURS = 2
-"""How far apart in the order of resonances pairs are constraints; the check afterwards takes all pairs."""
+"""Maximum distance in the order of resonances of pairs that are constraints; the check afterwards takes all
+pairs."""
 MOST = 40
 """Maximum of segments that are tried."""
 
 
 @dataclass(frozen=True)
 class Springs:
-    """What is to be heated.
+    """Springs to be heated.
 
     Attributes:
         resistance: resistance of one spring [ohm]; inductance: its inductance [H].
@@ -40,7 +41,7 @@ class Springs:
 
 @dataclass(frozen=True)
 class Bounds:
-    """What filters may be.
+    """Bounds of the filters.
 
     Attributes:
         low, high: ends of the band [Hz].

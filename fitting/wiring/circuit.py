@@ -84,7 +84,7 @@ def crosstalk(circuit: Circuit) -> Float[Array, "branches branches"]:
 
 
 def sensing(circuit: Circuit, frequencies: Float[Array, "f"]) -> Float[Array, "branches f"]:
-    """How errors of measured admittances become errors of resistances.
+    """Amplification of errors of measured admittances in the resistances.
 
     The real parts of the admittance at the frequencies tell the resistances. Their derivatives form a matrix;
     this is its inverse, scaled.

@@ -78,7 +78,7 @@ class Actuator(eqx.Module):
 
     @property
     def planar(self) -> bool:
-        """Whether bending is held in a plane."""
+        """True if bending is held in a plane."""
         return self.bending_plane is not None
 
     @property

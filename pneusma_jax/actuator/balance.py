@@ -59,7 +59,7 @@ def spring_pulls(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Ar
 
 
 def _each_spring(method: Callable, problem: Problem, delta_centre: Array, bend: Array) -> tuple:
-    """What a method makes of every spring, its elongation, activation, state and chain."""
+    """Results of a method for every spring, from its elongation, activation, state and chain."""
     body = problem.actuator
     elongations = delta_centre + body.spring_places @ bend
     rows = list(zip(body.springs, elongations, problem.activations, problem.states, strict=True))
@@ -223,7 +223,7 @@ def start(actuator: Actuator) -> Array:
 
 
 def all_finite(problem: Problem) -> Array:
-    """Whether every number of the row is finite: zero times a number is zero only then."""
+    """True if every number of the row is finite: zero times a number is zero only then."""
     leaves = jax.tree.leaves(eqx.filter(problem, eqx.is_inexact_array))
     return sum(jnp.sum(0.0 * leaf) for leaf in leaves) == 0.0
 

@@ -52,7 +52,7 @@ class Rows(NamedTuple):
 
     @property
     def usable(self) -> np.ndarray:
-        """Whether the numbers of a row can be solved at all."""
+        """True if the numbers of a row can be solved at all."""
         good = np.all([np.isfinite(leaf) for leaf in jax.tree.leaves(self.each)], axis=0)
         given = [a.value for a in self.each[1] if isinstance(a, MartensiteFraction)]
         return good & np.all([np.ones(len(self), bool)] + [(x >= 0.0) & (x <= 1.0) for x in given], axis=0)
@@ -253,5 +253,5 @@ def _from_rest(rows: Rows) -> Solved:
 
 
 def is_resistance(activation: Any) -> bool:
-    """Whether a spring's phase follows from its measured resistance."""
+    """True if a spring's phase follows from its measured resistance."""
     return isinstance(activation, Resistance)

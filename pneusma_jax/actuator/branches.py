@@ -1,4 +1,4 @@
-"""Which of several equilibria a history of measured resistances went through.
+"""Choice of one equilibrium among several, for a history of measured resistances.
 
 One pair of resistances may belong to several configurations. Where two of these meet, a row by itself cannot
 tell which way the actuator went. The phases can: they move evenly, and a path that turns back where two
@@ -51,8 +51,8 @@ class Branch(eqx.Module):
 
 
 class _Path(eqx.Module):
-    """Where a path is: what its rows carry, its joint unknowns, their last change, and its cost; and whether
-    it has had an equilibrium."""
+    """State of a path: memory of its rows, its joint unknowns, their last change, its cost, and whether it
+    has had an equilibrium."""
 
     carried: PyTree
     unknowns: Array

@@ -1,4 +1,4 @@
-"""In which cells of a grid of equilibria a row by resistance may have an equilibrium.
+"""Cells of a grid of equilibria in which a row by resistance may have an equilibrium.
 
 At given phases there is one equilibrium (`phase_map`). So the equilibria of a row are zeros of a map from the
 fractions of its springs to what their resistances miss. The grid shows in which of its cells this map may
@@ -43,14 +43,14 @@ SAMPLES = 5
 
 
 class Reading(NamedTuple):
-    """What is known of one spring in rows: its resistance [ohm], or its fraction; shape (rows,)."""
+    """Reading of one spring in rows: its resistance [ohm], or its fraction; shape (rows,)."""
 
     value: Array
     measured: bool
 
 
 class Cells(NamedTuple):
-    """What cells say, arrays of shape (n,).
+    """Properties of cells, arrays of shape (n,).
 
     Attributes:
         holds: true where the map has both signs at the corners, for every spring.
@@ -67,7 +67,7 @@ class Cells(NamedTuple):
 
 
 def examined(grid: PhaseMap, pressure: Array, readings: tuple[Reading, ...], cells: Array) -> Cells:
-    """What the corners of cells say.
+    """Properties of cells, from the map at their corners.
 
     Args:
         grid: equilibria of the actuator.
@@ -111,7 +111,7 @@ def _newton_step(slope: Array, level: Array) -> Array:
 def _misses(
     grid: PhaseMap, at: tuple[Array, Array], readings: tuple[Reading, ...], cells: Array, up: tuple[int, ...]
 ) -> Array:
-    """What every spring misses at one corner of cells, shape (springs, n).
+    """Misfit of every spring's resistance at one corner of cells, shape (springs, n).
 
     A fraction at its end stays there while its resistance lies beyond, so that beyond the ends its miss grows
     until it changes sign. `at` is the first of four pressures, and their weights.
@@ -132,7 +132,8 @@ def _misses(
 
 
 def _signs(grid: PhaseMap, k: int, between: Callable) -> Array:
-    """Whether resistance rises with the fraction, 1 or -1; on a known grid mostly everywhere the same."""
+    """Sign of the slope of resistance over the fraction, 1 or -1; on a known grid mostly the same
+    everywhere."""
     xp = namespace_of(grid)
     if xp is np:
         signs = np.where(grid.contrasts[k] < 0.0, -1.0, 1.0)

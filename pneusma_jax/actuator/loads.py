@@ -70,7 +70,7 @@ class Load(eqx.Module):
         """
 
     def carried(self) -> tuple[Array, Array, Array, Array]:
-        """What segments before the loaded one have to carry.
+        """Load of the segments before the loaded one.
 
         Returns:
             Force spread along the segment [N] and its place in the section [m], force at its end [N] and its

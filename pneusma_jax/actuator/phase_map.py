@@ -1,4 +1,4 @@
-"""Where many rows of one actuator start: its equilibria on a grid of pressure and martensite fractions.
+"""Starts for many rows of one actuator: its equilibria on a grid of pressure and martensite fractions.
 
 A grid of a few hundred equilibria costs little next to thousands of rows. Interpolated in it, a row whose
 phases are given starts so near its equilibrium that three Newton steps suffice. What the springs' resistances
@@ -61,7 +61,7 @@ class PhaseMap(eqx.Module):
         return abs(self.contrasts).reshape(len(self.contrasts), -1).mean(axis=1)
 
     def holds(self, pressure: Array) -> Array:
-        """Whether the grid is sound about pressures, any shape."""
+        """True if the grid is sound about pressures, any shape."""
         first, _ = self.slabs(pressure)
         around = self.good[first] & self.good[first + 1] & self.good[first + 2] & self.good[first + 3]
         return around & (pressure >= self.low) & (pressure <= self.high)

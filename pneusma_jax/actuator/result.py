@@ -40,7 +40,7 @@ class Status(enum.IntEnum):
 
     @property
     def sentence(self) -> str:
-        """What happened, for a person."""
+        """The outcome in words."""
         return _SENTENCES[self]
 
 
@@ -64,12 +64,13 @@ _SENTENCES = {
 
 
 def solved(status: Array) -> Array:
-    """Which rows have a result."""
+    """True for rows with a result."""
     return status <= int(Status.several_equilibria)
 
 
 class Validity(eqx.Module):
-    """What of a solved row lies outside of what the laws were made for; every entry is a boolean.
+    """Properties of a solved row that lie outside the range for which the laws were made; every entry is a
+    boolean.
 
     Attributes:
         silicone: some of the wall is strained beyond the silicone's tests.
@@ -84,7 +85,7 @@ class Validity(eqx.Module):
 
     @property
     def good(self) -> Array:
-        """Whether nothing of all that holds."""
+        """True if none of these holds."""
         return ~(self.silicone | jnp.any(self.shear, axis=-1) | self.contact)
 
 
@@ -129,7 +130,7 @@ class Equilibrium(eqx.Module):
 
     @property
     def converged(self) -> Array:
-        """Whether there is a result, unique or not."""
+        """True if there is a result, unique or not."""
         return solved(self.status)
 
     @property
@@ -243,14 +244,14 @@ def at_phases_told(problem: Problem, ended: Ended) -> tuple[Array | int, Array |
 
 
 def _out_of_range(problem: Problem) -> Array:
-    """Whether a given fraction is not between 0 and 1."""
+    """True if a given fraction is not between 0 and 1."""
     given = [a.value for a in problem.activations if isinstance(a, MartensiteFraction)]
     wrong = [(value < 0.0) | (value > 1.0) for value in given]
     return jnp.any(jnp.stack(wrong)) if wrong else jnp.asarray(False)
 
 
 def _straight(actuator: Actuator, elongations: Array) -> Array:
-    """Whether a spring would be longer than its wire."""
+    """True if a spring would be longer than its wire."""
     pairs = zip(actuator.springs, elongations, strict=True)
     wrong = [s.attached_length + x >= s.geometry.wire_length for s, x in pairs]
     return jnp.any(jnp.stack(wrong)) if wrong else jnp.asarray(False)

@@ -49,7 +49,7 @@ MOST_ROOTS = 8
 
 
 class Ended(eqx.Module):
-    """Where an attempt of Newton's method ended.
+    """End of an attempt of Newton's method.
 
     Attributes:
         unknowns: joint unknowns of the row, shape (unknowns,).
@@ -129,7 +129,7 @@ def _attached(root: Array, problem: Problem) -> Array:
 
 @_attached.def_jvp
 def _attached_jvp(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
-    """By the implicit function theorem: one Jacobian, one linear system.
+    """Derivative by the implicit function theorem: one Jacobian, one linear system.
 
     The root within carries derivatives itself, so that this rule has derivatives of any order.
     """
@@ -235,7 +235,7 @@ class Roots(eqx.Module):
         return jnp.sum(self.real)
 
     def joined(self, found: Ended, counted: Array, count: int) -> "Roots":
-        """These and what many attempts found.
+        """These roots and those of many attempts.
 
         Args:
             found: ends of the attempts, arrays of shape (attempts, ...).

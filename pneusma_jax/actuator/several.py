@@ -108,7 +108,7 @@ def _unknowns(rows: Rows) -> int:
 
 
 def _readings(rows: Rows) -> tuple[Reading, ...]:
-    """Of every spring."""
+    """Readings of every spring."""
     springs = rows.actuator.springs
     found = []
     for k, activation in enumerate(rows.each[1]):
@@ -165,7 +165,7 @@ class _Looked(NamedTuple):
 def _looked(
     grid: PhaseMap, ranges: CellRanges, pressure: np.ndarray, readings: tuple[Reading, ...]
 ) -> _Looked:
-    """Which cells rows start from."""
+    """Cells that rows start from."""
     row, cell = ranges.met(pressure, readings)
     order = np.argsort(row, kind="stable")
     row, cells = row[order], ranges.cells[:, cell[order]]
@@ -232,7 +232,7 @@ def _joined(parts: list[Solved]) -> Solved:
 
 
 def _known(rows: Rows, owner: np.ndarray, every: Solved) -> Known:
-    """What attempts found of every row.
+    """Equilibria of every row that attempts found.
 
     Args:
         rows: the rows, of which some may have no attempt.

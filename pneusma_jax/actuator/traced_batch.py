@@ -84,7 +84,7 @@ def _finished(
 
 
 def _at_phases(actuator: Actuator, each: tuple, common: tuple) -> Ended:
-    """Where Newton's method ends in every row: from the grid, else from rest in steps.
+    """End of Newton's method in every row: from the grid, else from rest in steps.
 
     An outer loop chooses rows: the grid, then all, then those that failed at a share of their load. An inner
     one solves them block by block. So Newton's method is compiled once, and rows are put in order only a few

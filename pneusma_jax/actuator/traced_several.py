@@ -32,7 +32,7 @@ from .several import MOST_CELLS
 
 
 class Answers(eqx.Module):
-    """What was found of rows, arrays with a leading axis of rows.
+    """Solutions of rows, arrays with a leading axis of rows.
 
     Attributes:
         unknowns: joint unknowns of the least heated equilibrium.
@@ -48,7 +48,7 @@ class Answers(eqx.Module):
 
 
 class _Grid(eqx.Module):
-    """What was found at the points of the grid so far, see `phase_map.as_map`."""
+    """Solutions at the points of the grid so far, see `phase_map.as_map`."""
 
     unknowns: Array
     good: Array
@@ -78,7 +78,7 @@ class _Loop(eqx.Module):
 
 
 class _Pass(eqx.Module):
-    """What a pass does, of which one is true; and the row of each attempt.
+    """Kind of a pass (one of the first four is true), and the row of each attempt.
 
     Attributes:
         grid: points of the grid.
@@ -143,7 +143,7 @@ class _Search:
         return _Loop(jnp.asarray(0), grid, answers, none, none, jnp.asarray(0), begin, known)
 
     def unfinished(self, loop: _Loop) -> Array:
-        """Whether there is more to do."""
+        """True if there is more to do."""
         return (loop.block < self.blocks) | jnp.any(loop.doubtful) | jnp.any(loop.open)
 
     def advance(self, loop: _Loop) -> _Loop:
@@ -162,7 +162,7 @@ class _Search:
         return eqx.tree_at(lambda x: x.block, loop, loop.block + more)
 
     def now(self, loop: _Loop) -> _Pass:
-        """What the next pass does."""
+        """The next pass."""
         grid = loop.block < self.grid_blocks
         ahead = ~grid & (loop.block < self.blocks)
         several = ~grid & ~ahead & jnp.any(loop.doubtful)
@@ -224,7 +224,7 @@ class _Search:
         return jnp.concatenate([self.spread(configuration), self.trials], axis=1)
 
     def solved(self, now: _Pass, loop: _Loop, begin: Array) -> tuple[Ended, _Grid]:
-        """Where a pass ends, and what the grid takes of it."""
+        """Ends of a pass, and their part of the grid."""
         fixed = jnp.full(self.trials.shape[1], now.grid | (now.every & (loop.stage == 0)))
         targets = jnp.where(now.grid, self.held_at(now), self.trials)
         springs = self.actuator.springs
@@ -309,7 +309,7 @@ class _Search:
 
 
 def _reading(actuator: Actuator, k: int, activation: object) -> Reading:
-    """What is known of one spring in all rows."""
+    """Reading of one spring in all rows."""
     if is_resistance(activation):
         return Reading(activation.value, True)
     spring = actuator.springs[k]

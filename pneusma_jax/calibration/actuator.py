@@ -1,4 +1,4 @@
-"""What the parts of an actuator's table must have to do with each other, in sentences."""
+"""Checks of relations between the parts of an actuator's table, one sentence each."""
 
 from collections.abc import Collection, Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What a table of constants may hold: the known keys of each kind, their dimensions, and which are needed.
+"""Known keys of each kind of table, their dimensions, and the required ones.
 
 This is the file to change when a law gains a constant.
 """

@@ -15,7 +15,7 @@ from jaxtyping import Array, PyTree
 
 
 def each(function: Callable, arguments: Sequence[tuple[PyTree, ...]]) -> list[Any]:
-    """What a function makes of several tuples of arguments, one result for each.
+    """Results of a function for several tuples of arguments, one for each.
 
     Args:
         function: function of pytrees of arrays, with results of arrays. It must not look at numbers.
@@ -35,7 +35,7 @@ def each(function: Callable, arguments: Sequence[tuple[PyTree, ...]]) -> list[An
 
 
 def alike(trees: Sequence[PyTree]) -> bool:
-    """Whether pytrees have the same structure, and arrays of the same shapes and types."""
+    """True if pytrees have the same structure, and arrays of the same shapes and types."""
     shapes = [[(jnp.shape(x), jnp.result_type(x)) for x in jax.tree.leaves(tree)] for tree in trees]
     return all(
         jax.tree.structure(tree) == jax.tree.structure(trees[0]) and own == shapes[0]  # type: ignore[operator]

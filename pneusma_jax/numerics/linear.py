@@ -24,7 +24,7 @@ def solve_small(matrix: Float[Array, "n n"], vector: Float[Array, "n"]) -> Float
 
 
 def determinant(matrix: Array) -> Array:
-    """Of one to three rows, over trailing axes."""
+    """Determinant of one to three rows, over trailing axes."""
     count = matrix.shape[0]
     if count == 1:
         return matrix[0, 0]

@@ -145,7 +145,7 @@ class Outline(Shape):
         return self.vertices[first], self.vertices[(first + 1) % self.vertices.shape[0]]
 
     def _arcs(self) -> tuple[Array, Array, Array, Array]:
-        """Per arc: centre and radius [m], unit vector from there to its middle, half its angle [rad].
+        """Centre and radius of each arc [m], unit vector from there to its middle, half its angle [rad].
 
         The angle is negative, and the radius positive, where the arc bulges inwards.
         """

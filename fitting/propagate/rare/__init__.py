@@ -32,7 +32,7 @@ SUBSET, FORM = 10, 11
 
 @dataclass(frozen=True)
 class RareResult:
-    """What is known of a small probability.
+    """Estimates of a small probability.
 
     Attributes:
         limit: the limit in words.
@@ -52,7 +52,7 @@ class RareResult:
 
     @property
     def agree(self) -> bool | None:
-        """Whether both intervals have something in common; None where there are not two."""
+        """True if both intervals have something in common; None if there are not two."""
         if self.subset is None or self.form is None:
             return None
         first, second = self.subset.interval, self.form.interval

@@ -13,7 +13,8 @@ from jaxtyping import Float
 from scipy.special import logsumexp, ndtr
 
 MOST_STEPS = 60
-"""Of a search; those that end at a design point took at most 20 on the shipped designs."""
+"""Maximum number of steps of a search. Those that end at a design point took at most 20 on the shipped
+designs."""
 SHORTER = 0.5 ** np.arange(7)
 """Lengths of a step that are tried at once."""
 CLOSE = 1e-4
@@ -105,7 +106,7 @@ def design_points(
     with_gradient: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
     starts: np.ndarray,
 ) -> tuple[np.ndarray, float]:
-    """Where searches end on the limit, shape (found, scores), and the sign of beta."""
+    """Ends of searches on the limit, shape (found, scores), and the sign of beta."""
     here = starts.copy()
     margin, slope = with_gradient(here)
     finite = np.abs(margin[np.isfinite(margin)])

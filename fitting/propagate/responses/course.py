@@ -100,7 +100,7 @@ class Moved:
         self._protocol, self._channels = protocol, channels
 
     def drives(self, actuator: pj.Actuator) -> tuple:
-        """What drives each spring."""
+        """Drives of each spring."""
         as_stated = drives(self._heated, actuator)
         found = []
         for number, stated in zip(actuator.spring_numbers, as_stated, strict=True):
@@ -141,7 +141,7 @@ def _check(protocol: Protocol, springs: tuple[int, ...]) -> None:
 
 
 def recording_response(campaign: Campaign, model: AugmentedModel, points: int) -> Response:
-    """What the model makes of a recording's inputs: what would have been measured.
+    """Model's answer to a recording's inputs, which replaces the measurement.
 
     Numbers and priors are those of a fit of the recording: tolerances, or priors of the tables where it is to
     be identified. Their names are those of `pneusma posterior`. Phases that resistances tell are read once,
@@ -203,7 +203,7 @@ def _prior(entry: Parameter) -> Prior | None:
 
 
 def _driver(recording: Recording, rows: object, kept: np.ndarray) -> Driver:
-    """What a figure is drawn over: an elastomer's strain, a tube's pressure, else time."""
+    """Quantity that a figure is drawn over: an elastomer's strain, a tube's pressure, else time."""
     over = specimen_of(recording.kind).simulated_over
     if over == "time":
         return Driver("time_s", np.asarray(rows.time)[kept])

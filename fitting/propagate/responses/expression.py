@@ -55,6 +55,6 @@ def expression_response(settings: Mapping[str, Any], inputs: Mapping[str, float]
 
 
 def as_expression(error: Exception) -> str:
-    """What is wrong with an expression, in a study's words: it is no tie of a parameter."""
+    """Errors of an expression in a study's words: it is no tie of a parameter."""
     return str(error).replace("parameter ", "output ").replace("tie ", "expression ").replace(
         "is no parameter", "is neither input nor output").replace("parameters", "names")  # fmt: skip

@@ -1,4 +1,4 @@
-"""What a study's rows go through: the model's outputs as one function of numbers that may vary."""
+"""The model of a study: its outputs as one function of the numbers that may vary."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ NOT_FINITE = 99
 SENTENCES = {int(status): status.sentence for status in pj.Status} | {
     NOT_FINITE: "An output is not a finite number."
 }
-"""Why a row has no result, by status."""
+"""Reasons why a row has no result, by status."""
 
 
 @dataclass(frozen=True)
@@ -23,10 +23,10 @@ class Known:
     """A number that may vary.
 
     Attributes:
-        value: nominal, SI.
+        value: nominal value, SI.
         unit: unit in files.
         prior: prior distribution, or None.
-        table: kind of table that it belongs to; empty for others.
+        table: kind of the table with this number; empty for numbers of no table.
     """
 
     value: float
@@ -37,7 +37,7 @@ class Known:
 
 @dataclass(frozen=True)
 class Driver:
-    """What outputs are given along.
+    """The quantity along which outputs are given, such as a pressure.
 
     Attributes:
         name: column with its unit.
@@ -59,7 +59,7 @@ class Response:
     Attributes:
         title: title for people.
         known: numbers that may vary, by name.
-        driver: or None where there is one state only.
+        driver: the driver, or None for a single state.
         outputs: true for each output that is given along the driver, by name.
         answer: a pure function of the values [SI] of some of `known`.
         files: files that the numbers come from.
@@ -76,4 +76,5 @@ class Response:
     notices: tuple[str, ...] = ()
     side_by_side: int = 64
     tied: Mapping[str, str] = field(default_factory=dict)
-    """Numbers that follow others, by name, with the sentence that says so: their own priors are left out."""
+    """Numbers that are computed from others, by name, each with a sentence that says how. Their own priors
+    are left out."""

@@ -132,7 +132,7 @@ def described(actuator: pj.Actuator, found: pj.Equilibrium, seen: Mapping[str, A
 def workspace_response(
     specimen: Recording, model: AugmentedModel, settings: Mapping[str, Any], where: str
 ) -> Response:
-    """What an actuator reaches at each pressure: extremes over the activation of one spring.
+    """Reach of an actuator at each pressure: extremes over the activation of one spring.
 
     Args:
         specimen, model, settings, where: the same as for `state_response`; `activation_K` are the fractions

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 REPLICATES = 200
-"""Of the bootstrap: a standard deviation from these is within 5 % (1-sigma)."""
+"""Number of replicates of the bootstrap: a standard deviation from these is within 5 % (1-sigma)."""
 COVERED = 1.959964
 """Standard deviations of a 95 % interval."""
 
@@ -47,7 +47,7 @@ class Sums:
         random: np.random.Generator,
         replicates: int = REPLICATES,
     ) -> "Sums":
-        """Of the blocks of a chunk.
+        """Sums of the blocks of a chunk.
 
         Args:
             kind: `sobol` or `shapley`.
@@ -72,7 +72,7 @@ class Sums:
         )  # fmt: skip
 
     def merge(self, other: "Sums") -> "Sums":
-        """Of both sets of blocks."""
+        """Sums of both sets of blocks."""
         return Sums(
             self.kind, self.blocks + other.blocks, self.left_out + other.left_out, self.weight + other.weight,
             self.level + other.level, self.terms + other.terms,
@@ -80,7 +80,7 @@ class Sums:
 
     @property
     def share_left_out(self) -> float:
-        """Of all blocks."""
+        """Share of all blocks that were left out."""
         return self.left_out / max(self.blocks, 1)
 
     def estimates(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:

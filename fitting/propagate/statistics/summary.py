@@ -32,7 +32,7 @@ class Summary:
     indices: Sums | None = None
 
     def merge(self, other: "Summary") -> "Summary":
-        """Of both parts; the order of parts decides rounding and sketches, so it is always the same."""
+        """Sums of both parts. The order of parts decides rounding and sketches, so it is always the same."""
         return Summary(
             self.moments.merge(other.moments),
             self.sketches.merge(other.sketches),
