@@ -14,6 +14,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from ..documents import read_text, shipped_names
 from ..errors import InputError, nearest
 from ..files import write_whole
 from .records import Calibration, Line, Prior, Quantity
@@ -31,24 +32,18 @@ __all__ = [
 
 def available(kind: str | None = None) -> list[str]:
     """Names of the tables that come with the package, sorted; those of one kind, or all if it is None."""
-    names = sorted(
-        entry.name.removesuffix(".toml")
-        for entry in resources.files("calibration_data").iterdir()
-        if entry.name.endswith(".toml")
-    )
+    names = shipped_names(resources.files("calibration_data"))
     return [name for name in names if kind is None or load_calibration(name).kind == kind]
 
 
 def unknown() -> list[str]:
     """Names of alloys that nobody has characterised, sorted: wide priors to identify one from, by name."""
-    return sorted(e.name.removesuffix(".toml") for e in _UNKNOWN.iterdir() if e.name.endswith(".toml"))
+    return shipped_names(_UNKNOWN)
 
 
 def examples() -> list[str]:
     """Names of the example actuators that come with the package, sorted; to be loaded by name and copied."""
-    return sorted(
-        entry.name.removesuffix(".toml") for entry in _EXAMPLES.iterdir() if entry.name.endswith(".toml")
-    )
+    return shipped_names(_EXAMPLES)
 
 
 def load_calibration(name_or_path: str | Path | Calibration, kind: str | None = None) -> Calibration:
@@ -76,13 +71,7 @@ def load_calibration(name_or_path: str | Path | Calibration, kind: str | None = 
 
 def _read(name_or_path: str | Path, kind: str | None) -> Calibration:
     path, place = _locate(name_or_path, kind)
-    try:
-        text = place.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as a text file ({error})") from None
-    return parse_calibration(text, path)
+    return parse_calibration(read_text(place, path), path)
 
 
 def named_table(table: Calibration, key: str) -> str:

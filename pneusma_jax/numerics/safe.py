@@ -10,9 +10,8 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, PyTree
+from jaxtyping import Array, PyTree
 
-Scalar = Float[Array, ""]
 TINY = 1e-12
 
 
@@ -91,7 +90,7 @@ def frozen(tree: PyTree) -> PyTree:
 
 
 def is_concrete(*values: object) -> bool:
-    """Whether none of the values is being traced, so that a check may look at them."""
+    """True if none of the values is being traced, so that a check may look at them."""
     return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
 
 
