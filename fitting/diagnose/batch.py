@@ -32,10 +32,10 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked of a campaign: the options of `pneusma diagnose`.
+    """Options of `pneusma diagnose` for a campaign.
 
     Attributes:
-        seed: of everything random.
+        seed: seed of all random numbers.
         tables: names or paths by `alloy` and `material`, in the place of those that recordings name.
         model: name or path of the model to start from; None for the published one.
         thorough: fit twice as many candidates.
@@ -78,10 +78,10 @@ class Diagnosed:
     """One campaign of many.
 
     Attributes:
-        name: of its folder of results, made unique.
-        path: of the campaign.
+        name: name of its folder of results, made unique.
+        path: path of the campaign.
         verdict: the first sentences of its report.
-        notes: what is to be said beside it.
+        notes: cautions to show beside it.
         documents: content of its files, by file name; empty where there is no diagnosis.
         problem: why there is none, or why its files could not be written, in a line; empty otherwise.
     """
@@ -95,12 +95,12 @@ class Diagnosed:
 
     @property
     def done(self) -> bool:
-        """Whether it was diagnosed."""
+        """True if it was diagnosed."""
         return bool(self.documents)
 
     @cached_property
     def content(self) -> dict[str, Any]:
-        """What its `report.json` says; empty where there is no diagnosis."""
+        """Content of its `report.json`; empty where there is no diagnosis."""
         return json.loads(self.documents[MARK]) if self.done else {}
 
 
@@ -109,8 +109,8 @@ class Diagnoses(Result):
     """Campaigns that were diagnosed.
 
     Attributes:
-        members: in the order given.
-        seed: of every diagnosis.
+        members: members in the order given.
+        seed: seed of every diagnosis.
     """
 
     members: tuple[Diagnosed, ...]
@@ -129,8 +129,9 @@ class DiagnosisJob:
     """Diagnoses campaigns by number, see `MemberJob`.
 
     Attributes:
-        names, paths: of the campaigns; out: folder of all results, for the command that a report quotes.
-        asked: of every campaign.
+        names, paths: names and paths of the campaigns; out: folder of all results, for the command that a
+            report quotes.
+        asked: options of every campaign.
         present: see `Present`.
     """
 
@@ -184,9 +185,9 @@ def diagnose_batch(
     """Diagnose campaigns; those in the store are taken from it, and those that failed are tried again.
 
     Args:
-        job: what is asked of which campaigns.
+        job: campaigns and their options.
         store: keeps what was diagnosed.
-        scheduler: where campaigns are diagnosed.
+        scheduler: scheduler that runs the diagnoses.
         finished: called with each campaign as it is done, such as to write its files.
         kept: called in place of `finished` with campaigns that come from the store.
         progress: called with a word for each step of each diagnosis that runs in this process.
