@@ -15,11 +15,9 @@ from scipy.special import ndtr, ndtri
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import to_si
 
-SMOOTH = "density that FORM can follow"
-
 
 class Marginal(Protocol):
-    """What an input is drawn from."""
+    """Distribution of one input."""
 
     def at(self, z: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
         """Values [SI] at normal scores."""
@@ -29,7 +27,7 @@ class Marginal(Protocol):
 
     @property
     def words(self) -> str:
-        """What it is, for people."""
+        """Description for people."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """An actuator whose numbers may vary: constants of the alloy and the silicone, dimensions, effects."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,7 +54,7 @@ class Body:
 
     @property
     def layout(self) -> pj.Layout:
-        """Where springs and fibre are."""
+        """Places of springs and fibre."""
         return pj.layout(self.tables["actuator"])
 
     def build(self, values: Mapping[str, Array]) -> pj.Actuator:
@@ -163,6 +163,3 @@ def tied(numbers: Mapping[str, Known]) -> dict[str, str]:
         for name, (followed, sentence) in TIED.items()
         if name in numbers and all(other in numbers for other in followed)
     }
-
-
-Build = Callable[[Mapping[str, Array]], pj.Actuator]
