@@ -2,9 +2,9 @@
 
 from .loop import Converter, Gains, Loop, Run, check_plane
 from .plant import Plant
-from .sweep import FIVE, Case, Sweep, run_sweep, usual_loop
+from .sweep import CONCEALED, Case, Sweep, run_sweep, usual_loop
 
 __all__ = [
-    "FIVE", "Case", "Converter", "Gains", "Loop", "Plant", "Run", "Sweep", "check_plane", "run_sweep",
+    "CONCEALED", "Case", "Converter", "Gains", "Loop", "Plant", "Run", "Sweep", "check_plane", "run_sweep",
     "usual_loop",
 ]  # fmt: skip

@@ -23,13 +23,13 @@ from .plant import Memory, Plant, Seen
 
 
 class Gains(eqx.Module):
-    """Of both loops.
+    """Gains of both loops.
 
     Attributes:
         model: square of a current over curvature [A2 m]; model_time: integral time of the feedback inside the
             model [s].
         resistance: square of a current over a resistance [A2/ohm]; resistance_time: its integral time [s].
-        temperature_sd: how far the observer's temperatures may be off before a reading [K].
+        temperature_sd: 1-sigma of the observer's temperatures before a reading [K].
     """
 
     model: Array = eqx.field(converter=jnp.asarray, default=4e-3)
@@ -87,8 +87,8 @@ class Run:
         not.
 
         Args:
-            begin, end: of the step's hold [s].
-            share: of its height [1].
+            begin, end: begin and end of the step's hold [s].
+            share: share of the step's height [1].
         """
         rows = np.flatnonzero((self.time >= begin) & (self.time < end))
         height = abs(self.wanted[rows[-1]] - self.wanted[max(rows[0] - 1, 0)])
@@ -101,13 +101,13 @@ class Run:
 
 @dataclass(frozen=True)
 class Loop:
-    """What is asked of a controller.
+    """Task and settings of a controller.
 
     Attributes:
         time: [s], evenly spaced, shape (rows,).
         wanted: curvature [1/m], shape (rows,).
         pressure: gauge, constant [Pa].
-        gains, converter: of the loop; seed: of the noise.
+        gains, converter: settings of the loop; seed: seed of the noise.
     """
 
     time: np.ndarray
@@ -121,7 +121,8 @@ class Loop:
         """Drive a plant with a controller that takes it for a model.
 
         Args:
-            plant: what is driven; model: what the controller thinks it is, of the same structure or another.
+            plant: the plant that is driven; model: the controller's model of it, of the same structure or
+                another.
 
         Raises:
             InputError: for an actuator that is not bent in a plane by two springs.

@@ -1,4 +1,4 @@
-"""Which missing physics spoils control most, and what knowing it gives back."""
+"""Effects of missing physics on control: the loss by each, and the gain from knowing it."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from pneusma_jax.pipeline import Effect
 from .loop import Loop, Run
 from .plant import Plant
 
-FIVE: Mapping[str, Mapping[str, float]] = {
+CONCEALED: Mapping[str, Mapping[str, float]] = {
     "resistance_temperature_coefficient": {"alpha_m": 8e-4, "alpha_a": 8e-4},
     "series_resistance": {"ohms": 0.15},
     "radial_expansion": {"per_pressure": 4e-6},
@@ -41,7 +41,7 @@ class Case:
     """One plant, driven without and with what is known of it.
 
     Attributes:
-        name: of the concealed effect.
+        name: name of the concealed effect.
         without, known: runs with the base model in the controller, and with the effect in it; None where
             nothing can be known.
     """
@@ -57,7 +57,7 @@ class Sweep(Result):
 
     Attributes:
         design: name of the actuator.
-        loop: what was asked.
+        loop: task and settings of the controller.
         cases: the plant that is the model itself comes first.
     """
 
@@ -82,7 +82,7 @@ def all_effects(chosen: Mapping[str, Mapping[str, float]]) -> tuple[Effect, ...]
     """The five effects with some of their numbers given, all others off: one program serves all of them."""
     return tuple(
         find_effect(slug)(**{key: jnp.asarray(float(x)) for key, x in chosen.get(slug, {}).items()})
-        for slug in FIVE
+        for slug in CONCEALED
     )
 
 
@@ -98,7 +98,7 @@ def run_sweep(
     Args:
         design: name or path of a table.
         error: relative error of the numbers that the controller was told [1], as of a diagnosis.
-        seed: of the noise.
+        seed: seed of the noise.
         progress: called with the name of each case.
     """
     loop, body = usual_loop(seed), pj.make_actuator(design)
@@ -108,7 +108,7 @@ def run_sweep(
     cases = []
     progress("no mismatch")
     cases.append(Case("no mismatch", loop.run(nothing, nothing), None))
-    for slug, numbers in FIVE.items():
+    for slug, numbers in CONCEALED.items():
         progress(slug)
         off = find_effect(slug)()
         told = {

@@ -24,7 +24,7 @@ BEYOND = 10
 
 
 class Marginal(Protocol):
-    """What an input is drawn from."""
+    """Distribution of one input."""
 
     def at(self, z: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
         """Values [SI] at normal scores."""
@@ -34,7 +34,7 @@ class Marginal(Protocol):
 
     @property
     def words(self) -> str:
-        """What it is, for people."""
+        """Description for people."""
 
 
 @dataclass(frozen=True)
@@ -75,9 +75,9 @@ class FromScipy:
     """Any continuous distribution of `scipy.stats`.
 
     Attributes:
-        name: of the distribution there.
+        name: name of the distribution there.
         numbers: its shapes, `loc` and `scale`, as (name, value), in `unit`.
-        unit: of its values.
+        unit: unit of its values.
     """
 
     name: str
@@ -116,7 +116,7 @@ class Empirical:
     those of a normal distribution, and end at the outermost draws: of what lies beyond, draws say nothing.
 
     Attributes:
-        values: in ascending order [SI], shape (draws,).
+        values: values in ascending order [SI], shape (draws,).
     """
 
     values: Float[np.ndarray, " draws"]
@@ -165,10 +165,10 @@ def from_scipy(name: str, numbers: dict[str, float], unit: str, where: str) -> F
     """A distribution of `scipy.stats`, checked.
 
     Args:
-        name: of the distribution there.
+        name: name of the distribution there.
         numbers: its shapes, `loc` and `scale`.
-        unit: of its values.
-        where: for messages, file and key.
+        unit: unit of its values.
+        where: file and key, for messages.
 
     Raises:
         InputError: for a name or shape that is not there, or numbers that give no distribution.

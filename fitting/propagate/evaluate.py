@@ -17,13 +17,13 @@ SMALLER = (64, 1024)
 class Evaluator:
     """A function of one row as a function of many.
 
-    Rows are independent. So each device takes an equal part of a call, with no word to the others, and a row
-    has the same result wherever it is computed.
+    Rows are independent. So each device takes an equal part of a call and exchanges nothing with the others.
+    A row has the same result wherever it is computed.
 
     Args:
         row: values of one row, shape (values,), to columns and a status.
         side_by_side: rows that one device computes together.
-        devices: to use; all local ones if None.
+        devices: devices to use; all local ones if None.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Evaluator:
         Args:
             of: columns of one row, shape (columns,), to the number.
             x: values of the rows.
-            name: of this function.
+            name: name of this function.
         """
         return self._in_calls(name, jax.value_and_grad(lambda row: of(self._row(row)[0])), x, spread=False)
 

@@ -42,8 +42,8 @@ def response_of(study: Study, nominal: Mapping[str, float]) -> Response:
     """The model of a study.
 
     Args:
-        study: as read.
-        nominal: of inputs, which are all that an expression knows.
+        study: the study as read.
+        nominal: nominal values of the inputs; an expression knows no other numbers.
 
     Raises:
         InputError: for anything that cannot be.

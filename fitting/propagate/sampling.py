@@ -21,12 +21,12 @@ class Sampler:
     """Points in the unit cube, by chunk.
 
     A Sobol sequence is wound forward to a chunk's first point. Monte Carlo draws and Latin hypercubes have a
-    random stream for each chunk; so a Latin hypercube is one of each chunk, a replicated design.
+    random stream for each chunk. So each chunk has a Latin hypercube of its own (a replicated design).
 
     Attributes:
-        method: of `METHODS`.
-        dimension: of the cube.
-        seed: of everything random.
+        method: one of `METHODS`.
+        dimension: dimension of the cube.
+        seed: seed of all random numbers.
         chunk: points of a whole chunk.
     """
 
@@ -67,11 +67,11 @@ def stream(seed: int, index: int, purpose: int) -> np.random.Generator:
 
 
 class Design(Protocol):
-    """How rows of the model come from base points.
+    """Rule that makes rows of the model from base points.
 
     Attributes:
         block: rows that belong together.
-        dimension: of a base point.
+        dimension: dimension of a base point.
     """
 
     block: int
@@ -81,8 +81,8 @@ class Design(Protocol):
         """Correlated scores, shape (points * block, inputs), and what the statistics must know of blocks.
 
         Args:
-            points: in the unit cube, shape (points, dimension).
-            random: of the chunk.
+            points: points in the unit cube, shape (points, dimension).
+            random: random numbers of the chunk.
         """
 
 
@@ -106,7 +106,7 @@ class Plain:
 
 @dataclass(frozen=True)
 class InBlocks:
-    """What designs share whose base points are pairs of independent rows, A and B, with groups of inputs.
+    """Designs whose base points are pairs of independent rows, A and B, with groups of inputs.
 
     Attributes:
         members: numbers of the inputs of each group.
@@ -157,9 +157,9 @@ class Saltelli(InBlocks):
 class Shapley(InBlocks):
     """Blocks that let go of one group after the other, in random order: for Shapley effects.
 
-    The first row is A. In row k the first k - 1 groups of the order keep A's values, and all others are drawn
-    again given these, by the copula. The order is that of the block. In the last but one row all groups but
-    one are kept; in the second row none is. E. Song, B. L. Nelson, J. Staum, SIAM/ASA J. Uncertainty
+    The first row is A. In row k the first k - 1 groups of the order keep A's values. All others are drawn
+    again given these, by the copula. The order is that of the block. In the last row but one all groups but
+    one are kept; in the second row none is. Source: E. Song, B. L. Nelson, J. Staum, SIAM/ASA J. Uncertainty
     Quantification 4 (2016) 1060, doi:10.1137/15M1048070, with one inner draw.
     """
 

@@ -36,7 +36,7 @@ class Rows(NamedTuple):
     """Rows of one actuator, arrays with a leading axis of rows.
 
     Attributes:
-        actuator: what is loaded.
+        actuator: the actuator that all rows share.
         each: pressures [Pa], activations and states.
     """
 
@@ -52,7 +52,7 @@ class Rows(NamedTuple):
 
     @property
     def usable(self) -> np.ndarray:
-        """Whether the numbers of a row can be solved at all."""
+        """True if the numbers of a row can be solved at all."""
         good = np.all([np.isfinite(leaf) for leaf in jax.tree.leaves(self.each)], axis=0)
         given = [a.value for a in self.each[1] if isinstance(a, MartensiteFraction)]
         return good & np.all([np.ones(len(self), bool)] + [(x >= 0.0) & (x <= 1.0) for x in given], axis=0)
@@ -62,12 +62,12 @@ class Solved(eqx.Module):
     """Rows that were solved from given starts.
 
     Attributes:
-        result: of each row, as its only equilibrium.
+        result: solution of each row, counted as its only equilibrium.
         unknowns: joint unknowns, whether they are a root or not.
-        good: whether they are.
-        moving: whether more steps may lead to one.
-        sign: of the determinant of the stiffness, see `Ended`.
-        contrasts: by how much each spring's martensite has more than its austenite [ohm], shape (springs,).
+        good: true where the unknowns are a root.
+        moving: true where more steps may lead to a root.
+        sign: sign of the determinant of the stiffness, see `Ended`.
+        contrasts: resistance of each spring's martensite, less that of its austenite [ohm], shape (springs,).
     """
 
     result: Equilibrium
@@ -117,7 +117,7 @@ def solved_from(rows: Rows, guess: np.ndarray) -> Solved:
     """Every row from its own start.
 
     Args:
-        rows: at least one.
+        rows: the rows, at least one.
         guess: joint unknowns to start from, shape (rows, unknowns); the usual start where NaN.
 
     Returns:
@@ -167,8 +167,8 @@ def map_of(rows: Rows, common: tuple) -> PhaseMap:
     """Grid of equilibria that spans the pressures of rows, see `phase_map`.
 
     Args:
-        rows: of the actuator.
-        common: what the springs remember on the grid.
+        rows: rows of one actuator.
+        common: memories of the springs on the grid.
     """
     low, high, points = grid_points(rows.each[0], len(rows.actuator.springs))
     phases = tuple(MartensiteFraction(x) for x in points[:, 1:].T)
@@ -215,8 +215,8 @@ def solved_at_phases(rows: Rows, common: tuple, guess: np.ndarray | None = None)
     """Rows without measured resistances: from a guess or the grid, else from rest in steps.
 
     Args:
-        rows: at least one.
-        common: what springs remember in the grid.
+        rows: the rows, at least one.
+        common: memories of the springs in the grid.
         guess: scaled unknowns to start from, shape (rows, freedoms).
     """
     if guess is None:
@@ -253,5 +253,5 @@ def _from_rest(rows: Rows) -> Solved:
 
 
 def is_resistance(activation: Any) -> bool:
-    """Whether a spring's phase follows from its measured resistance."""
+    """True if a spring's phase follows from its measured resistance."""
     return isinstance(activation, Resistance)

@@ -49,13 +49,13 @@ MOST_ROOTS = 8
 
 
 class Ended(eqx.Module):
-    """Where an attempt of Newton's method ended.
+    """End of an attempt of Newton's method.
 
     Attributes:
         unknowns: joint unknowns of the row, shape (unknowns,).
         steps: number of steps.
-        good: whether they are a root.
-        signs: of the determinants before the last step, as of `stiffness_signs`, shape (2,).
+        good: true if the unknowns are a root.
+        signs: signs of the determinants before the last step, see `stiffness_signs`, shape (2,).
     """
 
     unknowns: Float[Array, "unknowns"]
@@ -76,8 +76,8 @@ def newton(
     Args:
         problem: one row.
         guess: joint unknowns to start from.
-        most_steps: of the attempt.
-        held: whether fractions of measured springs are held, and at what; see `joint_residual`.
+        most_steps: maximum number of steps of the attempt.
+        held: fractions of measured springs that are held; see `joint_residual`.
         before: number of steps of an attempt that goes on from the guess.
     """
     problem, guess, held = frozen((problem, guess, held))
@@ -103,13 +103,13 @@ def newton_many(
     """`newton` of many rows of one actuator, see `newton_rows`.
 
     Args:
-        actuator: of all rows.
+        actuator: the actuator of all rows.
         each: pressures, activations and states, arrays of shape (rows, ...).
         guess: joint unknowns to start from, shape (rows, unknowns).
         before: number of steps that were made already, shape (rows,).
         ended: rows that are left alone, shape (rows,).
         block: number of rows that are computed side by side; the number of rows is a multiple of it.
-        most_steps: of the attempt.
+        most_steps: maximum number of steps of the attempt.
     """
     actuator, each, guess = frozen((actuator, each, guess))
     count = actuator.freedoms
@@ -129,7 +129,7 @@ def _attached(root: Array, problem: Problem) -> Array:
 
 @_attached.def_jvp
 def _attached_jvp(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
-    """By the implicit function theorem: one Jacobian, one linear system.
+    """Derivative by the implicit function theorem: one Jacobian, one linear system.
 
     The root within carries derivatives itself, so that this rule has derivatives of any order.
     """
@@ -218,10 +218,10 @@ class Roots(eqx.Module):
     """Equilibria of one row, the least heated first.
 
     Attributes:
-        unknowns: of each, shape (MOST_ROOTS, freedoms + measured).
-        real: which of them are roots, shape (MOST_ROOTS,).
-        signs: of their stiffness at the measured resistances, shape (MOST_ROOTS,).
-        steps: of Newton's method in all.
+        unknowns: joint unknowns of each equilibrium, shape (MOST_ROOTS, freedoms + measured).
+        real: true for entries that are roots, shape (MOST_ROOTS,).
+        signs: sign of the stiffness at the measured resistances, shape (MOST_ROOTS,).
+        steps: number of Newton steps in all.
     """
 
     unknowns: Float[Array, "roots n"]
@@ -235,11 +235,11 @@ class Roots(eqx.Module):
         return jnp.sum(self.real)
 
     def joined(self, found: Ended, counted: Array, count: int) -> "Roots":
-        """These and what many attempts found.
+        """These roots and those of many attempts.
 
         Args:
-            found: where attempts ended, arrays of shape (attempts, ...).
-            counted: whether their roots are equilibria; with fractions held they are not.
+            found: ends of the attempts, arrays of shape (attempts, ...).
+            counted: true if their roots are equilibria; with fractions held they are not.
             count: number of unknowns before the fractions.
         """
         every = jnp.concatenate([self.unknowns, found.unknowns])
@@ -257,8 +257,8 @@ def no_roots(unknowns: int) -> Roots:
 def all_roots(problem: Problem) -> Roots:
     """All equilibria of a row with measured springs, ordered by the phase of the hottest one.
 
-    At given phases there is one equilibrium. So it is found for a grid of fractions, and Newton's method for
-    configuration and fractions together starts from each of these, and then from between the equilibria.
+    At given phases there is one equilibrium, so it is found for a grid of fractions. Newton's method for
+    configuration and fractions together starts from each of these. Then it starts between the equilibria.
     """
     problem = frozen(problem)
     grid = jnp.asarray(trial_fractions(len(measured(problem))))
@@ -287,7 +287,7 @@ def distinct(found: Array, good: Array, count: int) -> tuple[Array, Array]:
 
     Args:
         found: candidates, shape (..., candidates, unknowns); columns from `count` on are fractions.
-        good: which of them are roots, shape (..., candidates).
+        good: true for candidates that are roots, shape (..., candidates).
         count: number of unknowns before the fractions.
 
     Returns:

@@ -1,10 +1,10 @@
 """Rows by resistance, which may have several equilibria; many at a time, in NumPy about one compiled program.
 
-A row starts in the cells of the grid of equilibria that may hold one (`cells`). Where only one may, it is the
-only equilibrium. At given phases there is one equilibrium, so the map of fractions to resistances has degree
-one: the signs of the stiffness at all equilibria of a row add up to one. Rows where they do not have missed
-one, and get more starts, at last those of `root_find.all_roots`. Two that were missed together are not seen
-by that; `all_roots` found none such in 175 rows of 3,000.
+A row starts in the cells of the grid of equilibria that may hold one (`cells`). If only one cell may, it
+holds the only equilibrium. At given phases there is one equilibrium, so the map of fractions to resistances
+has degree one. Hence the signs of the stiffness at all equilibria of a row add up to one. Rows whose signs do
+not have missed one. They get more starts, at last those of `root_find.all_roots`. The sum does not show two
+that were missed together; `all_roots` found none such in 175 rows of 3,000.
 """
 
 import itertools
@@ -46,9 +46,9 @@ class Known(NamedTuple):
 
     Attributes:
         every: attempts, one after the other.
-        which: of them for each row, shape (rows, roots).
-        real: which of these are equilibria.
-        whole: whether the signs of all of a row add up to one.
+        which: indices of each row's attempts, shape (rows, roots).
+        real: true for those that are equilibria.
+        whole: true if the signs of all equilibria of a row add up to one.
     """
 
     every: Solved
@@ -72,8 +72,8 @@ def solved_by_resistance(rows: Rows, shared: bool) -> tuple[Equilibrium, np.ndar
     """The least heated equilibrium of every row, and its joint unknowns.
 
     Args:
-        rows: at least one, with a measured resistance.
-        shared: whether what springs remember is the same in all rows.
+        rows: rows with a measured resistance, at least one.
+        shared: true if the springs' memories are the same in all rows.
     """
     usable = rows.usable
     found = None
@@ -108,7 +108,7 @@ def _unknowns(rows: Rows) -> int:
 
 
 def _readings(rows: Rows) -> tuple[Reading, ...]:
-    """Of every spring."""
+    """Readings of every spring."""
     springs = rows.actuator.springs
     found = []
     for k, activation in enumerate(rows.each[1]):
@@ -145,9 +145,9 @@ class _Looked(NamedTuple):
     """Cells that rows looked at, arrays of shape (n,), rows ascending.
 
     Attributes:
-        row, cells: of each, the latter of shape (springs, n).
+        row, cells: row and cells of each look; `cells` has shape (springs, n).
         step: see `Cells`.
-        possible: whether an equilibrium may lie there.
+        possible: true where an equilibrium may lie.
         first: indices of the likeliest cell of every row that can have no other.
         some: indices of all possible cells of the other rows.
         sound: rows for which the grid is sound, shape (rows,).
@@ -165,7 +165,7 @@ class _Looked(NamedTuple):
 def _looked(
     grid: PhaseMap, ranges: CellRanges, pressure: np.ndarray, readings: tuple[Reading, ...]
 ) -> _Looked:
-    """Which cells rows start from."""
+    """Cells that rows start from."""
     row, cell = ranges.met(pressure, readings)
     order = np.argsort(row, kind="stable")
     row, cells = row[order], ranges.cells[:, cell[order]]
@@ -232,10 +232,10 @@ def _joined(parts: list[Solved]) -> Solved:
 
 
 def _known(rows: Rows, owner: np.ndarray, every: Solved) -> Known:
-    """What attempts found of every row.
+    """Equilibria of every row that attempts found.
 
     Args:
-        rows: of which some may have no attempt.
+        rows: the rows, of which some may have no attempt.
         owner: row of each attempt, in any order.
         every: attempts.
     """
@@ -294,8 +294,8 @@ def every_root_at_phases(rows: Rows) -> Known:
 
 STRETCHES = np.linspace(-0.2, 0.4, 3)
 BENDS = np.linspace(-0.6, 0.6, 9)
-"""Scaled unknowns from which equilibria under loads are looked for [1]: a stretch of -20 to 40 %, and bends
-to a full turn of the source's actuators, whose length is nine radii."""
+"""Scaled unknowns from which equilibria under loads are searched [1]. They are a stretch of -20 to 40 %, and
+bends up to a full turn of the source's actuators. Their length is nine radii."""
 
 
 def unusable(rows: Rows) -> Known:

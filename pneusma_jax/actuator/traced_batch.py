@@ -27,8 +27,8 @@ def traced_batch(actuator: Actuator, each: tuple, common: tuple, shared: bool) -
     Args:
         actuator: the same for every row.
         each: pressures, activations and states, arrays of shape (rows,).
-        common: what springs remember on the grid of equilibria.
-        shared: whether that is what they remember in every row.
+        common: memories of the springs on the grid of equilibria.
+        shared: true if every row has these memories.
     """
     searched = frozen((actuator, each, common))
     if any(is_resistance(a) for a in each[1]):
@@ -84,7 +84,7 @@ def _finished(
 
 
 def _at_phases(actuator: Actuator, each: tuple, common: tuple) -> Ended:
-    """Where Newton's method ends in every row: from the grid, else from rest in steps.
+    """End of Newton's method in every row: from the grid, else from rest in steps.
 
     An outer loop chooses rows: the grid, then all, then those that failed at a share of their load. An inner
     one solves them block by block. So Newton's method is compiled once, and rows are put in order only a few

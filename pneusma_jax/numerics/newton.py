@@ -35,7 +35,7 @@ class BoundedNewton(optx.AbstractRootFinder):
 
     Attributes:
         rtol, atol: not used for ending; optimistix asks for them.
-        norm: of a step.
+        norm: norm of a step.
         close: length of a step after which the method ends [1]. It converges quadratically, so that the error
             is then of the order of its square.
         longest: longest step of an unknown [1].
@@ -112,8 +112,8 @@ def newton_rows(
     slower one, and a round costs what its systems cost.
 
     Args:
-        function: of the unknowns and a row.
-        rows: of each system, arrays of shape (rows, ...).
+        function: function of the unknowns and a row.
+        rows: data of each system, arrays of shape (rows, ...).
         begin: unknowns to start from; the number of rows is a multiple of `block`.
         options: see `BoundedNewton`; `options["count"]` of shape (rows,).
         ended: systems that are left alone, shape (rows,).

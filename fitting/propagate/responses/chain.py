@@ -30,13 +30,13 @@ def chain_response(
     """A chain of segments; those of one design share their numbers.
 
     Args:
-        design: from its file.
+        design: design of the chain, from its file.
         overrides: keys of `[geometry]` that hold for all segments.
-        model: with numbers of its own.
+        model: model with numbers of its own.
         settings: a study's `[model]`: `xi0_K` is of spring K of all segments, `segment_N = {xi0_K = ...}` of
             one.
         noise_for: white noise of channels; one of a single segment is `2.xi0_1`.
-        where: for messages.
+        where: file and table, for messages.
 
     Raises:
         InputError: for what cannot be.

@@ -52,9 +52,9 @@ def protocol_response(
     """An actuator through a protocol, its springs' memory carried along.
 
     Args:
-        protocol: of kind actuator.
+        protocol: protocol of kind actuator.
         specimen: the actuator.
-        model: with numbers and effects of its own.
+        model: model with numbers and effects of its own.
         points: rows that results are kept of.
         noise_for: white noise of channels.
 
@@ -112,7 +112,7 @@ class Moved:
         self._protocol, self._channels = protocol, channels
 
     def drives(self, actuator: pj.Actuator) -> tuple:
-        """What drives each spring."""
+        """Drives of each spring."""
         as_stated = drives(self._heated, actuator)
         found = []
         for number, stated in zip(actuator.spring_numbers, as_stated, strict=True):
@@ -155,15 +155,15 @@ def _check(protocol: Protocol, springs: tuple[int, ...]) -> None:
 def recording_response(
     campaign: Campaign, model: AugmentedModel, points: int, noise_for: NoiseFor
 ) -> Response:
-    """What the model makes of a recording's inputs: what would have been measured.
+    """Model's answer to a recording's inputs, which replaces the measurement.
 
     Numbers and priors are those of a fit of the recording: tolerances, or priors of the tables where it is to
     be identified. Their names are those of `pneusma posterior`. Phases that resistances tell are read once,
     at the nominal numbers.
 
     Args:
-        campaign: of one recording.
-        model: with numbers and effects of its own.
+        campaign: campaign of one recording.
+        model: model with numbers and effects of its own.
         points: rows that results are kept of.
         noise_for: white noise of measured inputs. Where rows are means of readings, the noise is that of a
             mean.
@@ -231,7 +231,7 @@ def _prior(entry: Parameter) -> Prior | None:
 
 
 def _driver(recording: Recording, rows: object, kept: np.ndarray) -> Driver:
-    """What a figure is drawn over: an elastomer's strain, a tube's pressure, else time."""
+    """Quantity that a figure is drawn over: an elastomer's strain, a tube's pressure, else time."""
     over = specimen_of(recording.kind).simulated_over
     if over == "time":
         return Driver("time_s", np.asarray(rows.time)[kept])

@@ -43,10 +43,10 @@ def state_response(
 
     Args:
         specimen: the actuator.
-        model: with numbers and effects of its own.
+        model: model with numbers and effects of its own.
         settings: a study's `[model]`.
         noise_for: white noise of channels; each point of the driver has its own.
-        where: for messages.
+        where: file and table, for messages.
 
     Raises:
         InputError: for what cannot be.
@@ -102,9 +102,9 @@ def state(
     """Outputs of one state in the units of their names, and its status.
 
     Args:
-        body: where it comes from.
+        body: body that the actuator was built from.
         actuator: built.
-        effects: that act in it, as at the start of a recording.
+        effects: effects that act in it, in their state at the start of a recording.
         channels: pressure and springs [SI], numbers.
     """
     activations = []
@@ -153,10 +153,10 @@ def workspace_response(
     noise_for: NoiseFor,
     where: str,
 ) -> Response:
-    """What an actuator reaches at each pressure: extremes over the activation of one spring.
+    """Reach of an actuator at each pressure: extremes over the activation of one spring.
 
     Args:
-        specimen, model, settings, noise_for, where: as for `state_response`; `activation_K` are the
+        specimen, model, settings, noise_for, where: the same as for `state_response`; `activation_K` are the
             fractions over which spring K goes.
 
     Raises:
