@@ -95,6 +95,8 @@ def _chunk(actuator: Actuator, each: tuple, guess: Array, before: Array, count: 
         contrasts = [spring.contrast(response.gamma) for spring, response in pairs]
         contrasts = jnp.stack(contrasts) if contrasts else jnp.zeros(0)
         moving = ~ended.good & jnp.all(jnp.isfinite(ended.unknowns)) & (ended.steps == AT_ONCE)
+        if measured(problem):  # from one of many starts
+            moving &= (steps < FEW_STEPS) | ended.closing
         return Solved(result, ended.unknowns, ended.good, moving, ended.signs[1], contrasts)
 
     def block(k: Array, rows: tuple) -> Solved:
@@ -123,9 +125,8 @@ def solved_from(rows: Rows, guess: np.ndarray) -> Solved:
     Returns:
         What was found, in NumPy arrays.
     """
-    most = FEW_STEPS if any(is_resistance(a) for a in rows.each[1]) else MOST_STEPS
     found = _in_chunks(rows, guess, np.zeros(len(rows), int))
-    for _ in range(AT_ONCE, most, AT_ONCE):
+    for _ in range(AT_ONCE, MOST_STEPS, AT_ONCE):
         left = np.flatnonzero(found.moving)
         if not left.size:
             break
