@@ -67,6 +67,7 @@ class Solved(eqx.Module):
         good: whether they are.
         moving: whether more steps may lead to one.
         sign: of the determinant of the stiffness, see `Ended`.
+        slope: least slope of resistances over fractions, see `Ended`.
         contrasts: by how much each spring's martensite has more than its austenite [ohm], shape (springs,).
     """
 
@@ -75,6 +76,7 @@ class Solved(eqx.Module):
     good: Array
     moving: Array
     sign: Array
+    slope: Array
     contrasts: Array
 
 
@@ -97,7 +99,9 @@ def _chunk(actuator: Actuator, each: tuple, guess: Array, before: Array, count: 
         moving = ~ended.good & jnp.all(jnp.isfinite(ended.unknowns)) & (ended.steps == AT_ONCE)
         if measured(problem):  # from one of many starts
             moving &= (steps < FEW_STEPS) | ended.closing
-        return Solved(result, ended.unknowns, ended.good, moving, ended.signs[1], contrasts)
+        return Solved(
+            result, ended.unknowns, ended.good, moving, ended.signs[1], ended.slope, contrasts
+        )
 
     def block(k: Array, rows: tuple) -> Solved:
         cut = jax.tree.map(lambda x: jax.lax.dynamic_slice_in_dim(x, k * BLOCK, BLOCK), rows)

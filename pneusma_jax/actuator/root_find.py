@@ -62,6 +62,8 @@ class Ended(eqx.Module):
         good: whether they are a root.
         closing: whether more steps may lead to one beyond `FEW_STEPS`.
         signs: of the determinants before the last step, as of `stiffness_signs`, shape (2,).
+        slope: of the measured resistances over the fractions in the direction in which they change least, in
+            units of the contrast [1]; see `_least_slope`.
     """
 
     unknowns: Float[Array, "unknowns"]
@@ -69,6 +71,7 @@ class Ended(eqx.Module):
     good: Bool[Array, ""]
     closing: Bool[Array, ""]
     signs: Float[Array, "2"]
+    slope: Array
 
 
 def newton(
@@ -98,8 +101,9 @@ def newton(
     )  # fmt: skip
     # held at a bound, a step may end without a root
     good = (found.result == optx.RESULTS.successful) & (found.stats["excess"] < NEARLY)
-    closing = found.stats["excess"] < CLOSING
-    return Ended(found.value, found.stats["num_steps"], good, closing, _signs(found.stats["slope"], count))
+    closing, slope = found.stats["excess"] < CLOSING, found.stats["slope"]
+    told = _signs(slope, count), _least_slope(slope, count)
+    return Ended(found.value, found.stats["num_steps"], good, closing, *told)
 
 
 def attached(problem: Problem, root: Array) -> Array:
@@ -128,8 +132,8 @@ def newton_many(
     options = {"free": count, "count": before}
     unknowns, state = newton_rows(missed, each, guess, options, ended, block, most_steps)
     good = (state.moved <= BoundedNewton().close) & (state.excess < NEARLY)
-    signs = jax.vmap(lambda slope: _signs(slope, count))(state.slope)
-    return Ended(unknowns, state.count - before, good, state.excess < CLOSING, signs)
+    told = jax.vmap(lambda slope: (_signs(slope, count), _least_slope(slope, count)))(state.slope)
+    return Ended(unknowns, state.count - before, good, state.excess < CLOSING, *told)
 
 
 @eqx.filter_custom_jvp
@@ -185,7 +189,7 @@ def at_given_phases(problem: Problem, guess: Array) -> Ended:
         ended = at_once & (found.good | ~finite)
         return jnp.where(ended, LOAD_STEPS + 1, stage + 1), begin, found
 
-    nothing = Ended(guess, jnp.asarray(0), *[jnp.asarray(False)] * 2, jnp.zeros(2))
+    nothing = Ended(guess, jnp.asarray(0), *[jnp.asarray(False)] * 2, jnp.zeros(2), jnp.ones(()))
     return jax.lax.while_loop(lambda c: c[0] <= LOAD_STEPS, attempt, (jnp.asarray(0), guess, nothing))[2]
 
 
@@ -336,7 +340,19 @@ def _signs(slope: Float[Array, "n n"], count: int) -> Float[Array, "2"]:
     own = determinant(slope[:count, :count])
     if len(slope) == count:
         return jnp.sign(jnp.stack([own, own]))
+    return jnp.sign(jnp.stack([own, own * determinant(_reduced(slope, count))]))
+
+
+def _reduced(slope: Float[Array, "n n"], count: int) -> Array:
+    """Slope of what measured resistances miss over the fractions, while the configuration gives way."""
     first, rest = slope[:count], slope[count:]
     across = jax.vmap(solve_small, (None, 1), 1)(first[:, :count], first[:, count:])
-    reduced = rest[:, count:] - rest[:, :count] @ across
-    return jnp.sign(jnp.stack([own, own * determinant(reduced)]))
+    return rest[:, count:] - rest[:, :count] @ across
+
+
+def _least_slope(slope: Float[Array, "n n"], count: int) -> Array:
+    """About the smallest singular value of `_reduced` [1]; 1 without measured resistances."""
+    if len(slope) == count:
+        return jnp.ones(())
+    reduced = _reduced(slope, count)
+    return jnp.abs(determinant(reduced)) / jnp.max(jnp.abs(reduced)) ** (len(reduced) - 1)

@@ -60,7 +60,7 @@ BESIDE_FOLDS = [
 ]
 
 
-@pytest.mark.parametrize("way", ["batch", "compiled batch", "one by one"])
+@pytest.mark.parametrize("way", ["batch", "one by one", pytest.param("compiled batch", marks=pytest.mark.slow)])
 def test_a_state_beside_a_fold_comes_back_or_is_said_to_be_one_of_several(body, way):
     pressure, *fractions = np.asarray(BESIDE_FOLDS).T
     true = pj.solve_batch(body, pressure, phases(*fractions))
@@ -79,6 +79,26 @@ def test_a_state_beside_a_fold_comes_back_or_is_said_to_be_one_of_several(body, 
     assert np.all(np.asarray(found.converged)[rows])
     off = np.abs(np.asarray(found.curvature)[rows] - np.asarray(true.curvature))
     assert np.all((off < 0.01) | (np.asarray(found.status)[rows] == pj.Status.several_equilibria))
+
+
+# pressure [Pa] and fractions of rows with other equilibria within 0.2 1/m, at which a spring is nearly cold
+NEARLY_COLD = [
+    (22022.84146856055, 0.9995927036702474, 0.005581308686451569),
+    (30562.261732918694, 0.8757213160894741, 0.9998798172545367),
+    (31528.021166871433, 0.9767239034708654, 0.9996940002067038),
+    (30371.373399963562, 1.0, 0.8703590987290345),
+    (25950.343269712896, 0.9996429451570694, 0.030663842623928406),
+]
+
+
+def test_a_state_with_a_nearly_cold_spring_comes_back_or_is_said_to_be_one_of_several(body):
+    random = np.random.default_rng(35)
+    given = np.concatenate([NEARLY_COLD, random.uniform([0.0, 0.0, 0.0], [50e3, 1.0, 1.0], (40, 3))])
+    true = pj.solve_batch(body, given[:, 0], phases(*given[:, 1:].T))
+    found = pj.solve_batch(body, given[:, 0], resistances(true))
+    off = np.abs(np.asarray(found.curvature) - np.asarray(true.curvature))
+    assert np.all(np.asarray(found.converged))
+    assert np.all((off < 0.01) | (np.asarray(found.status) == pj.Status.several_equilibria))
 
 
 @pytest.mark.parametrize("pressure", [20e3, 45e3])
