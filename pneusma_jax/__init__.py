@@ -36,18 +36,13 @@ from .precision import enable_float64
 from .section import Section, annulus
 from .section.kinds import polygon, rectangle, semicircle
 from .serial_chain.loads import ChainLoad, ChainWeight, LineLoad, PointLoad
-from .serial_chain.segments import (
-    ChainEquilibrium,
-    ChainHistory,
-    SegmentChain,
-    chain_of,
-    simulate_chain_history,
-    solve_chain,
-)
+from .serial_chain.segments import ChainEquilibrium, ChainHistory, SegmentChain, chain_of
+from .serial_chain.solve import simulate_chain_history, solve_chain
 from .serial_chain.weight import chain_weight
 from .silicone import load_silicone, load_silicone_test, tube_length
 from .simulate.coupon import CouponHistory, simulate_coupon
-from .simulate.history import History, SpringHistory, simulate_history, simulate_spring
+from .simulate.history import History, simulate_history
+from .simulate.spring import SpringHistory, simulate_spring
 from .simulate.tube import TubeHistory, make_tube, simulate_tube
 
 __all__ = [

@@ -1,7 +1,8 @@
-"""TOML documents that say their schema: chains, protocols, models."""
+"""TOML documents that state their schema, such as chains and studies, and checks of their fields."""
 
+import math
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
@@ -16,8 +17,8 @@ def parse_toml(text: str, path: Path | str) -> dict[str, Any]:
     """Parse TOML that anybody may have written.
 
     Args:
-        text: of the file; a byte-order mark at its beginning is left out.
-        path: for messages.
+        text: text of the file; a byte-order mark at its beginning is left out.
+        path: path of the file, for messages.
 
     Raises:
         InputError: if it is not TOML, or is nested more deeply than any document of ours.
@@ -54,25 +55,70 @@ def read_document(
     """Read a document of one schema.
 
     Args:
-        place: where it is read from; a file, or one that ships with the package.
+        place: file to read; one on disk, or one that ships with the package.
         path: the same for messages.
         what: such a document in words, `"a chain"`.
-        schema: that it must state.
+        schema: schema that the file must state.
         top: keys that it may have.
 
     Raises:
         InputError: if it cannot be read, is no TOML, states another schema or has a key that is unknown.
     """
+    document = parse_toml(read_text(place, path), path)
+    if document.get("schema") != schema:
+        raise InputError(f"{path}: schema is {document.get('schema')!r}, but {what} has {schema!r}")
+    check_keys(document, top, path)
+    return document
+
+
+def read_text(place: Path | Traversable, path: Path | str) -> str:
+    """Text of a file.
+
+    Raises:
+        InputError: if it cannot be read as text; names `path`.
+    """
     try:
-        text = place.read_text(encoding="utf-8")
+        return place.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read as a text file ({error})") from None
-    document = parse_toml(text, path)
-    if document.get("schema") != schema:
-        raise InputError(f"{path}: schema is {document.get('schema')!r}, but {what} has {schema!r}")
-    for key in document:
-        if key not in top:
-            raise InputError(f"{path}: unknown key {key!r}, {nearest(key, top)}")
-    return document
+
+
+def shipped_names(folder: Traversable) -> list[str]:
+    """Names of the TOML files of a folder that comes with the package, sorted and without their ending."""
+    names = (entry.name for entry in folder.iterdir())
+    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
+
+
+def check_keys(table: Mapping[str, Any], known: Collection[str], where: Path | str) -> None:
+    """Refuse keys that are not known.
+
+    Raises:
+        InputError: naming the key and the nearest known one.
+    """
+    for key in table:
+        if key not in known:
+            raise InputError(f"{where}: unknown key {key!r}, {nearest(key, known)}")
+
+
+def word_of(value: Any, words: Collection[str], where: str) -> str:
+    """One of several words.
+
+    Raises:
+        InputError: for another one; names the nearest.
+    """
+    if value not in words:
+        raise InputError(f"{where} is {value!r}, {nearest(str(value), words)}")
+    return value
+
+
+def finite_number(value: Any, where: str) -> float:
+    """A finite number; true and false are none.
+
+    Raises:
+        InputError: for anything else.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputError(f"{where} must be a finite number, but it is {value!r}")
+    return float(value)

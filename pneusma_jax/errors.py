@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 
 class InputError(ValueError):
-    """What a user gave cannot be used; the message is one line that says where and what would be right.
+    """Input that cannot be used; the message is one line with the place and what would be right.
 
     The command line prints the message alone, without a traceback, and exits with code 2.
     """
@@ -19,13 +19,13 @@ def nearest(name: str, known: Iterable[str]) -> str:
     """Sentence fragment that offers the known names closest to a mistyped one.
 
     Args:
-        name: what was given.
+        name: the given name.
         known: the names that exist.
 
     Returns:
         `"did you mean 'x'?"`, or a list of known names if none is close.
     """
-    known = sorted(known)
+    known = sorted(set(known))
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     if close:
         return f"did you mean {close[0]!r}?"

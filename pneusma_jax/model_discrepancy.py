@@ -1,5 +1,5 @@
-"""What no named effect explains, as a smooth function of what it goes with, added to one output or to the
-stiffness of the silicone.
+"""A smooth function of one driver for a misfit that no named effect explains. It is added to one output or to
+the stiffness of the silicone.
 
 It describes and does not explain, so it is none of the catalogue: nothing tries it as a candidate. Beyond the
 range of its driver it is unknown; there it is held at its end value, and the rows say so.
@@ -15,7 +15,8 @@ from jaxtyping import Array, Float
 from .pipeline import TOLD, Effect, Known
 
 EDGE = 0.01
-"""Of the range of the driver, how far a row may lie outside it unmarked: averaged rows were fitted."""
+"""Maximum distance of an unmarked row from the knots, as a share of the driver's range: averaged rows were
+fitted."""
 STRAINS = ("strain", "strain_rate", "max_strain")
 UNITS = {
     "pressure": "Pa",
@@ -37,7 +38,7 @@ UNITS = {
 }
 """SI units of drivers and of what is corrected; of `xi0_2` that of `xi0`."""
 WALL = "silicone_stiffness"
-"""What is corrected where the silicone's stiffness is: its relative change."""
+"""Quantity of a correction of the silicone's stiffness, which is its relative change."""
 STIFFEST, SOFTEST = 10.0, 0.1
 """Factors on it that no correction exceeds."""
 
@@ -51,16 +52,17 @@ def unit_of(name: str) -> str | None:
 class Unmodelled(Effect):
     """A piecewise linear function of one driver, added to one output.
 
-    Channels of a simulation get two more: `unmodelled_<quantity>` [unit of the quantity], what is added, and
-    `beyond_<quantity>`, 1 in rows where the driver is unknown or outside the knots, else 0.
+    Channels of a simulation get two more. `unmodelled_<quantity>` is the added correction [unit of the
+    quantity]. `beyond_<quantity>` is 1 in rows where the driver is unknown or outside the knots, else 0.
 
     Attributes:
-        knots: of the driver, ascending, SI.
+        knots: knots of the driver, ascending, SI.
         values: added at each knot, SI; held beyond the first and the last one.
-        element: by which slots know the specimens in which it was seen (`actuator`, `spring`, `wire`,
-            `silicone`); in others it does not act.
+        element: kind of specimen in which it was seen: `actuator`, `spring`, `wire` or `silicone`. It does
+            not act in others.
         quantity: output that it adds to.
-        driver: what it is a function of: `strain`, `strain_rate`, `pressure`, `xi0_2`, `time`, ...
+        driver: quantity that the correction is a function of: `strain`, `strain_rate`, `pressure`, `xi0_2`,
+            `time`, ...
     """
 
     knots: Float[Array, "knots"] = eqx.field(converter=jnp.asarray)
@@ -110,7 +112,7 @@ class Unmodelled(Effect):
         return self.quantity in value and self.element in at
 
     def _at(self, driver: Array) -> Array:
-        """What is added where the driver has these values; nothing where it is not known."""
+        """Correction at values of the driver; zero where the driver is not known."""
         known = jnp.isfinite(driver)
         x = jnp.where(known, driver, self.knots[0])
         return jnp.where(known, jnp.interp(x, self.knots, self.values), 0.0)
@@ -153,8 +155,8 @@ class Unmodelled(Effect):
 class SoftenedWall(Unmodelled):
     """A relative change of the silicone's stiffness that is a piecewise linear function of one driver.
 
-    Corrections are to first order in what is measured: a coupon's stress goes with the stiffness, a tube's or
-    an actuator's shape with one over it.
+    Corrections are to first order in the measured quantity. A coupon's stress is proportional to the
+    stiffness; the shape of a tube or an actuator is inversely proportional to it.
     """
 
     def wall(self, value: Array, at: Known, memory: Any) -> Array:

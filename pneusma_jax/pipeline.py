@@ -1,4 +1,4 @@
-"""How missing physics joins the model: effects that act at named slots of a row.
+"""Missing physics joins the model through effects that act at named slots of a row.
 
 A row of a recording runs through slots in a fixed order, each a value that the base model hands on unchanged:
 
@@ -8,9 +8,9 @@ A row of a recording runs through slots in a fixed order, each a value that the 
     wire       temperature -> phase -> stress -> outputs      tube  pressure -> wall, load -> outputs
     elastomer  [compliance] wall -> outputs          and at the end of all rows: recorded
 
-An effect is a module with a parameter whose neutral value means absent, a method for each slot it acts at,
-and, if it has a history, a memory that is carried from row to row. Effects compose in the order in which they
-are given; a chain without effects is the base model and adds nothing to the compiled program.
+An effect is a module with a parameter whose neutral value means absent, and a method for each slot it acts
+at. If it has a history, it also has a memory that is carried from row to row. Effects compose in the order in
+which they are given. A chain without effects is the base model and adds nothing to the compiled program.
 """
 
 from collections.abc import Callable
@@ -23,13 +23,12 @@ from jaxtyping import Array, Bool
 
 
 class Known(eqx.Module):
-    """What is known of a row when a slot is reached, by name; asking for an unknown name is a `KeyError`.
+    """Values of a row that are known when a slot is reached, by name. An unknown name is a `KeyError`.
 
     Row: `time`, `interval`, `pressure`, `temperature`, `cycle`, and the element: `actuator`, `spring`, `wire`
-    or `silicone`.
-    Spring: `number` (as recordings count, an int), `elongation`, `gamma`, `xi0`, `gamma_R`, `base_stress`,
-    `stress`, `force`.
-    Wall: `strain`, and the law's stress there, `base`. Configuration: `delta_centre`, `bend`.
+    or `silicone`. Spring: `number` (as recordings count, an int), `elongation`, `gamma`, `xi0`, `gamma_R`,
+    `base_stress`, `stress`, `force`. Wall: `strain`, and the law's stress there, `base`. Configuration:
+    `delta_centre`, `bend`.
     """
 
     values: dict[str, Any] = eqx.field(default_factory=dict)
@@ -86,8 +85,9 @@ class Effect(eqx.Module):
         return value
 
     def compliance(self, value: Array, at: Known, memory: Any) -> Array:
-        """What lies between the specimen and the recorded length, shape (2,): its compliance unloaded [m/N],
-        and one over the force at which that is half as much [1/N]; 0 in the base model."""
+        """Compliance between the specimen and the recorded length, shape (2,). The first number is the
+        compliance without load [m/N]. The second is one over the force at which it is half as much [1/N].
+        Both are 0 in the base model."""
         return value
 
     def temperature(self, value: Array, at: Known, memory: Any) -> Array:
@@ -119,11 +119,11 @@ class Effect(eqx.Module):
         return value
 
     def outputs(self, value: dict[str, Array], at: Known, memory: Any) -> dict[str, Array]:
-        """What the instruments show, by canonical column name in SI."""
+        """Readings of the instruments, by canonical column name in SI."""
         return value
 
     def recorded(self, value: dict[str, Array], time: Array) -> dict[str, Array]:
-        """What the instruments recorded in all rows, from what they showed, shape (rows,) each.
+        """Records of the instruments in all rows, from their readings, shape (rows,) each.
 
         For effects on a channel's clock. Memories are not known here: the recording is complete.
         """
@@ -131,12 +131,12 @@ class Effect(eqx.Module):
 
 
 class Switched(eqx.Module):
-    """An effect that may be off, for programs that hold many and need few at a time: what is off is left out
-    at run time, and so is a slot at which all are. The switch is an argument of the compiled program.
-    Off, an effect must be at its neutral value; its derivatives there are zero.
+    """An effect that may be off, for programs that hold many and need few at a time. An effect that is off is
+    skipped at run time, and so is a slot at which all are off. The switch is an argument of the compiled
+    program. While off, an effect must be at its neutral value; its derivatives there are zero.
 
     Attributes:
-        effect: that acts while on.
+        effect: the effect that acts while on.
         on: shape ().
     """
 
@@ -148,9 +148,9 @@ class Chain(eqx.Module):
     """Effects bound to their memories and to what is known of the row: what the model's slots call.
 
     Attributes:
-        effects: in the order in which they act.
+        effects: effects, in the order in which they act.
         memories: one per effect.
-        known: of the row so far.
+        known: values of the row so far.
     """
 
     effects: tuple[Effect | Switched, ...] = ()
@@ -189,7 +189,7 @@ class Chain(eqx.Module):
         return _chosen([e for e in self.effects if _overrides(e, slot)], act, idle, *values)
 
     def acts_at(self, slot: str) -> bool:
-        """Whether any effect overrides a slot; decided while tracing."""
+        """True if any effect overrides a slot; decided while tracing."""
         return any(_overrides(effect, slot) for effect in self.effects)
 
     def remembered(self, **more: Any) -> tuple[Any, ...]:
@@ -208,7 +208,7 @@ def _overrides(effect: Effect | Switched, method: str) -> bool:
 
 
 def _chosen(acting: list[Effect | Switched], act: Callable, idle: Callable, *values: Any) -> Any:
-    """What is made of values where effects act, any of which may be off."""
+    """Result of values where effects act, any of which may be off."""
     if not acting:
         return idle(*values)
     if not all(isinstance(effect, Switched) for effect in acting):

@@ -38,8 +38,8 @@ def enable_float64(cache: bool = True) -> None:
 
 
 SOONER = {"xla_cpu_use_fusion_emitters": "false"}
-"""Settings of XLA under which small programs compile sooner and run as fast. A root-find of 64 rows took
-0.9 s instead of 1.6 s to compile, and 1.35 ms instead of 1.41 ms to run (jaxlib 0.10.2, processor time)."""
+"""Settings of XLA under which small programs compile sooner and run as fast. A root-find of 64 rows took 0.9
+s instead of 1.6 s to compile. It took 1.35 ms instead of 1.41 ms to run (jaxlib 0.10.2, processor time)."""
 KNOWN_TO = ((0, 10), (0, 10))
 """First and last version of jaxlib that `SOONER` was tried with. XLA ends a process whose settings it does
 not know."""

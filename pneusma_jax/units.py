@@ -1,8 +1,8 @@
 """Unit names, their factors to SI, and the unit suffix of a column name.
 
-Units are converted where files are read and figures drawn, nowhere else. SI inside, with one exception:
-**temperatures stay in degC**, because every published constant of the model is in degC; differences of
-temperature are in K, which is the same size.
+Units are converted where files are read and figures drawn, nowhere else. Values inside are SI, with one
+exception: **temperatures stay in degC**, because every published constant of the model is in degC.
+Differences of temperature are in K, which is the same size.
 """
 
 import difflib
@@ -12,7 +12,7 @@ from .errors import InputError, nearest
 
 
 class Unit(NamedTuple):
-    """What a unit name means: `internal = factor * value + offset`.
+    """Meaning of a unit's name: `internal = factor * value + offset`.
 
     Attributes:
         dimension: the kind of quantity, a key of `INTERNAL_UNITS`.
@@ -199,7 +199,7 @@ def from_si(value, unit: str, difference: bool = False):
     Args:
         value: number or array in the internal unit.
         unit: name of the unit wanted.
-        difference: as in `to_si`.
+        difference: same as in `to_si`.
 
     Returns:
         The value in `unit`, of the same shape.

@@ -1,4 +1,5 @@
-"""What a campaign does not state about its specimens and the source's nominal values stand for."""
+"""Assumptions about the specimens of a campaign: the source's nominal values stand for what it does not
+state."""
 
 from collections.abc import Sequence
 
@@ -16,11 +17,11 @@ NEW = {
 
 
 def notices_of(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[str]:
-    """What to read with care: what is assumed, which rows are no measurements, which recordings were reduced,
-    and what reading each had to say.
+    """Cautions: assumptions, rows that are no measurements, recordings that were reduced, and the notices of
+    each reading.
 
     Args:
-        recordings: as they were read.
+        recordings: the recordings as read.
         most: rows that were taken of each.
     """
     own = [f"{r.name}: {notice}" for r in recordings for notice in r.notices]

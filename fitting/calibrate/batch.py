@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from fitting.data.recordings import read_campaign, schema
-from fitting.engine import Scheduler, Store, Task, digest, in_this_process, objects, run_results, unique_names
+from fitting.engine import Scheduler, Store, Task, digest, in_this_process, objects, unique_names
+from fitting.engine.members import handed, line_of, run_members
 from fitting.inference.results import Result
 from fitting.specimens.priors import quantity_of
 from fitting.specimens.rows import MARK
@@ -31,10 +32,10 @@ class Member:
     """One campaign of a batch.
 
     Attributes:
-        name: of its folder, made unique.
-        path: of the campaign.
-        kind: of its recordings; empty where they could not be read.
-        result: of its fit; None where there is none.
+        name: name of its folder, made unique.
+        path: path of the campaign.
+        kind: kind of its recordings; empty where they could not be read.
+        result: result of its fit; None if it could not be fitted.
         problem: why there is none, or why its files could not be written, in a line; empty otherwise.
     """
 
@@ -44,13 +45,18 @@ class Member:
     result: Characterisation | None
     problem: str
 
+    @property
+    def done(self) -> bool:
+        """True if it has a result."""
+        return self.result is not None
+
 
 @dataclass(frozen=True)
 class Batch(Result):
     """Characterised campaigns.
 
     Attributes:
-        members: in the order given.
+        members: members in the order given.
         pooled: every constant that two or more specimens of one law inform, by name; with the law behind it
             where specimens follow several.
         left_out: why estimates do not take part in `pooled`, a line each.
@@ -63,7 +69,7 @@ class Batch(Result):
     @property
     def done(self) -> list[Member]:
         """Members with a result."""
-        return [member for member in self.members if member.result is not None]
+        return [member for member in self.members if member.done]
 
 
 def characterise_batch(
@@ -82,42 +88,31 @@ def characterise_batch(
         finished: called with each member as it is done, such as to save it.
         progress: called with a word for each step of each fit that runs in this process.
         store: keeps what was fitted; members whose campaign and options are the same are taken from it.
-        scheduler: where campaigns are fitted, if there is a store.
+        scheduler: scheduler that runs the fits, if there is a store.
         kept: called in place of `finished` with members that come from the store.
-        **options: of the pipelines; those that a kind does not know are left out for it.
+        **options: options of the pipelines. An option that a kind does not know is left out for it.
 
     Raises:
         InputError: if none could be characterised; names the first reason.
     """
     paths = tuple(Path(path) for path in campaigns)
-    names = tuple(unique_names(paths))
+    job = BatchJob(tuple(unique_names(paths)), paths, options)
     if store is None:
-        pairs = zip(names, paths, strict=True)
-        members = [_told_of(finished, _member(name, path, progress, options)) for name, path in pairs]
+        members = [handed(finished, job.member(k, progress)) for k in range(len(paths))]
     else:
-        members = _from_store(
-            BatchJob(names, paths, options), store, scheduler, finished, kept or finished, progress
-        )
-    if not any(member.result is not None for member in members):
+        members = run_members(job, store, scheduler, finished, kept or finished, progress)
+    if not any(member.done for member in members):
         raise InputError(
             f"none of {len(members)} campaigns could be characterised; {members[0].path}: "
             f"{members[0].problem}"
         )
-    pooled, left_out = _pooled([member for member in members if member.result is not None])
+    pooled, left_out = _pooled([member for member in members if member.done])
     return Batch(tuple(members), pooled, tuple(left_out))
-
-
-def _told_of(finished: Callable[[Member], None], member: Member) -> Member:
-    try:
-        finished(member)
-    except Exception as error:  # noqa: BLE001  what cannot be written of one stops no other
-        return replace(member, problem=f"its files could not be written: {_line(error)}")
-    return member
 
 
 @dataclass(frozen=True)
 class BatchJob:
-    """Fits campaigns by number; small enough to be sent to any worker, who must see the same paths."""
+    """Fits campaigns by number, see `MemberJob`."""
 
     names: tuple[str, ...]
     paths: tuple[Path, ...]
@@ -126,7 +121,7 @@ class BatchJob:
     def __call__(self, number: int) -> bytes:
         """The member as bytes."""
         enable_float64()
-        return _packed(_member(self.names[number], self.paths[number], lambda _: None, self.options))
+        return self.packed(self.member(number, lambda _: None))
 
     def tasks(self) -> list[Task]:
         """A file for each campaign, named by its content, the options and the program's version."""
@@ -136,56 +131,24 @@ class BatchJob:
             for name, path in zip(self.names, self.paths, strict=True)
         ]
 
+    def member(self, number: int, progress: Callable[[str], None]) -> Member:
+        """The member; every error becomes its problem."""
+        name, path, kind = self.names[number], self.paths[number], ""
+        try:
+            campaign = read_campaign(path)
+            kind = campaign.kinds[0]
+            result = characterise(campaign, progress=lambda word: progress(f"{name}: {word}"), **self.options)
+            return Member(name, path, kind, result, "")
+        except Exception as error:  # noqa: BLE001  one bad specimen never stops the others
+            return Member(name, path, kind, None, line_of(error))
 
-def _packed(member: Member) -> bytes:
-    """A member as bytes; one whose result cannot be kept says so, and is fitted again by a later run."""
-    try:
-        return objects.dump(member)
-    except InputError as error:
-        problem = f"its fit cannot be kept or sent: {_line(error)}"
-        return objects.dump(replace(member, result=None, problem=problem))
-
-
-def _from_store(
-    job: BatchJob,
-    store: Store,
-    scheduler: Scheduler,
-    finished: Callable[[Member], None],
-    kept: Callable[[Member], None],
-    progress: Callable[[str], None],
-) -> list[Member]:
-    """Members that are there, and the others as they are done; what failed before is tried again."""
-
-    def here(number: int) -> tuple[Member, bytes]:
-        member = _member(job.names[number], job.paths[number], progress, job.options)
-        return member, _packed(member)
-
-    def was_there(number: int, member: Member) -> Member:
-        return _told_of(kept, replace(member, name=job.names[number], path=job.paths[number]))
-
-    def is_done(number: int, member: Member) -> Member:
-        told = _told_of(finished, member)
-        progress(f"{job.names[number]} done")
-        return told
-
-    usable = lambda member: member.result is not None  # noqa: E731
-    return run_results(job, job.tasks(), store, scheduler, here, was_there, is_done, usable)
-
-
-def _member(name: str, path: Path, progress: Callable[[str], None], options: dict[str, Any]) -> Member:
-    kind = ""
-    try:
-        campaign = read_campaign(path)
-        kind = campaign.kinds[0]
-        result = characterise(campaign, progress=lambda word: progress(f"{name}: {word}"), **options)
-        return Member(name, path, kind, result, "")
-    except Exception as error:  # noqa: BLE001  one bad specimen never stops the others
-        return Member(name, path, kind, None, _line(error))
-
-
-def _line(error: Exception) -> str:
-    words = " ".join(str(error).split()) or type(error).__name__
-    return words if isinstance(error, InputError) else f"{type(error).__name__}: {words}"
+    def packed(self, member: Member) -> bytes:
+        """A member as bytes; one whose result cannot be kept says so, and is fitted again by a later run."""
+        try:
+            return objects.dump(member)
+        except InputError as error:
+            problem = f"its fit cannot be kept or sent: {line_of(error)}"
+            return objects.dump(replace(member, result=None, problem=problem))
 
 
 def _pooled(done: Sequence[Member]) -> tuple[dict[str, Pooled], list[str]]:

@@ -1,8 +1,9 @@
 """Quantities that recordings tell although single constants may be open: their intervals, by propagation.
 
-The delta method carries the fit's covariance over. Where the misfit is no parabola that is too narrow, so the
-interval is widened by every constrained fit of the profiles: a set of constants whose chi-square is higher by
-r shows how far the quantity can go for r, and goes with its root for the rise of the interval.
+The delta method carries the fit's covariance over. Its interval is too narrow where the misfit is no
+parabola, so every constrained fit of the profiles widens it. A set of constants whose chi-square is higher by
+r shows how far the quantity can go for r. That distance is scaled by the square root to the rise of the
+interval.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,8 +19,8 @@ from fitting.inference.least_squares.covariance import Uncertainty
 from .profile_likelihood import RISES, WIDTH_90, Profile
 
 NEARLY = (0.1, 3.0)
-"""Rises over that of a 90 % interval between which a constrained fit is taken: nearer ones are rounding,
-further ones another place of the law."""
+"""Smallest and largest rise of a constrained fit that is used, as factors on the rise of a 90 % interval.
+Nearer fits are rounding; further ones are another place of the law."""
 
 
 @dataclass(frozen=True)
@@ -27,9 +28,9 @@ class Combination:
     """A quantity made of several constants.
 
     Attributes:
-        name: in words.
-        value: at the fit; low, high: ends of its 90 % interval.
-        unit: of all three.
+        name: name in words.
+        value: value at the fit; low, high: ends of its 90 % interval.
+        unit: unit of all three.
     """
 
     name: str
@@ -53,8 +54,8 @@ def propagated(
         labels: name and unit of each quantity.
         law: all quantities at free parameters by name, SI, shape (quantities,), in those units.
         values: free parameters at the fit, SI.
-        uncertainty: of the fit.
-        profiles: with the constrained fits that they went through.
+        uncertainty: uncertainty of the fit.
+        profiles: profiles with the constrained fits that they went through.
         unit: rise of chi-square that counts as one standard deviation.
     """
     if not labels:

@@ -1,4 +1,5 @@
-"""What a fit cannot tell apart, in words: combinations of parameters that hardly change the misfit."""
+"""Sentences about combinations of parameters that hardly change the misfit, so that a fit cannot separate
+them."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -21,14 +22,14 @@ def identifiability(
     """Sentences about the loose directions of a fit.
 
     Args:
-        names: of the free parameters.
-        values: where they were found, shape (n,).
-        covariance: of their errors, shape (n, n), in the units of `values`.
+        names: names of the free parameters.
+        values: values found, shape (n,).
+        covariance: covariance of their errors, shape (n, n), in the units of `values`.
         at_bound: sentence end for each parameter that stopped at a bound, such as `"its lower bound 0 kPa"`.
 
     Returns:
-        One entry for each strongly correlated pair, loose direction and parameter at a bound: `kind`
-        (`correlation`, `loose_direction` or `at_bound`), `parameters`, a number that says how bad, and
+        One entry for each strongly correlated pair, loose direction and parameter at a bound. An entry has
+        `kind` (`correlation`, `loose_direction` or `at_bound`), `parameters`, a number that says how bad, and
         `text`.
     """
     found: list[dict[str, Any]] = []

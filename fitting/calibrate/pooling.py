@@ -1,8 +1,8 @@
 """Constants of several specimens of one alloy, partially pooled: a normal-normal model with random effects.
 
 Specimen i's constant is `theta_i ~ N(mu, tau^2)`, its estimate `x_i ~ N(theta_i, s_i^2)`. `tau` is found by
-restricted maximum likelihood (D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320), `mu` by weights
-`1 / (s_i^2 + tau^2)`; each specimen's own value is drawn towards `mu` as far as its error bar is wide.
+restricted maximum likelihood (D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320), `mu` by weights `1 / (s_i^2
++ tau^2)`. Each specimen's own value is drawn towards `mu`, the further the wider its error bar.
 """
 
 from collections.abc import Sequence
@@ -13,13 +13,14 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
 LEVEL = 0.9
-"""Of intervals."""
+"""Probability of the quoted intervals."""
 SPENT = 0.95
-"""Standard error over the prior's from which an estimate is the prior and not a measurement."""
+"""Minimum ratio of an estimate's standard error to its prior's at which it only repeats the prior."""
 LOOSE = 1e-4
-"""Precision left to what the data do not tell, of the priors'."""
+"""Precision of directions that the data do not inform, as a share of the priors' precision. It keeps the
+matrices regular."""
 WIDEST = 10.0
-"""Largest spread between specimens that is looked for, times that of the estimates."""
+"""Maximum spread between specimens in the search, in units of the estimates' own spread and errors."""
 
 
 @dataclass(frozen=True)
@@ -27,13 +28,13 @@ class Pooled:
     """A constant across specimens; all in the unit of the estimates.
 
     Attributes:
-        names: of the specimens; values, sd: their estimates as measured, shape (n,).
-        mean, mean_sd: of the population, and its standard error.
+        names: names of the specimens; values, sd: their estimates as measured, shape (n,).
+        mean, mean_sd: mean of the population, and its standard error.
         spread: 1-sigma between specimens.
         shrunk, shrunk_sd: the specimens' own values, partially pooled, shape (n,).
-        next_low, next_high: where a further specimen's constant lies with 90 % probability.
+        next_low, next_high: interval that holds a further specimen's constant with 90 % probability.
         differ: p-value of the estimates being this different if the specimens were alike (Cochran's Q).
-        unit: of the estimates.
+        unit: unit of the estimates.
     """
 
     names: tuple[str, ...]
@@ -53,15 +54,16 @@ class Pooled:
 def without_priors(
     values: np.ndarray, covariance: np.ndarray, means: np.ndarray, prior_sd: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What the data of one specimen alone say of every constant, from a Gaussian posterior and its priors.
+    """Estimates of one specimen's constants from its data alone: its Gaussian posterior without the priors.
 
-    Every specimen was fitted under the same priors; pooled as they stand, they would count once for each. A
-    constant that the data tell only together with another one leans on the other's prior: so all are taken
-    out at once.
+    All specimens were fitted under the same priors. If their posteriors were pooled, the priors would count
+    once for each specimen. A constant that is known only together with another one depends on that one's
+    prior, too. So all priors are removed in one step.
 
     Args:
-        values, covariance: of the posterior, shapes (n,) and (n, n).
-        means, prior_sd: of the priors, infinite where there is none or it is to stay, (n,).
+        values, covariance: mean and covariance of the posterior, shapes (n,) and (n, n).
+        means, prior_sd: means and 1-sigmas of the priors, infinite where there is none or it is to stay,
+            (n,).
 
     Returns:
         Values and standard errors, (n,); the errors are infinite where the data alone say next to nothing.
@@ -82,9 +84,9 @@ def pool(names: Sequence[str], values: Sequence[float], sd: Sequence[float], uni
     """Random-effects summary of one constant.
 
     Args:
-        names: of the specimens, two or more.
+        names: names of the specimens, two or more.
         values, sd: their estimates and standard errors, positive, shape (n,).
-        unit: of both.
+        unit: unit of both.
 
     Raises:
         ValueError: if there are fewer than two, or an error is not a positive number.

@@ -1,7 +1,8 @@
 """Profile likelihoods: the misfit over one parameter when all others follow it, and its intervals."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -25,23 +26,26 @@ NEAR = 0.15
 
 Between points the value is interpolated over the root, in which a parabola is a straight line."""
 
+RENEWALS = 2
+"""Maximum number of times that a fit goes on where a profile found a lower chi-square."""
+
 
 @dataclass(frozen=True)
 class Profile:
     """Misfit over one parameter.
 
     Attributes:
-        name: of the parameter.
-        value: where it was held, SI, ascending, shape (points,).
-        rise: of chi-square, priors included, above its least value, shape (points,).
-        stopped: where the others stopped before their end, at a kink of the law's memory: the rise is an
-            upper limit there; shape (points,).
+        name: name of the parameter.
+        value: values at which it was held, SI, ascending, shape (points,).
+        rise: rise of chi-square, priors included, above its least value, shape (points,).
+        stopped: true where the other parameters stopped before their end, at a kink of the law's memory; the
+            rise is an upper limit there; shape (points,).
         sd: standard error that a parabola would have, SI; NaN of a parameter at a bound.
-        below: by how much chi-square is less at its least than at the fit; more than chance says that the fit
-            had not reached its end.
+        below: chi-square at the fit, less its least value on the profile. If it is more than chance explains,
+            the fit had not reached its end.
         lowest: free parameters there, SI; empty where the fit is the least.
         told: part of the rise that the recordings alone make, shape (points,); None where nobody asked.
-        bounds: of the parameter, SI.
+        bounds: bounds of the parameter, SI.
         unit: rise that counts as one standard deviation: more than 1 beside noise that lasts.
         visited: all free parameters at every point, SI; empty where nobody kept them.
     """
@@ -97,7 +101,7 @@ class Profile:
         )
 
     def brackets(self) -> tuple[bool, bool]:
-        """Whether the recordings themselves make the lower, and the upper, end of the 90 % interval.
+        """True for each end of the 90 % interval (lower, upper) that the recordings themselves determine.
 
         They do where at least half of the rise there is theirs; elsewhere priors or a bound end it.
         """
@@ -105,7 +109,7 @@ class Profile:
         return lower[1], upper[1]
 
     def _end(self, side: int, rise: float) -> tuple[float, bool]:
-        """Where the profile passes a rise for the last time on one side; infinite where it does not.
+        """Last place on one side at which the profile passes a rise; infinite if it does not.
 
         And whether the recordings make it. A fit that stopped early leaves an upper limit, so what lies
         further out and lower counts.
@@ -172,6 +176,26 @@ def lower_end(found: Mapping[str, Profile]) -> tuple[str, Mapping[str, float]] |
     """Parameter and place of the profile that fell furthest below the fit; None where none did."""
     deepest = max(found.values(), key=lambda p: p.below, default=None)
     return (deepest.name, deepest.lowest) if deepest and deepest.below > ALIKE else None
+
+
+def to_the_end(
+    fit: Any, profiled: Callable[[Any], tuple], gone_on: Callable[[Any, str, Mapping[str, float]], Any]
+) -> tuple[Any, tuple]:
+    """A fit and its profiles; the fit goes on where a profile finds a lower chi-square than the fit has.
+
+    Args:
+        fit: the fit to begin with.
+        profiled: function from a fit to a tuple that begins with its profiles by name.
+        gone_on: function from a fit, the name of the lowest profile and its parameters there to a new fit.
+    """
+    found = profiled(fit)
+    for _ in range(RENEWALS):
+        lower = lower_end(found[0])
+        if not lower:
+            break
+        fit = gone_on(fit, *lower)
+        found = profiled(fit)
+    return fit, found
 
 
 def loosest(parameters: Parameters, names: Sequence[str], count: int) -> list[str]:

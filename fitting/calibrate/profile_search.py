@@ -42,10 +42,11 @@ class _Side:
     """Points of one side of a profile, outwards; the fit itself is the first.
 
     Attributes:
-        distance: from the fit, shape (points,); root: of the rise of chi-square, negative where it fell.
+        distance: distance from the fit, shape (points,); root: square root of the rise of chi-square,
+            negative where it fell.
         told: part of the rise that the recordings make.
         values: all parameters there.
-        stopped: whether the others stopped early.
+        stopped: true where the others stopped early.
     """
 
     distance: list[float]
@@ -68,11 +69,11 @@ def followed(
     """Profile likelihoods: from the best fit outwards, each point begun at its neighbour's.
 
     Args:
-        names: of free parameters with a standard error, or at a bound.
-        parameters: at the best fit, SI.
+        names: names of free parameters with a standard error, or at a bound.
+        parameters: free parameters at the best fit, SI.
         values: the same as numbers.
-        uncertainty: of the best fit.
-        fit: with parameters held; called once with none.
+        uncertainty: uncertainty of the best fit.
+        fit: function that fits with some parameters held; called once with none.
         again: the same with everything decided anew, tried where `fit` stops early.
         units: rise of chi-square that counts as one standard deviation, 1 where nobody says more.
         progress: called with the name of each parameter that is done.
@@ -170,7 +171,7 @@ class _Search:
         return found
 
     def _bent(self, found: _Side) -> bool:
-        """Whether the 90 % interval ends elsewhere than the standard error says."""
+        """True if the 90 % interval ends elsewhere than the standard error says."""
         error, far = self.entry.standard_error, found.root[-1]
         if error is None or len(found.root) > 2:
             return True
@@ -186,7 +187,7 @@ class _Search:
             self._add(found, side, HALF * end)
 
     def _next(self, found: _Side, limit: float, room: float) -> float | None:
-        """Where to look next on a side; None where its end is known."""
+        """Next place to fit on a side; None if its end is known."""
         root = np.maximum.accumulate(found.root)
         if abs(root[-1] / limit - 1.0) < NEAR or np.any(np.abs(root / limit - 1.0) < NEAR):
             return None
@@ -227,7 +228,8 @@ class _Search:
         return True
 
     def _ahead(self, found: _Side, k: int, distance: float, value: float) -> dict[str, float]:
-        """Where the others should be: as the last two points go on, or by the covariance of the fit."""
+        """Estimate of the other parameters at a place: on the line of the last two points, or by the
+        covariance of the fit."""
         at, moved = found.values[k], value - found.values[k][self.name]
         if k > 0:
             before = found.values[k - 1]
@@ -253,12 +255,12 @@ def _lowest(
 
 
 def _ended(result: FitResult) -> bool:
-    """Whether a fit has ended, or has made all steps that are allowed: another start would gain little."""
+    """True if a fit has converged or made all steps that are allowed; another start would gain little."""
     return result.success or getattr(result, "status", None) is Status.MAX_STEPS
 
 
 def _followers(uncertainty: Uncertainty, name: str) -> dict[str, float]:
-    """How the other parameters move with one, by the covariance of the fit."""
+    """Change of the other parameters with one, by the covariance of the fit."""
     names, covariance = uncertainty.names, uncertainty.covariance
     if name not in names:
         return {}

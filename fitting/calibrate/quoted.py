@@ -29,7 +29,7 @@ def estimates(
     units: Mapping[str, float] | None = None,
     held: Mapping[str, float] | None = None,
 ) -> dict[str, Estimate]:
-    """What is quoted of every free parameter, in the unit of files.
+    """Quoted values and errors of all free parameters, in the unit of files.
 
     Args:
         fitted: free parameters at the values found, SI, with standard errors.
@@ -46,7 +46,7 @@ def estimates(
 def estimate(
     entry: Parameter, profile: Profile | None = None, unit: float = 1.0, held: float = 0.0
 ) -> Estimate:
-    """What is quoted of one parameter, in the unit of files; see `estimates`."""
+    """Quoted value and errors of one parameter, in the unit of files; see `estimates`."""
     sd = np.nan if entry.standard_error is None else entry.standard_error * np.sqrt(unit)
     doubt = 0.0 if entry.standard_error is None else entry.standard_error * np.sqrt(held)
     profiled = profile is not None and len(profile.value) > 1
@@ -76,10 +76,10 @@ def estimate(
 
 
 def _told(entry: Parameter, profile: Profile, ends: tuple[float, float]) -> tuple[bool, bool]:
-    """Whether the recordings make the lower, and the upper, end of the 90 % interval.
+    """True for each end of the 90 % interval (lower, upper) that the recordings determine.
 
-    They do not where priors or a bound make most of the rise there, and the interval goes as far on that side
-    as the prior alone would let it, or to the bound.
+    They do not if priors or a bound make most of the rise there. The interval must also reach, on that side,
+    the end that the prior alone would give, or the bound.
     """
     reach = [entry.value - ends[0], ends[1] - entry.value]
     far = np.inf if entry.prior is None else MERELY_PRIOR * WIDTH_90 * entry.prior.sd
@@ -123,5 +123,5 @@ def of_prior_alone(quantity: Quantity) -> Estimate:
 
 
 def merely_prior(estimate: Estimate) -> bool:
-    """Whether what is quoted is next to nothing but what was known before."""
+    """True if the quoted interval is hardly narrower than the prior's."""
     return estimate.of_prior is not None and estimate.of_prior > MERELY_PRIOR

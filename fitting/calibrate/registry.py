@@ -1,4 +1,4 @@
-"""Which pipeline serves which kind of specimen: its own, or the general one."""
+"""Choice of a pipeline for each kind of specimen: its own, or the general one."""
 
 import functools
 import inspect
@@ -31,9 +31,9 @@ class Pipeline(Protocol):
 
         Args:
             campaign: recordings of its kind.
-            seed: of everything random.
+            seed: seed of all random numbers.
             progress: called with a few words after each step.
-            **options: what this kind can be asked for besides.
+            **options: further options of this kind.
 
         Raises:
             InputError: if the recordings or options cannot be used.
@@ -48,9 +48,9 @@ def characterise(
     Args:
         campaign: a folder of recordings, one CSV, or what `read_campaign` returned.
         model: a model on disk (`augmented.toml`), or one in memory, whose numbers and effects are fitted.
-        **options: of the pipeline of its kind; for elastomers those of `characterise_elastomer`
-            (`law`, `terms`, `max_strain`, `weighting`, `adjust`, `seed`, `progress`). None is as good as
-            leaving one out.
+        **options: options of the pipeline of its kind. For elastomers they are those of
+            `characterise_elastomer`: `law`, `terms`, `max_strain`, `weighting`, `adjust`, `seed`, `progress`.
+            None is as good as leaving one out.
 
     Returns:
         The result, with `report()`, `plot()` and `save(folder)`.

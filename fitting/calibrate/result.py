@@ -1,4 +1,4 @@
-"""What every pipeline hands back, whatever it has fitted: named parameters with their errors."""
+"""Common result of every pipeline: named parameters with their errors."""
 
 import abc
 from collections.abc import Mapping
@@ -18,12 +18,12 @@ class Estimate:
         value: the number.
         sd: its standard error; NaN if the data do not determine it. Where the profile likelihood is no
             parabola it is half of the profile's 90 % interval over 1.645.
-        unit: of both.
+        unit: unit of both.
         at_bound: it stopped at a bound of its search.
         interval: ends of the quoted intervals by per cent (50, 68, 90); empty where none is known.
         curved: the intervals are those of a profile likelihood that is no parabola.
-        told: whether the recordings themselves make the lower, and the upper, end of the 90 % interval;
-            elsewhere its prior or the bound of the search ends it.
+        told: true for each end of the 90 % interval (lower, upper) that the recordings themselves determine.
+            The other ends come from the prior or the bound of the search.
         of_prior: width of the 90 % interval over that of the prior; None without a prior.
     """
 

@@ -18,7 +18,7 @@ def constrained_residual_of(kind: str | Model) -> Callable[[Mapping[str, Array],
     units of their noise.
 
     Args:
-        kind: of the recordings, or a model of them.
+        kind: kind of the recordings, or a model of them.
     """
     return _constrained(specimen_of(kind) if isinstance(kind, str) else kind)
 
@@ -41,7 +41,7 @@ def constraint_table(
     """Target and weight of every free parameter's pin, SI; those that nothing holds weigh nothing.
 
     Args:
-        parameters: of the fit.
+        parameters: free parameters of the fit.
         held: value and 1-sigma of those that are held, SI.
     """
     table = {}

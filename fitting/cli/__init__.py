@@ -192,13 +192,13 @@ def _usage_line(error: click.ClickException) -> str:
 
 
 def _file_line(error: OSError) -> str:
-    """What the system said about a file."""
+    """Line with the system's message about a file."""
     named = f"{error.filename}: " if error.filename else ""
     return f"{named}{(error.strerror or str(error)).lower()}"
 
 
 def _is_input_error(error: ValueError) -> bool:
-    """Whether this is the package's own InputError; its module is loaded if anything has raised one."""
+    """True for the package's own `InputError`; its module is loaded if anything has raised one."""
     errors = sys.modules.get("pneusma_jax.errors")
     return errors is not None and isinstance(error, errors.InputError)
 

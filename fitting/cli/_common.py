@@ -1,4 +1,4 @@
-"""What the commands share: getting ready to compute, results on disk, words on the terminal."""
+"""Shared parts of the commands: getting ready to compute, results on disk, words on the terminal."""
 
 import difflib
 from collections.abc import Sequence
@@ -76,11 +76,11 @@ def check_places(workers: int | None, address: str | None) -> None:
 
 
 def scheduler(workers: int | None, address: str | None) -> AbstractContextManager[Any]:
-    """Where tasks of the engine are computed, for a `with` statement.
+    """Scheduler of the engine's tasks, for a `with` statement.
 
     Args:
         workers: processes to start on this machine, or None.
-        address: of a running Dask scheduler, or None.
+        address: address of a running Dask scheduler, or None.
 
     Raises:
         click.UsageError: if both are given.

@@ -1,4 +1,4 @@
-"""What the command line says of springs: `--xi0-2 0.4`, `--xi0 2=0.4`, in a chain `--xi0 3.2=0.4`."""
+"""Options about springs: `--xi0-2 0.4`, `--xi0 2=0.4`, in a chain `--xi0 3.2=0.4`."""
 
 import math
 import re
@@ -23,7 +23,7 @@ class Said:
 
     @property
     def option(self) -> str:
-        """As the command line has it."""
+        """The option as written on the command line."""
         if self.segment is None and self.spring <= 3:
             return f"--{self.stem}-{self.spring}{STEMS[self.stem]}"
         place = self.spring if self.segment is None else f"{self.segment}.{self.spring}"
@@ -67,7 +67,8 @@ def said_of_springs(options: dict[str, Any]) -> list[Said]:
 
 
 def of_segment(said: list[Said], segment: int | None) -> dict[str, float]:
-    """What is said of one segment's springs, by `xi0_K` or `resistance_K`; its own over what is for all."""
+    """Options about one segment's springs, by `xi0_K` or `resistance_K`; a segment's own option wins over one
+    for all."""
     found: dict[tuple[int], Said] = {}
     for one in sorted(said, key=lambda one: one.segment is not None):
         if one.segment in (None, segment):

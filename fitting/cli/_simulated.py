@@ -1,4 +1,4 @@
-"""What `pneusma simulate` computes and writes, once its options are known to make sense."""
+"""Calculations and files of `pneusma simulate`, once its options are known to make sense."""
 
 import json
 import math
@@ -29,7 +29,7 @@ def model_of(options: dict[str, Any]) -> AugmentedModel:
 
 
 def overrides(options: dict[str, Any], model: AugmentedModel, design: bool = True) -> dict[str, str]:
-    """What the command line, and below it the model, say about the specimen."""
+    """Settings of the specimen from the command line and, below it, from the model."""
     known = {key: value for key, value in model.tables.items() if design or key != "design"}
     for key in ("design", "alloy", "material"):
         if options[key] is not None:
@@ -220,7 +220,7 @@ def _chain_documents(course: Any, animate: bool) -> dict[str, bytes]:
 
 
 def _ends(course: Any) -> str:
-    """Where each output starts, how far it goes and where it ends."""
+    """Start, largest distance and end of each output."""
     import numpy as np
 
     rows = []
@@ -270,7 +270,7 @@ def recording(path: Path, options: dict[str, Any]) -> None:
 
 
 def _misfits(compared: dict[str, tuple], noise: dict[str, float]) -> str:
-    """How far the model is from the recording, for each output."""
+    """Distance of the model from the recording, for each output."""
     import numpy as np
 
     rows = []

@@ -24,48 +24,28 @@ SOME_FAILED = 1  # exit code
 def characterise_batch_command(campaigns, out, seed, force, resume, workers, cluster) -> None:
     """Characterise CAMPAIGNS (folders of recordings), and all of them together.
 
-    Writes a folder of results for each of them as it is done, and a table over specimens with a hierarchical
+    Writes a folder of results for each campaign as it is done. A table over specimens has a hierarchical
     summary of every constant that two or more inform. A campaign that cannot be used is reported and stops
     none of the others; the exit code is then 1.
     """
-    from tqdm import tqdm
-
     from fitting.calibrate.batch import Member, characterise_batch
     from fitting.cli._common import done, notice, prepare, scheduler
+    from fitting.cli._members import free_store, watched
     from fitting.cli._results import save, text
-    from fitting.data.publish import MARK, check_free
-    from fitting.engine import Store
-    from fitting.inference.progress import PlainLines
+    from fitting.data.publish import check_free
 
     check_free(out, force or resume)
-    store = Store(out / "fitted")
-    if store.holds_any and not (force or resume):
-        raise click.UsageError(f"{store.folder} has fits of an earlier run; go on with --resume, or --force")
+    store = free_store(out / "fitted", "fits", force, resume)
     prepare()
     files: list[Path] = []
-    lines = PlainLines("characterising")
-    ended: list[str] = []
-    with tqdm(total=len(campaigns), desc="campaigns", leave=False, disable=None) as bar:
 
-        def progress(label: str) -> None:
-            bar.set_postfix_str(label)
-            lines.say(f"{len(ended)} of {len(campaigns)} campaigns done; {label}")
+    def write(member: Member) -> None:
+        if member.result is None:
+            notice(f"{member.name}: {member.problem}")
+        else:
+            files.extend(save(member.result, out / member.name, force or resume))
 
-        def finished(member: Member) -> None:
-            bar.update()
-            ended.append(member.name)
-            if member.result is None:
-                notice(f"{member.name}: {member.problem}")
-            else:
-                files.extend(save(member.result, out / member.name, force or resume))
-
-        def kept(member: Member) -> None:
-            if (out / member.name / MARK).exists():
-                bar.update()
-                ended.append(member.name)
-            else:
-                finished(member)
-
+    with watched("characterising", len(campaigns), out, write) as (progress, finished, kept):
         with scheduler(workers, cluster) as place:
             if force and not resume:
                 store.clear()

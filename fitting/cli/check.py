@@ -12,8 +12,8 @@ FAILED = 1  # exit code
 def check_command(only_failed: bool) -> None:
     """Check the installed model against hand-derived values, and its derivatives against differences.
 
-    Prints one line per claim: PASS or FAIL, the model's value, the expected one, and the error (relative;
-    absolute where zero is expected) beside its limit. Exit code 1 if anything fails.
+    Prints one line per claim: PASS or FAIL, the model's value, the expected one, and the error beside its
+    limit. The error is relative; it is absolute where zero is expected. Exit code 1 if anything fails.
     """
     prepare()
     from validation.self_check import run

@@ -29,11 +29,11 @@ SOME_FAILED = 1  # exit code
 def diagnose_command(campaigns: tuple[Path, ...], out: Path, **options: Any) -> None:
     """Compare each CAMPAIGN (a folder of recordings, or one CSV) with the model and explain the mismatch.
 
-    Refits the base model within its tolerances, tells whether what remains is more than noise, tries every
-    effect of the catalogue that such recordings can show, and proves what it finds on recordings that were
-    not fitted. --alloy and --material take the place of what the recordings name. Writes report.html,
-    report.json, augmented.toml (a model that every other command takes with --model) and figures; where a law
-    of the silicone was fitted first, material.toml, too.
+    Refits the base model within its tolerances and tells whether what remains is more than noise. Then it
+    tries every effect of the catalogue that such recordings can show. It proves what it finds on recordings
+    that were not fitted. --alloy and --material take the place of what the recordings name. Writes
+    report.html, report.json, figures and augmented.toml, a model that every other command takes with --model.
+    If a law of the silicone was fitted first, it writes material.toml, too.
 
     Several campaigns get a folder each in --out as they are done, beside a table of all verdicts. One that
     cannot be used is reported and stops none of the others; the exit code is then 1.
@@ -47,7 +47,7 @@ def diagnose_command(campaigns: tuple[Path, ...], out: Path, **options: Any) -> 
 
 
 def _asked(options: dict[str, Any]) -> Any:
-    """What is asked of every campaign."""
+    """Options of every campaign."""
     from fitting.cli._common import table_argument
     from fitting.diagnose.batch import Asked
 
@@ -89,21 +89,14 @@ def _one(campaign: Path, out: Path, options: dict[str, Any]) -> None:
 
 
 def _several(campaigns: tuple[Path, ...], out: Path, options: dict[str, Any]) -> None:
-    from tqdm import tqdm
-
     from fitting.cli._common import check_places, done, notice, prepare, scheduler
+    from fitting.cli._members import free_store, watched
     from fitting.data.publish import MARK, check_free, publish
-    from fitting.engine import Store
-    from fitting.inference.progress import PlainLines
 
     force, resume = options["force"], options["resume"]
     check_places(options["workers"], options["cluster"])
     check_free(out, force or resume)
-    store = Store(out / "diagnosed")
-    if store.holds_any and not (force or resume):
-        raise click.UsageError(
-            f"{store.folder} has diagnoses of an earlier run; go on with --resume, or --force"
-        )
+    store = free_store(out / "diagnosed", "diagnoses", force, resume)
     prepare()
 
     from fitting.cli._results import save, text
@@ -112,27 +105,13 @@ def _several(campaigns: tuple[Path, ...], out: Path, options: dict[str, Any]) ->
 
     asked = _asked(options)
     asked.start()  # a model that is not there is refused at once, and not by every campaign
-    job, files, ended = job_of(campaigns, out, asked, present), [], []
-    lines = PlainLines("diagnosing")
-    with tqdm(total=len(campaigns), desc="campaigns", leave=False, disable=None) as bar:
+    job, files = job_of(campaigns, out, asked, present), []
 
-        def progress(word: str) -> None:
-            bar.set_postfix_str(word)
-            lines.say(f"{len(ended)} of {len(campaigns)} campaigns done; {word}")
+    def write(member: Diagnosed) -> None:
+        if member.done:
+            files.extend(publish(out / member.name, member.documents, force or resume))
 
-        def finished(member: Diagnosed) -> None:
-            bar.update()
-            ended.append(member.name)
-            if member.done:
-                files.extend(publish(out / member.name, member.documents, force or resume))
-
-        def kept(member: Diagnosed) -> None:
-            if (out / member.name / MARK).exists():
-                bar.update()
-                ended.append(member.name)
-            else:
-                finished(member)
-
+    with watched("diagnosing", len(campaigns), out, write) as (progress, finished, kept):
         with scheduler(options["workers"], options["cluster"]) as place:
             if force and not resume:
                 store.clear()

@@ -27,9 +27,9 @@ from .synthesise import numbers_of
 def plan_command(specimen, out, geometry, tests, wanted, noise, misfit, draws, seed, force) -> None:
     """Plan the first campaign for a laboratory with a new alloy: tests, strains, set-points, speeds, repeats.
 
-    SPECIMEN is what is known of the alloy (a table's name or file) or of the spring (a TOML with [geometry]);
-    without it, nitinol that nobody has characterised, in the published spring. The tests are chosen by what
-    the model expects them to tell about beta, k, a and b.
+    SPECIMEN is what is known of the alloy (a table's name or file) or of the spring (a TOML with [geometry]).
+    Without it, the alloy is a nitinol that nobody has characterised, in the published spring. The tests are
+    chosen by what the model expects them to tell about beta, k, a and b.
 
     Writes protocol.toml, protocol.csv, protocol.html, report.json and expected_sd.png.
     """

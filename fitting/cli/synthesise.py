@@ -55,9 +55,9 @@ def synthesise_command(kind: str, out: Path, hide_truth: bool, force: bool, **wi
 
     Writes recordings (real = false), campaign.toml and truth.json, which says what the specimen really was.
 
-    A spring is tested cold, hot and at resistances that a PID controller holds by heating, as far as it can:
-    at high strain it cannot. The cold test is done in a chamber in which the wire is all martensite;
-    --ambient 22 shows what a warm room does.
+    A spring is tested cold, hot and at resistances that a PID controller holds by heating. At high strain it
+    cannot hold them. The cold test is done in a chamber in which the wire is all martensite. --ambient 22
+    shows what a warm room does.
     """
     from fitting.cli._common import done, prepare
     from fitting.synthesise import synthesise, write_synthetic

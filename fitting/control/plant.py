@@ -11,25 +11,27 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 import pneusma_jax as pj
-from pneusma_jax.actuator.balance import Problem, start
+from pneusma_jax.actuator.balance import start
 from pneusma_jax.actuator.result import equilibrium_of
 from pneusma_jax.actuator.root_find import at_given_phases
 from pneusma_jax.nitinol import MartensiteFraction, SpringState
 from pneusma_jax.nitinol.thermal import next_temperature
 from pneusma_jax.numerics.safe import begun_as
-from pneusma_jax.pipeline import Chain, Effect, Known
+from pneusma_jax.pipeline import Effect
+from pneusma_jax.simulate.row import Bench, Passed, passed
 
 AMBIENT = 22.0
 """Temperature of the air [degC]."""
 
 
 class Memory(eqx.Module):
-    """What a plant carries from row to row.
+    """Memory of a plant from row to row.
 
     Attributes:
-        states: of the springs; memories: of the effects.
-        unknowns: of the last balance; temperatures: of the wires [degC], shape (springs,).
-        resistances: as an instrument shows them [ohm], shape (springs,).
+        states: states of the springs; memories: memories of the effects.
+        unknowns: unknowns of the last balance; temperatures: temperatures of the wires [degC], shape
+            (springs,).
+        resistances: resistances that an instrument would show [ohm], shape (springs,).
     """
 
     states: tuple[SpringState, ...]
@@ -40,13 +42,14 @@ class Memory(eqx.Module):
 
 
 class Seen(eqx.Module):
-    """What a row shows.
+    """Outputs of a row.
 
     Attributes:
         curvature: [1/m]; resistances: [ohm]; fractions: martensite [1]; temperatures: [degC]; shapes
             (springs,).
-        slopes: of the resistances over temperature at the strain of the row [ohm/K], shape (springs,).
-        good: whether force and moment balance; else all is as in the row before.
+        slopes: derivatives of the resistances by temperature at the strain of the row [ohm/K], shape
+            (springs,).
+        good: true where force and moment balance; otherwise all values are those of the row before.
     """
 
     curvature: Array
@@ -68,13 +71,10 @@ class Plant(eqx.Module):
     body: pj.Actuator
     effects: tuple[Effect, ...] = ()
 
-    def _fixed(self) -> dict:
-        return dict(actuator=self.body, fibres=self.body.fibres()) if self.effects else {}
-
     def begin(self, pressure: Array) -> Memory:
-        """At rest, cold, under a pressure [Pa]."""
+        """Memory at rest, cold, under a pressure [Pa]."""
         states = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), self.body.fresh_states())
-        chain = Chain.begin(self.effects, pressure=pressure, states=states, **self._fixed())
+        memories = Bench.of(self.body, self.effects).at_rest(pressure, states, {})
         cold = jnp.full(len(self.body.springs), AMBIENT)
         resistances = jnp.stack(
             [
@@ -82,7 +82,7 @@ class Plant(eqx.Module):
                 for s in self.body.springs
             ]
         )
-        first = Memory(states, chain.memories, start(self.body), cold, resistances)
+        first = Memory(states, memories, start(self.body), cold, resistances)
         return begun_as(first, (self.body, self.effects, pressure))
 
     def step(
@@ -91,9 +91,10 @@ class Plant(eqx.Module):
         """The next row.
 
         Args:
-            memory: of the row before.
-            pressure: as the sensor reads it [Pa]; currents: root mean square [A], shape (springs,).
-            time: of the row; interval: since the row before [s].
+            memory: memory of the row before.
+            pressure: reading of the pressure sensor [Pa]; currents: root mean square currents [A], shape
+                (springs,).
+            time: time of the row [s]; interval: time since the row before [s].
         """
         body, springs = self.body, self.body.springs
         warmer = jnp.stack(
@@ -105,43 +106,25 @@ class Plant(eqx.Module):
         fractions = jnp.stack(
             [s.alloy.martensite_fraction_at(t) for s, t in zip(springs, warmer, strict=True)]
         )
-        known = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | self._fixed())
-        chain = Chain(self.effects, memory.memories, known)
-        inside = chain.through("pressure", pressure)
-        chain = chain.knowing(pressure=inside)
-        drives = tuple(MartensiteFraction(x) for x in fractions)
-        problem = Problem(body, inside, drives, memory.states, chain)
+        drives, row = tuple(MartensiteFraction(x) for x in fractions), (pressure, time, interval, {})
+        problem = Bench.of(body, self.effects).problem(memory.states, memory.memories, drives, row)
         ended = at_given_phases(problem, memory.unknowns)
         found = equilibrium_of(problem, jnp.where(ended.good, ended.unknowns, memory.unknowns), ended.steps)
-        calm = jax.tree.map(
-            lambda x: jnp.where(found.converged, x, 0.0) if eqx.is_inexact_array(x) else x, found
-        )
-        return self._after(memory, problem, calm, warmer, found.converged)
+        return self._after(memory, passed(problem, found, found.converged), warmer, found.converged)
 
-    def _after(
-        self, memory: Memory, problem: Problem, found: pj.Equilibrium, warmer: Array, good: Array
-    ) -> tuple[Memory, Seen]:
-        """Memory after a row, and what it shows."""
-        springs = self.body.springs
-        keep = lambda new, old: jax.tree.map(lambda a, b: jnp.where(good, a, b), new, old)  # noqa: E731
-        states = tuple(
-            s.remember(state, response)
-            for s, state, response in zip(springs, memory.states, found.springs, strict=True)
-        )
-        shown = dict(curvature=found.curvature, bend_angle=found.bend_angle, length=found.length)
-        later = problem.chain.remembered(solved=found, seen=shown) if self.effects else ()
-        resistances = jnp.stack([r.resistance for r in found.springs])
-        after = Memory(
-            keep(states, memory.states), keep(later, memory.memories), keep(found.unknowns, memory.unknowns),
-            warmer, keep(resistances, memory.resistances),
-        )  # fmt: skip
+    def _after(self, memory: Memory, row: Passed, warmer: Array, good: Array) -> tuple[Memory, Seen]:
+        """Memory after a row, and the row's outputs."""
+        found = row.calm
+        resistances = jnp.where(good, jnp.stack([r.resistance for r in found.springs]), memory.resistances)
+        unknowns = jnp.where(good, found.unknowns, memory.unknowns)
+        after = Memory(row.states, row.memories, unknowns, warmer, resistances)
         slopes = jnp.stack(
             [
                 jax.grad(lambda t, s=s, r=r: s.alloy.resistivity(s.alloy.martensite_fraction_at(t), r.gamma))(
                     t
                 )
                 * s.geometry.wire_length
-                for s, r, t in zip(springs, found.springs, warmer, strict=True)
+                for s, r, t in zip(self.body.springs, found.springs, warmer, strict=True)
             ]
         )
         fractions = jnp.stack([r.xi0 for r in found.springs])

@@ -1,4 +1,4 @@
-"""Which missing physics spoils control most, and what knowing it gives back."""
+"""Effects of missing physics on control: the loss by each, and the gain from knowing it."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from pneusma_jax.pipeline import Effect
 from .loop import Loop, Run
 from .plant import Plant
 
-FIVE: Mapping[str, Mapping[str, float]] = {
+CONCEALED: Mapping[str, Mapping[str, float]] = {
     "resistance_temperature_coefficient": {"alpha_m": 8e-4, "alpha_a": 8e-4},
     "series_resistance": {"ohms": 0.15},
     "radial_expansion": {"per_pressure": 4e-6},
@@ -41,7 +41,7 @@ class Case:
     """One plant, driven without and with what is known of it.
 
     Attributes:
-        name: of the concealed effect.
+        name: name of the concealed effect.
         without, known: runs with the base model in the controller, and with the effect in it; None where
             nothing can be known.
     """
@@ -57,7 +57,7 @@ class Sweep(Result):
 
     Attributes:
         design: name of the actuator.
-        loop: what was asked.
+        loop: task and settings of the controller.
         cases: the plant that is the model itself comes first.
     """
 
@@ -66,18 +66,23 @@ class Sweep(Result):
     cases: tuple[Case, ...]
 
 
-def usual_loop(seed: int = 0) -> Loop:
-    """A step to 20 1/m, held, then a sine of 8 1/m about it."""
+def usual_loop(seed: int = 0, level: float = LEVEL, swing: float = SWING) -> Loop:
+    """A step to a curvature, held, then a sine about it.
+
+    Args:
+        seed: of the noise.
+        level: after the step [1/m]; swing: of the sine [1/m].
+    """
     time = np.arange(0.0, UNTIL, INTERVAL)
-    sine = SWING * np.sin(2.0 * np.pi * (time - HOLD) / PERIOD)
-    return Loop(time, np.where(time < STEP, 0.0, LEVEL) + np.where(time < HOLD, 0.0, sine), seed=seed)
+    sine = swing * np.sin(2.0 * np.pi * (time - HOLD) / PERIOD)
+    return Loop(time, np.where(time < STEP, 0.0, level) + np.where(time < HOLD, 0.0, sine), seed=seed)
 
 
 def all_effects(chosen: Mapping[str, Mapping[str, float]]) -> tuple[Effect, ...]:
     """The five effects with some of their numbers given, all others off: one program serves all of them."""
     return tuple(
         find_effect(slug)(**{key: jnp.asarray(float(x)) for key, x in chosen.get(slug, {}).items()})
-        for slug in FIVE
+        for slug in CONCEALED
     )
 
 
@@ -93,7 +98,7 @@ def run_sweep(
     Args:
         design: name or path of a table.
         error: relative error of the numbers that the controller was told [1], as of a diagnosis.
-        seed: of the noise.
+        seed: seed of the noise.
         progress: called with the name of each case.
     """
     loop, body = usual_loop(seed), pj.make_actuator(design)
@@ -103,7 +108,7 @@ def run_sweep(
     cases = []
     progress("no mismatch")
     cases.append(Case("no mismatch", loop.run(nothing, nothing), None))
-    for slug, numbers in FIVE.items():
+    for slug, numbers in CONCEALED.items():
         progress(slug)
         off = find_effect(slug)()
         told = {

@@ -1,4 +1,4 @@
-"""From parameters to a body that can be solved: an actuator, or a chain of several, under one state."""
+"""Bodies that can be solved, from parameters: an actuator, or a chain of several, under one state."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -20,10 +20,10 @@ from pneusma_jax.silicone import SiliconeLaw
 
 @dataclasses.dataclass(frozen=True)
 class Plan:
-    """What a body is made of, apart from the parameters.
+    """Tables and designs of a body, apart from its parameters.
 
     Attributes:
-        tables: of kind actuator, one per segment.
+        tables: calibration tables of kind actuator, one per segment.
         chain: the chain's design, or None for a single actuator.
         alloy, silicone: given instead of the tables' own; None for those.
     """
@@ -71,8 +71,8 @@ class Materials(eqx.Module):
     """Constants of one segment.
 
     Attributes:
-        alloy: of the springs, or None.
-        silicone: of the wall.
+        alloy: alloy of the springs, or None.
+        silicone: law of the wall.
     """
 
     alloy: pj.Alloy | None
@@ -98,7 +98,7 @@ class Body(eqx.Module):
 
     Attributes:
         segments: one or several.
-        chain: of the segments, or None where there is one alone.
+        chain: the chain of the segments; None for a single segment.
     """
 
     segments: tuple[pj.Actuator, ...]
@@ -109,7 +109,7 @@ class Solved(eqx.Module):
     """A body in equilibrium, as functions of users get it.
 
     Attributes:
-        body: what was solved.
+        body: the body that was solved.
         pressure: gauge [Pa].
         segments: the equilibrium of each segment.
         end_pose: frame of the tip in the frame of the base, shape (4, 4) [m].
@@ -138,10 +138,10 @@ def build_body(
 
     Args:
         plan: tables.
-        parameters: by name [SI]: a dimension of all segments, `2.wall_thickness` of one, `connector`; others
-            are ignored.
-        materials: of each segment.
-        added: what dimensions differ from those of the parameters and tables [SI].
+        parameters: values by name [SI]: a dimension of all segments, `2.wall_thickness` of one, `connector`.
+            Other names are ignored.
+        materials: materials of each segment.
+        added: deviations of dimensions from those of the parameters and tables [SI], by name.
 
     Raises:
         ValueError: for impossible dimensions, if their numbers are known.
@@ -180,7 +180,7 @@ def solve_body(body: Body, pressure: Array, fractions: Array) -> Solved:
     """Equilibrium under a state; NaN where there is none.
 
     Args:
-        body: what is loaded.
+        body: the body that is loaded.
         pressure: gauge [Pa].
         fractions: martensite fraction of every spring, segment by segment, shape (springs,).
     """

@@ -1,4 +1,4 @@
-"""From the best continuous design to the best one that can be made."""
+"""The best design that can be made, from the best continuous one."""
 
 import dataclasses
 import itertools
@@ -54,9 +54,9 @@ def made_from(
 
     Args:
         ideal: the continuous one.
-        problem: that it solves.
-        evaluate: of the model.
-        method: of the optimiser.
+        problem: the problem that it solves.
+        evaluate: evaluator of the model.
+        method: method of the optimiser.
         further: go on in single steps while that helps.
 
     Returns:

@@ -1,26 +1,14 @@
 """One field of a study's table at a time, with the line that says what is wrong with it."""
 
-import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from pneusma_jax.documents import check_keys, finite_number
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import UNITS, to_si
 
 Table = Mapping[str, Any]
-
-
-def check_keys(table: Table, known: Iterable[str], where: str) -> None:
-    """Refuse keys that are not known.
-
-    Raises:
-        InputError: naming the key and the nearest known one.
-    """
-    known = list(known)
-    for key in table:
-        if key not in known:
-            raise InputError(f"{where}: unknown key {key!r}, {nearest(key, known)}")
 
 
 def table_of(value: Any, where: str) -> Table:
@@ -44,16 +32,9 @@ def word(table: Table, key: str, words: Iterable[str], where: str, default: str 
     return value
 
 
-def number(value: Any, where: str) -> float:
-    """A finite number."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"{where} must be a finite number, but it is {value!r}")
-    return float(value)
-
-
 def share(table: Table, key: str, default: float, where: str) -> float:
     """A number between 0 and 1, ends excluded."""
-    value = number(table.get(key, default), f"{where}: {key}")
+    value = finite_number(table.get(key, default), f"{where}: {key}")
     if not 0.0 < value < 1.0:
         raise InputError(f"{where}: {key} must lie between 0 and 1, but it is {value:g}")
     return value
@@ -103,14 +84,14 @@ def quantity(value: Any, dimension: str, where: str) -> tuple[float, str]:
     """A number with a unit, `{value = 30, unit = "kPa"}` [SI], and its unit; a plain one for plain
     numbers."""
     if dimension == "number" and not isinstance(value, dict):
-        return number(value, where), "1"
+        return finite_number(value, where), "1"
     if not isinstance(value, dict):
         raise InputError(f'{where} must be {{value = .., unit = ".."}}, but it is {value!r}')
     check_keys(value, ("value", "unit"), where)
     if "value" not in value:
         raise InputError(f"{where}: value is missing")
     unit = unit_of(value, dimension, where)
-    return to_si(number(value["value"], f"{where}: value"), unit), unit
+    return to_si(finite_number(value["value"], f"{where}: value"), unit), unit
 
 
 def span(value: Any, dimension: str, where: str) -> tuple[float, float, str]:
@@ -121,7 +102,7 @@ def span(value: Any, dimension: str, where: str) -> tuple[float, float, str]:
     for key in ("from", "to"):
         if key not in table:
             raise InputError(f"{where}: {key!r} is missing")
-    low, high = (number(table[key], f"{where}: {key}") for key in ("from", "to"))
+    low, high = (finite_number(table[key], f"{where}: {key}") for key in ("from", "to"))
     if not low < high:
         raise InputError(f"{where}: bounds are crossed: from {low:g} to {high:g} {unit}")
     return to_si(low, unit), to_si(high, unit), unit

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from pneusma_jax.calibration.keys import POSITIVE, QUANTITIES
+from pneusma_jax.documents import check_keys, finite_number
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import from_si, to_si
 
@@ -19,7 +20,7 @@ MADE = {
     "catalogue": ("values",),
     "integer": ("from", "to"),
 }
-"""How parameters are made, and the keys that say so."""
+"""Ways of making a parameter, and the keys of each."""
 MOST_VALUES = 10_000
 
 
@@ -27,9 +28,9 @@ def read_free(table: Any, plans: Sequence[Plan], path: str) -> tuple[Free, ...]:
     """Free dimensions in the order of the file.
 
     Args:
-        table: as read from TOML.
-        plans: of every combination of choices; a dimension must belong to all of them.
-        path: for messages.
+        table: the table `[free]` as read from TOML.
+        plans: plans of every combination of choices; a dimension must belong to all of them.
+        path: path of the file, for messages.
 
     Raises:
         InputError: one line, for a dimension that is not there, crossed bounds, an unknown way of making it.
@@ -43,7 +44,7 @@ def _free(name: str, entry: Any, table: fields.Table, plans: Sequence[Plan], pat
     dimension = _dimension(name, entry, plans, where)
     entry = fields.table_of(entry, where)
     made = fields.word(entry, "made", MADE, where, "continuous")
-    fields.check_keys(entry, ("made", "unit", *MADE[made]), where)
+    check_keys(entry, ("made", "unit", *MADE[made]), where)
     unit = fields.unit_of(entry, dimension, where)
     for key in MADE[made]:
         if key not in entry:
@@ -103,30 +104,30 @@ def _dimension(name: str, entry: Any, plans: Sequence[Plan], where: str) -> str:
 
 def _bound(value: Any, unit: str, table: fields.Table, where: str) -> Bound:
     if not isinstance(value, dict):
-        return Bound(to_si(fields.number(value, where), unit))
-    fields.check_keys(value, ("parameter", "times", "plus"), where)
+        return Bound(to_si(finite_number(value, where), unit))
+    check_keys(value, ("parameter", "times", "plus"), where)
     other = value.get("parameter")
     if other not in table:
         raise InputError(f"{where}: parameter {other!r} is not free, {nearest(str(other), table)}")
-    times = fields.number(value.get("times", 1.0), f"{where}: times")
-    return Bound(to_si(fields.number(value.get("plus", 0.0), f"{where}: plus"), unit), other, times)
+    times = finite_number(value.get("times", 1.0), f"{where}: times")
+    return Bound(to_si(finite_number(value.get("plus", 0.0), f"{where}: plus"), unit), other, times)
 
 
 def _catalogue(values: Any, where: str) -> list[float]:
     if not isinstance(values, list) or len(values) < 2:
         raise InputError(f"{where}: values must be a list of at least two numbers, but it is {values!r}")
-    numbers = sorted(fields.number(x, f"{where}: values") for x in values)
+    numbers = sorted(finite_number(x, f"{where}: values") for x in values)
     if any(a == b for a, b in zip(numbers, numbers[1:], strict=False)):
         raise InputError(f"{where}: values has a number twice")
     return numbers
 
 
 def _values(made: str, entry: fields.Table, where: str) -> list[float]:
-    """What can be made, in the unit of the file; nothing for what is continuous."""
+    """Values that can be made, in the unit of the file; nothing for a continuous parameter."""
     if made == "continuous":
         return []
-    low, high = (fields.number(entry[key], f"{where}: {key}") for key in ("from", "to"))
-    step = 1.0 if made == "integer" else fields.number(entry["step"], f"{where}: step")
+    low, high = (finite_number(entry[key], f"{where}: {key}") for key in ("from", "to"))
+    step = 1.0 if made == "integer" else finite_number(entry["step"], f"{where}: step")
     if made == "integer" and (low % 1.0 or high % 1.0):
         raise InputError(f"{where}: an integer needs whole bounds, but they are {low:g} and {high:g}")
     if step <= 0.0:

@@ -1,4 +1,4 @@
-"""Which constraints of a study contradict each other."""
+"""Search for the constraints of a study that contradict each other."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ def contradiction(
         problem: whose rows are all constraints.
         owners: index of the constraint of every row.
         starts: places in the box.
-        evaluate: of the model.
+        evaluate: evaluator of the model.
 
     Returns:
         Indices of the constraints, and the least scaled violation of their worst [1]; None if all can be

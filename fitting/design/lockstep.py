@@ -19,7 +19,7 @@ class _Stopped(BaseException):
 
 
 class _Meeting:
-    """Where workers wait for their answers."""
+    """Meeting point of workers that wait for their answers."""
 
     def __init__(self, count: int):
         self.ready = threading.Condition()
@@ -53,7 +53,7 @@ def run_together(
 
     Args:
         workers: each is called with a function that evaluates a place.
-        evaluate: of the places of all workers that wait, in the order of the workers.
+        evaluate: function that evaluates the places of all waiting workers, in the order of the workers.
 
     Raises:
         Exception: the first that a worker or the evaluation raised.

@@ -1,7 +1,8 @@
 """Every evaluation of a study, in a file that only grows: a killed study goes on from it.
 
-A line holds what was evaluated together. The search is run again from its beginning, and what the file knows
-is not computed again; so the end is the same, to the last byte. A line that a kill cut short is dropped.
+A line of the file holds what was evaluated together. A continued search runs again from its beginning, but
+evaluations in the file are not computed again. So the result is the same, to the last byte. A line that a
+kill cut short is dropped.
 """
 
 import json
@@ -33,7 +34,7 @@ class Evaluation:
 
     @property
     def finite(self) -> bool:
-        """Whether all of it could be computed."""
+        """True if all of it could be computed."""
         return bool(np.all(np.isfinite(self.values)) and np.all(np.isfinite(self.jacobian)))
 
 
@@ -41,8 +42,8 @@ class Log:
     """Evaluations on disk.
 
     Args:
-        path: of the file; None keeps them in memory alone.
-        fingerprint: of the study; a file of another one is refused.
+        path: path of the file; None keeps the evaluations in memory alone.
+        fingerprint: fingerprint of the study; a file of another study is refused.
 
     Raises:
         InputError: if the file belongs to another study, or cannot be used.
@@ -99,10 +100,10 @@ class Evaluator:
     """A model whose evaluations are kept.
 
     Args:
-        model: to be evaluated.
-        log: that keeps them.
+        model: model to be evaluated.
+        log: log that keeps the evaluations.
         choice: number of the model's combination of choices.
-        size: of the places that go through the program at once.
+        size: number of places that go through the program at once.
         said: called after every lot.
     """
 

@@ -1,6 +1,6 @@
 """One constrained problem from many starts by an optimiser of SciPy, and the conditions at what it found."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,20 +18,19 @@ ACTIVE = 1e-4
 MOST_STEPS = 100
 """Maximum of iterations from a start; 8 to 40 are taken."""
 BAD = 10.0
-"""By how much the scaled objective rises where a design cannot be evaluated, so that a line search steps
-back."""
+"""Rise of the scaled objective where a design cannot be evaluated, so that a line search steps back."""
 
 
 @dataclass(frozen=True)
 class Problem:
-    """What is minimised, in terms of an evaluation's numbers.
+    """Objective and constraints, in terms of an evaluation's numbers.
 
     Attributes:
-        weights: of the numbers in the objective, shape (numbers,).
+        weights: weights of the numbers in the objective, shape (numbers,).
         rows: numbers that are constraints, each to be at most its limit.
-        limits: of these; scales: sizes of these, by which they are divided.
+        limits: limits of these rows; scales: sizes by which the rows are divided.
         held: values at which parameters are held, by index.
-        slack: whether the largest violation is minimised instead of the objective.
+        slack: true to minimise the largest violation instead of the objective.
     """
 
     weights: np.ndarray
@@ -42,7 +41,7 @@ class Problem:
     slack: bool = False
 
     def objective(self, one: Evaluation) -> float:
-        """What is minimised [1]."""
+        """Objective to be minimised [1]."""
         return float(self.weights @ one.values)
 
     def excess(self, one: Evaluation) -> np.ndarray:
@@ -60,12 +59,12 @@ class Problem:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one start led to.
+    """Result of one start.
 
     Attributes:
         evaluation: the best that was seen; None where nothing could be evaluated.
         objective: scaled [1]; violation: the largest [1].
-        message: of the optimiser; steps: its iterations.
+        message: message of the optimiser; steps: number of its iterations.
     """
 
     evaluation: Evaluation | None
@@ -76,7 +75,7 @@ class Outcome:
 
     @property
     def kept(self) -> bool:
-        """Whether all constraints are kept."""
+        """True if all constraints are kept."""
         return self.evaluation is not None and self.violation <= ALLOWED
 
 
@@ -92,7 +91,7 @@ def best_of(outcomes: Sequence[Outcome]) -> Outcome:
 
 @dataclass(frozen=True)
 class Ends:
-    """When SLSQP ends.
+    """Stopping rules of SLSQP.
 
     Attributes:
         precision: relative change of the scaled objective [1]; steps: number of iterations at most.
@@ -114,9 +113,9 @@ def optimise(
     Args:
         problems: one per start.
         starts: places in the box.
-        evaluate: of the model.
+        evaluate: evaluator of the model.
         method: `slsqp` or `trust-constr`.
-        ends: of `slsqp`.
+        ends: stopping rules of `slsqp`.
     """
     pairs = zip(problems, starts, strict=True)
     workers = [
@@ -171,7 +170,7 @@ class _Search:
         )
 
     def _stuck(self, first: Evaluation) -> bool:
-        """Whether a constraint is violated that no free parameter moves, such as a diameter of held sizes.
+        """True if a constraint is violated that no free parameter moves, such as a diameter of held sizes.
 
         A search could not mend it: its linear model of the constraint has no step to offer.
         """
@@ -240,8 +239,8 @@ class Conditions:
     """First-order conditions at a design.
 
     Attributes:
-        rows: multiplier of every constraint row, the gain of the scaled objective if its limit is given way
-            by one scale [1]; zero where there is room.
+        rows: multiplier of every constraint row [1]: gain of the scaled objective if its limit is relaxed by
+            one scale. It is zero where the constraint is not active.
         low, high: multipliers of the ends of the box [1], shape (parameters,).
         left: size of the gradient that no multiplier explains, over that of the objective's gradient [1].
     """
@@ -272,6 +271,3 @@ def conditions(problem: Problem, one: Evaluation) -> Conditions:
     high[above] = found[active.size + below.size :]
     norm = float(np.linalg.norm(gradient[free])) or 1.0
     return Conditions(rows, low, high, left / norm)
-
-
-Said = Callable[[str], None]

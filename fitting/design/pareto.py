@@ -24,10 +24,10 @@ def front_of(
 
     Args:
         anchors: the best design of each objective alone.
-        problem: of the first objective.
-        evaluate: of the model.
+        problem: problem of the first objective.
+        evaluate: evaluator of the model.
         points: along each limited objective.
-        method: of the optimiser.
+        method: method of the optimiser.
 
     Returns:
         Designs of which none dominates another, with the problem of each.
@@ -86,7 +86,7 @@ def not_dominated(values: np.ndarray) -> list[int]:
     """Indices of points that no other point beats, in the order of the first objective; twins count once.
 
     Args:
-        values: to be small, shape (points, objectives).
+        values: values to be minimised, shape (points, objectives).
     """
     span = np.ptp(values, axis=0)
     close = 1e-6 * np.where(span > 0.0, span, 1.0)
@@ -102,7 +102,7 @@ def hypervolume(values: np.ndarray, reference: np.ndarray) -> float:
     """Volume between points and a reference that at least one of them dominates.
 
     Args:
-        values: to be small, shape (points, objectives), one to three objectives.
+        values: values to be minimised, shape (points, objectives), one to three objectives.
         reference: the worst that counts, shape (objectives,).
     """
     inside = values[np.all(values < reference, axis=1)]

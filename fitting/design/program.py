@@ -30,7 +30,7 @@ ROWS = 1024
 
 @dataclass(frozen=True)
 class Row:
-    """What one number of a constraint is about.
+    """Meaning of one number of a constraint.
 
     Attributes:
         constraint: its index in the study.
@@ -48,9 +48,9 @@ class States:
     """All states of a study, those of sweeps included.
 
     Attributes:
-        names: of each; those of a sweep are `OBJECTIVE/NUMBER`.
+        names: name of each state; those of a sweep are `OBJECTIVE/NUMBER`.
         pressure: [Pa], shape (states,); fractions: shape (states, springs).
-        driven: which entries are free: (state, spring or -1 for the pressure, name of the parameter).
+        driven: free entries, each as (state, spring or -1 for the pressure, name of the parameter).
         sweeps: range of the states of each objective with a sweep, by its name.
     """
 
@@ -115,14 +115,14 @@ class Model:
     """A study with its choices made.
 
     Args:
-        study: what is wanted.
+        study: the study as read.
         plan: tables of this combination of choices.
         draws: common random numbers of the search.
 
     Attributes:
         space: the box of the free parameters.
         states: all of them.
-        rows: what each number of the constraints is about, without uncertainty.
+        rows: meaning of each number of the constraints, without uncertainty.
     """
 
     def __init__(self, study: Study, plan: Plan, draws: Draws = NOMINAL):
@@ -140,12 +140,12 @@ class Model:
 
     @property
     def uncertain(self) -> bool:
-        """Whether results are spread."""
+        """True if results are spread."""
         return self.study.uncertainty is not None
 
     @property
     def groups(self) -> tuple[Row, ...]:
-        """What each number that the optimiser gets as a constraint is about."""
+        """Meaning of each number that the optimiser gets as a constraint."""
         if not self.uncertain:
             return self.rows
         if self.study.uncertainty.constraints == "counted":

@@ -1,4 +1,4 @@
-"""What a solved state is judged by: each quantity is a differentiable function with a unit.
+"""Quantities of a solved state by which designs are judged; each is a differentiable function with a unit.
 
 A quantity of a segment gives one number, or one for every spring. Quantities of the tip are those of the
 whole body. To add one, write a function of `Solved` and a segment's index, and give it a line in
@@ -32,17 +32,17 @@ temperature."""
 
 @dataclass(frozen=True)
 class Quantity:
-    """How a quantity is computed and shown.
+    """Function of a quantity, and its presentation.
 
     Attributes:
-        function: of a solved state and the index of a segment, from 0.
-        dimension: of `units.INTERNAL_UNITS`; unit: in which it is shown.
-        what: in words.
-        springs: whether there is one number for every spring.
-        whole: whether it belongs to the whole body.
+        function: computes it from a solved state and the index of a segment, from 0.
+        dimension: key of `units.INTERNAL_UNITS`; unit: unit in which it is shown.
+        what: description in words.
+        springs: true if there is one number for every spring.
+        whole: true if it belongs to the whole body.
         tested: end of the range in which the material was tested, from a solved state and a segment; None
             where there is no such range.
-        planar: whether it needs bending in a plane.
+        planar: true if it needs bending in a plane.
     """
 
     function: Callable[[Solved, int], Array]

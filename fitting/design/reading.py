@@ -32,7 +32,7 @@ from pathlib import Path
 from typing import Any
 
 import pneusma_jax as pj
-from pneusma_jax.documents import read_document
+from pneusma_jax.documents import read_document, shipped_names
 from pneusma_jax.errors import InputError, nearest
 
 from . import fields
@@ -59,15 +59,15 @@ MOST_CHOICES = 64
 
 def study_examples() -> list[str]:
     """Names of the studies that come with the package, sorted; to be read by name and copied."""
-    return sorted(e.name.removesuffix(".toml") for e in _EXAMPLES.iterdir() if e.name.endswith(".toml"))
+    return shipped_names(_EXAMPLES)
 
 
 def read_study(path: str | Path) -> Study:
     """Read and check a study.
 
     Args:
-        path: of the TOML file, or the name of a shipped one; names of tables, functions and posteriors in it
-            count from its folder.
+        path: path of the TOML file, or the name of a shipped one. Tables, functions and posteriors are
+            searched from its folder.
 
     Raises:
         InputError: one line with file, key and remedy, for anything unknown, missing, contradictory or
@@ -137,7 +137,7 @@ def _tables(document: dict[str, Any], key: str, path: Path) -> tuple:
 
 
 def _check_whole(study: Study, plans: Sequence[Plan]) -> None:
-    """What only shows when everything is read."""
+    """Checks of the whole study, once everything is read."""
     try:
         space = Space(study.free)
     except InputError as error:

@@ -1,4 +1,4 @@
-"""What a study found. Data; `fitting.report.design` says how it looks."""
+"""Results of a study as data; `fitting.report.design` renders them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -34,10 +34,10 @@ class Design:
 
     Attributes:
         choice: tables.
-        parameters: by name [SI].
-        objectives: in the order of the study [SI], with their own sign.
+        parameters: values by name [SI].
+        objectives: values in the order of the study [SI], with their own sign.
         violation: the largest scaled one of a constraint [1]; negative where there is room everywhere.
-        evaluation: as the optimiser saw it.
+        evaluation: the numbers that the optimiser received.
     """
 
     choice: Choice
@@ -49,11 +49,11 @@ class Design:
 
 @dataclass(frozen=True)
 class Chance:
-    """What fresh draws say of a design.
+    """Results of fresh draws for a design.
 
     Attributes:
         draws: number of them; failures: how many violate a constraint, or have no equilibrium.
-        interval: of the probability of failure, 95 %.
+        interval: 95 % interval of the probability of failure.
         by_constraint: failures of each constraint.
         lost: draws without equilibrium.
         values: first objective of every draw that has one [SI].
@@ -68,7 +68,7 @@ class Chance:
 
     @property
     def probability(self) -> float:
-        """Of failure [1]."""
+        """Probability of failure [1]."""
         return self.failures / self.draws
 
 
@@ -77,11 +77,11 @@ class Front:
     """Designs of which none is better than another in every objective.
 
     Attributes:
-        designs: in the order of the first objective.
-        hypervolume: of what they dominate, up to the reference, as a share of the box between the best of
-            each objective and the reference [1].
+        designs: designs in the order of the first objective.
+        hypervolume: volume that they dominate, up to the reference [1]. It is a share of the box between the
+            best of each objective and the reference.
         reference: worst value that counts of each objective, with its own sign [SI].
-        made: whether the designs can be made.
+        made: true if the designs can be made.
     """
 
     designs: tuple[Design, ...]
@@ -95,18 +95,19 @@ class DesignResult(Result):
     """A solved study.
 
     Attributes:
-        study: what was wanted.
-        model: of the chosen combination.
+        study: the study that was solved.
+        model: model of the chosen combination.
         base: the tables' own dimensions, or None where a free parameter has no such value.
         ideal: the best before rounding to what can be made.
         made: the design that can be made; the same where nothing is discrete.
-        problem: that was solved; conditions: at `ideal`.
-        front: where there are several objectives.
-        chances: by `robust design`, `nominal design` and `design of the tables`; empty without uncertainty.
+        problem: the problem that was solved; conditions: first-order conditions at `ideal`.
+        front: designs of which none dominates another; None for a single objective.
+        chances: results on fresh draws by `robust design`, `nominal design` and `design of the tables`; empty
+            without uncertainty.
         others: the best of the other combinations of choices.
         starts: objective [SI] and violation that each start of the chosen combination ended with.
-        evaluations, equilibria: how many were computed.
-        notes: what to be careful about.
+        evaluations, equilibria: numbers of evaluations and of equilibria that were computed.
+        notes: cautions for the reader.
     """
 
     study: Study

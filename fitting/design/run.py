@@ -59,7 +59,7 @@ def run_study(
     """Solve a study.
 
     Args:
-        study: from `reading.read_study`.
+        study: study from `reading.read_study`.
         log: file of the evaluations, from which a killed study goes on; None keeps them in memory.
         progress: called with a few words after every lot of evaluations.
 
@@ -77,7 +77,7 @@ def run_study(
 
 
 def fingerprint(study: Study) -> str:
-    """Of everything that the evaluations of a study depend on."""
+    """Fingerprint of everything that the evaluations of a study depend on."""
     seen = [study.path.read_bytes(), version("pneusma-jax").encode()]
     files = {f.file for f in (*study.objectives, *study.constraints) if f.file is not None}
     seen += [path.read_bytes() for path in sorted(files)]
@@ -134,7 +134,7 @@ def start_places(study: Study, model: Model) -> list[np.ndarray]:
 
 
 def base_place(model: Model) -> np.ndarray | None:
-    """Where the tables' own dimensions lie in the box; None where a parameter has no such value."""
+    """Place of the tables' own dimensions in the box; None if a parameter has no such value."""
     table, values = model.plan.tables[0].values(), {}
     for one in model.space.free:
         plain = one.name.partition(".")[2] if one.name[0].isdigit() else one.name
@@ -203,7 +203,7 @@ def _knee(outcomes: list[Outcome], count: int) -> int:
 
 
 def _why_nothing(model: Model, first: Evaluation, words: str) -> str:
-    """Why no start could be evaluated, in words."""
+    """Reason in words why no start could be evaluated."""
     names = [o.name for o in model.study.objectives]
     whom = f" of {words}" if words else ""
     bad = [n for n, v in zip(names, first.values, strict=False) if not np.isfinite(v)]
@@ -225,7 +225,7 @@ def _design(solved: _Solved, outcome: Outcome) -> Design:
 
 
 def design_at(model: Model, choice: Choice, one: Evaluation, problem: Problem) -> Design:
-    """What an evaluation says of a design."""
+    """The design of an evaluation."""
     signs = [o.sign for o in model.study.objectives]
     values = tuple(float(s * v) for s, v in zip(signs, one.values, strict=False))
     parameters = {n: float(x) for n, x in model.space.parameters(one.place).items()}
@@ -306,7 +306,7 @@ def _chances(study: Study, robust: _Solved, nominal: _Solved, base: Design | Non
 
 
 def chance_of(model: Model, place: np.ndarray, fresh: Draws) -> Chance:
-    """How often a design fails under given draws."""
+    """Failures of a design under given draws."""
     values, margins = model.spread(place, fresh)
     owners = np.array([row.constraint for row in model.rows], dtype=int)
     lost = ~np.all(np.isfinite(margins), axis=1) | ~np.all(np.isfinite(values), axis=1)
@@ -324,7 +324,7 @@ def chance_of(model: Model, place: np.ndarray, fresh: Draws) -> Chance:
 
 
 def _why_infeasible(way: _Solved, study: Study) -> str:
-    """Which constraints contradict each other, in words."""
+    """Constraints that contradict each other, in words."""
     model = way.evaluate.model
     owners = np.array([row.constraint for row in model.groups], dtype=int)
     finite = [o.evaluation.place for o in way.outcomes if o.evaluation is not None]

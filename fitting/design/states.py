@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
+from pneusma_jax.documents import finite_number
 from pneusma_jax.errors import InputError, nearest
 
 from . import fields
@@ -80,7 +81,7 @@ def _fraction(
         low, high, _ = fields.span(value, "number", f"{where} {key}")
         free.append(Free(f"{name}.xi0_{own}{number}", "continuous", Bound(low), Bound(high), (), "1"))
     else:
-        low = high = fields.number(value, f"{where} {key}")
+        low = high = finite_number(value, f"{where} {key}")
     if not 0.0 <= low <= high <= 1.0:
         raise InputError(f"{where} {key} must be a martensite fraction from 0 (hot) to 1 (cold)")
     fractions[segment, number] = None if isinstance(value, dict) else low

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 CHOICES = ("design", "alloy", "material")
-"""What can be chosen among tables: the layout, the alloy, the silicone."""
+"""Keys of a choice among tables: the layout, the alloy, the silicone."""
 
 
 @dataclass(frozen=True)
@@ -15,7 +15,7 @@ class Bound:
     Attributes:
         value: [SI].
         parameter: whose value counts, too; None for a plain number.
-        times: what it is multiplied by [1].
+        times: factor on that parameter [1].
     """
 
     value: float
@@ -32,8 +32,8 @@ class Free:
             of a state (`hot.pressure`, `hot.xi0_2`).
         made: `continuous`, `steps`, `catalogue` or `integer`.
         low, high: ends of its range.
-        values: what can be made [SI], ascending; empty if it is continuous.
-        unit: in which it is shown.
+        values: values that can be made [SI], ascending; empty if the parameter is continuous.
+        unit: unit in which it is shown.
     """
 
     name: str
@@ -45,16 +45,16 @@ class Free:
 
     @property
     def discrete(self) -> bool:
-        """Whether only certain values can be made."""
+        """True if only certain values can be made."""
         return self.made != "continuous"
 
 
 @dataclass(frozen=True)
 class State:
-    """What is done to the actuator: a pressure and the phases of its springs.
+    """State of the actuator: a pressure and the phases of its springs.
 
     Attributes:
-        name: by which objectives and constraints call it.
+        name: name by which objectives and constraints refer to it.
         pressure: gauge [Pa]; None if it is free.
         fractions: martensite fraction by segment (from 1, 0 for all) and spring; None if it is free. Springs
             that are not named are cold.
@@ -86,15 +86,15 @@ class Objective:
     """One thing that is wanted.
 
     Attributes:
-        name: of the objective.
+        name: name of the objective.
         quantity: key of `quantities.QUANTITIES`, `workspace_area`, `stiffness_range` or `function`.
         goal: `maximise`, `minimise` or `target`.
         states: names of the states it looks at.
-        target: for the goal `target` and for `tip_miss` [SI].
-        sweep: of `workspace_area`.
-        segment: from 1, whose quantity is meant.
-        file, function: of a function of the user's.
-        unit: in which it is shown.
+        target: target value for the goal `target` and for `tip_miss` [SI].
+        sweep: ranges of `workspace_area`.
+        segment: segment whose quantity is meant, from 1.
+        file, function: file and name of a user's function.
+        unit: unit in which it is shown.
     """
 
     name: str
@@ -110,7 +110,7 @@ class Objective:
 
     @property
     def sign(self) -> float:
-        """By which the value is multiplied to be minimised."""
+        """Factor that turns the value into one to be minimised."""
         return -1.0 if self.goal == "maximise" else 1.0
 
 
@@ -119,14 +119,14 @@ class Constraint:
     """One thing that must hold, as an inequality.
 
     Attributes:
-        name: of the constraint.
-        quantity: as of an objective.
-        most: whether the limit is an upper one.
+        name: name of the constraint.
+        quantity: same keys as those of an objective.
+        most: true if the limit is an upper one.
         limit: [SI]; None for the range in which alloy or silicone were tested.
         states: names of states; empty for all, those of sweeps included.
-        segment: from 1; 0 for every segment.
-        file, function: of a function of the user's.
-        unit: in which it is shown.
+        segment: segment whose quantity is meant, from 1; 0 for every segment.
+        file, function: file and name of a user's function.
+        unit: unit in which it is shown.
     """
 
     name: str
@@ -142,10 +142,10 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far a dimension may be from what was ordered.
+    """Tolerance of a dimension: its distance from what was ordered.
 
     Attributes:
-        name: of the dimension.
+        name: name of the dimension.
         sd: 1-sigma [SI], of a Gaussian; half_width: of a uniform distribution [SI]. One of them is zero.
     """
 
@@ -156,16 +156,16 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """What is not known, and how it counts.
+    """Uncertain inputs, and the rule by which their spread counts.
 
     Attributes:
-        tolerances: of dimensions.
+        tolerances: tolerances of dimensions.
         posterior: `posterior.nc` that `pneusma posterior` wrote, or None.
         priors: kinds of tables (`alloy`, `silicone`) whose own priors count.
         objective: `mean`, `mean_plus_sigma`, `cvar` or `failure`.
         constraints: `mean` or `cvar`.
         k: sigmas of `mean_plus_sigma` [1].
-        level: of `cvar` [1]: 0.95 is the mean of the worst twentieth.
+        level: level of `cvar` [1]: 0.95 is the mean of the worst twentieth.
         draws: common random numbers of the search; fresh: draws of the final probability.
     """
 
@@ -185,14 +185,15 @@ class Study:
     """A design study; `reading.read_study` makes one.
 
     Attributes:
-        name: for people; path: of the file.
+        name: name for people; path: path of the file.
         designs, alloys, materials: tables to choose among; None stands for the design's own.
         free: parameters, in the order of the file; drives of states come last.
-        states: by name.
+        states: states by name.
         objectives: one to three.
         constraints: inequalities.
         uncertainty: None if everything is taken to be nominal.
-        starts: of the search; seed: of everything random; points: of a front along an axis.
+        starts: number of starts of the search; seed: seed of all random numbers; points: points of a front
+            along an axis.
         optimiser: `slsqp` or `trust-constr`.
     """
 

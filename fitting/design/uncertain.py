@@ -1,7 +1,7 @@
 """Draws of what is uncertain, and how a spread of results becomes one number.
 
-The draws of a search are the same for every design, so that designs differ by what they are and not by luck
-(common random numbers). The final probability of failure comes from draws that the search has not seen.
+The draws of a search are the same for every design (common random numbers). So designs differ by their
+dimensions and not by luck. The final probability of failure comes from draws that the search has not seen.
 """
 
 import dataclasses
@@ -30,7 +30,7 @@ SOFTNESS = 0.02
 """Width over which a smooth failure counts from none to one, in units of a constraint's scale [1]. A tenth
 of it would leave the derivative to single draws."""
 CONFIDENCE = 0.95
-"""Of intervals of probabilities [1]."""
+"""Probability of intervals of probabilities [1]."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ class Draws:
 
     Attributes:
         count: number of draws.
-        added: what dimensions differ from what was ordered [SI].
+        added: deviations of dimensions from what was ordered [SI].
         alloy: constants of the alloy [SI].
-        stiffness: of the silicone [1], or None.
+        stiffness: factor on the silicone's stress [1], or None.
     """
 
     count: int
@@ -90,7 +90,7 @@ class Sampler:
 
     @property
     def names(self) -> list[str]:
-        """What is uncertain."""
+        """Names of the uncertain inputs."""
         stiff = (
             ["silicone_stiffness"] if self.stiffness and "silicone_stiffness" not in self.posterior else []
         )
@@ -102,7 +102,7 @@ class Sampler:
 
         Args:
             count: number of draws.
-            seed: of the random numbers.
+            seed: seed of the random numbers.
             spread_out: take a scrambled Sobol sequence, which covers evenly, instead of independent draws.
         """
         random = np.random.default_rng(seed)

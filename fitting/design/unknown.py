@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from pneusma_jax.calibration.keys import QUANTITIES
+from pneusma_jax.documents import check_keys, finite_number
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import to_si
 
@@ -21,7 +22,7 @@ KINDS = ("alloy", "silicone")
 
 
 def read_uncertainty(table: Any, plans: Sequence[Plan], path: Path) -> Uncertainty:
-    """What is uncertain, and how it counts.
+    """Uncertain inputs of a file, and the rule by which their spread counts.
 
     Raises:
         InputError: one line, for an unknown measure, a level outside of 0 to 1, a tolerance of nothing, a
@@ -29,12 +30,12 @@ def read_uncertainty(table: Any, plans: Sequence[Plan], path: Path) -> Uncertain
     """
     where = f"{path}: [uncertainty]"
     table = fields.table_of(table, where)
-    fields.check_keys(table, KEYS, where)
+    check_keys(table, KEYS, where)
     priors = fields.names_of(table["priors"], f"{where}: priors") if "priors" in table else ()
     for name in priors:
         if name not in KINDS:
             raise InputError(f"{where}: priors has {name!r}, {nearest(name, KINDS)}")
-    k = fields.number(table.get("k", 1.0), f"{where}: k")
+    k = finite_number(table.get("k", 1.0), f"{where}: k")
     if k < 0.0:
         raise InputError(f"{where}: k must not be negative, but it is {k:g}")
     return Uncertainty(
@@ -58,12 +59,12 @@ def _tolerances(table: Any, plans: Sequence[Plan], where: str) -> tuple[Toleranc
         if name not in known:
             raise InputError(f"{here}: no such dimension of all designs, {nearest(name, known)}")
         entry = fields.table_of(entry, here)
-        fields.check_keys(entry, ("sd", "half_width", "unit"), here)
+        check_keys(entry, ("sd", "half_width", "unit"), here)
         given = [key for key in ("sd", "half_width") if key in entry]
         if len(given) != 1:
             raise InputError(f"{here}: needs either 'sd' or 'half_width', and not both")
         unit = fields.unit_of(entry, QUANTITIES["actuator"][name], here)
-        size = to_si(fields.number(entry[given[0]], f"{here}: {given[0]}"), unit)
+        size = to_si(finite_number(entry[given[0]], f"{here}: {given[0]}"), unit)
         if size <= 0.0:
             raise InputError(f"{here}: {given[0]} must be positive")
         found.append(Tolerance(name, **{given[0]: size}))

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pneusma_jax as pj
+from pneusma_jax.documents import check_keys, finite_number
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.section.shapes import Disc
 from pneusma_jax.units import UNITS, to_si
@@ -59,7 +60,7 @@ def _objective(
     where = f"{path}: [objective.{name}]"
     quantity = fields.word(entry, "quantity", [*QUANTITIES, *MORE], where)
     extra = _SWEEP if quantity == "workspace_area" else _FUNCTION if quantity == "function" else ()
-    fields.check_keys(entry, (*_OBJECTIVE, *extra), where)
+    check_keys(entry, (*_OBJECTIVE, *extra), where)
     usual = {"tip_miss": "minimise", "failure_probability": "minimise"}.get(quantity)
     goal = fields.word(entry, "goal", GOALS, where, usual)
     if usual and goal != usual:
@@ -104,11 +105,11 @@ def _dimension(quantity: str, entry: fields.Table, where: str) -> tuple[str, str
 
 def _place(value: Any, where: str) -> tuple[tuple[float, ...], str]:
     table = fields.table_of(value, where)
-    fields.check_keys(table, ("value", "unit"), where)
+    check_keys(table, ("value", "unit"), where)
     unit, point = fields.unit_of(table, "length", where), table.get("value")
     if not isinstance(point, list) or len(point) != 3:
         raise InputError(f"{where}: value must be three numbers [x, y, z], but it is {point!r}")
-    return tuple(to_si(fields.number(x, where), unit) for x in point), unit
+    return tuple(to_si(finite_number(x, where), unit) for x in point), unit
 
 
 def _states(quantity: str, entry: fields.Table, states: Mapping[str, State], where: str) -> tuple[str, ...]:
@@ -159,7 +160,7 @@ def _segment(entry: fields.Table, plans: Sequence[Plan], where: str) -> int:
 
 
 def _check_plans(quantity: str, plans: Sequence[Plan], where: str) -> None:
-    """Whether every design has a quantity."""
+    """Check that every design has a quantity."""
     kind = QUANTITIES[quantity]
     for plan in plans:
         name = plan.tables[0].name
@@ -193,7 +194,7 @@ def _constraint(
 ) -> list[Constraint]:
     quantity = fields.word(entry, "quantity", [*QUANTITIES, "function"], where)
     users = quantity == "function"
-    fields.check_keys(entry, (*_CONSTRAINT, *(_FUNCTION if users else ())), where)
+    check_keys(entry, (*_CONSTRAINT, *(_FUNCTION if users else ())), where)
     dimension, unit = _dimension(quantity, entry, where)
     limits = [key for key in ("at_most", "at_least") if key in entry]
     if not limits:

@@ -15,11 +15,11 @@ from .study import Sweep
 def edge_states(table: Calibration, sweep: Sweep) -> tuple[np.ndarray, np.ndarray]:
     """States round the edge, one after the other.
 
-    Activation runs from full heat of one spring over both cold to full heat of the other one, or from cold to
-    full heat where there is one spring.
+    Activation starts with full heat of one spring and ends with full heat of the other one; between them both
+    are cold. With a single spring it goes from cold to full heat.
 
     Args:
-        table: of an actuator that bends in a plane.
+        table: table of an actuator that bends in a plane.
         sweep: ranges.
 
     Returns:

@@ -14,7 +14,8 @@ from typing import Any
 
 from fitting.data.publish import MARK
 from fitting.data.recordings import Campaign, read_campaign
-from fitting.engine import Scheduler, Store, Task, digest, in_this_process, objects, run_results, unique_names
+from fitting.engine import Scheduler, Store, Task, digest, in_this_process, objects, unique_names
+from fitting.engine.members import line_of, run_members
 from fitting.engine.memory import make_room
 from fitting.inference.results import Result
 from fitting.specimens.saved_models import AugmentedModel
@@ -31,10 +32,10 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked of a campaign: the options of `pneusma diagnose`.
+    """Options of `pneusma diagnose` for a campaign.
 
     Attributes:
-        seed: of everything random.
+        seed: seed of all random numbers.
         tables: names or paths by `alloy` and `material`, in the place of those that recordings name.
         model: name or path of the model to start from; None for the published one.
         thorough: fit twice as many candidates.
@@ -77,10 +78,10 @@ class Diagnosed:
     """One campaign of many.
 
     Attributes:
-        name: of its folder of results, made unique.
-        path: of the campaign.
+        name: name of its folder of results, made unique.
+        path: path of the campaign.
         verdict: the first sentences of its report.
-        notes: what is to be said beside it.
+        notes: cautions to show beside it.
         documents: content of its files, by file name; empty where there is no diagnosis.
         problem: why there is none, or why its files could not be written, in a line; empty otherwise.
     """
@@ -94,12 +95,12 @@ class Diagnosed:
 
     @property
     def done(self) -> bool:
-        """Whether it was diagnosed."""
+        """True if it was diagnosed."""
         return bool(self.documents)
 
     @cached_property
     def content(self) -> dict[str, Any]:
-        """What its `report.json` says; empty where there is no diagnosis."""
+        """Content of its `report.json`; empty where there is no diagnosis."""
         return json.loads(self.documents[MARK]) if self.done else {}
 
 
@@ -108,8 +109,8 @@ class Diagnoses(Result):
     """Campaigns that were diagnosed.
 
     Attributes:
-        members: in the order given.
-        seed: of every diagnosis.
+        members: members in the order given.
+        seed: seed of every diagnosis.
     """
 
     members: tuple[Diagnosed, ...]
@@ -125,11 +126,12 @@ that it started from. A function of a module, so that it can be sent to other pr
 
 @dataclass(frozen=True)
 class DiagnosisJob:
-    """Diagnoses campaigns by number; small enough to be sent to any worker, who must see the same paths.
+    """Diagnoses campaigns by number, see `MemberJob`.
 
     Attributes:
-        names, paths: of the campaigns; out: folder of all results, for the command that a report quotes.
-        asked: of every campaign.
+        names, paths: names and paths of the campaigns; out: folder of all results, for the command that a
+            report quotes.
+        asked: options of every campaign.
         present: see `Present`.
     """
 
@@ -141,7 +143,11 @@ class DiagnosisJob:
 
     def __call__(self, number: int) -> bytes:
         """The diagnosed campaign as bytes."""
-        return objects.dump(self.member(number, lambda _: None))
+        return self.packed(self.member(number, lambda _: None))
+
+    def packed(self, member: Diagnosed) -> bytes:
+        """A diagnosed campaign as bytes."""
+        return objects.dump(member)
 
     def member(self, number: int, progress: Progress) -> Diagnosed:
         """The diagnosed campaign; every error becomes its problem."""
@@ -150,11 +156,11 @@ class DiagnosisJob:
         name, path = self.names[number], self.paths[number]
         try:
             campaign, start = read_campaign(path), self.asked.start()
-            conclusion = self.asked.of(campaign, start, progress)
+            conclusion = self.asked.of(campaign, start, lambda word: progress(f"{name}: {word}"))
             command = self.asked.command(path, self.out / name)
             verdict, documents = self.present(conclusion, campaign.title, command, self.asked.seed, start)
         except Exception as error:  # noqa: BLE001  one bad campaign never stops the others
-            return Diagnosed(name, path, problem=_line(error))
+            return Diagnosed(name, path, problem=line_of(error))
         notes = tuple(campaign.notices + conclusion.notes)
         return Diagnosed(name, path, tuple(verdict), notes, dict(documents))
 
@@ -179,9 +185,9 @@ def diagnose_batch(
     """Diagnose campaigns; those in the store are taken from it, and those that failed are tried again.
 
     Args:
-        job: what is asked of which campaigns.
+        job: campaigns and their options.
         store: keeps what was diagnosed.
-        scheduler: where campaigns are diagnosed.
+        scheduler: scheduler that runs the diagnoses.
         finished: called with each campaign as it is done, such as to write its files.
         kept: called in place of `finished` with campaigns that come from the store.
         progress: called with a word for each step of each diagnosis that runs in this process.
@@ -189,23 +195,7 @@ def diagnose_batch(
     Raises:
         InputError: if none could be diagnosed; names the first reason.
     """
-
-    def here(number: int) -> tuple[Diagnosed, bytes]:
-        member = job.member(number, lambda word: progress(f"{job.names[number]}: {word}"))
-        return member, objects.dump(member)
-
-    def was_there(number: int, member: Diagnosed) -> Diagnosed:
-        own = replace(member, name=job.names[number], path=job.paths[number])
-        return _told_of(kept or finished, own)
-
-    def is_done(number: int, member: Diagnosed) -> Diagnosed:
-        told = _told_of(finished, member)
-        progress(f"{job.names[number]} done")
-        return told
-
-    members = run_results(
-        job, job.tasks(), store, scheduler, here, was_there, is_done, lambda member: member.done
-    )
+    members = run_members(job, store, scheduler, finished, kept or finished, progress)
     if not any(member.done for member in members):
         raise InputError(
             f"none of {len(members)} campaigns could be diagnosed; {members[0].path}: {members[0].problem}"
@@ -217,16 +207,3 @@ def job_of(campaigns: Sequence[str | Path], out: str | Path, asked: Asked, prese
     """The job for campaigns: folders of recordings, or single CSVs."""
     paths = tuple(Path(path) for path in campaigns)
     return DiagnosisJob(tuple(unique_names(paths)), paths, Path(out), asked, present)
-
-
-def _told_of(told: Callable[[Diagnosed], None], member: Diagnosed) -> Diagnosed:
-    try:
-        told(member)
-    except Exception as error:  # noqa: BLE001  what cannot be written of one stops no other
-        return replace(member, problem=f"its files could not be written: {_line(error)}")
-    return member
-
-
-def _line(error: Exception) -> str:
-    words = " ".join(str(error).split()) or type(error).__name__
-    return words if isinstance(error, InputError) else f"{type(error).__name__}: {words}"

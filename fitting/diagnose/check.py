@@ -158,7 +158,7 @@ def _still(campaign: Campaign) -> list[str]:
 
 
 def _driven(recording: Recording) -> bool:
-    """Whether any driver varies by more than its noise."""
+    """True if any driver varies by more than its noise."""
     for name in drivers_in(recording):
         values = recording.si(name)
         values = values[np.isfinite(values)]
@@ -175,7 +175,7 @@ def _driven(recording: Recording) -> bool:
 
 
 def _alike(recordings: Sequence[Recording]) -> bool:
-    """Whether still recordings were all made at one level of every driver."""
+    """True if still recordings were all made at one level of every driver."""
     for name in drivers_in(recordings[0]):
         held = [r for r in recordings if r.has(name)]
         means = np.array([np.nanmean(r.si(name)) for r in held])
@@ -278,7 +278,7 @@ def _at(recording: Recording, quantity: str, time: np.ndarray) -> np.ndarray:
 
 
 def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
-    """What the recordings say about effects that were asked for.
+    """Answers of the recordings about effects that were asked for.
 
     Returns:
         For each its name, whether it could be tested, and a sentence.

@@ -41,7 +41,7 @@ def diagnose(
 
     Args:
         campaign: recordings of one kind.
-        seed: of simulated nulls.
+        seed: seed of the simulated nulls.
         progress: receives a line of text at every step.
         model: base model to start from, instead of the published one.
         thorough: fit twice as many candidates, and follow twice as many to the end.

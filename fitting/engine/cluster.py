@@ -32,7 +32,7 @@ class Cluster:
     """A scheduler of tasks, to be used in a `with` statement.
 
     Args:
-        address: of a running cluster, `tcp://host:8786`; None starts workers on this machine.
+        address: address of a running cluster, `tcp://host:8786`; None starts workers on this machine.
         workers: number of processes to start on this machine.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Where tasks are computed: in this process, in several here, or on a cluster."""
+"""Places where tasks are computed: this process, several here, or a cluster."""
 
 from contextlib import AbstractContextManager, nullcontext
 
@@ -17,7 +17,7 @@ def place_of(workers: int | None = None, address: str | None = None) -> Abstract
 
     Args:
         workers: processes to start on this machine; None for this process.
-        address: of a running Dask scheduler, in the place of `workers`.
+        address: address of a running Dask scheduler, in the place of `workers`.
 
     Raises:
         InputError: if Dask is not installed, or no scheduler answers.

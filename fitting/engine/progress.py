@@ -1,4 +1,4 @@
-"""How far a run is: rows a second and the time left, at a terminal or as lines of a log."""
+"""Progress of a run: rows a second and the time left, at a terminal or as lines of a log."""
 
 import time
 from types import TracebackType
@@ -12,11 +12,11 @@ class Rate:
     """Progress of tasks that are counted in rows.
 
     Args:
-        subject: what is being done.
+        subject: name of the work.
         total: rows in all.
-        before: of these, done in an earlier run.
-        unit: what is counted.
-        shown: whether to show anything.
+        before: number of these rows that were done in an earlier run.
+        unit: name of the counted things.
+        shown: true to show the progress.
     """
 
     def __init__(self, subject: str, total: int, before: int = 0, unit: str = "rows", shown: bool = True):

@@ -28,12 +28,12 @@ def run_results(
     Args:
         job: makes a result as bytes of `objects.dump`; see `run.Job`.
         tasks: all of them.
-        store: where their files are.
-        scheduler: where tasks are computed.
+        store: store of the tasks' files.
+        scheduler: scheduler that computes the tasks.
         here: takes the place of `job` in this process, such as to show progress; gives the result and its
             bytes.
         kept: told of results that were there; finished: of those that were computed, before they are stored.
-        usable: whether a stored result is good; others are computed again, as those of damaged files are.
+        usable: true if a stored result is good. Other results are computed again, and so are damaged files.
 
     Raises:
         InputError: if a file cannot be written.

@@ -35,8 +35,8 @@ def run_tasks(
     Args:
         job: see `Job`.
         tasks: all of them; the missing ones are done.
-        store: where their files are.
-        scheduler: where tasks are computed.
+        store: store of the tasks' files.
+        scheduler: scheduler that computes the tasks.
         progress: told of each task that is done.
 
     Returns:

@@ -13,8 +13,8 @@ class Task:
     """One piece of work.
 
     Attributes:
-        name: of its file, which may be in a folder of its own: `case/report.json`.
-        size: what it counts for in the progress, such as rows.
+        name: name of its file, which may be in a folder of its own: `case/report.json`.
+        size: its share in the progress, such as its number of rows.
     """
 
     name: str
@@ -32,7 +32,7 @@ class Store:
         self.folder = Path(folder)
 
     def path(self, task: Task) -> Path:
-        """Where a task's file is, or will be."""
+        """Path of a task's file, present or not."""
         return self.folder / task.name
 
     def missing(self, tasks: Sequence[Task]) -> list[int]:
@@ -64,7 +64,7 @@ class Store:
 
     @property
     def holds_any(self) -> bool:
-        """Whether any task has a file."""
+        """True if any task has a file."""
         return self.folder.is_dir() and any(not p.name.startswith(".") for p in self.folder.iterdir())
 
     def clear(self) -> None:

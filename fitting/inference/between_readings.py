@@ -40,11 +40,11 @@ readings are off by 0.05."""
 NEAR = 1e-3
 """Maximum error of a grid's positions, in spacings. It is 0.0007 for 145 readings of seven digits."""
 WIDEST, HEAD, FINE = 100.0, 200, 8
-"""Maximum number of rows from one reading to the next; number of corners for the first estimate of a grid;
-number of trial grids for each cycle that these span."""
+"""WIDEST: maximum number of rows from one reading to the next. HEAD: number of corners for the first estimate
+of a grid. FINE: number of trial grids for each cycle that these span."""
 END, MOST_RESAMPLED, CLOSE = 48, 3000, 2.5
-"""Number of rows at either end on which a number of readings is tested first; maximum number of rows of a
-recording, as every number is tested; maximum number of rows per reading."""
+"""END: number of rows at either end on which a number of readings is tested first. MOST_RESAMPLED: maximum
+number of rows of a recording, as every number is tested. CLOSE: maximum number of rows per reading."""
 SMOOTHED = 0.95
 """Maximum ratio of fourth to second differences, normalised, for the test. It is 0.7 to 0.9 for rows drawn at
 1.1 to 1.4 per reading, and 0.9 to 1.05 for white noise over 150 rows."""

@@ -10,7 +10,7 @@ LONG = 5
 """Minimum number of rows at the extreme value for a saturated channel."""
 AFTER, SMOOTH = 4.0, 3.0
 """Minimum continuation of the trend beyond its stop, in steps or standard deviations. The second number
-multiplies it for readings so coarse that they may stand still at a smooth top: a rounded parabola would
+multiplies it for readings so coarse that they may stand still at a smooth top. A rounded parabola would
 continue by 2 to 8 steps."""
 UNLIKELY = 1e-3
 """Maximum expected number of such stretches by chance, from the frequency of equal readings."""

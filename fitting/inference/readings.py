@@ -140,7 +140,7 @@ def _readings_of_columns(recording: Recording) -> list[OriginalReadings | None]:
 
 
 def _nearest(recording: Recording, rows: np.ndarray, drawn: Sequence[OriginalReadings]) -> np.ndarray:
-    """Those of some rows that are nearest to a reading of any column."""
+    """Rows, among some, that are nearest to a reading of any column."""
     places = _positions(recording)[rows]
     return rows[np.unique(np.concatenate([originals.nearest(places) for originals in drawn]))]
 

@@ -12,8 +12,8 @@ readings of a slow trend move by one step, seldom by two."""
 AS_OFTEN = 0.7
 """Minimum share of stretches of one length for copies by a logger."""
 MANY, EVEN, SLOWEST = 20, 0.95, 10
-"""Minimum number of changes for a test of their rows; minimum share of them that must agree, as some rows are
-lost; maximum number of rows for each reading."""
+"""MANY: minimum number of changes for a test of their rows. EVEN: minimum share of them that must agree, as
+some rows are lost. SLOWEST: maximum number of rows for each reading."""
 TWICE, CHANCES = 1.15, 4.0
 """Minimum mean number of rows for each reading of a slow channel. Second, minimum excess of rows that stand
 still over moves by one step, in standard deviations of the count."""

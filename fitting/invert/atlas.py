@@ -34,7 +34,7 @@ class Atlas:
 
     Attributes:
         drives: pressure [Pa] and fractions [1], shape (states, drives).
-        unknowns: of the segments, shape (states, segments, freedoms).
+        unknowns: scaled unknowns of the segments, shape (states, segments, freedoms).
         solved: all states, arrays with a leading axis.
     """
 
@@ -48,7 +48,7 @@ class Atlas:
 
     @property
     def lean(self) -> np.ndarray:
-        """Whether at most one spring is heated in every segment, shape (states,)."""
+        """True if at most one spring is heated in every segment, shape (states,)."""
         warm, at = self.drives[:, 1:] < 1.0, 0
         good = np.ones(len(warm), bool)
         for segment in self.solved.body.segments:

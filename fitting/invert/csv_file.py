@@ -29,7 +29,7 @@ def number(text: str | None, where: str) -> float:
     """A finite number.
 
     Args:
-        text: of the field; None where the row is too short.
+        text: text of the field; None where the row is too short.
         where: file, row and column.
 
     Raises:

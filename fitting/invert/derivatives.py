@@ -28,12 +28,12 @@ def values_with_slope(
     """Values of the goals in SI, their derivative by the place, and the scaled unknowns of every segment.
 
     Args:
-        body: what is driven.
+        body: the body that is driven.
         goals: names of `GOALS`.
         drives: pressure and fractions at a place.
-        place: in the box, shape (drives,).
-        memories: of the springs.
-        guess: where Newton's method starts, shape (segments, freedoms).
+        place: place in the box, shape (drives,).
+        memories: memories of the springs.
+        guess: start of Newton's method, shape (segments, freedoms).
     """
     if body.chain is not None and not body.chain.loaded:
         return _of_chain(body, goals, drives, place, memories, guess)

@@ -1,4 +1,4 @@
-"""From drives to a state, quickly: Newton's method from a state nearby, exact derivatives."""
+"""Fast states from drives: Newton's method from a state nearby, exact derivatives."""
 
 from collections.abc import Sequence
 
@@ -32,7 +32,7 @@ def fresh(body: Body) -> Memories:
 
 
 def first_guess(body: Body) -> Array:
-    """Where Newton's method starts in every segment, shape (segments, freedoms)."""
+    """Start of Newton's method in every segment, shape (segments, freedoms)."""
     return jnp.stack([start(segment) for segment in body.segments])
 
 
@@ -40,10 +40,10 @@ def state_of(body: Body, pressure: Array, fractions: Array, memories: Memories, 
     """State of a body without loads between its segments; NaN where Newton's method finds none.
 
     Args:
-        body: what is driven.
+        body: the body that is driven.
         pressure: gauge [Pa].
-        fractions: of all springs, segment by segment, shape (springs,).
-        memories: of the springs.
+        fractions: martensite fractions of all springs, segment by segment, shape (springs,).
+        memories: memories of the springs.
         guess: scaled unknowns of every segment, shape (segments, freedoms).
     """
     if body.chain is not None and body.chain.loaded:

@@ -1,4 +1,4 @@
-"""What can be wanted of a state, and how far from it counts as one."""
+"""Goals for a state, and the distance from each that counts as one."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ class Goal:
     """One thing that can be wanted.
 
     Attributes:
-        columns: of a table of targets; their suffix is the unit.
-        function: of a solved state, shape (columns,), in SI.
+        columns: columns of a table of targets; their suffix is the unit.
+        function: values of a solved state, shape (columns,), in SI.
         size: miss that counts as one, in SI; by these misses of different kinds are weighed.
         tolerance: miss up to which a target counts as met, in SI.
-        chain: whether a chain can have it; single: whether one actuator can.
+        chain: true if a chain can have it; single: true if one actuator can.
     """
 
     columns: tuple[str, ...]
@@ -46,8 +46,8 @@ GOALS: dict[str, Goal] = {
     "tip": Goal(("tip_x_mm", "tip_y_mm", "tip_z_mm"), lambda s: s.end_pose[:3, 3], 1e-3, 0.5e-3, True),
     "direction": Goal(("direction_x", "direction_y", "direction_z"), _direction, 2.0 * DEGREE, DEGREE, True),
 }  # fmt: skip
-"""By name. `bend` is the bend angle vector of an actuator that bends in any direction, `direction` the unit
-vector along the tip."""
+"""Goals by name. `bend` is the bend angle vector of an actuator that bends in any direction, `direction` the
+unit vector along the tip."""
 
 
 def misses(goals: tuple[str, ...], found: Array, wanted: Array) -> dict[str, Array]:
@@ -55,7 +55,7 @@ def misses(goals: tuple[str, ...], found: Array, wanted: Array) -> dict[str, Arr
 
     Args:
         goals: names.
-        found, wanted: what is and what should be, shape (..., columns).
+        found, wanted: actual and desired values, shape (..., columns).
     """
     misses, at = {}, 0
     for name in goals:

@@ -1,5 +1,4 @@
-"""A chain along the centre line of a lumen: as close to it as it can be, with its wall clear of the
-lumen's."""
+"""A chain in a lumen: as close to the centre line as it can be, without touching the lumen's wall."""
 
 import csv
 from dataclasses import dataclass
@@ -27,13 +26,14 @@ from .run import Inverse
 from .search import Box
 
 POINTS = 12
-"""Number of points on every segment that are held clear: 5 mm apart on a segment of 56 mm."""
+"""Number of points on every segment whose clearance is constrained: 5 mm apart on a segment of 56 mm."""
 STARTS = 8
+"""Number of starting points of the search."""
 ENDS = Ends(precision=1e-5)
-"""When a search ends. The objective is a mean square distance in radii of the tube, so 1e-5 is 0.02 mm for a
-tube of 10 mm. Smallest distances have kinks, on which an exact search goes to and fro."""
+"""Stopping rule of a search. The objective is a mean square distance in radii of the tube, so 1e-5 is 0.02 mm
+for a tube of 10 mm. Smallest distances have kinks, on which an exact search goes to and fro."""
 PICKED = 8_000
-"""Number of the atlas' states of which the nearest to the line are searched from."""
+"""Number of states of the atlas that are compared with the line; the search starts from the nearest ones."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class Lumen:
     """A tube to pass through, in the frame of the chain's base: z along the straight chain.
 
     Attributes:
-        name: of the file.
-        points: of its centre line [m], shape (points, 3); the chain begins at the first.
-        diameter: at these [m], shape (points,).
+        name: name of the file.
+        points: points of its centre line [m], shape (points, 3); the chain begins at the first.
+        diameter: diameter at these points [m], shape (points,).
     """
 
     name: str
@@ -67,13 +67,13 @@ class Passage(Result):
 
     Attributes:
         design: name of the chain.
-        lumen: passed through.
+        lumen: the lumen.
         springs: segment and number of every spring.
-        pressure: gauge [Pa]; fractions: of all springs [1].
+        pressure: gauge pressure [Pa]; fractions: martensite fractions of all springs [1].
         offset: root mean square distance of the chain's centre line from the lumen's [m].
         clearance: least distance between the walls [m], negative where they would overlap.
-        line: of the chain's centre line [m], shape (points, 3).
-        solved: the state.
+        line: points of the chain's centre line [m], shape (points, 3).
+        solved: the solved state of the chain.
     """
 
     design: str
@@ -88,7 +88,7 @@ class Passage(Result):
 
     @property
     def passes(self) -> bool:
-        """Whether the chain is clear of the lumen's wall everywhere."""
+        """True if the chain is clear of the lumen's wall everywhere."""
         return self.clearance >= -1e-9
 
 
@@ -129,7 +129,7 @@ def distances(points: Array, lumen: tuple[Array, Array]) -> tuple[Array, Array]:
     """
     line, diameter = lumen
     begin, along = line[:-1], jnp.diff(line, axis=0)
-    still = jax.lax.stop_gradient(points)  # which piece is nearest has no derivative: it is found without
+    still = jax.lax.stop_gradient(points)  # the choice of the nearest piece has no derivative
     share = jnp.einsum("psk,sk->ps", still[:, None] - begin, along) / jnp.sum(along**2, axis=1)
     aside = still[:, None] - begin - jnp.clip(share, 0.0, 1.0)[..., None] * along
     nearest = jnp.argmin(jnp.sum(aside**2, axis=-1), axis=1)
@@ -145,9 +145,10 @@ def distances(points: Array, lumen: tuple[Array, Array]) -> tuple[Array, Array]:
 
 
 def refined(lumen: Lumen) -> tuple[np.ndarray, np.ndarray]:
-    """The same line and diameters with a power of two of points: few programs serve all lumens.
+    """The same line and diameters with a power of two of points, so that few compiled programs serve all
+    lumens.
 
-    The longest pieces are halved: the line between the points stays as it is.
+    The longest pieces are halved; the line between the points stays as it is.
     """
     points, diameter = lumen.points, lumen.diameter
     wanted = 1 << (len(points) - 1).bit_length()
@@ -159,12 +160,12 @@ def refined(lumen: Lumen) -> tuple[np.ndarray, np.ndarray]:
 
 
 class _Task(eqx.Module):
-    """What a chain is to do.
+    """The task of passing a lumen.
 
     Attributes:
-        body, box, memories: what is driven, by what, from what.
+        body, box, memories: the driven body, the box of its drives, and the memories of its springs.
         line: points and diameters of the lumen [m].
-        clearance: to keep between the walls [m].
+        clearance: least distance to keep between the walls [m].
     """
 
     body: Body
@@ -175,7 +176,8 @@ class _Task(eqx.Module):
 
 
 def _numbers(task: _Task, place: Array) -> Array:
-    """Mean square distance, then violations of the clearances, in radii of the tube [1]."""
+    """Mean square distance, then violations of the clearances to the lumen and of the chain to itself, in
+    radii of the tube [1]."""
     radius = jnp.max(jnp.stack([s.section.radius for s in task.body.segments]))
     drives = task.box.drives(place)
     solved = state_of(task.body, drives[0], drives[1:], task.memories, first_guess(task.body))
@@ -229,9 +231,9 @@ def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Pass
     clearances of all points as inequalities. Where they cannot be kept, the least overlap is looked for.
 
     Args:
-        inverse: of a chain, or of one actuator.
-        lumen: to pass through; the chain begins at its first point, along z.
-        clearance: to keep between the walls [m].
+        inverse: inverse of a chain, or of one actuator.
+        lumen: lumen to pass through; the chain begins at its first point, along z.
+        clearance: least distance to keep between the walls [m].
     """
     line = tuple(jnp.asarray(x) for x in refined(lumen))
     task = _Task(inverse.body, inverse.box(), fresh(inverse.body), line, jnp.asarray(clearance))

@@ -54,11 +54,11 @@ class Inversion(Result):
         springs: segment and number of every spring.
         pressure: gauge [Pa]; fractions: shape (targets, springs); resistances [ohm] and currents [A] that
             hold them in still air, the same.
-        values: of the goals, as the model has them with these drives, shape (targets, columns).
-        misses: by goal [SI].
-        met: whether every goal is met within its tolerance.
-        held: which ends of which drives hold an unmet target, in words.
-        ways: for each target, the drives of every other way that was found, shape (ways, drives).
+        values: model's values of the goals under these drives [SI], shape (targets, columns).
+        misses: distance from each goal [SI], by goal.
+        met: true where every goal is met within its tolerance.
+        held: the ends of drives that hold an unmet target, in words.
+        ways: drives of every other solution that was found for each target, shape (ways, drives).
     """
 
     design: str
@@ -91,8 +91,8 @@ class Inverse:
 
     Args:
         design, alloy, material: names or paths of tables; the design's own where None.
-        limits: of the drives.
-        seed: of random combinations.
+        limits: limits of the drives.
+        seed: seed of random combinations.
 
     Raises:
         InputError: for a design that cannot be used, or without springs under a held pressure.
@@ -270,7 +270,7 @@ class Inverse:
         return Solved(self.body, *jax.tree.map(lambda x: x[:size], parts))
 
     def _held(self, best: Found, k: int) -> str:
-        """Which bounds hold an unmet target, in words."""
+        """Bounds that hold an unmet target, in words."""
         box, place, slope = self.box(), best.place[k], best.slope[k]
         words = []
         for j, name in enumerate(["pressure", *(f"xi0_{n}" for n in self.names)]):

@@ -58,15 +58,15 @@ class Box(eqx.Module):
 
 
 class Found(eqx.Module):
-    """What a search ended with.
+    """Result of a search.
 
     Attributes:
-        place: in the box [1], shape (drives,).
-        miss: in sizes of the goals [1].
-        values: of the goals, in SI, shape (columns,).
+        place: place in the box [1], shape (drives,).
+        miss: distance from the goals, in sizes of the goals [1].
+        values: values of the goals [SI], shape (columns,).
         effort: square of the distance from rest [1].
-        slope: of half the squared miss by the place [1], shape (drives,).
-        unknowns: of the state, for a neighbouring one, shape (segments, freedoms).
+        slope: derivative of half the squared miss by the place [1], shape (drives,).
+        unknowns: unknowns of the state, to start a neighbouring one, shape (segments, freedoms).
         steps: taken.
     """
 
@@ -92,12 +92,12 @@ def search(
     """One inverse problem from one start.
 
     Args:
-        body: what is driven.
+        body: the body that is driven.
         goals: static; names.
         box: ranges of the drives.
         wanted: values of the goals in SI, shape (columns,).
         begin: place in the box, shape (drives,).
-        memories: of the springs.
+        memories: memories of the springs.
         guess: unknowns of a state near the start.
         most: maximum of steps.
     """

@@ -15,11 +15,11 @@ from .goals import GOALS
 
 @dataclass(frozen=True)
 class Targets:
-    """What is wanted, row by row.
+    """Target values of goals, row by row.
 
     Attributes:
-        goals: names; wanted: values in SI, shape (rows, columns).
-        time: [s], shape (rows,), where the rows follow each other; else None.
+        goals: names of the goals; wanted: their target values in SI, shape (rows, columns).
+        time: time of the rows [s], shape (rows,), if they follow each other; else None.
     """
 
     goals: tuple[str, ...]
@@ -50,7 +50,7 @@ def read_targets(path: str | Path) -> Targets:
 
 
 def targets_of(columns: Mapping[str, np.ndarray], where: str) -> Targets:
-    """Targets of named columns in the units that their names say.
+    """Targets of columns by name; each value is in the unit that the column's name states.
 
     Raises:
         InputError: for a column that is no goal's, a goal whose columns are not all there, or time going

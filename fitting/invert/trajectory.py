@@ -34,10 +34,10 @@ class Trajectory(Result):
     """Drives over time.
 
     Attributes:
-        inversion: of every row, with memory; its values are those of `simulate_history`.
+        inversion: inversion of every row, with memory; its values are those of `simulate_history`.
         time: [s], shape (rows,).
         remembered: least martensite fraction so far of every spring [1], shape (rows, springs).
-        without_memory: whether a row could be met by springs that are new to heat, shape (rows,).
+        without_memory: true where springs that are new to heat could meet the row, shape (rows,).
         disagreement: largest difference between the search's values and those of the exact history, in sizes
             of the goals [1].
     """
@@ -54,7 +54,7 @@ class Trajectory(Result):
         return ~self.inversion.met & self.without_memory
 
     def warnings(self) -> list[str]:
-        """What cannot be undone, before it is tried."""
+        """Warnings about steps that cannot be undone."""
         words, rows = [], np.flatnonzero(self.lost)
         if not rows.size:
             return words
@@ -118,7 +118,7 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
     """Drives for targets over time.
 
     Args:
-        inverse: of a body with springs.
+        inverse: inverse of a body with springs.
         goals: names of `GOALS`.
         wanted: values in SI, shape (rows, columns).
         time: [s], ascending, shape (rows,).
@@ -162,7 +162,7 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
 
 @dataclass(frozen=True)
 class _Places:
-    """Where searches ended, as `Inverse._held` looks at them."""
+    """Ends of searches, in the form that `Inverse._held` reads."""
 
     place: np.ndarray
     slope: np.ndarray

@@ -64,8 +64,8 @@ def information(
         geometry: geometry of the spring.
         tests: tests as arrays.
         noise: standard deviations of force [N] and of resistance [ohm].
-        misfit: standard deviation of the law's own error, as a share of the force and of the contrast in
-            resistance between both phases at rest [1]; equal in every repeat.
+        misfit: standard deviation of the law's own error [1], equal in every repeat. It is a share of the
+            force, and of the contrast in resistance between both phases at rest.
         repeats: number of averaged repeats of each test.
     """
     tests = eqx.tree_at(lambda t: t.phase_sd, tests, tests.phase_sd / jnp.sqrt(repeats))

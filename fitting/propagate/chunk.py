@@ -34,8 +34,8 @@ class ChunkJob:
     """Computes chunks of a study by index; small enough to be sent to any worker.
 
     Attributes:
-        study: as read. A worker elsewhere must see its files under the same paths.
-        fingerprint: that the worker's own reading must have.
+        study: the study as read. A worker elsewhere must see its files under the same paths.
+        fingerprint: fingerprint that the worker's own reading must have.
     """
 
     study: Study
@@ -58,7 +58,7 @@ def prepare(problem: Problem, expected: str | None = None) -> ChunkJob:
     """Keep a problem for this process's chunks, and return the job.
 
     Args:
-        problem: of a study.
+        problem: problem of a study.
         expected: fingerprint that it must have.
 
     Raises:

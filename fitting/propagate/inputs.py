@@ -20,7 +20,7 @@ class Draws:
     """Joint draws of several numbers.
 
     Attributes:
-        names: of the numbers.
+        names: names of the numbers.
         table: [SI], shape (draws, names).
         source: file.
     """
@@ -32,13 +32,13 @@ class Draws:
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """What varies, and how.
+    """Varied inputs with their distributions.
 
     Attributes:
-        marginals: by name of the input.
-        correlation: of the normal scores, shape (inputs, inputs); the last input is `posterior` where `draws`
-            are picked, and depends on no other.
-        draws: of which one row is picked for each row of the study, or None.
+        marginals: distribution of each input, by its name.
+        correlation: correlation of the normal scores, shape (inputs, inputs). The last input is `posterior`
+            where `draws` are picked, and depends on no other.
+        draws: draws of which one row is picked for each row of the study, or None.
     """
 
     marginals: Mapping[str, Marginal]
@@ -51,17 +51,17 @@ class Inputs:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the inputs, one for each score."""
+        """Names of the inputs, one for each score."""
         return (*self.marginals, *((POSTERIOR,) if self.draws else ()))
 
     @property
     def value_names(self) -> tuple[str, ...]:
-        """Of the numbers that the model is given."""
+        """Names of the numbers that the model is given."""
         return (*self.marginals, *(self.draws.names if self.draws else ()))
 
     @property
     def correlated(self) -> bool:
-        """Whether any scores are."""
+        """True if any scores are correlated."""
         return bool(np.any(self.correlation != np.eye(len(self.correlation))))
 
     def values(self, z: Float[np.ndarray, "rows inputs"]) -> Float[np.ndarray, "rows values"]:
@@ -116,10 +116,10 @@ def correlation_matrix(
     """Correlation of all scores.
 
     Args:
-        names: of the inputs.
+        names: names of the inputs.
         pairs: correlations that are stated, of Gaussian scores.
-        start: what is known of all of them before, shape (inputs, inputs).
-        where: for messages.
+        start: correlations that are known in advance, shape (inputs, inputs).
+        where: file and key, for messages.
 
     Raises:
         InputError: if no distribution can have these.

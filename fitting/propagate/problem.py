@@ -30,13 +30,13 @@ class Problem:
     """A study that can be computed.
 
     Attributes:
-        study: as read.
+        study: the study as read.
         response: the model.
-        inputs: what varies.
-        columns: what is asked.
-        design: how rows come from points.
+        inputs: the varied inputs.
+        columns: the requested quantities.
+        design: rule that makes rows from points.
         groups: inputs by group, for indices.
-        notices: what to know.
+        notices: notices for the reader.
     """
 
     study: Study
@@ -72,7 +72,7 @@ class Problem:
         return found
 
     def sampler(self) -> Sampler:
-        """Of base points."""
+        """Sampler of base points."""
         sampling = self.study.sampling
         return Sampler(sampling.method, self.design.dimension, sampling.seed, self.chunk_points)
 
@@ -90,12 +90,12 @@ class Problem:
 
     @cached_property
     def centre(self) -> np.ndarray:
-        """What sums are taken about, so that they keep their digits: the nominal columns, else 0."""
+        """Centre of the sums, so that they keep their digits: the nominal columns, else 0."""
         return np.nan_to_num(self.nominal, nan=0.0)
 
     @cached_property
     def fingerprint(self) -> str:
-        """What makes rows of this study what they are."""
+        """Fingerprint of everything that the rows of this study depend on."""
         files = self.response.files
         if self.study.vary.posterior is not None:
             place = self.study.folder / self.study.vary.posterior
@@ -125,9 +125,24 @@ def build_problem(study: Study) -> Problem:
             f"{study.path}: [sampling] a Sobol sequence has {MOST_POINTS:,} points; take method = "
             "'monte_carlo'"
         )
-    if study.rare is not None and not study.limits:
-        raise InputError(f"{study.path}: [rare] needs a [[limit]], which says what a failure is")
+    _check_rare(study, response, inputs)
     return Problem(study, response, inputs, columns, design, groups, (*response.notices, *notices))
+
+
+def _check_rare(study: Study, response: Response, inputs: Inputs) -> None:
+    """Refuse small probabilities that cannot be found."""
+    if study.rare is None:
+        return
+    where = f"{study.path}: [rare]"
+    if not study.limits:
+        raise InputError(f"{where} needs a [[limit]], which says what a failure is")
+    if "form" in study.rare.methods and not response.smooth:
+        raise InputError(f"{where} FORM needs derivatives, and here are steps; take methods = ['subset']")
+    if "form" in study.rare.methods and inputs.draws is not None:
+        raise InputError(
+            f"{where} FORM needs derivatives, which draws picked one by one have not; take posterior_as = "
+            "'copula', or methods = ['subset']"
+        )
 
 
 def _names_of_expressions(study: Study) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""What a study asks of the model: outputs, functions of them, limits; as columns."""
+"""Quantities that a study asks of the model: outputs, functions of them, limits; as columns."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from .responses import NOT_FINITE, Driver, Response
 from .responses.expression import as_expression
 
 REDUCTIONS = ("largest", "smallest", "mean", "first", "last")
-"""What makes one number of a quantity along the driver."""
+"""Functions that make one number of a quantity along the driver."""
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,9 @@ class Quantity:
     """One thing that is asked.
 
     Attributes:
-        name: for tables and figures; as an output, it ends in its unit.
-        expression: of the model's outputs; the name of one alone will do.
-        reduce: of `REDUCTIONS`, or a value of the driver, `at` which it is taken; None keeps the driver.
+        name: name for tables and figures; as an output, it ends in its unit.
+        expression: expression in the model's outputs; the name of a single output is one, too.
+        reduce: one of `REDUCTIONS`, or the value of the driver `at` which it is taken; None keeps the driver.
         noise: 1-sigma of a measurement of it, in its unit; 0 for the quantity itself.
     """
 
@@ -36,7 +36,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Limit:
-    """Where a quantity fails.
+    """Limit beyond which a quantity fails.
 
     Attributes:
         on: name of the quantity.
@@ -60,7 +60,7 @@ class Columns:
     """Quantities as columns of one table.
 
     Attributes:
-        quantities: in their order.
+        quantities: the quantities, in their order.
         counts: columns of each.
         driver: or None.
     """
@@ -80,7 +80,7 @@ class Columns:
         return slice(sum(self.counts[:k]), sum(self.counts[: k + 1]))
 
     def along(self, name: str) -> bool:
-        """Whether a quantity is given along the driver."""
+        """True if a quantity is given along the driver."""
         part = self.of(name)
         return part.stop - part.start > 1
 
@@ -179,7 +179,8 @@ def _reduced(value: Array, how: str | float, driver: Driver) -> Array:
 
 
 def exceeded(y: np.ndarray, limits: Sequence[Limit], columns: Columns) -> dict[str, np.ndarray]:
-    """Which rows have failed, for each limit up to each point of its quantity, shape (rows, points)."""
+    """True for rows that have failed, for each limit up to each point of its quantity, shape (rows,
+    points)."""
     found = {}
     for limit in limits:
         part = y[:, columns.of(limit.on)]
@@ -194,8 +195,8 @@ def margin(y: Mapping[str, Array] | Array, limit: Limit, columns: Columns) -> Ar
 
     Args:
         y: columns of rows, shape (rows, columns).
-        limit: of one quantity.
-        columns: of the study.
+        limit: limit of one quantity.
+        columns: columns of the study.
     """
     part = y[:, columns.of(limit.on)]
     sides = []

@@ -1,14 +1,14 @@
 """Reading a study from TOML, with every check that needs no model. `docs/propagate.md` shows the format."""
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from pneusma_jax.calibration.keys import KINDS
-from pneusma_jax.documents import read_document
-from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.documents import check_keys, finite_number, read_document, shipped_names, word_of
+from pneusma_jax.errors import InputError
 
 from .quantities import REDUCTIONS, Limit, Quantity
 from .sampling import METHODS
@@ -17,23 +17,23 @@ from .study import LEAST_CHUNK, MOST_CHUNK, MOST_ROWS, Indices, Rare, Sampling, 
 SCHEMA = "pneusma-study/1"
 TOP = (
     "schema", "name", "description", "model", "vary", "input", "correlation", "output", "limit", "sampling",
-    "indices", "rare",
+    "indices", "rare", "noise",
 )  # fmt: skip
-THROUGH = ("state", "workspace", "protocol", "recording", "chain", "expression")
+THROUGH = ("state", "workspace", "protocol", "recording", "chain", "closed_loop", "expression")
 METHODS_OF_RARE = ("subset", "form")
 _EXAMPLES = resources.files("calibration_data").joinpath("examples", "studies")
 
 
 def study_examples() -> list[str]:
     """Names of the studies that come with the package, sorted."""
-    return sorted(e.name.removesuffix(".toml") for e in _EXAMPLES.iterdir() if e.name.endswith(".toml"))
+    return shipped_names(_EXAMPLES)
 
 
 def read_study(path: str | Path) -> Study:
     """Read and check a study.
 
     Args:
-        path: of a file, or the name of a study that comes with the package.
+        path: path of a file, or the name of a study that comes with the package.
 
     Raises:
         InputError: one line with file, table, key and what would be right.
@@ -45,7 +45,7 @@ def read_study(path: str | Path) -> Study:
     model = _table(document, "model", path)
     if "through" not in model:
         raise InputError(f"{path}: [model] needs through, one of {', '.join(THROUGH)}")
-    _word(model["through"], THROUGH, f"{path}: [model] through")
+    word_of(model["through"], THROUGH, f"{path}: [model] through")
     inputs = _table(document, "input", path)
     for name, entry in inputs.items():
         if not isinstance(entry, dict):
@@ -53,9 +53,11 @@ def read_study(path: str | Path) -> Study:
                 f"{path}: [input.{name}] must be a table with a distribution, but it is {entry!r}"
             )
     vary = _vary(_table(document, "vary", path), path)
-    if not (inputs or vary.priors or vary.posterior or vary.tolerance):
+    noise = _noise(_table(document, "noise", path), path)
+    if not (inputs or vary.priors or vary.posterior or vary.tolerance or noise):
         raise InputError(
-            f"{path}: nothing varies: add a table [input.NAME], or [vary] with priors, tolerance or posterior"
+            f"{path}: nothing varies: add a table [input.NAME], or [vary] with priors, tolerance or"
+            " posterior, or [noise]"
         )
     indices = document.get("indices")
     rare = document.get("rare")
@@ -74,6 +76,7 @@ def read_study(path: str | Path) -> Study:
         sampling=_sampling(_table(document, "sampling", path), path),
         indices=None if indices is None else _indices(_table(document, "indices", path), path),
         rare=None if rare is None else _rare(_table(document, "rare", path), path),
+        noise=noise,
     )
 
 
@@ -98,18 +101,6 @@ def _text(document: Mapping[str, Any], key: str, usual: str, path: Path) -> str:
     return entry
 
 
-def _word(entry: Any, known: Collection[str], where: str) -> str:
-    if entry not in known:
-        raise InputError(f"{where} is {entry!r}, {nearest(str(entry), known)}")
-    return entry
-
-
-def _keys(table: Mapping[str, Any], known: Collection[str], where: str) -> None:
-    for key in table:
-        if key not in known:
-            raise InputError(f"{where}: unknown key {key!r}, {nearest(key, known)}")
-
-
 def number_in(table: Mapping[str, Any], key: str, where: str, usual: float | None = None) -> float:
     """A finite number of a table.
 
@@ -119,9 +110,7 @@ def number_in(table: Mapping[str, Any], key: str, where: str, usual: float | Non
     entry = table.get(key, usual)
     if entry is None:
         raise InputError(f"{where}: {key} is missing")
-    if isinstance(entry, bool) or not isinstance(entry, int | float) or not math.isfinite(entry):
-        raise InputError(f"{where}: {key} must be a finite number, but it is {entry!r}")
-    return float(entry)
+    return finite_number(entry, f"{where}: {key}")
 
 
 def _whole(table: Mapping[str, Any], key: str, usual: int, least: int, most: int, where: str) -> int:
@@ -141,7 +130,8 @@ def _names(table: Mapping[str, Any], key: str, where: str) -> tuple[str, ...]:
 
 def _vary(table: Mapping[str, Any], path: Path) -> Vary:
     where = f"{path}: [vary]"
-    _keys(table, ("priors", "leave_out", "posterior", "posterior_as", "tolerance"), where)
+    known_keys = ("priors", "leave_out", "posterior", "posterior_as", "posterior_specimen", "tolerance")
+    check_keys(table, known_keys, where)
     known = (*KINDS, "recording", "effect")
     priors = table.get("priors", False)
     if isinstance(priors, bool):
@@ -149,11 +139,14 @@ def _vary(table: Mapping[str, Any], path: Path) -> Vary:
     else:
         kinds = _names(table, "priors", where)
         for kind in kinds:
-            _word(kind, known, f"{where} priors")
+            word_of(kind, known, f"{where} priors")
     posterior = table.get("posterior")
     if posterior is not None and not isinstance(posterior, str):
         raise InputError(f"{where}: posterior must be the folder of a posterior, but it is {posterior!r}")
-    how = _word(table.get("posterior_as", "draws"), ("draws", "copula"), f"{where} posterior_as")
+    how = word_of(table.get("posterior_as", "draws"), ("draws", "copula"), f"{where} posterior_as")
+    specimen = None
+    if "posterior_specimen" in table:
+        specimen = _whole(table, "posterior_specimen", 1, 1, 10_000, where)
     tolerance = table.get("tolerance", {})
     if not isinstance(tolerance, dict):
         raise InputError(f"{where}: tolerance must be a table, such as {{wall_thickness = 0.03}}")
@@ -162,12 +155,22 @@ def _vary(table: Mapping[str, Any], path: Path) -> Vary:
         relative[name] = number_in(tolerance, name, f"{where} tolerance")
         if not 0.0 < relative[name] < 1.0:
             raise InputError(f"{where} tolerance: {name} = {relative[name]:g} is relative: 3 percent is 0.03")
-    return Vary(kinds, _names(table, "leave_out", where), posterior, how, relative)
+    left_out = _names(table, "leave_out", where)
+    return Vary(kinds, left_out, posterior, how, specimen, relative)
+
+
+def _noise(table: Mapping[str, Any], path: Path) -> dict[str, float]:
+    where = f"{path}: [noise]"
+    found = {name: number_in(table, name, where) for name in table}
+    for name, sd in found.items():
+        if sd <= 0.0:
+            raise InputError(f"{where}: {name} = {sd:g} is a standard deviation, so more than 0")
+    return found
 
 
 def _correlation(entry: Mapping[str, Any], number: int, path: Path) -> tuple[str, str, float]:
     where = f"{path}: [[correlation]] {number}"
-    _keys(entry, ("between", "value"), where)
+    check_keys(entry, ("between", "value"), where)
     pair = _names(entry, "between", where)
     if len(pair) != 2 or pair[0] == pair[1]:
         raise InputError(f"{where}: between must name two inputs, but it is {entry.get('between')!r}")
@@ -179,7 +182,7 @@ def _correlation(entry: Mapping[str, Any], number: int, path: Path) -> tuple[str
 
 def _output(entry: Mapping[str, Any], number: int, path: Path) -> Quantity:
     where = f"{path}: [[output]] {number}"
-    _keys(entry, ("name", "of", "reduce", "at", "noise"), where)
+    check_keys(entry, ("name", "of", "reduce", "at", "noise"), where)
     name = entry.get("name", entry.get("of"))
     if not isinstance(name, str) or not name:
         raise InputError(f"{where}: name is missing, such as 'curvature_1pm'")
@@ -192,7 +195,7 @@ def _output(entry: Mapping[str, Any], number: int, path: Path) -> Quantity:
     if "reduce" in entry and "at" in entry:
         raise InputError(f"{where}: 'reduce' and 'at' both make one number of a course; keep one")
     if "reduce" in entry:
-        reduce = _word(entry["reduce"], REDUCTIONS, f"{where} reduce")
+        reduce = word_of(entry["reduce"], REDUCTIONS, f"{where} reduce")
     if "at" in entry:
         reduce = number_in(entry, "at", where)
     noise = number_in(entry, "noise", where, 0.0)
@@ -203,7 +206,7 @@ def _output(entry: Mapping[str, Any], number: int, path: Path) -> Quantity:
 
 def _limit(entry: Mapping[str, Any], number: int, path: Path) -> Limit:
     where = f"{path}: [[limit]] {number}"
-    _keys(entry, ("on", "above", "below"), where)
+    check_keys(entry, ("on", "above", "below"), where)
     if not isinstance(entry.get("on"), str):
         raise InputError(f"{where}: on must name an output, but it is {entry.get('on')!r}")
     if "above" not in entry and "below" not in entry:
@@ -217,24 +220,24 @@ def _limit(entry: Mapping[str, Any], number: int, path: Path) -> Limit:
 
 def _sampling(table: Mapping[str, Any], path: Path) -> Sampling:
     where, usual = f"{path}: [sampling]", Sampling()
-    _keys(table, ("method", "rows", "chunk", "seed", "keep"), where)
+    check_keys(table, ("method", "rows", "chunk", "seed", "keep"), where)
     return Sampling(
-        method=_word(table.get("method", usual.method), METHODS, f"{where} method"),
+        method=word_of(table.get("method", usual.method), METHODS, f"{where} method"),
         rows=_whole(table, "rows", usual.rows, 1, MOST_ROWS, where),
         chunk=_whole(table, "chunk", usual.chunk, LEAST_CHUNK, MOST_CHUNK, where),
         seed=_whole(table, "seed", usual.seed, 0, 2**63 - 1, where),
-        keep=_word(table.get("keep", usual.keep), ("outputs", "summary"), f"{where} keep"),
+        keep=word_of(table.get("keep", usual.keep), ("outputs", "summary"), f"{where} keep"),
     )
 
 
 def _indices(table: Mapping[str, Any], path: Path) -> Indices:
     where = f"{path}: [indices]"
-    _keys(table, ("kind", "of", "groups"), where)
+    check_keys(table, ("kind", "of", "groups"), where)
     groups = table.get("groups", {})
     if not isinstance(groups, dict):
         raise InputError(f"{where}: groups must be a table, such as {{springs = ['wire_diameter']}}")
     return Indices(
-        kind=_word(table.get("kind", "sobol"), ("sobol", "shapley"), f"{where} kind"),
+        kind=word_of(table.get("kind", "sobol"), ("sobol", "shapley"), f"{where} kind"),
         of=_names(table, "of", where),
         groups={name: _names(groups, name, f"{where} groups") for name in groups},
     )
@@ -242,10 +245,10 @@ def _indices(table: Mapping[str, Any], path: Path) -> Indices:
 
 def _rare(table: Mapping[str, Any], path: Path) -> Rare:
     where, usual = f"{path}: [rare]", Rare()
-    _keys(table, ("methods", "samples", "runs", "starts"), where)
+    check_keys(table, ("methods", "samples", "runs", "starts"), where)
     methods = _names(table, "methods", where) or usual.methods
     for method in methods:
-        _word(method, METHODS_OF_RARE, f"{where} methods")
+        word_of(method, METHODS_OF_RARE, f"{where} methods")
     return Rare(
         methods=methods,
         samples=_whole(table, "samples", usual.samples, 100, 1_000_000, where),

@@ -32,12 +32,12 @@ class Propagation(Result):
     """A study, done.
 
     Attributes:
-        problem: with its model.
-        summary: of all rows.
+        problem: the problem with its model.
+        summary: statistics of all rows.
         nominal: columns at the nominal values.
         rare: small probabilities by the limit's words.
         computed: rows of this run; the others were there.
-        seconds: of this run.
+        seconds: duration of this run [s].
     """
 
     problem: Problem
@@ -49,11 +49,11 @@ class Propagation(Result):
 
     @property
     def moments(self) -> Moments:
-        """Of every column, NaN where no row has a result."""
+        """Moments of every column, NaN where no row has a result."""
         return self.summary.moments.told
 
     def quantiles(self, levels: np.ndarray) -> np.ndarray:
-        """Of every column, shape (levels, columns)."""
+        """Quantiles of every column, shape (levels, columns)."""
         return self.summary.sketches.quantiles(np.asarray(levels, float))
 
 
@@ -69,8 +69,8 @@ def propagate(
 
     Args:
         study: its file, or what `build_problem` made of it.
-        folder: for the chunks, in a folder of their own.
-        scheduler: where chunks are computed.
+        folder: folder for the chunks, which get a folder of their own in it.
+        scheduler: scheduler that computes the chunks.
         resume: go on with chunks that are in the folder.
         force: replace those of another study.
         progress: makes the display from the rows in all and those that are there.
@@ -140,6 +140,11 @@ def open_store(problem: Problem, folder: Path, resume: bool, force: bool) -> Sto
     if not manifest.exists() or force:
         write_whole(manifest, json.dumps(content, indent=1) + "\n")
     return store
+
+
+def begun(folder: str | Path) -> bool:
+    """Whether chunks of a study are in a folder, or could be: its manifest is there."""
+    return (Path(folder) / MANIFEST).exists()
 
 
 def _clear(folder: Path, store: Store) -> None:

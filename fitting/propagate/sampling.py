@@ -12,6 +12,8 @@ from .inputs import Inputs, normal_scores
 METHODS = ("monte_carlo", "sobol", "latin_hypercube")
 MOST_POINTS = 2**30
 """Points of SciPy's Sobol sequence, whose coordinates have 30 bits."""
+TOGETHER = 1000
+"""Blocks for Shapley effects that are made at once: 8 MB of matrices where 30 inputs are correlated."""
 
 
 @dataclass
@@ -19,12 +21,12 @@ class Sampler:
     """Points in the unit cube, by chunk.
 
     A Sobol sequence is wound forward to a chunk's first point. Monte Carlo draws and Latin hypercubes have a
-    random stream for each chunk; so a Latin hypercube is one of each chunk, a replicated design.
+    random stream for each chunk. So each chunk has a Latin hypercube of its own (a replicated design).
 
     Attributes:
-        method: of `METHODS`.
-        dimension: of the cube.
-        seed: of everything random.
+        method: one of `METHODS`.
+        dimension: dimension of the cube.
+        seed: seed of all random numbers.
         chunk: points of a whole chunk.
     """
 
@@ -65,11 +67,11 @@ def stream(seed: int, index: int, purpose: int) -> np.random.Generator:
 
 
 class Design(Protocol):
-    """How rows of the model come from base points.
+    """Rule that makes rows of the model from base points.
 
     Attributes:
         block: rows that belong together.
-        dimension: of a base point.
+        dimension: dimension of a base point.
     """
 
     block: int
@@ -79,8 +81,8 @@ class Design(Protocol):
         """Correlated scores, shape (points * block, inputs), and what the statistics must know of blocks.
 
         Args:
-            points: in the unit cube, shape (points, dimension).
-            random: of the chunk.
+            points: points in the unit cube, shape (points, dimension).
+            random: random numbers of the chunk.
         """
 
 
@@ -104,7 +106,7 @@ class Plain:
 
 @dataclass(frozen=True)
 class InBlocks:
-    """What designs share whose base points are pairs of independent rows, A and B, with groups of inputs.
+    """Designs whose base points are pairs of independent rows, A and B, with groups of inputs.
 
     Attributes:
         members: numbers of the inputs of each group.
@@ -155,9 +157,9 @@ class Saltelli(InBlocks):
 class Shapley(InBlocks):
     """Blocks that let go of one group after the other, in random order: for Shapley effects.
 
-    The first row is A. In row k the first k - 1 groups of the order keep A's values, and all others are drawn
-    again given these, by the copula. The order is that of the block. In the last but one row all groups but
-    one are kept; in the second row none is. E. Song, B. L. Nelson, J. Staum, SIAM/ASA J. Uncertainty
+    The first row is A. In row k the first k - 1 groups of the order keep A's values. All others are drawn
+    again given these, by the copula. The order is that of the block. In the last row but one all groups but
+    one are kept; in the second row none is. Source: E. Song, B. L. Nelson, J. Staum, SIAM/ASA J. Uncertainty
     Quantification 4 (2016) 1060, doi:10.1137/15M1048070, with one inner draw.
     """
 
@@ -169,17 +171,21 @@ class Shapley(InBlocks):
         orders = random.permuted(np.tile(np.arange(groups), (len(points), 1)), axis=1)
         first, second = self.pairs(points)
         rows = np.empty((len(points), self.block, count))
-        kinds, which = np.unique(orders, axis=0, return_inverse=True)
-        which = which.ravel()
-        for k, order in enumerate(kinds):
-            mine = which == k
-            places = np.concatenate([list(self.members[group]) for group in order])
-            lower = np.linalg.cholesky(self.inputs.correlation[np.ix_(places, places)])
-            a, b = first[mine], second[mine]
-            sizes = np.cumsum([0, *(len(self.members[group]) for group in order)])
-            for row, kept in enumerate((count, *sizes[:-1])):
-                new = np.concatenate([a[:, :kept], b[:, kept:]], axis=1)
-                scattered = np.empty_like(new)
-                scattered[:, places] = new @ lower.T
-                rows[mine, row] = scattered
+        for begin in range(0, len(points), TOGETHER):
+            part = slice(begin, begin + TOGETHER)
+            rows[part] = self._let_go(orders[part], first[part], second[part])
         return rows.reshape(-1, count), orders
+
+    def _let_go(self, orders: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """Rows of some blocks, shape (points, block, inputs); `a` and `b` are independent scores."""
+        count = a.shape[1]
+        places = np.stack([np.concatenate([self.members[group] for group in order]) for order in orders])
+        sizes = np.array([len(members) for members in self.members])[orders]
+        kept = np.concatenate([np.full((len(a), 1), count), np.cumsum(sizes, axis=1) - sizes], axis=1)
+        new = np.where(np.arange(count) < kept[:, :, None], a[:, None], b[:, None])
+        if self.inputs.correlated:
+            matrices = self.inputs.correlation[places[:, :, None], places[:, None, :]]
+            new = new @ np.linalg.cholesky(matrices).swapaxes(1, 2)
+        rows = np.empty_like(new)
+        np.put_along_axis(rows, np.broadcast_to(places[:, None], new.shape), new, axis=2)
+        return rows

@@ -18,13 +18,13 @@ MOST_ROWS = 10**10
 
 @dataclass(frozen=True)
 class Sampling:
-    """How rows are drawn.
+    """Sampling of the rows.
 
     Attributes:
-        method: of `sampling.METHODS`.
+        method: one of `sampling.METHODS`.
         rows: wanted; whole blocks are made of them.
         chunk: rows of a file, likewise.
-        seed: of everything random.
+        seed: seed of all random numbers.
         keep: `outputs` keeps the columns of every row on disk, `summary` only their sums.
     """
 
@@ -37,7 +37,7 @@ class Sampling:
 
 @dataclass(frozen=True)
 class Indices:
-    """Which sensitivity indices are wanted.
+    """Requested sensitivity indices.
 
     Attributes:
         kind: `sobol` or `shapley`.
@@ -56,9 +56,9 @@ class Rare:
 
     Attributes:
         methods: any of `subset`, `form`.
-        samples: of a level of subset simulation, and of importance sampling.
+        samples: number of samples of a level of subset simulation, and of importance sampling.
         runs: independent subset simulations, whose spread is the interval.
-        starts: of searches for design points.
+        starts: number of searches for design points.
     """
 
     methods: tuple[str, ...] = ("subset", "form")
@@ -69,13 +69,14 @@ class Rare:
 
 @dataclass(frozen=True)
 class Vary:
-    """What varies besides single inputs.
+    """Varied numbers besides single inputs.
 
     Attributes:
         priors: kinds of table whose priors are drawn; `recording` for those of a fit.
         leave_out: names that stay at their values.
         posterior: file or folder of `pneusma posterior`, or None.
         posterior_as: `draws` picks joint draws; `copula` has their marginals and rank correlations.
+        posterior_specimen: number of the specimen, where the posterior is of several; else None.
         tolerance: relative 1-sigma by name.
     """
 
@@ -83,6 +84,7 @@ class Vary:
     leave_out: tuple[str, ...] = ()
     posterior: str | None = None
     posterior_as: str = "draws"
+    posterior_specimen: int | None = None
     tolerance: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -91,17 +93,18 @@ class Study:
     """A study, checked as far as it can be without the model.
 
     Attributes:
-        path: of its file.
-        name, description: for people.
+        path: path of its file.
+        name, description: texts for people.
         model: its `[model]`, through what.
         vary: its `[vary]`.
         inputs: its `[input.NAME]`, as read.
         correlations: pairs and their correlation.
-        outputs: what is asked.
-        limits: where quantities fail.
-        sampling: how rows are drawn.
+        outputs: the requested quantities.
+        limits: limits at which quantities fail.
+        sampling: settings of the sampling.
         indices: or None.
         rare: or None.
+        noise: 1-sigma of white noise along channels, by column with its unit.
     """
 
     path: Path
@@ -116,24 +119,26 @@ class Study:
     indices: Indices | None = None
     rare: Rare | None = None
     description: str = ""
+    noise: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
-        """From which relative paths in the study count."""
+        """Folder from which relative paths in the study count."""
         return self.path.parent
 
 
 def fingerprint(study: Study, files: tuple[Path, ...], version: str) -> str:
-    """What makes rows of a study what they are: all of it but their number, its files, the program's version.
+    """Fingerprint of all that rows of a study depend on: the study without the number of rows, its files, the
+    version.
 
     Args:
         study: without its own place.
-        files: that the model comes from.
-        version: of the program.
+        files: files that the model comes from.
+        version: version of the program.
     """
     parts = {
         name: repr(getattr(study, name))
-        for name in ("model", "vary", "inputs", "correlations", "outputs", "limits", "indices")
+        for name in ("model", "vary", "inputs", "correlations", "outputs", "limits", "indices", "noise")
     }
     sampling = study.sampling
     parts["sampling"] = repr((sampling.method, sampling.chunk, sampling.seed, sampling.keep))

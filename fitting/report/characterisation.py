@@ -78,7 +78,7 @@ def _ends(*numbers: float) -> list[str]:
 
 
 def remark(estimate: Estimate) -> str:
-    """What is to be known about an estimate beside its numbers."""
+    """Remark on an estimate beside its numbers."""
     if estimate.at_bound:
         return "at bound"
     if merely_prior(estimate):
@@ -113,7 +113,8 @@ def zeros_json(found: Lasting | None) -> dict[str, dict[str, float]]:
 
 
 def limits(parameters: Mapping[str, Estimate]) -> list[str]:
-    """Which constants the recordings do not bracket, and which are merely their priors, in sentences."""
+    """Sentences about constants that the recordings do not bracket, and about those that merely repeat their
+    priors."""
     told = lambda ends: [n for n, e in parameters.items() if e.told == ends and not merely_prior(e)]  # noqa: E731
     said = []
     prior = [name for name, e in parameters.items() if merely_prior(e)]

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from fitting.data.recordings import Campaign, Recording, schema
+from fitting.data.recordings import Campaign, Recording, all_real, schema
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Model, Rows, kind_of, residual_of, silenced, specimen_of, stack
 from pneusma_jax.units import from_si
@@ -72,11 +72,10 @@ def model_problem(
         if np.any(np.asarray(rows[k].weight[quantity]) > 0.0)
     ]
     priors = [name for name, p in parameters.items() if p.prior is not None]
-    stated = [recording.real for recording in recordings]
     return Problem(
         title=title,
         kind=kind,
-        real=False if False in stated else None if None in stated else True,
+        real=all_real(recordings),
         target=target,
         parameters=parameters,
         predict=_predict(model, [(k, q, len(rows[k].mask), _column(kind, q)) for k, q in shown]),

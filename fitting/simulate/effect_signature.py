@@ -18,7 +18,9 @@ from pneusma_jax.effects import Effect, find_effect, specs_of
 from pneusma_jax.units import from_si
 
 ROWS = 241
+"""Number of rows of every protocol."""
 TIME = np.linspace(0.0, 240.0, ROWS)
+"""Time of the rows [s]."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def signature(slug: str, kind: str | None = None, values: Mapping[str, float] | 
 
     Args:
         slug: slug of the effect.
-        kind: letter of a kind that it concerns; its first where None.
+        kind: letter of a kind of recording that can show it; the first such kind if None.
         values: parameter values that replace the typical ones, SI.
 
     Raises:
@@ -91,6 +93,7 @@ Simulate = Callable[[tuple], dict[str, np.ndarray]]
 
 
 def _ramps(*points: tuple[float, float]) -> np.ndarray:
+    """Straight lines between points (time [s], value), at the times of the rows."""
     return np.interp(TIME, *np.array(points).T)
 
 
@@ -137,7 +140,7 @@ def _(specimen: BendingActuator) -> Protocol:
 
 @typical.register
 def _(specimen: SpringOnStand) -> Protocol:
-    """Pushed a little and pulled, cold, half hot, and cold again; quick and slow."""
+    """A spring is pushed a little and pulled: cold, half hot, hot, and cold again; quickly and slowly."""
     x = 1e-3 * _ramps((0, 0), (5, -1), (40, 40), (50, 0), (90, 40), (120, 5), (150, 30), (180, 0), (240, 45))
     xi0 = _ramps((0, 1), (50, 1), (60, 0.4), (120, 0.4), (130, 0.05), (180, 0.1), (210, 1), (240, 1))
     geometry = pj.SpringGeometry(0.25e-3, 0.9e-3, 0.269e-3, 52.0, 14e-3)
@@ -153,7 +156,7 @@ def _(specimen: SpringOnStand) -> Protocol:
 
 @typical.register
 def _(specimen: StraightWire) -> Protocol:
-    """Cooled and heated under two stresses; its resistance is read where an effect acts on resistance."""
+    """A wire is cooled and heated under two stresses. Its resistance is read if an effect acts on it."""
     temperature = _ramps((0, 80), (60, 5), (120, 80), (180, 5), (240, 80))
     stress = np.where(TIME < 120.0, 100e6, 200e6)
     wire = pj.load_wire()
@@ -172,7 +175,7 @@ def _(specimen: StraightWire) -> Protocol:
 
 @typical.register
 def _(specimen: Coupon) -> Protocol:
-    """Two cycles, a larger one, and a hold."""
+    """A coupon is strained in two equal cycles, then further, and held."""
     strain = _ramps((0, 0), (30, 0.4), (60, 0), (90, 0.4), (120, 0), (170, 0.9), (200, 0.9), (240, 0))
     law = pj.load_silicone()
 
@@ -185,7 +188,7 @@ def _(specimen: Coupon) -> Protocol:
 
 @typical.register
 def _(specimen: Tube) -> Protocol:
-    """Inflated twice, further, and held."""
+    """A tube is inflated twice, then further, and held."""
     pressure = _ramps((0, 0), (30, 20e3), (60, 0), (90, 20e3), (120, 0), (170, 40e3), (200, 40e3), (240, 0))
     tube = pj.make_tube(pj.Geometry(), pj.load_silicone())
 

@@ -102,10 +102,10 @@ class BendingActuator(Specimen):
         table = silicones.table_name(campaign, material)
         parameters.update(silicones.material_parameters(campaign, law, identify, table))
         free_names = {silicones.FACTOR, *(GEOMETRY_KEYS if layout.spring_numbers else TUBE)}
-        sizes = {
-            specimen: {name: value for name, value in dimensions(members[0]).items() if name in free_names}
-            for specimen, members in campaign.specimens().items()
-        }
+
+        def sizes(recording: Recording) -> dict[str, float]:
+            return {name: value for name, value in dimensions(recording).items() if name in free_names}
+
         own = priors.geometry_parameters(campaign, sizes, silicones.UNITS, silicones.always_open(identify))
         parameters.update(own)
         return parameters

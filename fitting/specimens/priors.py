@@ -5,8 +5,9 @@ material that is to be identified (`"fit"`) has the priors of its calibration ta
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from fitting.data.recordings import Campaign, Recording, schema
 from fitting.inference.parameters import Parameter, Parameters, Prior
@@ -156,7 +157,7 @@ def alloy_parameters(
 
 def geometry_parameters(
     campaign: Campaign,
-    known: Mapping[str, Mapping[str, float]],
+    dimensions: Callable[[Recording], Mapping[str, Any]],
     units: Mapping[str, str] | None = None,
     wide: Mapping[str, float] | None = None,
 ) -> Parameters:
@@ -164,20 +165,21 @@ def geometry_parameters(
 
     Args:
         campaign: recordings of one kind.
-        known: dimensions of the model, by specimen and name, SI.
+        dimensions: function from a recording to the dimensions that may be free, by name, SI.
         units: display units by name; millimetres by default, none for plain numbers.
         wide: relative standard deviation of parameters that stay free, whatever tolerance the recordings
             state.
     """
     specimens = campaign.specimens()
     parameters = Parameters()
-    for number, (specimen, recordings) in enumerate(specimens.items(), start=1):
-        stated = tolerances(recordings, known[specimen]) | dict(wide or {})
+    for number, recordings in enumerate(specimens.values(), start=1):
+        known = {name: float(value) for name, value in dimensions(recordings[0]).items()}
+        stated = tolerances(recordings, known) | dict(wide or {})
         for name, relative in stated.items():
             label = name if len(specimens) == 1 else f"{name}{MARK}{number}"
             unit = (units or {}).get(name, "1" if name in schema.GEOMETRY_WITHOUT_UNIT else "mm")
-            if known[specimen][name] != 0.0:
-                parameters.add(toleranced(label, known[specimen][name], relative, unit))
+            if known[name] != 0.0:
+                parameters.add(toleranced(label, known[name], relative, unit))
     return parameters
 
 

@@ -20,7 +20,7 @@ LOOSE = 1e2
 
 A tight walk is itself a measurement of the fraction's scale, which depends on `a` and `b`. It biased them by
 two to three standard errors. At this factor the walk only bridges rows whose resistance is uninformative.
-With a factor a hundred times larger, noise crosses the limits of the fraction: 90 % intervals then held the
+With a factor a hundred times larger, noise crosses the limits of the fraction. 90 % intervals then held the
 truth in 87 instead of 89 to 90 %.
 """
 ALIKE = 2.0

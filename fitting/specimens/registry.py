@@ -1,7 +1,7 @@
 """Registry of the kinds of specimen: the one table keyed by kind."""
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import jax
@@ -125,8 +125,3 @@ def predictor_of(kind: str | Model) -> Callable[[Mapping[str, Array], Rows], dic
 @functools.cache
 def _predictor_of(model: Model) -> Callable[[Mapping[str, Array], Rows], dict[str, Array]]:
     return jax.jit(jax.vmap(lambda values, rows: model.predict(values, rows), in_axes=(None, 0)))
-
-
-def observations(recordings: Sequence[Rows]) -> int:
-    """Number of measured values that count."""
-    return sum(rows.observations for rows in recordings)

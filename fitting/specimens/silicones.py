@@ -195,6 +195,6 @@ def parameters_of_silicone(campaign: Campaign, material: str | Path | None, size
     """
     law, identify = law_of(campaign, material)
     parameters = material_parameters(campaign, law, identify, table_name(campaign, material))
-    dimensions = {name: sizes(members[0]) | {FACTOR: 1.0} for name, members in campaign.specimens().items()}
-    parameters.update(priors.geometry_parameters(campaign, dimensions, UNITS, always_open(identify)))
+    free = lambda recording: sizes(recording) | {FACTOR: 1.0}  # noqa: E731
+    parameters.update(priors.geometry_parameters(campaign, free, UNITS, always_open(identify)))
     return parameters

@@ -200,11 +200,7 @@ class SpringOnStand(Specimen):
             InputError: if the recordings name several alloys, or one that cannot be loaded.
         """
         parameters, _ = priors.alloy_parameters(campaign, ALLOY, FIXED, base)
-        dimensions = {
-            specimen: {name: float(value) for name, value in dimension_numbers(recordings[0]).items()}
-            for specimen, recordings in campaign.specimens().items()
-        }
-        parameters.update(priors.geometry_parameters(campaign, dimensions))
+        parameters.update(priors.geometry_parameters(campaign, dimension_numbers))
         return parameters
 
     def answer(

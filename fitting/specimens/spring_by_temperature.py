@@ -138,11 +138,7 @@ class SpringByTemperature(Specimen):
         found = [T for r in campaign.recordings if r.role == "fit" for T in half_way_of(r)]
         if identify and found:
             centre_prior(parameters["T_mid"], 0.5 * (min(found) + max(found)))
-        dimensions = {
-            specimen: {name: float(value) for name, value in dimension_numbers(recordings[0]).items()}
-            for specimen, recordings in campaign.specimens().items()
-        }
-        parameters.update(priors.geometry_parameters(campaign, dimensions))
+        parameters.update(priors.geometry_parameters(campaign, dimension_numbers))
         return parameters
 
     def answer(

@@ -21,8 +21,9 @@ WHOLE = 0.5
 APART = 10.0
 """Minimum ratio of the first heating's deviation to the later heatings' scatter and to the noise.
 
-An effect that fades over cycles changes the second from the third by a tenth of the first change or more,
-unless it is all but over after half a cycle. A state that the first heating ends is gone at once.
+An effect that fades over cycles changes the second from the third by at least a tenth of the first change.
+Only an effect that is nearly over after half a cycle changes it by less. A state that the first heating ends
+is gone at once.
 """
 SEEN = 0.05
 """Minimum deviation of the first heating to be reported, as part of the output's range."""

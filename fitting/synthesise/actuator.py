@@ -7,7 +7,6 @@ import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
-from fitting.data.recordings import Recording
 from fitting.data.recordings.nominal import nominal_geometry
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.errors import InputError
@@ -107,18 +106,7 @@ def synthesise_actuator(wishes: Wishes) -> Synthetic:
     for run in runs:
         columns = _simulate(body, geometry, run, time, ambient)
         recordings.append(
-            Recording(
-                name=run.name,
-                path=None,
-                kind="actuator",
-                role=run.role,
-                specimen="A",
-                real=False,
-                noise=bench.stated(columns),
-                geometry=dict(nominal),
-                tolerance=dict(unknowns.tolerance),
-                columns=bench.read(run.name, time, columns),
-            )
+            bench.recording(run.name, run.role, "A", time, columns, nominal, unknowns.tolerance)
         )
     title = f"Simulated runs of a {design} actuator"
     return Synthetic(title, recordings, {**unknowns.record, "ambient_degC": ambient})

@@ -3,10 +3,11 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from fitting.data.recordings import schema
+from fitting.data.recordings import Recording, schema
 from pneusma_jax.errors import InputError, nearest
 
 from .wishes import Wishes, stream
@@ -20,12 +21,14 @@ class Instruments:
     """The sensors of a bench.
 
     Attributes:
+        kind: kind of its recordings.
         noise: marginal standard deviation by canonical column, in that column's unit.
         noise_time_s: correlation time of the noise [s]; 0 for white noise.
         drift: standard deviation of the zero at the end of a test, in units of the noise.
         seed: seed of the random numbers.
     """
 
+    kind: str
     noise: Mapping[str, float]
     noise_time_s: float
     drift: float
@@ -49,7 +52,33 @@ class Instruments:
             if wishes.noise[name] == 0.0 and name in schema.KINDS[kind].columns.outputs:
                 raise InputError(f"--noise {name}=0: an output needs noise, if only a little")
         noise = {**defaults, **wishes.noise}
-        return cls(noise, wishes.noise_time_s, wishes.drift, wishes.seed)
+        return cls(kind, noise, wishes.noise_time_s, wishes.drift, wishes.seed)
+
+    def recording(
+        self, name: str, role: str, specimen: str, time: np.ndarray, columns: Mapping[str, np.ndarray],
+        geometry: Mapping[str, Any], tolerance: Mapping[str, float] | None = None,
+    ) -> Recording:  # fmt: skip
+        """A simulated recording of the bench's readings.
+
+        Args:
+            name: name of the recording.
+            role: `fit` or `validation`.
+            specimen: name of the specimen.
+            time, columns: true values, see `read`.
+            geometry, tolerance: tables that the recording states; without a tolerance, the kind's own holds.
+        """
+        return Recording(
+            name=name,
+            path=None,
+            kind=self.kind,
+            role=role,
+            specimen=specimen,
+            real=False,
+            noise=self.stated(columns),
+            geometry=dict(geometry),
+            tolerance=None if tolerance is None else dict(tolerance),
+            columns=self.read(name, time, columns),
+        )
 
     def read(self, test: str, time: np.ndarray, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Readings that the bench records.

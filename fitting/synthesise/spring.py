@@ -144,18 +144,7 @@ def _run_tests(
             columns["setpoint_ohm"] = np.full(len(columns["force_N"]), setpoints[k])
         time = every * STEP_S * np.arange(len(columns["force_N"]))
         recordings.append(
-            Recording(
-                name=test.name,
-                path=None,
-                kind="spring",
-                role=test.role,
-                specimen="S",
-                real=False,
-                noise=bench.stated(columns),
-                geometry=dict(nominal),
-                tolerance=dict(unknowns.tolerance),
-                columns=bench.read(test.name, time, columns),
-            )
+            bench.recording(test.name, test.role, "S", time, columns, nominal, unknowns.tolerance)
         )
     return recordings
 

@@ -50,18 +50,7 @@ def synthesise_tube(wishes: Wishes) -> Synthetic:
         true = Recording("true", None, "tube", geometry=geometry, columns={"time_s": time, **columns})
         columns["length_mm"] = 1e3 * simulated(TUBE, true, values={FACTOR: factor}).outputs["length"]
         recordings.append(
-            Recording(
-                name=f"inflation_{k}",
-                path=None,
-                kind="tube",
-                role=role,
-                specimen=specimen,
-                real=False,
-                noise=bench.stated(columns),
-                geometry=dict(nominal),
-                tolerance=dict(unknowns.tolerance),
-                columns=bench.read(f"inflation_{k}", time, columns),
-            )
+            bench.recording(f"inflation_{k}", role, specimen, time, columns, nominal, unknowns.tolerance)
         )
     title = "Simulated inflations of wrapped silicone tubes"
     return Synthetic(title, recordings, dict(unknowns.record))

@@ -56,19 +56,8 @@ def synthesise_wire(wishes: Wishes) -> Synthetic:
         true = Recording("true", None, "wire", geometry=geometry, columns={"time_s": time, **columns})
         strain = simulated(WIRE, true, smooth=False, values=constants).outputs["strain"]
         columns = {"strain": strain, **columns}
-        recordings.append(
-            Recording(
-                name=f"cycle_{k}",
-                path=None,
-                kind="wire",
-                role="fit" if k <= count else "validation",
-                specimen="W",
-                real=False,
-                noise=bench.stated(columns),
-                geometry={"alloy": "fit", "prestrain": 0.0},
-                columns=bench.read(f"cycle_{k}", time, columns),
-            )
-        )
+        role, stated = "fit" if k <= count else "validation", {"alloy": "fit", "prestrain": 0.0}
+        recordings.append(bench.recording(f"cycle_{k}", role, "W", time, columns, stated))
     title = "Simulated thermal cycles of a nitinol wire under constant stress"
     return Synthetic(title, recordings, dict(unknowns.record))
 

@@ -21,17 +21,18 @@ E24 = (
 )  # fmt: skip
 """Values in which capacitors are sold, to a power of ten (IEC 60063)."""
 NEIGHBOURS = 2
-"""How far apart in the order of resonances pairs are constraints; the check afterwards takes all pairs."""
+"""Maximum distance in the order of resonances of pairs that are constraints; the check afterwards takes all
+pairs."""
 MOST = 40
 """Maximum of segments that are tried."""
 
 
 @dataclass(frozen=True)
 class Springs:
-    """What is to be heated.
+    """Springs to be heated.
 
     Attributes:
-        resistance: of a spring [ohm]; inductance: of it [H].
+        resistance: resistance of one spring [ohm]; inductance: its inductance [H].
     """
 
     resistance: float
@@ -40,7 +41,7 @@ class Springs:
 
 @dataclass(frozen=True)
 class Bounds:
-    """What filters may be.
+    """Bounds of the filters.
 
     Attributes:
         low, high: ends of the band [Hz].
@@ -74,8 +75,8 @@ class Wiring(Result):
     """Filters that were chosen.
 
     Attributes:
-        circuit: with the best values; made: the same with capacitors that are sold, the coils trimmed to
-            keep the resonances; spread: with the capacitors that are sold and coils as they were.
+        circuit: circuit with the best values. made: the same with capacitors that are sold, and coils trimmed
+            to keep the resonances. spread: with the capacitors that are sold, and untrimmed coils.
         crosstalk: worst, over all pairs [1], of `circuit`; made_crosstalk: of `made`; spread_crosstalk: of
             `spread`.
         even: worst crosstalk of evenly spaced resonances with the largest coils, before the search [1].
@@ -149,8 +150,8 @@ def choose_filters(springs: Springs, bounds: Bounds, count: int) -> Wiring:
     The logarithm of the worst crosstalk is minimised, every pair a constraint.
 
     Args:
-        springs: to be heated, all alike.
-        bounds: of the filters.
+        springs: the springs to be heated, all alike.
+        bounds: bounds of the filters.
         count: number of springs.
 
     Raises:
@@ -206,8 +207,8 @@ def most_segments(springs: Springs, bounds: Bounds, allowed: float = 0.01) -> tu
     """Largest number of springs whose worst crosstalk is allowed, and their filters.
 
     Args:
-        springs: to be heated.
-        bounds: of the filters.
+        springs: the springs to be heated, all alike.
+        bounds: bounds of the filters.
         allowed: crosstalk [1].
 
     Returns:

@@ -17,14 +17,14 @@ class Circuit(eqx.Module):
     """Branches on one pair of wires.
 
     Attributes:
-        resistance: of the springs [ohm], shape (branches,).
-        spring_inductance: of the springs themselves [H], shape (branches,).
-        inductance: of the filters' coils [H], shape (branches,).
-        capacitance: of the filters [F], shape (branches,).
+        resistance: resistance of the springs [ohm], shape (branches,).
+        spring_inductance: inductance of the springs themselves [H], shape (branches,).
+        inductance: inductance of the filters' coils [H], shape (branches,).
+        capacitance: capacitance of the filters [F], shape (branches,).
         coil_time: inductance of a coil over its own resistance [s]; 1 ms for wound ferrite of a cubic
             centimetre.
-        lead_resistance: of the pair of wires [ohm].
-        voltage: of the supply, root mean square [V].
+        lead_resistance: resistance of the pair of wires [ohm].
+        voltage: voltage of the supply, root mean square [V].
     """
 
     resistance: Float[Array, "branches"] = eqx.field(converter=jnp.asarray)
@@ -84,14 +84,14 @@ def crosstalk(circuit: Circuit) -> Float[Array, "branches branches"]:
 
 
 def sensing(circuit: Circuit, frequencies: Float[Array, "f"]) -> Float[Array, "branches f"]:
-    """How errors of measured admittances become errors of resistances.
+    """Amplification of errors of measured admittances in the resistances.
 
     The real parts of the admittance at the frequencies tell the resistances. Their derivatives form a matrix;
     this is its inverse, scaled.
 
     Args:
         circuit: branches.
-        frequencies: at which the admittance is measured [Hz], as many as there are branches.
+        frequencies: frequencies at which the admittance is measured [Hz], as many as there are branches.
 
     Returns:
         Relative error of each resistance for a relative error of each measured real part [1].

@@ -245,8 +245,7 @@ class McKibbenMuscle(Specimen):
 
     def parameters_for(self, campaign: Campaign, **tables: Any) -> Parameters:
         """Each specimen's dimensions, as far as tolerances leave them open."""
-        known = {name: dimensions(members[0]) for name, members in campaign.specimens().items()}
-        return priors.geometry_parameters(campaign, known, {"braid_angle": "deg"})
+        return priors.geometry_parameters(campaign, dimensions, {"braid_angle": "deg"})
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
         """Weights change with the parameters: so does what the noise of pressure and length adds."""
@@ -317,18 +316,7 @@ def synthesise_muscles(wishes: Wishes, hidden: Sequence[Effect] = ()) -> Synthet
         )
         columns["force_N"] = simulated(MUSCLE, true, model).outputs["force"]
         recordings.append(
-            Recording(
-                name=f"run_{k}",
-                path=None,
-                kind=MUSCLE.kind,
-                role=role,
-                specimen=specimen,
-                real=False,
-                noise=bench.stated(columns),
-                geometry=dict(nominal),
-                tolerance=dict(unknowns.tolerance),
-                columns=bench.read(f"run_{k}", time, columns),
-            )
+            bench.recording(f"run_{k}", role, specimen, time, columns, nominal, unknowns.tolerance)
         )
     return Synthetic("Simulated pulls of McKibben muscles", recordings, dict(unknowns.record))
 

@@ -1,8 +1,8 @@
 """Actuators as data: a section, a silicone law, springs and fibres placed on the section.
 
 A new arrangement is a new list of places, not new code. The configuration is the elongation `delta_c` of the
-centre line and the bend angle vector `theta`; the elongation at a place r of the section is
-`delta(r) = delta_c + theta . r` (Eq. 3.26 for any direction).
+centre line and the bend angle vector `theta`. The elongation at a place r of the section is `delta(r) =
+delta_c + theta . r` (Eq. 3.26 for any direction).
 """
 
 import dataclasses
@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..nitinol import Alloy, Spring, SpringGeometry, SpringState
+from ..numerics.safe import is_concrete
 from ..section import Section, annulus
 from ..section.placement import Layout, check_places, place_on, unit_vectors
 from ..silicone import SiliconeLaw
@@ -23,12 +24,14 @@ class Geometry(eqx.Module):
     """Dimensions of an actuator in SI; the keys of a recording's `[geometry]` table.
 
     Attributes:
-        outer_diameter, wall_thickness: of a round tube [m]; `build_actuator` does without them.
-        length: of the tube [m].
-        wire_diameter, mandrel_diameter, initial_pitch: of the springs [m]; active_coils [1].
-        free_length: of the springs, unstretched [m]; attached_length: on the actuator at rest [m].
+        outer_diameter, wall_thickness: dimensions of a round tube [m]; `build_actuator` does without them.
+        length: length of the tube at rest [m].
+        wire_diameter, mandrel_diameter, initial_pitch: dimensions of the springs [m]; active_coils: their
+            number of coils [1].
+        free_length: length of an unstretched spring [m]; attached_length: its length on the actuator at rest
+            [m].
         prestrain: shear strain that the springs saw before they were attached [1].
-        fibre_stiffness: of a strain-limiting fibre that is not taken as inextensible [N/m].
+        fibre_stiffness: stiffness of a strain-limiting fibre that is not taken as inextensible [N/m].
     """
 
     outer_diameter: Array = eqx.field(converter=jnp.asarray, default=10e-3)
@@ -50,14 +53,14 @@ class Actuator(eqx.Module):
     Attributes:
         section: wall and bore.
         silicone: axial law of the wall.
-        length: at rest [m].
+        length: length at rest [m].
         springs: the nitinol springs, in the order of `spring_numbers`.
-        spring_places: where they pull on the section [m], shape (springs, 2).
-        fibre_place: where a strain-limiting fibre sits [m], shape (2,), or None.
-        fibre_stiffness: of the fibre [N/m], or None for an inextensible one.
+        spring_places: places of the section at which the springs pull [m], shape (springs, 2).
+        fibre_place: place of a strain-limiting fibre [m], shape (2,), or None.
+        fibre_stiffness: stiffness of the fibre [N/m], or None for an inextensible one.
         spring_numbers: static; how recordings number the springs.
-        bending_plane: static; direction of side 1 in the plane to which bending is held, from the x axis
-            [deg], or None if it can bend in any direction.
+        bending_plane: static; direction of side 1 in the plane of bending, from the x axis [deg]. None: the
+            actuator can bend in any direction.
         loads: weight and forces from outside.
         prestrain: shear strain that the springs saw before they were attached [1].
     """
@@ -76,7 +79,7 @@ class Actuator(eqx.Module):
 
     @property
     def planar(self) -> bool:
-        """Whether bending is held in a plane."""
+        """True if bending is held in a plane."""
         return self.bending_plane is not None
 
     @property
@@ -131,13 +134,14 @@ def build_actuator(
         section: wall and bore.
         arrangement: places of springs and fibre; see `actuator.designs.layout`.
         geometry: lengths and the springs' dimensions; its outer diameter and wall are not used.
-        alloy: of every spring; may be None where there is none.
+        alloy: the alloy of every spring; None is allowed if there are no springs.
         silicone: law of the wall.
         inextensible: take a strain-limiting fibre as exactly inextensible (the limit of Eq. 3.39), not as a
             spring of `geometry.fibre_stiffness`.
 
     Raises:
-        ValueError: if springs are wanted without an alloy, overlap, or lie away from the wall.
+        ValueError: if springs are wanted without an alloy, overlap, or lie away from the wall; for dimensions
+            that cannot be, see `_check_dimensions`.
     """
     if arrangement.spring_angles and alloy is None:
         raise ValueError("Argument `alloy` must be given for a design with springs, but it is None.")
@@ -149,6 +153,8 @@ def build_actuator(
         geometry.free_length,
     )
     spring = None if alloy is None else Spring(dimensions, alloy, geometry.attached_length)
+    stiff = inextensible or (arrangement.fibre_angle is None and arrangement.fibre_place is None)
+    _check_dimensions(geometry, dimensions if arrangement.spring_angles else None, not stiff)
     spring_places, fibre_place = place_on(section, arrangement)
     check_places(section, arrangement, spring_places, fibre_place, dimensions)
     return Actuator(
@@ -163,6 +169,33 @@ def build_actuator(
         bending_plane=arrangement.bending_plane,
         prestrain=jnp.asarray(geometry.prestrain),
     )
+
+
+def _check_dimensions(geometry: Geometry, spring: SpringGeometry | None, fibre: bool) -> None:
+    """Refuse dimensions that cannot be, where their numbers are known.
+
+    Args:
+        geometry: dimensions of the actuator.
+        spring: dimensions of its springs, None where there is none.
+        fibre: whether a fibre stretches.
+
+    Raises:
+        ValueError: naming the dimension, what it is and what it must be.
+    """
+    positive = ["length", *["attached_length"] * (spring is not None), *["fibre_stiffness"] * fibre]
+    for name in positive:
+        value = getattr(geometry, name)
+        if is_concrete(value) and not np.all((np.asarray(value) > 0.0) & np.isfinite(np.asarray(value))):
+            raise ValueError(f"Argument `{name}` must be positive, but it is {value}.")
+    if spring is None or not is_concrete((geometry, spring)):
+        return
+    if not np.all(np.asarray(geometry.prestrain) >= 0.0):
+        raise ValueError(f"Argument `prestrain` must not be negative, but it is {geometry.prestrain}.")
+    if np.any(np.asarray(geometry.attached_length) >= np.asarray(spring.wire_length)):
+        raise ValueError(
+            f"Argument `attached_length` must be below the {np.min(spring.wire_length) * 1e3:.4g} mm of wire "
+            f"in the coils, but it is {np.max(geometry.attached_length) * 1e3:.4g} mm."
+        )
 
 
 def round_actuator(

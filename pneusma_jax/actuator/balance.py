@@ -1,9 +1,10 @@
 """The balance of force and moment on the end cap: Section 3.5.
 
-The configuration is `(delta_c, theta)`; scaled by length and radius it is `B z` with `B` the actuator's basis
-of free directions. The residual is the resultant force and moment about the centre line, non-dimensional,
-projected on the same basis (virtual work), so that an inextensible fibre's unknown pull drops out. For two
-opposing springs this is Eqs. 3.35 and 3.36 with the signs of correction 8: sides pull back, pressure pushes.
+The configuration is `(delta_c, theta)`. Scaled by length and radius it is `B z`, with `B` the actuator's
+basis of free directions. The residual is the resultant force and moment about the centre line. It is
+non-dimensional and projected on the same basis (virtual work), so that the unknown pull of an inextensible
+fibre drops out. For two opposing springs this is Eqs. 3.35 and 3.36 with the signs of correction 8: springs
+pull back, pressure pushes.
 """
 
 from collections.abc import Callable
@@ -22,8 +23,8 @@ from . import Actuator
 
 REFERENCE_MODULUS = 1e5  # Pa, of the order of the silicone's; makes the residual of order one
 READING = 1e-6
-"""Part of the contrast between the phases, about half a micro-ohm of a spring, by which the resistance of a
-cold or hot spring may miss the measured one. Instruments read to 1e-4 ohm."""
+"""Tolerance on the resistance of a fully cold or fully hot spring, as a part of the contrast between the
+phases [1]. It is about half a micro-ohm of a spring; instruments read to 1e-4 ohm."""
 WITHIN = 3.0
 """Number of standard deviations of a reading by which it may be missed there."""
 START_BEND = 10.0 / 56.0  # (delta_1 - delta_2) / L0 of the first trial: sides at +5 and -5 mm, as tried out
@@ -33,10 +34,10 @@ class Problem(eqx.Module):
     """One row to be solved.
 
     Attributes:
-        actuator: what is loaded.
+        actuator: the actuator that is loaded.
         pressure: gauge [Pa].
         activations: one per spring.
-        states: what each spring remembers.
+        states: memory of each spring.
         chain: effects beyond the base model, with their memories.
     """
 
@@ -58,7 +59,7 @@ def spring_pulls(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Ar
 
 
 def _each_spring(method: Callable, problem: Problem, delta_centre: Array, bend: Array) -> tuple:
-    """What a method makes of every spring, its elongation, activation, state and chain."""
+    """Results of a method for every spring, from its elongation, activation, state and chain."""
     body = problem.actuator
     elongations = delta_centre + body.spring_places @ bend
     rows = list(zip(body.springs, elongations, problem.activations, problem.states, strict=True))
@@ -150,7 +151,8 @@ def at_phases(problem: Problem, phases: Array, kind: Callable = LocatedFraction)
     Args:
         problem: one row.
         phases: fractions, shape (measured,).
-        kind: of activation; a `MartensiteFraction` has no flags of the reading, and balance asks for none.
+        kind: class of the activations; `MartensiteFraction` has no flags about the reading, and the balance
+            asks for none.
     """
     activations = list(problem.activations)
     for k, xi0 in zip(measured(problem), phases, strict=True):
@@ -165,8 +167,8 @@ def joint_residual(
     """Scaled imbalance, and for every measured spring what its resistance misses [1].
 
     The unknowns are the scaled configuration and the fractions of the measured springs, held to [0, 1]. So
-    full heat and both ends are regular. A fraction at an end stays there while the resistance lies beyond
-    what the phase allows, within `READING`; its equation then says that it is at that end (correction 14).
+    full heat and both ends are regular. A fraction stays at an end while the resistance lies beyond the range
+    of the phases, within `READING`. Its equation then says that the fraction is at that end (correction 14).
 
     Args:
         unknowns: shape (freedoms + measured,).
@@ -221,7 +223,7 @@ def start(actuator: Actuator) -> Array:
 
 
 def all_finite(problem: Problem) -> Array:
-    """Whether every number of the row is finite: zero times a number is zero only then."""
+    """True if every number of the row is finite: zero times a number is zero only then."""
     leaves = jax.tree.leaves(eqx.filter(problem, eqx.is_inexact_array))
     return sum(jnp.sum(0.0 * leaf) for leaf in leaves) == 0.0
 

@@ -36,7 +36,7 @@ class Rows(NamedTuple):
     """Rows of one actuator, arrays with a leading axis of rows.
 
     Attributes:
-        actuator: what is loaded.
+        actuator: the actuator that all rows share.
         each: pressures [Pa], activations and states.
     """
 
@@ -52,7 +52,7 @@ class Rows(NamedTuple):
 
     @property
     def usable(self) -> np.ndarray:
-        """Whether the numbers of a row can be solved at all."""
+        """True if the numbers of a row can be solved at all."""
         good = np.all([np.isfinite(leaf) for leaf in jax.tree.leaves(self.each)], axis=0)
         given = [a.value for a in self.each[1] if isinstance(a, MartensiteFraction)]
         return good & np.all([np.ones(len(self), bool)] + [(x >= 0.0) & (x <= 1.0) for x in given], axis=0)
@@ -62,12 +62,13 @@ class Solved(eqx.Module):
     """Rows that were solved from given starts.
 
     Attributes:
-        result: of each row, as its only equilibrium.
+        result: solution of each row, counted as its only equilibrium.
         unknowns: joint unknowns, whether they are a root or not.
-        good: whether they are.
-        moving: whether more steps may lead to one.
-        sign: of the determinant of the stiffness, see `Ended`.
-        contrasts: by how much each spring's martensite has more than its austenite [ohm], shape (springs,).
+        good: true where the unknowns are a root.
+        moving: true where more steps may lead to a root.
+        sign: sign of the determinant of the stiffness, see `Ended`.
+        slope: least slope of resistances over fractions, see `Ended`.
+        contrasts: resistance of each spring's martensite, less that of its austenite [ohm], shape (springs,).
     """
 
     result: Equilibrium
@@ -75,6 +76,7 @@ class Solved(eqx.Module):
     good: Array
     moving: Array
     sign: Array
+    slope: Array
     contrasts: Array
 
 
@@ -95,7 +97,11 @@ def _chunk(actuator: Actuator, each: tuple, guess: Array, before: Array, count: 
         contrasts = [spring.contrast(response.gamma) for spring, response in pairs]
         contrasts = jnp.stack(contrasts) if contrasts else jnp.zeros(0)
         moving = ~ended.good & jnp.all(jnp.isfinite(ended.unknowns)) & (ended.steps == AT_ONCE)
-        return Solved(result, ended.unknowns, ended.good, moving, ended.signs[1], contrasts)
+        if measured(problem):  # from one of many starts
+            moving &= (steps < FEW_STEPS) | ended.closing
+        return Solved(
+            result, ended.unknowns, ended.good, moving, ended.signs[1], ended.slope, contrasts
+        )
 
     def block(k: Array, rows: tuple) -> Solved:
         cut = jax.tree.map(lambda x: jax.lax.dynamic_slice_in_dim(x, k * BLOCK, BLOCK), rows)
@@ -117,15 +123,14 @@ def solved_from(rows: Rows, guess: np.ndarray) -> Solved:
     """Every row from its own start.
 
     Args:
-        rows: at least one.
+        rows: the rows, at least one.
         guess: joint unknowns to start from, shape (rows, unknowns); the usual start where NaN.
 
     Returns:
         What was found, in NumPy arrays.
     """
-    most = FEW_STEPS if any(is_resistance(a) for a in rows.each[1]) else MOST_STEPS
     found = _in_chunks(rows, guess, np.zeros(len(rows), int))
-    for _ in range(AT_ONCE, most, AT_ONCE):
+    for _ in range(AT_ONCE, MOST_STEPS, AT_ONCE):
         left = np.flatnonzero(found.moving)
         if not left.size:
             break
@@ -167,8 +172,8 @@ def map_of(rows: Rows, common: tuple) -> PhaseMap:
     """Grid of equilibria that spans the pressures of rows, see `phase_map`.
 
     Args:
-        rows: of the actuator.
-        common: what the springs remember on the grid.
+        rows: rows of one actuator.
+        common: memories of the springs on the grid.
     """
     low, high, points = grid_points(rows.each[0], len(rows.actuator.springs))
     phases = tuple(MartensiteFraction(x) for x in points[:, 1:].T)
@@ -215,8 +220,8 @@ def solved_at_phases(rows: Rows, common: tuple, guess: np.ndarray | None = None)
     """Rows without measured resistances: from a guess or the grid, else from rest in steps.
 
     Args:
-        rows: at least one.
-        common: what springs remember in the grid.
+        rows: the rows, at least one.
+        common: memories of the springs in the grid.
         guess: scaled unknowns to start from, shape (rows, freedoms).
     """
     if guess is None:
@@ -253,5 +258,5 @@ def _from_rest(rows: Rows) -> Solved:
 
 
 def is_resistance(activation: Any) -> bool:
-    """Whether a spring's phase follows from its measured resistance."""
+    """True if a spring's phase follows from its measured resistance."""
     return isinstance(activation, Resistance)

@@ -1,4 +1,4 @@
-"""Which of several equilibria a history of measured resistances went through.
+"""Choice of one equilibrium among several, for a history of measured resistances.
 
 One pair of resistances may belong to several configurations. Where two of these meet, a row by itself cannot
 tell which way the actuator went. The phases can: they move evenly, and a path that turns back where two
@@ -38,10 +38,10 @@ class Branch(eqx.Module):
 
     Attributes:
         unknowns: joint unknowns of every row, shape (rows, n).
-        good: whether each is an equilibrium, shape (rows,).
+        good: true where a row is in equilibrium, shape (rows,).
         equilibria: number of equilibria that the paths had in each row, shape (rows,); from the first row
             with several on, at least 2.
-        steps: of Newton's method on the path taken, shape (rows,).
+        steps: number of Newton steps on the chosen path, shape (rows,).
     """
 
     unknowns: Float[Array, "rows n"]
@@ -51,8 +51,8 @@ class Branch(eqx.Module):
 
 
 class _Path(eqx.Module):
-    """Where a path is: what its rows carry, its joint unknowns, their last change, and its cost; and whether
-    it has had an equilibrium."""
+    """State of a path: memory of its rows, its joint unknowns, their last change, its cost, and whether it
+    has had an equilibrium."""
 
     carried: PyTree
     unknowns: Array
@@ -70,11 +70,11 @@ def follow(
     """The path through a history.
 
     Args:
-        begin: what the first row is given.
-        rows: of the history, a pytree of arrays with a leading axis.
+        begin: memory that the first row starts from.
+        rows: the history, a pytree of arrays with a leading axis of rows.
         problem_of: the problem of a row from what it is given and the row, and whatever `commit` needs of it.
-        commit: what the next row is given, from what this one was given, its problem and that, its joint
-            unknowns, and whether they are an equilibrium.
+        commit: function that makes the next row's memory. Its arguments are this row's memory, its problem
+            with the rest of `problem_of`, its joint unknowns, and whether they are an equilibrium.
     """
     begin, rows = frozen((begin, rows))
     first_row = jax.tree.map(lambda x: x[0], rows)

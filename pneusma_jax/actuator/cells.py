@@ -1,4 +1,4 @@
-"""In which cells of a grid of equilibria a row by resistance may have an equilibrium.
+"""Cells of a grid of equilibria in which a row by resistance may have an equilibrium.
 
 At given phases there is one equilibrium (`phase_map`). So the equilibria of a row are zeros of a map from the
 fractions of its springs to what their resistances miss. The grid shows in which of its cells this map may
@@ -36,27 +36,28 @@ WIDER = 0.25
 """Part of its range over a cell by which a curved map may miss zero at all corners, yet cross it between [1].
 Of 10,000 random rows of PneuSMA2 one took another equilibrium without a word with 0, none with 0.1 to 1."""
 SPARE = 0.1
-"""Part of its range by which a cell is counted in before it is looked at: its range between pressures of the
-grid is told from `SAMPLES` of them [1]."""
+"""Margin by which a cell is counted in before it is examined, as a part of its range [1]. Its range between
+pressures of the grid is estimated from `SAMPLES` of them."""
 SAMPLES = 5
 """Number of pressures at which the range of a cell between two pressures of the grid is looked at."""
 
 
 class Reading(NamedTuple):
-    """What is known of one spring in rows: its resistance [ohm], or its fraction; shape (rows,)."""
+    """Reading of one spring in rows: its resistance [ohm], or its fraction; shape (rows,)."""
 
     value: Array
     measured: bool
 
 
 class Cells(NamedTuple):
-    """What cells say, arrays of shape (n,).
+    """Properties of cells, arrays of shape (n,).
 
     Attributes:
-        holds: whether the map has both signs at the corners, for every spring.
-        turned: whether it has, or misses that by `WIDER`, and is turned over at a corner.
-        away: of the zero that the slopes promise, from the middle of the cell in its widths.
-        step: to that zero, held to the cell, in its widths, shape (springs, n).
+        holds: true where the map has both signs at the corners, for every spring.
+        turned: true where it has both signs, or misses that by at most `WIDER`, and the map is turned over at
+            a corner.
+        away: distance of the predicted zero from the middle of the cell, in widths of the cell [1].
+        step: step to that zero, limited to the cell, in widths of the cell [1], shape (springs, n).
     """
 
     holds: Array
@@ -66,14 +67,14 @@ class Cells(NamedTuple):
 
 
 def examined(grid: PhaseMap, pressure: Array, readings: tuple[Reading, ...], cells: Array) -> Cells:
-    """What the corners of cells say.
+    """Properties of cells, from the map at their corners.
 
     Args:
-        grid: of the actuator.
-        pressure: of the row of each cell [Pa], shape (n,).
-        readings: of every spring, in the row of each cell.
-        cells: index of each on every axis, shape (springs, n). A cell lies before the point of its index; the
-            first and last one lie beyond the ends, where a fraction stays while its resistance lies beyond.
+        grid: equilibria of the actuator.
+        pressure: pressure of the row of each cell [Pa], shape (n,).
+        readings: readings of every spring, in the row of each cell.
+        cells: index of each on every axis, shape (springs, n). A cell lies before the point of its index. The
+            first and last cell lie beyond the ends, where a fraction stays while its resistance lies beyond.
     """
     xp, count = namespace_of((grid, pressure, readings, cells)), len(readings)
     ups = list(itertools.product((0, 1), repeat=count))
@@ -110,7 +111,7 @@ def _newton_step(slope: Array, level: Array) -> Array:
 def _misses(
     grid: PhaseMap, at: tuple[Array, Array], readings: tuple[Reading, ...], cells: Array, up: tuple[int, ...]
 ) -> Array:
-    """What every spring misses at one corner of cells, shape (springs, n).
+    """Misfit of every spring's resistance at one corner of cells, shape (springs, n).
 
     A fraction at its end stays there while its resistance lies beyond, so that beyond the ends its miss grows
     until it changes sign. `at` is the first of four pressures, and their weights.
@@ -131,7 +132,8 @@ def _misses(
 
 
 def _signs(grid: PhaseMap, k: int, between: Callable) -> Array:
-    """Whether resistance rises with the fraction, 1 or -1; on a known grid mostly everywhere the same."""
+    """Sign of the slope of resistance over the fraction, 1 or -1; on a known grid mostly the same
+    everywhere."""
     xp = namespace_of(grid)
     if xp is np:
         signs = np.where(grid.contrasts[k] < 0.0, -1.0, 1.0)
@@ -151,8 +153,8 @@ def starts_in(
     """Fractions at which cubics through the points of the grid promise a zero, shape (springs, n).
 
     Args:
-        grid, pressure, readings, cells: as of `examined`.
-        step: to where the search begins, see `Cells`. It stays within half a cell of the cell.
+        grid, pressure, readings, cells: the same as those of `examined`.
+        step: step to the start of the search, see `Cells`. The result stays within half a cell of the cell.
     """
     xp, count, last = namespace_of((grid, pressure, readings, cells)), len(readings), grid.size - 1
     low, high = xp.clip(cells - 1.5, 0, last), xp.clip(cells + 0.5, 0, last)
@@ -204,9 +206,9 @@ def fractions_beside(grid: PhaseMap, cells: Array, shift: Any) -> Array:
     """Fractions of all springs beside the middle of cells, shape (springs, n).
 
     Args:
-        grid: of the actuator.
+        grid: equilibria of the actuator.
         cells: index of each on every axis, shape (springs, n).
-        shift: from the middle, in widths of a cell [1].
+        shift: distance from the middle, in widths of a cell [1].
     """
     return fraction_at(cells - 0.5 + shift, grid.size)
 
@@ -224,8 +226,8 @@ class CellRanges:
         """Look at the grid once for all rows.
 
         Args:
-            grid: of NumPy arrays.
-            measured: which springs have a resistance.
+            grid: the grid, made of NumPy arrays.
+            measured: true for each spring with a resistance.
         """
         self.grid, self.cells = grid, all_cells(len(measured))
         ranges = [self._range(k, own) for k, own in enumerate(measured)]

@@ -28,7 +28,7 @@ Design = str | Path | Calibration  # name of a shipped table of kind actuator, p
 
 
 def layout(design: Design) -> Layout:
-    """Where a design has springs and a fibre, from the `side_K` entries of its table.
+    """Places of a design's springs and fibre, from the `side_K` entries of its table.
 
     Two sides face each other at 90 and 270 degrees; three sit at 90, 210 and 330; `angle_K`, or `x_K` and
     `y_K`, override. Bending is held in the plane of sides 1 and 2 where everything lies in it, unless

@@ -38,9 +38,9 @@ def solve(
 ) -> Equilibrium:
     """Configuration in which force and moment balance.
 
-    Without loads, given phases have one equilibrium: Newton's method finds it from the start, or from rest
-    with pressure, heat and loads brought on in steps. Under loads an unstable one has the status
-    `several_equilibria`, too; `guess` leads to the others.
+    Without loads, given phases have one equilibrium. Newton's method finds it from the start, or from rest
+    with pressure, heat and loads applied in steps. Under loads, an unstable equilibrium also has the status
+    `several_equilibria`; `guess` leads to the others.
 
     Measured resistances may have several. Then all are looked for, and the one whose hottest spring is the
     least heated is returned, with the status `several_equilibria`. With one measured spring, that is the
@@ -50,12 +50,12 @@ def solve(
     otherwise.
 
     Args:
-        actuator: what is loaded.
+        actuator: the actuator to be solved.
         pressure: gauge [Pa], scalar (use `jax.vmap` or `solve_batch` for many).
         activations: one per spring, in the order of `actuator.spring_numbers`; cold where empty.
-        states: what each spring remembers; fresh with the actuator's own pre-strain where None.
-        guess: scaled unknowns of a neighbouring solution, to start from. Of several equilibria the nearest
-            to it is returned.
+        states: memory of each spring; None for fresh springs with the actuator's own pre-strain.
+        guess: scaled unknowns of a neighbouring solution, to start from. Of several equilibria the nearest to
+            it is returned.
         throw: raise where there is no solution; otherwise return NaN with a `status`.
 
     Raises:
@@ -84,7 +84,7 @@ def solve_all(
     """Every configuration in which force and moment balance, the least heated first.
 
     Args:
-        actuator, pressure, activations, states: as for `solve`.
+        actuator, pressure, activations, states: the same as for `solve`.
 
     Returns:
         An `Equilibrium` whose arrays have a leading axis of `MOST_ROOTS`. Its first `equilibria[0]` entries

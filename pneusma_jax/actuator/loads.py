@@ -1,22 +1,21 @@
 """Weight and forces from outside, as potential energies of the bent shape.
 
-Frame: that of `kinematics`. The base is clamped at the origin with z along the straight tube from base to
-tip and x, y along the axes of the section; the tube tilts towards `-theta`, its shorter side, so that a
-positive planar bend moves the tip towards side 2 (-y). Vectors of acceleration and force are given in
-this frame.
+Frame: that of `kinematics`. The base is clamped at the origin. The axis z points along the straight tube from
+base to tip; x and y are the axes of the section. The tube tilts towards `-theta`, its shorter side, so that a
+positive planar bend moves the tip towards side 2 (-y). Vectors of acceleration and force are given in this
+frame.
 
-The fibre through place c of the section is an arc of length `l + theta . c` that starts at (c, 0), where
-l is the length of the centre line. With w the square of the bend angle and c_k Stumpff's functions,
-`c_k(w) = sum_j (-w)^j / (k + 2 j)!` (for example c_1 = sin(phi) / phi), its end and its mean are
+The fibre through place c of the section is an arc of length `l + theta . c` that starts at (c, 0), where l is
+the length of the centre line. Let w be the square of the bend angle, and c_k Stumpff's functions, `c_k(w) =
+sum_j (-w)^j / (k + 2 j)!`. For example c_1 = sin(phi) / phi. Then the fibre's end and its mean are
 
     end  = (c, 0) + (l + theta . c) (-theta c_2(w), c_1(w))
     mean = (c, 0) + (l + theta . c) (-theta c_3(w), c_2(w))
 
-The c_k are analytic, so a load has exact derivatives of every order, at the straight tube too. The
-gradient of the potential with respect to (l, theta) is the generalised force that
-`actuator.equilibrium.imbalance`
-adds: virtual work on the constant-curvature shape, the best answer of that shape to a load under which
-the true curvature varies.
+The c_k are analytic, so a load has exact derivatives of every order, at the straight tube too. The gradient
+of the potential with respect to (l, theta) is the generalised force that `actuator.equilibrium.imbalance`
+adds. This is virtual work on the constant-curvature shape. It is the best answer of that shape to a load
+under which the true curvature varies.
 """
 
 import abc
@@ -71,7 +70,7 @@ class Load(eqx.Module):
         """
 
     def carried(self) -> tuple[Array, Array, Array, Array]:
-        """What segments before the loaded one have to carry.
+        """Load of the segments before the loaded one.
 
         Returns:
             Force spread along the segment [N] and its place in the section [m], force at its end [N] and its
@@ -91,10 +90,10 @@ class Gravity(Load):
     """Weight of the tube and of a body at its tip.
 
     Attributes:
-        acceleration: of gravity in the base frame [m/s2], shape (3,); see `gravity_vector`.
+        acceleration: acceleration of gravity in the base frame [m/s2], shape (3,); see `gravity_vector`.
         mass: spread evenly along the tube [kg].
         place: centre of that mass in the section [m], shape (2,).
-        tip_mass: of the end cap and what it carries [kg].
+        tip_mass: mass of the end cap and of its payload [kg].
         tip_place: centre of that mass in the section of the tip [m], shape (2,).
     """
 
@@ -128,9 +127,9 @@ def centred_weight(
     """`Gravity.generalised_force` of masses on the centre line, in one evaluation [N, N m].
 
     Args:
-        acceleration: of gravity in the base frame [m/s2].
-        mass: spread along the tube [kg]; tip_mass: at its tip [kg].
-        length: of the centre line [m].
+        acceleration: acceleration of gravity in the base frame [m/s2], shape (3,).
+        mass: mass spread along the tube [kg]; tip_mass: mass at its tip [kg].
+        length: length of the centre line [m].
         bend: bend angle vector [rad].
     """
     c_1, c_2, c_3, c_4, c_5 = stumpff(bend @ bend)
@@ -147,8 +146,8 @@ class TipForce(Load):
     """A force on the tip that keeps its direction.
 
     Attributes:
-        force: in the base frame [N], shape (3,).
-        place: where it acts in the section of the tip [m], shape (2,).
+        force: the force in the base frame [N], shape (3,).
+        place: point of attack in the section of the tip [m], shape (2,).
     """
 
     force: Float[Array, "3"] = eqx.field(converter=jnp.asarray)
@@ -199,9 +198,9 @@ def fibre_mean(
     """Mean place of the fibre through a place of the section, in the base frame [m].
 
     Args:
-        length: of the centre line [m].
+        length: length of the centre line [m].
         bend: bend angle vector [rad].
-        place: in the section [m].
+        place: place in the section [m], shape (2,).
         shared: `stumpff(bend @ bend)`, where it is known already.
     """
     _, c_2, c_3, *_ = stumpff(bend @ bend) if shared is None else shared

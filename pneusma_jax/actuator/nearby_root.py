@@ -1,8 +1,8 @@
 """Equilibrium of rows whose phases are given and that lie near a configuration that is known.
 
-`actuator.equilibrium.solve` also tries other ways where Newton's method fails. A fit computes the same rows
-over and over near where they were before and does not need those; without them a program compiles in a third
-of the time.
+`actuator.equilibrium.solve` also tries other ways where Newton's method fails. A fit solves the same rows
+again and again, near their last configuration, and does not need those ways. Without them a program compiles
+in a third of the time.
 """
 
 import jax.numpy as jnp

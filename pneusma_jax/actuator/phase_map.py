@@ -1,4 +1,4 @@
-"""Where many rows of one actuator start: its equilibria on a grid of pressure and martensite fractions.
+"""Starts for many rows of one actuator: its equilibria on a grid of pressure and martensite fractions.
 
 A grid of a few hundred equilibria costs little next to thousands of rows. Interpolated in it, a row whose
 phases are given starts so near its equilibrium that three Newton steps suffice. What the springs' resistances
@@ -40,7 +40,7 @@ class PhaseMap(eqx.Module):
         unknowns: scaled configurations, shape (freedoms, PRESSURES, FRACTIONS, ...), an axis per spring.
         good: pressures at which all points have an equilibrium, shape (PRESSURES,).
         ohms: resistance of each spring [ohm], shape (springs, PRESSURES, FRACTIONS, ...).
-        contrasts: by how much martensite would have more than austenite there [ohm], same shape.
+        contrasts: resistance of martensite less that of austenite at each point [ohm], same shape.
     """
 
     low: Array
@@ -61,7 +61,7 @@ class PhaseMap(eqx.Module):
         return abs(self.contrasts).reshape(len(self.contrasts), -1).mean(axis=1)
 
     def holds(self, pressure: Array) -> Array:
-        """Whether the grid is sound about pressures, any shape."""
+        """True if the grid is sound about pressures, any shape."""
         first, _ = self.slabs(pressure)
         around = self.good[first] & self.good[first + 1] & self.good[first + 2] & self.good[first + 3]
         return around & (pressure >= self.low) & (pressure <= self.high)
@@ -151,7 +151,7 @@ def grid_points(pressure: Array, springs: int) -> tuple[Array, Array, Array]:
     """The lowest and highest pressure of a grid [Pa], and its points, shape (points, 1 + springs).
 
     Args:
-        pressure: of the rows [Pa], shape (rows,).
+        pressure: pressures of the rows [Pa], shape (rows,).
         springs: number of springs.
     """
     xp = namespace_of(pressure)
@@ -173,7 +173,7 @@ def as_map(
     Args:
         low, high: pressures [Pa].
         unknowns: scaled configurations, shape (points, freedoms); a trial where there is no equilibrium.
-        good: where there is one, shape (points,).
+        good: true where there is an equilibrium, shape (points,).
         ohms, contrasts: see `PhaseMap`, shape (points, springs).
     """
     springs = ohms.shape[1]

@@ -40,7 +40,7 @@ class Status(enum.IntEnum):
 
     @property
     def sentence(self) -> str:
-        """What happened, for a person."""
+        """The outcome in words."""
         return _SENTENCES[self]
 
 
@@ -64,12 +64,13 @@ _SENTENCES = {
 
 
 def solved(status: Array) -> Array:
-    """Which rows have a result."""
+    """True for rows with a result."""
     return status <= int(Status.several_equilibria)
 
 
 class Validity(eqx.Module):
-    """What of a solved row lies outside of what the laws were made for; every entry is a boolean.
+    """Properties of a solved row that lie outside the range for which the laws were made; every entry is a
+    boolean.
 
     Attributes:
         silicone: some of the wall is strained beyond the silicone's tests.
@@ -84,7 +85,7 @@ class Validity(eqx.Module):
 
     @property
     def good(self) -> Array:
-        """Whether nothing of all that holds."""
+        """True if none of these holds."""
         return ~(self.silicone | jnp.any(self.shear, axis=-1) | self.contact)
 
 
@@ -94,20 +95,20 @@ class Equilibrium(eqx.Module):
     Attributes:
         delta_centre: elongation of the centre line [m].
         bend: bend angle vector theta [rad], shape (2,).
-        length: of the centre line [m], Eq. 3.16.
+        length: length of the centre line [m], Eq. 3.16.
         radius: half the distance between side 1 and side 2 [m].
         middle: coordinate midway between them, from the centre line towards side 1 [m]; 0 for a round tube.
-        spring_elongations: at each spring [m], shape (springs,).
+        spring_elongations: elongation at each spring [m], shape (springs,).
         springs: response of each spring.
         unknowns: the scaled free coordinates, a `guess` for a neighbouring row [1].
         residual: largest scaled imbalance [1].
-        steps: of the root-find.
+        steps: number of steps of the root-find.
         status: a `Status` code. Where there is no result, the configuration is NaN.
         equilibria: number of configurations known to balance. With measured resistances, it is counted by
             `solve`, `solve_batch` and `solve_all`; a history counts 2 where others are near or were.
-        stable: whether the stiffness has a positive determinant, as in every unique equilibrium: at fixed
-            resistances where these are measured. Without loads it always has at given phases.
-        validity: what lies outside of what the laws were made for.
+        stable: true if the stiffness has a positive determinant, as in every unique equilibrium. Measured
+            resistances are held fixed for it. Without loads, an equilibrium at given phases is always stable.
+        validity: quantities outside the range for which the laws were made.
         side_direction: static; unit vector towards side 1, in which `bend_angle` and `curvature` are counted.
     """
 
@@ -129,7 +130,7 @@ class Equilibrium(eqx.Module):
 
     @property
     def converged(self) -> Array:
-        """Whether there is a result, unique or not."""
+        """True if there is a result, unique or not."""
         return solved(self.status)
 
     @property
@@ -176,7 +177,7 @@ def equilibrium_of(
     Args:
         problem: one row.
         unknowns: joint unknowns, see `actuator.balance.joint_residual`.
-        steps: of the root-find.
+        steps: number of steps of the root-find.
         equilibria: number of roots that are known.
         stable: see `Equilibrium`.
     """
@@ -243,14 +244,14 @@ def at_phases_told(problem: Problem, ended: Ended) -> tuple[Array | int, Array |
 
 
 def _out_of_range(problem: Problem) -> Array:
-    """Whether a given fraction is not between 0 and 1."""
+    """True if a given fraction is not between 0 and 1."""
     given = [a.value for a in problem.activations if isinstance(a, MartensiteFraction)]
     wrong = [(value < 0.0) | (value > 1.0) for value in given]
     return jnp.any(jnp.stack(wrong)) if wrong else jnp.asarray(False)
 
 
 def _straight(actuator: Actuator, elongations: Array) -> Array:
-    """Whether a spring would be longer than its wire."""
+    """True if a spring would be longer than its wire."""
     pairs = zip(actuator.springs, elongations, strict=True)
     wrong = [s.attached_length + x >= s.geometry.wire_length for s, x in pairs]
     return jnp.any(jnp.stack(wrong)) if wrong else jnp.asarray(False)

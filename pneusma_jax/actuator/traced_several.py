@@ -1,8 +1,8 @@
 """Rows by resistance inside of a transformation: what `several` does where numbers are known, in one loop.
 
-The loop goes through the grid of equilibria, through all rows from the likeliest cell, through rows that may
-have several equilibria from all their cells, and through those that need all starts. Every pass solves one
-block, so that Newton's method is compiled once.
+The loop first goes through the grid of equilibria, then through all rows from the likeliest cell. Next come
+rows that may have several equilibria, from all their cells, and those that need all starts. Every pass solves
+one block, so that Newton's method is compiled once.
 """
 
 import equinox as eqx
@@ -32,13 +32,13 @@ from .several import MOST_CELLS
 
 
 class Answers(eqx.Module):
-    """What was found of rows, arrays with a leading axis of rows.
+    """Solutions of rows, arrays with a leading axis of rows.
 
     Attributes:
         unknowns: joint unknowns of the least heated equilibrium.
-        steps: of Newton's method.
+        steps: number of Newton steps.
         count: number of equilibria.
-        stable: whether that equilibrium is stable.
+        stable: true if that equilibrium is stable.
     """
 
     unknowns: Array
@@ -48,7 +48,7 @@ class Answers(eqx.Module):
 
 
 class _Grid(eqx.Module):
-    """What was found at the points of the grid so far, see `phase_map.as_map`."""
+    """Solutions at the points of the grid so far, see `phase_map.as_map`."""
 
     unknowns: Array
     good: Array
@@ -61,10 +61,10 @@ class _Loop(eqx.Module):
 
     Attributes:
         block: number of blocks of the grid and of rows that were solved.
-        grid, answers: what was found.
+        grid, answers: results so far.
         doubtful: rows that may have several equilibria.
         open: rows that need all starts.
-        stage, begin, known: of the row that has them now: the pass, its starts and its equilibria.
+        stage, begin, known: the pass of the row that has them now, its starts and its equilibria.
     """
 
     block: Array
@@ -78,16 +78,16 @@ class _Loop(eqx.Module):
 
 
 class _Pass(eqx.Module):
-    """What a pass does, of which one is true; and the row of each attempt.
+    """Kind of a pass (one of the first four is true), and the row of each attempt.
 
     Attributes:
         grid: points of the grid.
         ahead: rows, each from its likeliest cell.
         several: a few rows, from all their cells.
         every: one row, from all starts.
-        point: of the grid, shape (width,).
+        point: points of the grid, shape (width,).
         some: the few rows.
-        row: of each attempt, shape (width,).
+        row: row of each attempt, shape (width,).
     """
 
     grid: Array
@@ -103,7 +103,7 @@ def traced_roots(actuator: Actuator, each: tuple, common: tuple, shared: bool) -
     """The least heated equilibria of rows.
 
     Args:
-        actuator, each, common, shared: as of `traced_batch`; without derivatives.
+        actuator, each, common, shared: the same as those of `traced_batch`; without derivatives.
     """
     search = _Search(actuator, each, common, shared)
     return jax.lax.while_loop(search.unfinished, search.advance, search.begun()).answers
@@ -143,7 +143,7 @@ class _Search:
         return _Loop(jnp.asarray(0), grid, answers, none, none, jnp.asarray(0), begin, known)
 
     def unfinished(self, loop: _Loop) -> Array:
-        """Whether there is more to do."""
+        """True if there is more to do."""
         return (loop.block < self.blocks) | jnp.any(loop.doubtful) | jnp.any(loop.open)
 
     def advance(self, loop: _Loop) -> _Loop:
@@ -162,7 +162,7 @@ class _Search:
         return eqx.tree_at(lambda x: x.block, loop, loop.block + more)
 
     def now(self, loop: _Loop) -> _Pass:
-        """What the next pass does."""
+        """The next pass."""
         grid = loop.block < self.grid_blocks
         ahead = ~grid & (loop.block < self.blocks)
         several = ~grid & ~ahead & jnp.any(loop.doubtful)
@@ -182,9 +182,9 @@ class _Search:
         """The likeliest cells of rows.
 
         Returns:
-            Fractions to start from in `MOST_CELLS` cells, shape (springs, rows, cells), the likeliest first;
-            which cells may hold an equilibrium; whether only the first may; and whether these are all. For
-            the last two the grid must be sound there.
+            Fractions to start from in `MOST_CELLS` cells, shape (springs, rows, cells), the likeliest first.
+            Then three flags: which cells may hold an equilibrium, whether only the first may, and whether
+            these are all. For the last two the grid must be sound there.
         """
         every = self.cells.shape[1]
         readings = tuple(Reading(jnp.repeat(r.value[rows], every), r.measured) for r in self.readings)
@@ -224,13 +224,13 @@ class _Search:
         return jnp.concatenate([self.spread(configuration), self.trials], axis=1)
 
     def solved(self, now: _Pass, loop: _Loop, begin: Array) -> tuple[Ended, _Grid]:
-        """Where a pass ends, and what the grid takes of it."""
+        """Ends of a pass, and their part of the grid."""
         fixed = jnp.full(self.trials.shape[1], now.grid | (now.every & (loop.stage == 0)))
         targets = jnp.where(now.grid, self.held_at(now), self.trials)
         springs = self.actuator.springs
 
         def one(row: tuple, begin: Array, at: Array, fractions: Array) -> tuple[Ended, _Grid]:
-            ended = newton(Problem(self.actuator, *row), begin, FEW_STEPS, (fixed, at))
+            ended = newton(Problem(self.actuator, *row), begin, held=(fixed, at), few=FEW_STEPS)
             here = ended.unknowns[: self.count]
             centre, bend = configuration(self.actuator, here)
             elongations = centre + self.actuator.spring_places @ bend
@@ -309,7 +309,7 @@ class _Search:
 
 
 def _reading(actuator: Actuator, k: int, activation: object) -> Reading:
-    """What is known of one spring in all rows."""
+    """Reading of one spring in all rows."""
     if is_resistance(activation):
         return Reading(activation.value, True)
     spring = actuator.springs[k]

@@ -18,7 +18,7 @@ def mass_of(actuator: Actuator, silicone_density: Array) -> tuple[Array, Float[A
 
     Args:
         actuator: dimensions and alloys.
-        silicone_density: of the wall [kg/m3].
+        silicone_density: density of the wall [kg/m3].
     """
     section = actuator.section
     area, first, _ = (as_numpy(section) if is_concrete(section) else section).moments()
@@ -43,9 +43,10 @@ def weight(
 
     Args:
         actuator: dimensions and alloys.
-        silicone_density: of the wall [kg/m3].
-        acceleration: of gravity in the base frame [m/s2]; see `actuator.loads.gravity_vector`.
-        tip_mass: of the end cap and what it carries [kg].
+        silicone_density: density of the wall [kg/m3].
+        acceleration: acceleration of gravity in the base frame [m/s2], shape (3,); see
+            `actuator.loads.gravity_vector`.
+        tip_mass: mass of the end cap and of its payload [kg].
         tip_place: centre of the tip mass in the section [m]; the bore's centroid if None.
     """
     mass, place = mass_of(actuator, silicone_density)

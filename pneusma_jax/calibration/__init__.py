@@ -14,6 +14,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from ..documents import read_text, shipped_names
 from ..errors import InputError, nearest
 from ..files import write_whole
 from .records import Calibration, Line, Prior, Quantity
@@ -31,41 +32,34 @@ __all__ = [
 
 def available(kind: str | None = None) -> list[str]:
     """Names of the tables that come with the package, sorted; those of one kind, or all if it is None."""
-    names = sorted(
-        entry.name.removesuffix(".toml")
-        for entry in resources.files("calibration_data").iterdir()
-        if entry.name.endswith(".toml")
-    )
+    names = shipped_names(resources.files("calibration_data"))
     return [name for name in names if kind is None or load_calibration(name).kind == kind]
 
 
 def unknown() -> list[str]:
     """Names of alloys that nobody has characterised, sorted: wide priors to identify one from, by name."""
-    return sorted(e.name.removesuffix(".toml") for e in _UNKNOWN.iterdir() if e.name.endswith(".toml"))
+    return shipped_names(_UNKNOWN)
 
 
 def examples() -> list[str]:
     """Names of the example actuators that come with the package, sorted; to be loaded by name and copied."""
-    return sorted(
-        entry.name.removesuffix(".toml") for entry in _EXAMPLES.iterdir() if entry.name.endswith(".toml")
-    )
+    return shipped_names(_EXAMPLES)
 
 
 def load_calibration(name_or_path: str | Path | Calibration, kind: str | None = None) -> Calibration:
     """Read and check a table.
 
     Args:
-        name_or_path: name of a table or example of the package (`"krl35"`), or a path. A `Path`, and any
-            text that ends in `.toml` or contains a path separator, is a path. A table in memory is taken as
-            it is.
+        name_or_path: name of a table or example of the package (`"krl35"`), or a path. A `Path`, and any text
+            that ends in `.toml` or contains a path separator, is a path. A table in memory is taken as it is.
         kind: the kind that is wanted, or None for any.
 
     Returns:
         The table, with values in internal units.
 
     Raises:
-        InputError: if the table cannot be found or read, if it is of another kind, or if anything in it is
-            unknown, missing, of the wrong dimension or outside its own prior. One line: file, key, remedy.
+        InputError: if the table cannot be found or read, or is of another kind. Also if an entry is unknown,
+            missing, of the wrong dimension or outside its own prior. One line: file, key, remedy.
     """
     table = name_or_path if isinstance(name_or_path, Calibration) else _read(name_or_path, kind)
     if kind is not None and table.kind != kind:
@@ -77,20 +71,14 @@ def load_calibration(name_or_path: str | Path | Calibration, kind: str | None = 
 
 def _read(name_or_path: str | Path, kind: str | None) -> Calibration:
     path, place = _locate(name_or_path, kind)
-    try:
-        text = place.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as a text file ({error})") from None
-    return parse_calibration(text, path)
+    return parse_calibration(read_text(place, path), path)
 
 
 def named_table(table: Calibration, key: str) -> str:
     """Name or path of the alloy or material of an actuator; a relative path counts from the file it is in.
 
     Args:
-        table: of kind actuator.
+        table: table of kind actuator.
         key: `"alloy"` or `"material"`; the source's own where the table names none.
     """
     name = table.text.get(key, _USUAL[key])

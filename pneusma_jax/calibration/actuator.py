@@ -1,4 +1,4 @@
-"""What the parts of an actuator's table must have to do with each other, in sentences."""
+"""Checks of relations between the parts of an actuator's table, one sentence each."""
 
 from collections.abc import Collection, Mapping
 from pathlib import Path
@@ -18,7 +18,7 @@ def check_actuator(
         text: the strings of the table, each already one of the words that it may be.
         numbers: names of the quantities that are there.
         lines: names of the outlines that are there.
-        path: for messages.
+        path: path of the table, for messages.
 
     Raises:
         InputError: one line with the file, the key and what would be right.

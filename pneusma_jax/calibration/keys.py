@@ -1,4 +1,4 @@
-"""What a table of constants may hold: the known keys of each kind, their dimensions, and which are needed.
+"""Known keys of each kind of table, their dimensions, and the required ones.
 
 This is the file to change when a law gains a constant.
 """
@@ -143,8 +143,8 @@ def required_quantities(kind: str, present: Iterable[str], text: Mapping[str, st
 
     Args:
         kind: `alloy`, `silicone` or `actuator`.
-        present: the quantities that are there. An alloy with any of `E_m`, `E_a`, `eps_L` is a straight
-            wire's, and needs a spring's constants only if it has one of `G_m`, `G_a`, `gamma_L`. A silicone
+        present: names of the given quantities. An alloy with any of `E_m`, `E_a`, `eps_L` is a straight
+            wire's. It needs a spring's constants only if it has one of `G_m`, `G_a`, `gamma_L`. A silicone
             test that has one number needs all of its own.
         text: the strings of the table, already checked: `law` of a silicone, sides of a design.
 

@@ -24,14 +24,13 @@ class Quantity:
 
     Attributes:
         name: key in the file; a number in a nested table has a dotted name.
-        value: in the internal unit of its dimension (SI; degC for temperatures).
+        value: value in the internal unit of its dimension (SI; degC for temperatures).
         unit: the unit of the file, in which it is also written.
         status: `printed` (as published), `corrected` (published wrong, see `docs/corrections.md`),
             `reconstructed` (not published, inferred from what is), `assumed` or `fitted`.
-        source: where the number comes from.
-        prior: how well it is known, or None if it is taken to be exact.
-        interval90: ends of the interval that holds it with 90 %, asymmetric where it is; None if nobody
-            says.
+        source: origin of the number.
+        prior: uncertainty of the number, or None if it is taken to be exact.
+        interval90: ends of the interval that holds it with 90 %, asymmetric where it is; None if nobody says.
     """
 
     name: str
@@ -50,8 +49,8 @@ class Line:
     Attributes:
         name: key in the file.
         points: the vertices (x, y), counter-clockwise [m].
-        unit: of length, in the file.
-        status, source: as of a `Quantity`.
+        unit: unit of length in the file.
+        status, source: same as those of a `Quantity`.
     """
 
     name: str
@@ -69,8 +68,8 @@ class Calibration:
         name: the name that other files use.
         kind: `alloy`, `silicone` or `actuator`.
         description: one sentence.
-        path: where it was read from, or None if it was made in memory; equality ignores it.
-        quantities: by name, in the file's order.
+        path: path of its file, or None if it was made in memory; equality ignores it.
+        quantities: quantities by name, in the file's order.
         text: the other strings: `citation`; `law` of a silicone; `material`, `alloy`, `side_1`, ... of a
             design.
         lines: closed lines by name: `outer_line` and `bore_line` of a design.

@@ -1,12 +1,12 @@
 """Tables of constants as TOML text: parsing with every check, and writing text that parses back equal."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from .. import units
-from ..documents import parse_toml
+from ..documents import finite_number, parse_toml, word_of
 from ..errors import InputError, nearest
 from ..late import tomlkit
 from . import keys
@@ -23,7 +23,7 @@ def parse_calibration(text: str, path: str | Path) -> Calibration:
 
     Args:
         text: the TOML text.
-        path: where it came from, for messages.
+        path: path of the text's file, for messages.
 
     Raises:
         InputError: one line with file and key, if anything is unknown, missing, of the wrong dimension or
@@ -63,7 +63,7 @@ def _check_text(strings: dict[str, Any], path: Path) -> str:
             raise InputError(f"{path}: key {key!r} is missing")
     if strings["schema"] != SCHEMA:
         raise InputError(f"{path}: schema is {strings['schema']!r}, but this version reads {SCHEMA!r}")
-    _one_of(strings["kind"], keys.KINDS, f"{path}: kind")
+    word_of(strings["kind"], keys.KINDS, f"{path}: kind")
     kind = strings["kind"]
     for key, entry in strings.items():
         if key in (*keys.QUANTITIES[kind], *keys.OUTLINES[kind]):
@@ -80,13 +80,8 @@ def _check_text(strings: dict[str, Any], path: Path) -> str:
         if key in needed and key not in strings:
             raise InputError(f"{path}: key {key!r} is missing; it must be one of {', '.join(words)}")
         if key in strings:
-            _one_of(strings[key], words, f"{path}: {key}")
+            word_of(strings[key], words, f"{path}: {key}")
     return kind
-
-
-def _one_of(word: Any, words: Iterable[str], where: str) -> None:
-    if word not in words:
-        raise InputError(f"{where} is {word!r}, {nearest(str(word), words)}")
 
 
 def _flatten(numbers: dict[str, dict], kind: str) -> Iterator[tuple[str, Any]]:
@@ -109,9 +104,9 @@ def read_quantity(name: str, entry: Any, dimension: str, where: str) -> Quantity
     """Check one number of a file and convert it.
 
     Args:
-        name: of the quantity.
-        entry: what the file has, `{value, unit, status, source}` and perhaps a `prior` and `interval90`.
-        dimension: that its unit must have.
+        name: name of the quantity.
+        entry: entry of the file, `{value, unit, status, source}` and perhaps a `prior` and `interval90`.
+        dimension: dimension that its unit must have.
         where: file and key, for messages.
 
     Raises:
@@ -121,7 +116,7 @@ def read_quantity(name: str, entry: Any, dimension: str, where: str) -> Quantity
         raise InputError(f"{where} must be {_SHAPE}, but it is {entry!r}")
     _check_fields(entry, ("value", "unit", "status", "source"), ("prior", "interval90"), where)
     difference = _check_unit(entry["unit"], dimension, where)
-    value = _number(entry["value"], f"{where}: value")
+    value = finite_number(entry["value"], f"{where}: value")
     if name in keys.POSITIVE and value <= 0.0:
         raise InputError(f"{where}: value must be positive, but it is {value:g}")
     _check_origin(entry, where)
@@ -143,14 +138,14 @@ def _interval(entry: Any, unit: str, difference: bool, where: str) -> tuple[floa
     where = f"{where}: interval90"
     if not isinstance(entry, list) or len(entry) != 2:
         raise InputError(f"{where} must be [low, high], but it is {entry!r}")
-    low, high = (_number(end, where) for end in entry)
+    low, high = (finite_number(end, where) for end in entry)
     if low > high:
         raise InputError(f"{where} begins at {low:g}, above its end {high:g}")
     return units.to_si(low, unit, difference), units.to_si(high, unit, difference)
 
 
 def _check_origin(entry: dict, where: str) -> None:
-    _one_of(entry["status"], keys.STATUSES, f"{where}: status")
+    word_of(entry["status"], keys.STATUSES, f"{where}: status")
     if not isinstance(entry["source"], str) or not entry["source"].strip():
         raise InputError(f"{where}: source must say where the number comes from, in words")
 
@@ -168,7 +163,7 @@ def _line(name: str, entry: dict, path: Path) -> Line:
         if not isinstance(point, list) or len(point) != 2:
             raise InputError(f"{where}: point {number} must be [x, y], but it is {point!r}")
         at = f"{where}: point {number}"
-        read.append(tuple(units.to_si(_number(part, at), entry["unit"]) for part in point))
+        read.append(tuple(units.to_si(finite_number(part, at), entry["unit"]) for part in point))
     return Line(name, tuple(read), entry["unit"], entry["status"], entry["source"])
 
 
@@ -196,19 +191,13 @@ def _check_unit(unit: Any, wanted: str, where: str) -> bool:
     return difference
 
 
-def _number(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"{where} must be a finite number, but it is {value!r}")
-    return float(value)
-
-
 def _prior(entry: Any, value: float, unit: str, difference: bool, where: str) -> Prior:
     """Check a prior in the file's unit, then convert it."""
     where = f"{where}: prior"
     if not isinstance(entry, dict):
         raise InputError(f"{where} must be {{mean, sd, min, max}}, but it is {entry!r}")
     _check_fields(entry, ("mean", "sd"), ("min", "max"), where)
-    numbers = {key: _number(number, f"{where} {key}") for key, number in entry.items()}
+    numbers = {key: finite_number(number, f"{where} {key}") for key, number in entry.items()}
     low, high = numbers.get("min", -math.inf), numbers.get("max", math.inf)
     if numbers["sd"] <= 0.0:
         raise InputError(f"{where} sd must be positive, but it is {numbers['sd']:g}")

@@ -51,7 +51,8 @@ class TransformationHysteresis(Effect):
     }
 
     def begin(self, at: Known) -> dict[int, tuple]:
-        """Per spring: flag of a previous row, its strain and branch, then its temperature and branch."""
+        """Flag of a previous row, its strain and branch, then its temperature and branch, for every
+        spring."""
         warm = cooling = jnp.asarray(0.0)
         if "temperature" in at and "actuator" not in at:
             warm = at["temperature"]
@@ -229,8 +230,8 @@ class SelfHeatingRate(Effect):
     }
 
     def begin(self, at: Known) -> dict[int, tuple]:
-        """Flag of a previous row; its strain and recent gain; the same of the fraction that the strain
-        transformed, and of the fraction that heat did."""
+        """Flag of a previous row, and its strain and recent gain, for every spring. Then strain and gain of
+        the fraction that strain transformed, and those of the fraction that heat transformed."""
         return each(at, zeros(7))
 
     @staticmethod

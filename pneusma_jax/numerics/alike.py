@@ -1,7 +1,7 @@
 """One function of several alike arguments: springs of an actuator, discs of a section.
 
-Traced once and applied side by side, the function is a half or a third of the program that a loop over the
-arguments would be, and compiles in a half or a third of the time.
+Traced once for all arguments, the function makes a program of a third to a half of a loop's size. It compiles
+in a third to a half of the loop's time.
 """
 
 import math
@@ -15,11 +15,12 @@ from jaxtyping import Array, PyTree
 
 
 def each(function: Callable, arguments: Sequence[tuple[PyTree, ...]]) -> list[Any]:
-    """What a function makes of several tuples of arguments, one result for each.
+    """Results of a function for several tuples of arguments, one for each.
 
     Args:
-        function: of pytrees of arrays, with results of arrays. It must not look at numbers.
-        arguments: where all are alike, as `alike` says, the function is traced once for all of them.
+        function: function of pytrees of arrays, with results of arrays. It must not look at numbers.
+        arguments: tuples of arguments. If all are alike, as `alike` says, the function is traced once for all
+            of them.
     """
     if len(arguments) < 2 or not alike(arguments):
         return [function(*given) for given in arguments]
@@ -34,7 +35,7 @@ def each(function: Callable, arguments: Sequence[tuple[PyTree, ...]]) -> list[An
 
 
 def alike(trees: Sequence[PyTree]) -> bool:
-    """Whether pytrees have the same structure, and arrays of the same shapes and types."""
+    """True if pytrees have the same structure, and arrays of the same shapes and types."""
     shapes = [[(jnp.shape(x), jnp.result_type(x)) for x in jax.tree.leaves(tree)] for tree in trees]
     return all(
         jax.tree.structure(tree) == jax.tree.structure(trees[0]) and own == shapes[0]  # type: ignore[operator]

@@ -1,7 +1,7 @@
 """Linear solves of one to three unknowns by the adjugate.
 
-An equilibrium has at most three unknowns. A LAPACK factorisation of so small a matrix costs, in a batch, more
-than evaluating the whole residual; the closed formula is a few multiplications that vectorise over the batch.
+An equilibrium has at most three unknowns. In a batch, a LAPACK factorisation of so small a matrix costs more
+than the whole residual. The closed formula is a few multiplications that vectorise over the batch.
 """
 
 import jax.numpy as jnp
@@ -24,7 +24,7 @@ def solve_small(matrix: Float[Array, "n n"], vector: Float[Array, "n"]) -> Float
 
 
 def determinant(matrix: Array) -> Array:
-    """Of one to three rows, over trailing axes."""
+    """Determinant of one to three rows, over trailing axes."""
     count = matrix.shape[0]
     if count == 1:
         return matrix[0, 0]

@@ -13,13 +13,14 @@ from .linear import solve_small
 
 
 class _State(eqx.Module):
-    """Of `BoundedNewton`: length of the last step [1], largest residual and slope before it [1], and steps so
-    far."""
+    """Of `BoundedNewton`: length of the last step [1], largest residual and slope before it [1], steps so
+    far, and the residual that quadratic convergence predicts after that step [1]."""
 
     moved: Array
     excess: Array
     slope: Float[Array, "n n"]
     count: Int[Array, ""]
+    left: Array
 
 
 class BoundedNewton(optx.AbstractRootFinder):
@@ -28,13 +29,15 @@ class BoundedNewton(optx.AbstractRootFinder):
     The function must be of one flat array. Its value and Jacobian come from one pass. `options["free"]` is
     the number of unknowns without bounds, which come first (all, where it is absent). The linear system is
     solved block by block: the first block of an equilibrium is its stiffness at given phases, which is
-    regular. `options["count"]` is the number of steps that were made before, 0 where it is absent.
+    regular. `options["count"]` is the number of steps that were made before, 0 where it is absent. After
+    `options["few"]` steps an attempt with a residual above `options["closing"]` is given up, if these are
+    given.
 
     `stats` of the solution has the largest residual `excess` and the Jacobian `slope` before the last step.
 
     Attributes:
         rtol, atol: not used for ending; optimistix asks for them.
-        norm: of a step.
+        norm: norm of a step.
         close: length of a step after which the method ends [1]. It converges quadratically, so that the error
             is then of the order of its square.
         longest: longest step of an unknown [1].
@@ -42,6 +45,8 @@ class BoundedNewton(optx.AbstractRootFinder):
             Newton's method to and fro between the two sides of a corner.
         shorter: part of such a step that is taken [1].
         corner: steps below this length are taken in full [1].
+        balanced: residual that ends the method as soon as it is predicted [1]. Quadratic convergence squares
+            the ratio of neighbouring residuals with every step. Zero asks for a short step instead.
     """
 
     rtol: float = 1e-9
@@ -52,13 +57,14 @@ class BoundedNewton(optx.AbstractRootFinder):
     patience: int = 8
     shorter: float = 0.35
     corner: float = 1e-4
+    balanced: float = 0.0
 
     def init(
         self, fn: Any, y: Array, args: Any, options: dict, f_struct: Any, aux_struct: Any, tags: Any
     ) -> _State:
         """See optimistix."""
         far = jnp.asarray(jnp.inf, y.dtype)
-        return _State(far, far, jnp.eye(y.size, dtype=y.dtype), jnp.asarray(options.get("count", 0)))
+        return _State(far, far, jnp.eye(y.size, dtype=y.dtype), jnp.asarray(options.get("count", 0)), far)
 
     def step(
         self, fn: Callable, y: Array, args: Any, options: dict, state: _State, tags: Any
@@ -77,17 +83,21 @@ class BoundedNewton(optx.AbstractRootFinder):
         after = y - share * step
         if free < y.size:
             after = jnp.concatenate([after[:free], jnp.clip(after[free:], 0.0, 1.0)])
-        moved = jnp.max(jnp.abs(after - y))
-        return after, _State(moved, jnp.max(jnp.abs(value)), slope, state.count + 1), aux
+        moved, excess = jnp.max(jnp.abs(after - y)), jnp.max(jnp.abs(value))
+        left = excess * (excess / state.excess) ** 2  # nothing is predicted before the second step
+        left = jnp.where(jnp.isfinite(state.excess) & (share == 1.0), left, jnp.inf)
+        return after, _State(moved, excess, slope, state.count + 1, left), aux
 
     def terminate(
         self, fn: Any, y: Array, args: Any, options: dict, state: _State, tags: Any
     ) -> tuple[Bool[Array, ""], optx.RESULTS]:
-        """End after a short step, or where numbers are no longer finite."""
+        """End after a short step, where numbers are no longer finite, or where an attempt is given up."""
         # both are infinite before the first step
         lost = jnp.isnan(state.moved + state.excess) | (jnp.isfinite(state.moved) & jnp.isinf(state.excess))
+        if "few" in options:
+            lost |= (state.count >= options["few"]) & (state.excess > options["closing"])
         result = optx.RESULTS.where(lost, optx.RESULTS.nonlinear_divergence, optx.RESULTS.successful)
-        return (state.moved <= self.close) | lost, result
+        return (state.moved <= self.close) | (state.left < self.balanced) | lost, result
 
     def postprocess(
         self, fn: Any, y: Array, aux: Any, args: Any, options: dict, state: _State, tags: Any, result: Any
@@ -106,8 +116,8 @@ def newton_rows(
     slower one, and a round costs what its systems cost.
 
     Args:
-        function: of the unknowns and a row.
-        rows: of each system, arrays of shape (rows, ...).
+        function: function of the unknowns and a row.
+        rows: data of each system, arrays of shape (rows, ...).
         begin: unknowns to start from; the number of rows is a multiple of `block`.
         options: see `BoundedNewton`; `options["count"]` of shape (rows,).
         ended: systems that are left alone, shape (rows,).
@@ -159,9 +169,9 @@ def solve_blocks(
     Args:
         matrix: whose leading `first` rows and columns are regular; the rest is at most three by three.
         vector: right-hand side.
-        first: size of the first block; n where there is only one.
+        first: size of the first block; n or 0 where there is only one.
     """
-    if first == vector.size:
+    if first in (0, vector.size):
         return solve_small(matrix, vector)
     (a, b), (c, d) = ((half[:, :first], half[:, first:]) for half in (matrix[:first], matrix[first:]))
     # apart from each other: the vector alone is linear, and is transposed for reverse derivatives

@@ -1,7 +1,7 @@
 """Functions that stay finite, in value and in gradient, where the plain formula is singular.
 
-Each uses the double-`where`: the argument is made harmless first, the result is chosen afterwards, so that
-no branch that is not taken can leak a NaN into a gradient.
+Each uses the double-`where`: the argument is made harmless first, and the result is chosen afterwards. So the
+branch that is not taken cannot leak a NaN into a gradient.
 """
 
 import contextlib
@@ -10,9 +10,8 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, PyTree
+from jaxtyping import Array, PyTree
 
-Scalar = Float[Array, ""]
 TINY = 1e-12
 
 
@@ -66,11 +65,11 @@ def smoothstep(u: Array) -> Array:
 
 
 def begun_as(values: PyTree, varying: PyTree) -> PyTree:
-    """`values` unchanged, but batched and differentiated from the start by what the floating-point
-    arrays of `varying` are.
+    """`values` unchanged, but batched and differentiated from the start by what the floating-point arrays of
+    `varying` are.
 
-    For what a scan begins with: JAX otherwise transforms the scan's body once to learn that a constant start
-    soon depends on the arguments, and a second time for good, at every level of `vmap` and `jvp`.
+    For the start of a scan. If a constant start soon depends on the arguments, JAX transforms the scan's body
+    once to find that out, and then again for good. It does so at every level of `vmap` and `jvp`.
     """
     leaves = [jnp.asarray(leaf) for leaf in jax.tree.leaves(varying)]
     firsts = [x.ravel()[:1] for x in leaves if jnp.issubdtype(x.dtype, jnp.inexact) and x.size]
@@ -91,15 +90,15 @@ def frozen(tree: PyTree) -> PyTree:
 
 
 def is_concrete(*values: object) -> bool:
-    """Whether none of the values is being traced, so that a check may look at them."""
+    """True if none of the values is being traced, so that a check may look at them."""
     return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
 
 
 def evaluated() -> contextlib.AbstractContextManager:
     """A context in which operations on known numbers are carried out, also inside of a traced function.
 
-    `jax.ensure_compile_time_eval` does so, but where nothing is traced it only makes compiling slow:
-    constants within a program are then computed one by one, by some hundred programs of their own.
+    `jax.ensure_compile_time_eval` does so, but where nothing is traced it makes compiling slow. Constants
+    within a program are then computed one by one, by some hundred programs of their own.
     """
     staged = not is_concrete(jax.lax.add(0.0, 0.0))
     return jax.ensure_compile_time_eval() if staged else contextlib.nullcontext()

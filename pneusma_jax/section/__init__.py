@@ -42,8 +42,8 @@ class Section(eqx.Module):
         nodes: static; number of Gauss nodes per panel.
 
     Raises:
-        ValueError: when built from concrete numbers, if there is no wall, nothing enclosed, or the rule does
-            not reproduce the section's own area, first and second moments.
+        ValueError: when built from concrete numbers, if there is no wall or nothing enclosed. Also if the
+            rule does not reproduce the section's own area, first and second moments.
     """
 
     shapes: tuple[Shape, ...]

@@ -29,8 +29,8 @@ class Outline(Shape):
         curved: static; indices of the edges that are arcs, edge i going from vertex i to the next.
 
     Raises:
-        ValueError: when built from concrete numbers, for too few or repeated vertices, a clockwise order, an
-            arc of more than half a circle, or a line that crosses itself.
+        ValueError: when built from concrete numbers, for too few or repeated vertices or a clockwise order.
+            Also for an arc of more than half a circle, or a line that crosses itself.
     """
 
     vertices: Float[Array, "n 2"] = eqx.field(converter=jnp.asarray)
@@ -145,7 +145,7 @@ class Outline(Shape):
         return self.vertices[first], self.vertices[(first + 1) % self.vertices.shape[0]]
 
     def _arcs(self) -> tuple[Array, Array, Array, Array]:
-        """Per arc: centre and radius [m], unit vector from there to its middle, half its angle [rad].
+        """Centre and radius of each arc [m], unit vector from there to its middle, half its angle [rad].
 
         The angle is negative, and the radius positive, where the arc bulges inwards.
         """

@@ -30,7 +30,7 @@ from ..actuator.loads import Gravity, gravity_vector
 from ..calibration import load_calibration, named_table
 from ..calibration.keys import ORIENTATIONS
 from ..calibration.toml import read_quantity
-from ..documents import parse_toml, read_document
+from ..documents import check_keys, parse_toml, read_document, shipped_names
 from ..errors import InputError, nearest
 from .loads import ChainLoad, LineLoad, PointLoad
 from .segments import SegmentChain, chain_of
@@ -86,7 +86,7 @@ class ChainDesign:
 
 def chain_examples() -> list[str]:
     """Names of the chains that come with the package, sorted."""
-    return sorted(e.name.removesuffix(".toml") for e in _EXAMPLES.iterdir() if e.name.endswith(".toml"))
+    return shipped_names(_EXAMPLES)
 
 
 def describes_chain(name_or_path: str | Path) -> bool:
@@ -172,10 +172,7 @@ def _check_loads(document: dict[str, Any], numbers: dict[str, float], follows: A
 
 def _segments(entry: Any, number: int, path: Path) -> Iterable[tuple[str, float, float, float]]:
     where = f"{path}: segment {number}"
-    known = ("design", "count", *KEYS)
-    for key in entry if isinstance(entry, dict) else ():
-        if key not in known:
-            raise InputError(f"{where}: unknown key {key!r}, {nearest(key, known)}")
+    check_keys(entry if isinstance(entry, dict) else {}, ("design", "count", *KEYS), where)
     design = entry.get("design") if isinstance(entry, dict) else None
     if not isinstance(design, str) or not design.strip():
         raise InputError(f"{where}: design must be the name or path of an actuator, but it is {design!r}")

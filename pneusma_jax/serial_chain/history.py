@@ -9,7 +9,6 @@ import dataclasses
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from ..actuator import Actuator
@@ -18,8 +17,7 @@ from ..actuator.result import Equilibrium
 from ..nitinol import SpringState
 from ..nitinol.spring import Activation
 from ..nitinol.thermal import Heating
-from ..numerics.safe import begun_as, is_concrete
-from ..precision import require_float64
+from ..numerics.safe import begun_as
 from ..simulate.history import History, phases_of
 from .balance import ChainProblem, chain_root, described, rest_of
 
@@ -63,13 +61,6 @@ def loaded_history(
     drives = tuple(_by_row(drive, rows) for _, drive, _ in stacked)
     interval = jnp.diff(time, prepend=time[:1])
 
-    def problem_of(pressure: Array, phases: tuple, states: tuple) -> ChainProblem:
-        parts = tuple(
-            Problem(body, jnp.broadcast_to(pressure, body.length.shape), phase, state)
-            for (body, _, _), phase, state in zip(stacked, phases, states, strict=True)
-        )
-        return dataclasses.replace(balance, parts=parts)
-
     def step(carry: _Carry, row: tuple) -> tuple[_Carry, tuple]:
         pressure, drives, interval = row
         warmed = [
@@ -79,7 +70,7 @@ def loaded_history(
             )
         ]
         phases, temperatures = tuple(w[0] for w in warmed), tuple(w[1] for w in warmed)
-        problem = problem_of(pressure, phases, carry.states)
+        problem = _problem(balance, stacked, pressure, phases, carry.states)
         stand = chain_root(carry.before, problem, carry.unknowns)
         found = described(problem, stand)
         good = stand.found
@@ -104,21 +95,9 @@ def loaded_history(
         shown = [dict(curvature=f.curvature, bend_angle=f.bend_angle, length=f.length) for f in found]
         return after, (tuple(found), states, temperatures, tuple(shown))
 
-    first_drives = jax.tree.map(lambda x: x[0], drives)
-    temperatures, resistances = zip(
-        *(_at_rest(body, drive) for (body, _, _), drive in zip(stacked, first_drives, strict=True)),
-        strict=True,
-    )
-    states = tuple(jax.tree.map(lambda x: jnp.asarray(x, dtype=float), state) for _, _, state in stacked)
-    begin = tuple(
-        _phases(body, drive, t, r, jnp.zeros(()))[0]
-        for (body, _, _), drive, t, r in zip(stacked, first_drives, temperatures, resistances, strict=True)
-    )
-    rest = dataclasses.replace(problem_of(pressure[0], begin, states), share=jnp.zeros(()))
-    if guess is None:
-        rest, guess = rest_of(rest) or (rest, None)
     course = (pressure, drives, interval)
-    first = begun_as(_Carry(states, temperatures, resistances, guess, rest), (balance, stacked, course))
+    first = _first_carry(balance, stacked, pressure[0], jax.tree.map(lambda x: x[0], drives), guess)
+    first = begun_as(first, (balance, stacked, course))
     _, (found, states, temperatures, shown) = jax.lax.scan(step, first, course)
     return tuple(
         History(f, s, jnp.stack(t, axis=-1) if t else jnp.zeros((*f.length.shape, 0)), seen)
@@ -126,34 +105,34 @@ def loaded_history(
     )
 
 
-def check_course(pressure: Array, activations: tuple, time: Array | None) -> None:
-    """Refuse meaningless inputs, in one sentence.
+def _problem(
+    balance: ChainProblem, stacked: tuple[Stacked, ...], pressure: Array, phases: tuple, states: tuple
+) -> ChainProblem:
+    """Balance of the chain in one row."""
+    parts = tuple(
+        Problem(body, jnp.broadcast_to(pressure, body.length.shape), phase, state)
+        for (body, _, _), phase, state in zip(stacked, phases, states, strict=True)
+    )
+    return dataclasses.replace(balance, parts=parts)
 
-    Raises:
-        RuntimeError: if float64 is off.
-        ValueError: for an empty history, arrays of different lengths, or time going backwards.
-    """
-    require_float64()
-    if jnp.ndim(pressure) != 1 or not jnp.shape(pressure)[0]:
-        raise ValueError(
-            f"Argument `pressure` must be a history of at least one row, but its shape is "
-            f"{jnp.shape(pressure)}."
-        )
-    rows = jnp.shape(pressure)[0]
-    named = [("activations", leaf) for leaf in jax.tree.leaves(activations) if jnp.ndim(leaf)]
-    for what, array in [*named, *([] if time is None else [("time", time)])]:
-        if jnp.shape(array) != (rows,):
-            raise ValueError(
-                f"Argument `{what}` must have {rows} rows like the pressure, but one has {jnp.shape(array)}."
-            )
-    drives = jax.tree.leaves(activations, is_leaf=lambda x: isinstance(x, Heating))
-    if time is None:
-        if any(isinstance(drive, Heating) for drive in drives):
-            raise ValueError("Argument `time` must be given where a current heats a spring, but it is None.")
-    elif is_concrete(time):
-        back = np.flatnonzero(np.diff(np.asarray(time)) < 0.0)
-        if back.size:
-            raise ValueError(f"Argument `time` must not go backwards, but it does after row {back[0] + 1}.")
+
+def _first_carry(
+    balance: ChainProblem, stacked: tuple[Stacked, ...], pressure: Array, drives: tuple, guess: Array | None
+) -> _Carry:
+    """State before the first row: springs at rest, and the chain without loads or as it starts by itself."""
+    temperatures, resistances = zip(
+        *(_at_rest(body, drive) for (body, _, _), drive in zip(stacked, drives, strict=True)), strict=True
+    )
+    states = tuple(jax.tree.map(lambda x: jnp.asarray(x, dtype=float), state) for _, _, state in stacked)
+    begin = tuple(
+        _phases(body, drive, t, r, jnp.zeros(()))[0]
+        for (body, _, _), drive, t, r in zip(stacked, drives, temperatures, resistances, strict=True)
+    )
+    rest = _problem(balance, stacked, pressure, begin, states)
+    rest = dataclasses.replace(rest, share=jnp.zeros(()))
+    if guess is None:
+        rest, guess = rest_of(rest) or (rest, None)
+    return _Carry(states, temperatures, resistances, guess, rest)
 
 
 def _by_row(drive: tuple, rows: int) -> tuple:

@@ -108,8 +108,8 @@ class PointLoad(ChainLoad):
     Attributes:
         force: force [N], shape (3,).
         moment: moment [N m], shape (3,).
-        place: point of action of the force, from the middle of the end, z ahead of it [m], shape (3,); or a
-            place in the section, shape (2,).
+        place: point of action of the force from the middle of the end, z ahead of it [m], shape (3,). A place
+            in the section has shape (2,).
         segment: static; index of the segment from the base, -1 for the last.
         follows: static; false for a fixed direction, in the frame of the base. True for a force and a moment
             that turn with the end, in the segment's own axes.

@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.calibrate.general.information import cannot_tell
 from fitting.calibrate.general.with_model import characterise_with
+from fitting.calibrate.open_constants import open_constants
 from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.recordings import Recording, read_campaign, write_recording
@@ -85,7 +85,7 @@ def test_what_is_left_at_its_neutral_value_is_called_absent(fit):
     assert "where mullins_softening is absent" in fit.model.absent(parameters)["mullins_softening_depth"]
     assert not fit.model.absent(fit.fitted)
     told = dataclasses.replace(fit.told, fixed=np.array([n.endswith("depth") for n in fit.told.names]))
-    entries = cannot_tell(told, parameters, fit.start, fit.model.absent(parameters))
+    entries = open_constants(told, parameters, fit.start, fit.model.absent(parameters))
     assert [e["kind"] for e in entries if e["parameters"] == ["mullins_softening_depth"]] == ["absent"]
 
 

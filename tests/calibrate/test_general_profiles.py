@@ -78,7 +78,7 @@ def test_of_a_straight_line_profiles_are_parabolas(fitted):
 
 
 def test_a_curved_valley_shows(fitted):
-    found = profiling.profile(fitted(bent), "a")
+    found = profiling.profiles(fitted(bent), ["a"])["a"]
     assert found.curved and found.rise.min() == 0.0
     low, high = found.quoted(90)
     assert high - found.value[np.argmin(found.rise)] > 1.5 * (found.value[np.argmin(found.rise)] - low)
@@ -95,7 +95,7 @@ def test_all_pins_share_the_program_of_the_fit(fitted):
 def test_what_cannot_be_profiled_is_refused_in_a_line(fitted):
     fit = fitted(line)
     with pytest.raises(InputError, match="no free parameter 'c'"):
-        profiling.profile(fit, "c")
+        profiling.profiles(fit, ["c"])["c"]
     fit.result.parameters["a"].set(standard_error=None)
     with pytest.raises(InputError, match="no standard error"):
-        profiling.profile(fit, "a")
+        profiling.profiles(fit, ["a"])["a"]

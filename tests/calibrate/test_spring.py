@@ -2,6 +2,7 @@
 
 import json
 import os
+from functools import partial
 from importlib import resources
 from pathlib import Path
 
@@ -10,7 +11,9 @@ import pytest
 from scipy_spring import Test, refitted
 
 import pneusma_jax as pj
-from fitting.calibrate.spring.information import Information, sentences
+from fitting.calibrate.information import Information
+from fitting.calibrate.open_constants import open_constants
+from fitting.calibrate.spring.information import informing_tests, why_not_shown
 from fitting.calibrate.spring.stand_tests import classify
 from fitting.characterise import characterise
 from fitting.data.recordings import read_campaign
@@ -113,6 +116,11 @@ def information(matrix, fixed=(False, False)):
 def parameters(**moved):
     values = {"G_m": 1.0, "gamma_L": 1.0, **moved}
     return Parameters(*(Parameter(n, v, prior=Prior(1.0, 1.0)) for n, v in values.items()))
+
+
+def sentences(told, parameters, starts, tests):
+    words = {"needed": partial(why_not_shown, tests), "reach": partial(informing_tests, tests)}
+    return open_constants(told, parameters, starts, **words)
 
 
 def test_constants_that_cannot_be_separated_are_named_with_the_tests():

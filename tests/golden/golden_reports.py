@@ -4,6 +4,12 @@
     python tests/golden/golden_reports.py run --out out/golden --write       the same, and keep their numbers here
     python tests/golden/golden_reports.py compare OLD NEW                    two versions; each a folder of `run`
 
+`run` makes 34 reports one after another, each by a command in a process of its own: a characterisation and a
+diagnosis of the five shipped examples, and diagnoses of 24 sealed cases. A report that is in `--out` already is only
+read, so an interrupted run goes on; after a change of the code, give another folder. `run diagnose/wire ...` makes the
+named reports alone. `--write` replaces the numbers of `golden_reports.json` that the tests compare with: those of all
+reports, or of the named ones while the others stay. Say in the commit which numbers moved, by how much and why.
+
 `--tree FOLDER` runs the code of another checkout. To compare two versions on the same campaigns, give the same
 `--campaigns FOLDER` to both. The sealed cases are those of plan `fixed` with a development seed: nobody scores them.
 """

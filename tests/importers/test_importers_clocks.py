@@ -7,7 +7,7 @@ import pytest
 from answers import checks
 
 from fitting.data.importers import import_file, make_options
-from fitting.data.importers.clocks import clock_seconds, read_clock
+from fitting.data.importers.clocks import read_clock
 from pneusma_jax.errors import InputError
 
 STRAIN = np.linspace(0.0, 0.5, 30)
@@ -76,17 +76,17 @@ def other_order_fits(form, start, order):
 
 
 def test_a_test_of_days_takes_the_order_that_lasts_days():
-    assert clock_seconds(["01/02/2025", "02/02/2025", "03/02/2025"]) == [0.0, 86400.0, 172800.0]
-    assert clock_seconds(["02/01/2025", "02/02/2025", "02/03/2025"]) == [0.0, 86400.0, 172800.0]
+    assert read_clock(["01/02/2025", "02/02/2025", "03/02/2025"]).seconds == [0.0, 86400.0, 172800.0]
+    assert read_clock(["02/01/2025", "02/02/2025", "02/03/2025"]).seconds == [0.0, 86400.0, 172800.0]
 
 
 def test_dates_that_no_one_order_fits_are_no_clock():
-    assert clock_seconds(["13/05/2025 10:00:00", "05/13/2025 10:00:01"]) is None
-    assert clock_seconds(["10:00:00", "2025-05-13 10:00:01"]) is None
+    assert read_clock(["13/05/2025 10:00:00", "05/13/2025 10:00:01"]) is None
+    assert read_clock(["10:00:00", "2025-05-13 10:00:01"]) is None
 
 
 def test_a_step_of_the_time_zone_is_no_step_of_the_clock():
-    assert clock_seconds(["2025-10-26T02:59:59+02:00", "2025-10-26T02:00:01+01:00"]) == [0.0, 2.0]
+    assert read_clock(["2025-10-26T02:59:59+02:00", "2025-10-26T02:00:01+01:00"]).seconds == [0.0, 2.0]
 
 
 @pytest.mark.parametrize(("heading", "factor"), [("Time (mm:ss)", 1.0), ("Time (hh:mm)", 60.0), ("Time", 1.0)])

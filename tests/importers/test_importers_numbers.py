@@ -5,7 +5,7 @@ import pytest
 from answers import refusal
 
 from fitting.data.importers import import_file, make_options
-from fitting.data.importers.clocks import clock_seconds
+from fitting.data.importers.clocks import read_clock
 from fitting.data.importers.numerals import to_number
 from fitting.data.importers.spelling import parse_heading, unit_name
 from fitting.data.importers.words import heading_of, meaning
@@ -147,8 +147,8 @@ def test_grams_on_a_load_cell_are_the_force_of_that_weight(put):
     ],
 )
 def test_clocks_are_read(texts, seconds):
-    np.testing.assert_allclose(clock_seconds(texts), seconds)
-    assert clock_seconds([*texts, "loading"]) is None
+    np.testing.assert_allclose(read_clock(texts).seconds, seconds)
+    assert read_clock([*texts, "loading"]) is None
 
 
 def test_a_clock_of_the_day_is_not_lost_and_passes_midnight(put):

@@ -12,8 +12,8 @@ import pneusma_jax as pj
 from pneusma_jax.actuator.loads import Load
 from pneusma_jax.serial_chain.kinematics import arc_frame, side_points, transform
 from pneusma_jax.serial_chain.loads import ChainWeight, LineLoad, PointLoad, generalised_forces
-from pneusma_jax.serial_chain.segments import simulate_chain_history, solve_chain
 from pneusma_jax.serial_chain.shape import place_segments
+from pneusma_jax.serial_chain.solve import simulate_chain_history, solve_chain
 from pneusma_jax.serial_chain.weight import chain_weight, with_bodies
 from pneusma_jax.silicone import SiliconeLaw
 

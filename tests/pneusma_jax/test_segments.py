@@ -15,9 +15,8 @@ from pneusma_jax.serial_chain.segments import (
     chain_of,
     chain_shape,
     enclosing_radius,
-    simulate_chain_history,
-    solve_chain,
 )
+from pneusma_jax.serial_chain.solve import simulate_chain_history, solve_chain
 
 LENGTH, RADIUS = 56e-3, 5e-3
 

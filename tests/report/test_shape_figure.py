@@ -11,7 +11,8 @@ import pneusma_jax as pj
 from fitting.report.figures import png
 from fitting.report.figures.shape import HEAT, animation, chain_figure, section_outline
 from pneusma_jax.section.kinds import rectangle
-from pneusma_jax.serial_chain.segments import chain_of, simulate_chain_history, solve_chain
+from pneusma_jax.serial_chain.segments import chain_of
+from pneusma_jax.serial_chain.solve import simulate_chain_history, solve_chain
 
 
 def phases(*xi0):

@@ -16,14 +16,14 @@ from .stability import ACTUATOR_STRAIN, Stability, stability
 
 @dataclass(frozen=True)
 class Analysis:
-    """What a set of laws makes of a range of strain; every dictionary is by name of the law.
+    """Results of a set of laws over a range of strain; every dictionary is by name of the law.
 
     Attributes:
         scope: samples that were fitted, shape (n,).
         strain_min, strain_max: their range.
         fits: the laws fitted to all of them.
         held: their held-out errors.
-        drifts: how their constants move with the range.
+        drifts: changes of their constants with the range.
         tested: their tangents where tested.
         actuator: their tangents over an actuator's strains.
         choice: the ranking, and the law taken.
@@ -56,7 +56,7 @@ def analyse(
 
     Args:
         engine: fits the laws.
-        laws: to compare.
+        laws: laws to compare.
         scope: samples to use, shape (n,).
         for_actuator: the law that is taken must serve over all of an actuator's strains, tested or not.
         progress: called with the label of each law when it is done.

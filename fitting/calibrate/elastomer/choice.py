@@ -1,4 +1,4 @@
-"""Which law to use: held-out error first, information criteria beside it, and no law that turns back."""
+"""Choice of the law: held-out error first, information criteria beside it, and no law that turns back."""
 
 from dataclasses import dataclass
 
@@ -14,8 +14,8 @@ class Ranked:
     """One law's place.
 
     Attributes:
-        name: of the law.
-        constants: how many it has.
+        name: name of the law.
+        constants: number of its constants.
         aicc, bic: differences to the best law; None where fewer independent samples than constants remain.
         weight: probability among the laws, from the error in the gaps; sums to 1.
         usable: it is monotone where it was tested.
@@ -53,9 +53,9 @@ def choose(
 ) -> Choice:
     """Rank the laws and take the simplest that predicts the gaps as well as the best one does.
 
-    "As well" is the one-standard-error rule, on the differences gap by gap: a law with fewer constants is
-    preferred if its mean square error exceeds the best law's by no more than the standard error of that
-    difference (L. Breiman and others, Classification and Regression Trees, 1984).
+    "As well" is the one-standard-error rule, on the differences gap by gap. It prefers a law with fewer
+    constants. The law's mean square error may exceed the best law's by at most the standard error of that
+    difference. Source: L. Breiman and others, Classification and Regression Trees, 1984.
 
     Args:
         fits: laws fitted to all the data.
@@ -117,9 +117,9 @@ def _reason(chosen: str, best: str, first: str, fits: dict[str, LawFit], unfit: 
 def criteria(fits: dict[str, LawFit]) -> tuple[dict[str, float | None], dict[str, float | None]]:
     """AICc and BIC of each law, less the best one's.
 
-    Both count samples. Neighbouring residuals repeat each other, so the count is the effective one of the law
-    whose residuals are least correlated, the same for all laws (that is, the smooth misfit of a poor law is
-    misfit, not noise). Variance is a fitted constant too.
+    Both count samples. Neighbouring residuals repeat each other, so the count is an effective one. It is that
+    of the law whose residuals are least correlated, and the same for all laws. For the smooth misfit of a
+    poor law is misfit, not noise. Variance is a fitted constant too.
 
     Returns:
         `aicc`, `bic` by law; None for a law with too many constants for the count.

@@ -12,12 +12,13 @@ DRIFT_IN_ERRORS = 3.0
 DRIFT_IN_SIZE = 0.1
 """... if it is also more than this fraction: a lab would not mind less."""
 KNOWN = 0.5
-"""With a larger relative error of a constant, a curved law slid along a valley; its errors mean nothing."""
+"""Maximum relative error of a constant. With a larger one, a curved law slid along a valley, and its errors
+mean nothing."""
 
 
 @dataclass(frozen=True)
 class Drift:
-    """How one constant moves as the fitted range grows.
+    """Changes of one constant as the fitted range grows.
 
     Attributes:
         law: its law.
@@ -69,7 +70,7 @@ def drift(law: CurveLaw, ranges: list[RangeFit]) -> list[Drift]:
 
 
 def _determined(part: RangeFit) -> bool:
-    """Whether the standard errors of a range's constants can be taken at their word."""
+    """True if the standard errors of a range's constants are meaningful."""
     fit = part.fit
     if fit.at_bound or not np.all(np.isfinite(fit.sd_within)):
         return False

@@ -26,9 +26,9 @@ class Engine:
 
     Args:
         samples: all of them.
-        adjust: changes to constants by name, each a mapping with any of `value`, `min`, `max` (in the unit of
-            files), `vary` and `tie`, as lmfit understands them.
-        seed: of the starting points that are scattered.
+        adjust: changes to constants by name, as lmfit understands them. Each is a mapping with any of
+            `value`, `min`, `max` (in the unit of files), `vary` and `tie`.
+        seed: seed of the scattered starting points.
 
     Raises:
         InputError: if a name of `adjust` is no constant of any law.
@@ -54,7 +54,7 @@ class Engine:
         """Fit a law to the masked samples.
 
         Args:
-            law: which.
+            law: law to fit.
             mask: samples to fit, shape (n,).
             near: a fit to more samples whose constants are tried as one start, and whose inflation is taken
                 over.

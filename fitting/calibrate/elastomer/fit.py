@@ -23,17 +23,17 @@ class LawFit:
     """A law with its constants found.
 
     Attributes:
-        law: which.
+        law: the fitted law.
         values: constants [SI], shape (k,).
         sd: their standard errors [SI], shape (k,); NaN where the data do not determine one or it sits at a
             bound.
-        covariance: of the constants [SI], shape (k, k); zero where there is no standard error.
+        covariance: covariance of the constants [SI], shape (k, k); zero where there is no standard error.
         sd_within: standard errors for the specimens as they are, their spread left out [SI], shape (k,).
         at_bound: sentence end for each constant that stopped at a bound.
         factors: stiffness of each specimen over the material's, and its standard error.
-        zeros: of recordings that leave them to the fit, and their standard errors, SI.
+        zeros: fitted zeros of recordings, and their standard errors [SI].
         mask: samples that were fitted, shape (n,).
-        mean_square: of the residuals over their spread.
+        mean_square: mean square of the residuals over their spread.
         lag_one: correlation of neighbouring residuals.
         correlation_time: samples that make one independent one.
         inflation: factor on the standard errors for misfit and serial correlation.
@@ -98,15 +98,15 @@ def describe(
     zeros: Sequence[Zero],
     used: float,
 ) -> LawFit:
-    """What the result of a fit says about a law.
+    """Summary of a fit of a law.
 
     Args:
-        law: that was fitted.
+        law: the law that was fitted.
         samples: all of them.
-        mask: those that were fitted.
-        result: of residuals over `used` times their spread.
-        specimens: those that have a factor of their own.
-        zeros: of recordings, that were fitted with it.
+        mask: true for samples that were fitted, shape (n,).
+        result: fit of the residuals over `used` times their spread.
+        specimens: names of specimens with a factor of their own.
+        zeros: zeros of recordings that were fitted with it.
         used: inflation of the standard errors.
     """
     series = samples.series(result.residual * used, mask)

@@ -1,7 +1,7 @@
-"""How well a law predicts what it was not fitted to: gaps in the curve, larger stretch, other recordings.
+"""Errors of a law on data that it was not fitted to: gaps in the curve, larger stretch, other recordings.
 
-The range of a fit is its *reach* max(stretch, 1/stretch), which is the stretch in tension and counts
-compression alike. A fit up to a reach is scored on the rest of the curve; a gap is a band of stretch taken
+The range of a fit is its *reach* max(stretch, 1/stretch). This is the stretch in tension and counts
+compression alike. A fit up to a reach is scored on the rest of the curve. A gap is a band of stretch taken
 out of every recording.
 """
 
@@ -43,7 +43,7 @@ class Transfer:
     """Error on a whole recording that was not fitted.
 
     Attributes:
-        score: of the prediction as it is.
+        score: score of the prediction as it is.
         factor: one factor on the stress that would serve this recording best (its specimen may be stiffer).
         rmse_scaled: root mean square error with that factor [Pa].
     """
@@ -78,7 +78,7 @@ class HeldOut:
     """Everything a law was scored on without having seen it.
 
     Attributes:
-        ranges: by increasing reach, the last one being all the data.
+        ranges: scores by increasing reach, the last one being all the data.
         bands: stretch limits and score of each gap.
         recordings: score on each recording with `role = fit`, fitted to the others; empty where there is one.
         validation: score on each recording with `role = validation`.

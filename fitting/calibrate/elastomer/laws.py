@@ -1,8 +1,8 @@
 """The laws that a curve of an elastomer is fitted with: their constants, bounds and starting points.
 
-Stresses come from `pneusma_jax.silicone`; here is only what a fit needs besides. Every law is linear in its
-moduli and curved in its exponents or limits, so a start is found by solving for the moduli on a grid of the
-others.
+Stresses come from `pneusma_jax.silicone`; this module adds only what a fit needs besides. Every law is linear
+in its moduli and curved in its exponents or limits. So a start is found by solving for the moduli on a grid
+of the others.
 """
 
 import itertools
@@ -54,8 +54,8 @@ class CurveLaw:
     Attributes:
         name: unique, `ogden_2`.
         law: the word of a table of constants, `ogden`.
-        label: for people.
-        constants: in the order of `stress`'s second argument.
+        label: name for people.
+        constants: the constants, in the order of `stress`'s second argument.
         stress: `(strain (n,), values (constants,)) -> (n,)` [Pa], a JAX function.
         curved: grid of the constants that the stress is not linear in, given the largest `I1 - 3` fitted and
             a source of random numbers.
@@ -97,10 +97,10 @@ class CurveLaw:
         """The best few starting points, best first.
 
         Args:
-            strain, stress, spread: what is fitted: strain [1], stress and its standard deviation [Pa], shape
-                (n,).
-            seed: of the exponents that are scattered beside the grid.
-            most: how many to return.
+            strain, stress, spread: the curve to be fitted: strain [1], stress and its standard deviation
+                [Pa], shape (n,).
+            seed: seed of the exponents that are scattered beside the grid.
+            most: maximum number of starting points.
         """
         bounds, random = self._bounds(strain), np.random.default_rng(seed)
         tried: list[tuple[float, Start]] = []

@@ -20,8 +20,8 @@ def material(analysis: Analysis, samples: Samples, title: str) -> Calibration:
 
     Args:
         analysis: the laws fitted.
-        samples: what they were fitted to.
-        title: of the campaign.
+        samples: the samples that they were fitted to.
+        title: title of the campaign.
     """
     fit = analysis.best
     stretch = f"strain {analysis.strain_min:.4g} to {analysis.strain_max:.4g}"

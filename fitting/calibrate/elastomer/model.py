@@ -1,4 +1,4 @@
-"""What a law predicts of every sample: stress of its specimen, by the zeros of its recording."""
+"""Prediction of every sample by a law: stress of its specimen, by the zeros of its recording."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class Zero:
     Attributes:
         quantity: `strain` or `stress`.
         curve: number of the recording among the samples' curves.
-        prior: of it, SI.
+        prior: prior of the zero, SI.
         begin: value that a fit starts from, SI.
     """
 
@@ -35,12 +35,12 @@ class Zero:
 
     @property
     def name(self) -> str:
-        """Of the parameter."""
+        """Name of the parameter."""
         return f"{self.quantity}_zero_{self.curve + 1}"
 
     @property
     def unit(self) -> str:
-        """In which it is shown."""
+        """Unit in which it is shown."""
         return "1" if self.quantity == "strain" else "kPa"
 
 
@@ -55,12 +55,12 @@ def zeros_of_samples(samples: Samples) -> list[Zero]:
 
 
 def arrays(samples: Samples, specimens: Sequence[str], zeros: Sequence[Zero]) -> dict[str, np.ndarray]:
-    """What `stress_of` needs of every sample, each of shape (n,).
+    """Data of every sample for `stress_of`, each of shape (n,).
 
     Args:
         samples: all of them.
-        specimens: those that have a factor of their own; of others it is one.
-        zeros: of recordings.
+        specimens: names of specimens with a factor of their own; the factor of others is one.
+        zeros: zeros of recordings.
     """
     count = range(len(samples.curves))
     index = {name: k + 1 for k, name in enumerate(specimens)}
@@ -80,8 +80,8 @@ def stress_of(
     """Function of parameters and `arrays` that gives the stress of every sample as it is read [Pa].
 
     Args:
-        law: which.
-        specimens: that have a factor of their own.
+        law: the law of the stress.
+        specimens: number of specimens with a factor of their own.
         zeros: names of the parameters, those of strain first.
     """
 

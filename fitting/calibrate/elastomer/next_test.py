@@ -1,11 +1,11 @@
-"""Which further test would shrink the error of a simulation most: expected information, not a rule of thumb.
+"""Choice of the further test that shrinks the error of a simulation most, by its expected information.
 
-The stress that an actuator's wall carries is predicted with four errors: of the law's constants, of the law
-itself (others fit as well, and in strains that were not tested it errs as it did past each range it was
-fitted to), of the specimen (another batch is stiffer or softer) and of the rate (an actuator moves slower
-than a tensile test). All are small, so they are treated as a linear Gaussian problem: each candidate test is
-a set of observations, and what is left of the error after it follows from the covariances alone, before it is
-made.
+The stress that an actuator's wall carries is predicted with four errors. The first is that of the law's
+constants. The second is that of the law itself, since others fit as well. In strains that were not tested, it
+errs as it did past each range it was fitted to. The third is that of the specimen: another batch is stiffer
+or softer. The fourth is that of the rate: an actuator moves slower than a tensile test. All are small, so
+they are treated as a linear Gaussian problem. Each candidate test is a set of observations. The covariances
+alone give the error that remains after it, before it is made.
 """
 
 from collections.abc import Mapping
@@ -45,8 +45,8 @@ class Candidate:
 
     Attributes:
         name: `larger_stretch`, `compression`, `another_specimen` or `slower_rate`.
-        text: what to do.
-        error_after: of a simulation [Pa], root mean square over the actuator's strains.
+        text: description of the test.
+        error_after: error of a simulation after it [Pa], root mean square over the actuator's strains.
         after: the same by cause.
         information: expected gain about the unknowns [nats].
     """
@@ -63,9 +63,9 @@ class NextTest:
     """The candidates, best first, and the error as it stands.
 
     Attributes:
-        error_before: of a simulation [Pa], root mean square over the actuator's strains.
+        error_before: error of a simulation [Pa], root mean square over the actuator's strains.
         before: the same by cause.
-        candidates: by increasing error after the test.
+        candidates: candidates by increasing error after the test.
         text: the recommendation.
     """
 
@@ -87,7 +87,7 @@ def next_test(
     A larger stretch and compression are candidates only where the tests do not cover an actuator's strains.
 
     Args:
-        samples: what was tested.
+        samples: the tested samples.
         fits: the laws that may be right over an actuator's strains, fitted, and the chosen one.
         weights: probability of each law from its held-out error.
         chosen: the law that the simulation uses.

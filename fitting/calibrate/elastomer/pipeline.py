@@ -1,4 +1,4 @@
-"""From a campaign of elastomer recordings to a characterised material."""
+"""Characterisation of a material from a campaign of elastomer recordings."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -30,12 +30,12 @@ class ElastomerCharacterisation(Characterisation):
     """Hyperelastic laws of an elastomer, and which one to use.
 
     Attributes:
-        title: of the campaign.
-        samples: what was fitted and scored.
+        title: title of the campaign.
+        samples: the samples that were fitted and scored.
         whole: every law on all the samples.
         actuator: every law on an actuator's strains; the same object as `whole` if the samples end there.
-        next_test: which further test would help most.
-        seed: of the scattered starting points.
+        next_test: the further test that would help most.
+        seed: seed of the scattered starting points.
     """
 
     title: str
@@ -79,7 +79,7 @@ def chosen_laws(law: str = EVERY_LAW, terms: int | None = None) -> list[CurveLaw
 
     Args:
         law: one of `LAW_WORDS`.
-        terms: of Ogden's law, 1 to 3; None tries every number of them.
+        terms: number of terms of Ogden's law, 1 to 3; None tries every number of them.
 
     Raises:
         InputError: if there is no such law or number of terms.
@@ -131,13 +131,14 @@ def characterise_elastomer(
     Args:
         campaign: recordings of kind `elastomer`.
         law: one of `LAW_WORDS`.
-        terms: of Ogden's law; None tries 1 to 3.
+        terms: number of terms of Ogden's law; None tries 1 to 3.
         max_strain: engineering strain beyond which samples are left out; None for all.
         weighting: `absolute` divides residuals by the instrument's noise, so that every sample of a recording
             counts alike; `relative` adds 5 % of the stress to it.
-        adjust: changes to constants by name, each a mapping with any of `value`, `min`, `max` (in the unit of
-            files), `vary` and `tie`, as lmfit understands them: `{"p_5": {"value": 0, "vary": False}}`.
-        seed: of the scattered starting points.
+        adjust: changes to constants by name, as lmfit understands them. Each is a mapping with any of
+            `value`, `min`, `max` (in the unit of files), `vary` and `tie`. Example: `{"p_5": {"value": 0,
+            "vary": False}}`.
+        seed: seed of the scattered starting points.
         progress: called with the label of each law when it is done.
 
     Raises:

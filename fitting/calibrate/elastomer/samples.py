@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.data.recordings import Recording
+from fitting.data.recordings import Recording, all_real
 from fitting.inference.noise import robust_noise
 from fitting.inference.readings import cautions, readings_of
 from fitting.specimens.zeros import Zeros, offered, strain_from_taut, zeros_of
@@ -26,14 +26,14 @@ class Curve:
     """One recording's part in the stack.
 
     Attributes:
-        name: of the recording.
+        name: name of the recording.
         specimen: its specimen.
         role: `fit` or `validation`.
         noise: 1-sigma of the stress [Pa].
         noise_stated: the sidecar said so; otherwise it was estimated.
         rate: median of |d strain / d time| [1/s], or None without a clock.
         hysteresis: mean of stress going up minus going down, over the mean of both; None without a way down.
-        zeros: what the fit is to find of the zeros of strain and stress.
+        zeros: zeros of strain and stress that the fit finds.
     """
 
     name: str
@@ -60,7 +60,7 @@ class Samples:
         flat: rows at which a specimen hung slack, shape (n,).
         batch: relative 1-sigma between specimens of the material; 0 if they are exactly alike.
         real: measured (True), simulated (False; one simulated recording is enough), or nobody said (None).
-        notices: what was left out or assumed, one sentence each.
+        notices: assumptions and omissions, one sentence each.
     """
 
     curves: tuple[Curve, ...]
@@ -122,7 +122,7 @@ def stack(
     """Stack the recordings of elastomers.
 
     Args:
-        recordings: of kind `elastomer`, of either role; at least one with `role = fit`.
+        recordings: recordings of kind `elastomer`, of either role; at least one with `role = fit`.
         max_strain: engineering strain beyond which samples are left out; None for all.
         weighting: see `Samples`.
 
@@ -165,9 +165,10 @@ def stack(
     strain, stress, spread, owner, flat = (np.concatenate(column) for column in zip(*parts, strict=True))
     notices += cautions(recordings) + offered(recordings)
     batch = max(recording.full_tolerance().get("silicone_stiffness", 0.0) for recording in recordings)
-    stated = [recording.real for recording in recordings]
-    real = False if False in stated else None if None in stated else True
-    return Samples(tuple(curves), strain, stress, spread, owner, weighting, flat, batch, real, tuple(notices))
+    return Samples(
+        tuple(curves), strain, stress, spread, owner, weighting, flat, batch, all_real(recordings),
+        tuple(notices),
+    )  # fmt: skip
 
 
 def _usable(recording: Recording, max_strain: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

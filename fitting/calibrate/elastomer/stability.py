@@ -19,7 +19,7 @@ class Stability:
 
     Attributes:
         strain_min, strain_max: the range.
-        least_tangent, greatest_tangent: of d stress / d strain in it [Pa].
+        least_tangent, greatest_tangent: extremes of d stress / d strain in the range [Pa].
         falls_from: strain nearest to rest where the stress starts to fall, or None.
     """
 
@@ -39,7 +39,7 @@ class Stability:
         return self.greatest_tangent > LOCKED * tested.greatest_tangent
 
     def covers(self, other: "Stability") -> bool:
-        """Whether this range holds another one, but for a tenth of strain."""
+        """True if this range holds another one, up to a tenth of strain."""
         return self.strain_min < other.strain_min + 0.1 and self.strain_max > other.strain_max - 0.1
 
 

@@ -1,4 +1,4 @@
-"""What a simulation of an actuator does not know about its silicone, as one set of Gaussian unknowns."""
+"""Unknowns of a simulation of an actuator about its silicone, as one set of Gaussian variables."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ EDGE = 0.1
 
 @dataclass(frozen=True)
 class Unknowns:
-    """The law's constants, a share of each rival law, what the law misses below and above the tested strains,
-    the batch, the rate; in this order.
+    """The order is: the law's constants, a share of each rival law, the law's errors below and above the
+    tested strains, the batch, the rate.
 
     Attributes:
-        covariance: of all of them, shape (unknowns, unknowns).
-        slices: which of them are `constants`, `law` (shares of rivals and the two extrapolation errors),
+        covariance: covariance of all of them, shape (unknowns, unknowns).
+        slices: entries that are `constants`, `law` (shares of rivals and the two extrapolation errors),
             `specimen` (the batch) and `rate`.
         fit: the law that a simulation uses.
         rivals: laws that may be right instead.
@@ -51,7 +51,7 @@ class Unknowns:
         return np.stack(columns, axis=1)
 
     def untested(self, strain: np.ndarray) -> list[np.ndarray]:
-        """How far each strain lies past either end of the tested range, from 0 inside to 1."""
+        """Distance of each strain from the tested range, from 0 inside to 1."""
         ends = self.tested
         return [np.clip((ends[0] - strain) / EDGE, 0.0, 1.0), np.clip((strain - ends[1]) / EDGE, 0.0, 1.0)]
 
@@ -72,7 +72,7 @@ def unknowns_of(
     chosen: str,
     extrapolation: float,
 ) -> Unknowns:
-    """What is known after the samples that were fitted; arguments as for `next_test.next_test`."""
+    """Unknowns after the samples that were fitted; arguments as for `next_test.next_test`."""
     fit = fits[chosen]
     rivals = [name for name in fits if name != chosen]
     total = sum(weights[name] for name in (chosen, *rivals))
@@ -119,7 +119,7 @@ def updated(
     """Covariance after a test, and the information it is expected to give [nats].
 
     Args:
-        covariance: of the unknowns before.
+        covariance: covariance of the unknowns before the test.
         design: change of each observation per unit of each unknown, shape (observations, unknowns).
         noise: 1-sigma of an observation.
         common: 1-sigma of an error that all observations share, shape (observations,), or None.

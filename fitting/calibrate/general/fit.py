@@ -40,10 +40,10 @@ class GeneralFit:
     Attributes:
         recordings: all of them.
         rows: the same as arrays, decided at the values found, noise as it was stated.
-        model: what predicts them.
+        model: model that predicts them.
         result: the fit, noise as it was taken.
         starts: chi-square that each start ended with; NaN where it failed.
-        reduced_chi_square: of the noise as stated.
+        reduced_chi_square: reduced chi-square for the noise as stated.
         inflation: factor on the noise, and so on the standard errors.
         correlation_time: samples of misfit that make one independent one.
     """
@@ -59,12 +59,12 @@ class GeneralFit:
 
     @property
     def kind(self) -> str:
-        """Of the recordings."""
+        """Kind of the recordings."""
         return self.recordings[0].kind
 
     @property
     def misses(self) -> bool:
-        """Whether what is left is more than noise; `result` was made at noise that covers it."""
+        """True if the misfit is more than noise; `result` was made at noise that covers it."""
         return not self.reduced_chi_square <= MISFIT
 
     @property
@@ -113,13 +113,13 @@ def fit_campaign(
     """Fit all free parameters to all recordings with `role = fit`.
 
     Args:
-        recordings: of one kind.
+        recordings: recordings of one kind.
         rows: each as arrays.
         parameters: free numbers with priors; their values are the first start.
-        starts: in all; the others are scattered over the priors.
-        seed: of those.
+        starts: number of starts in all; all but the first are scattered over the priors.
+        seed: seed of the scattered starts.
         progress: called with a word for each fit that is done.
-        model: what predicts; that of the kind by default.
+        model: model that predicts; the base model of the kind by default.
     """
     recordings, rows, parameters = tuple(recordings), list(rows), parameters.copy()
     model = model or specimen_of(recordings[0].kind)
@@ -144,7 +144,7 @@ def fit_pinned(fit: GeneralFit, values: Mapping[str, float], pins: Mapping[str, 
 
     Args:
         fit: any.
-        values: to start from, SI; what is missing starts from the fit.
+        values: values to start from, SI; missing ones start from the fit.
         pins: parameters that are held, with their values, SI.
     """
     rows, known = inflated(fit.rows, fit.inflation), fit.result.parameters
@@ -166,7 +166,7 @@ def gone_on(
 
     Args:
         fit: any.
-        values: to start from, SI.
+        values: values to start from, SI.
         progress: called with a word for each fit that is done.
     """
     rows = list(fit.rows)
@@ -203,7 +203,7 @@ def _settled(
 
 
 def missed(result: FitResult) -> bool:
-    """Whether what is left is more than noise."""
+    """True if the misfit is more than noise."""
     return (result.reduced_chi_square or np.inf) > MISFIT
 
 
@@ -218,9 +218,9 @@ def _searched(
 ) -> tuple[FitResult, tuple[float, ...]]:
     """The best minimum after further starts, and where those ended.
 
-    While what is left is more than noise they are scattered over the priors; while the best fit has stopped
-    at a kink of the law's memory, about that fit. Every draw has as many starts as the first fit (so that
-    nothing compiles anew), one of them the best so far.
+    While the misfit is more than noise, starts are scattered over the priors. If the best fit stopped at a
+    kink of the law's memory, they are scattered about that fit. Every draw has as many starts as the first
+    fit, so that nothing compiles anew. One of them is the best so far.
     """
     ends: list[float] = []
     for draw in range(1, DRAWS + 1):

@@ -1,4 +1,4 @@
-"""What recordings of any kind say about each parameter, what they leave open, what a repeat would add."""
+"""Information of recordings of any kind about each parameter, and the gain from a repeat."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from fitting.calibrate.spring.information import HARDLY, STAYED, TOGETHER, Information
+from fitting.calibrate.information import Information
 from fitting.inference.lasting_noise import Lasting, Series, lasting
-from fitting.inference.parameters import Parameter, Parameters
+from fitting.inference.parameters import Parameter
 from fitting.specimens import Rows
 from pneusma_jax.calibration.records import Quantity
 
@@ -26,10 +26,10 @@ NOTHING = 0.98
 
 @dataclass(frozen=True)
 class Repeat:
-    """What measuring once more like a recording would add.
+    """Expected gain from measuring once more like a recording.
 
     Attributes:
-        name: of the recording.
+        name: name of the recording.
         information: expected gain about all free parameters [nats].
         shrinks: parameters whose error bar it shrinks most, with the ratio after to before, the most first.
     """
@@ -82,10 +82,11 @@ def _considered(
     fitted: Sequence[int],
     held: Mapping[str, Quantity],
 ) -> np.ndarray:
-    """What the doubt about constants that are held adds to each parameter's variance, over that variance.
+    """Variance of each parameter from the doubt about held constants, over its own variance.
 
-    The doubt is the prior's, less what the recordings themselves say of such a constant: a fit that had it
-    free would have these errors (S. F. Schmidt's considered parameters, with what data tell of them).
+    The doubt is the prior's, reduced by the recordings' own information about such a constant. A fit with
+    that constant free would have these errors (S. F. Schmidt's considered parameters, with the data's
+    information about them).
     """
     covariance = told.covariance()
     taken = {name: quantity.value for name, quantity in held.items()}
@@ -115,7 +116,7 @@ def _considered(
 def _series(
     fit: GeneralFit, k: int, slopes: Sequence[list[dict[str, np.ndarray]]], free: np.ndarray
 ) -> list[Series]:
-    """What is left of every output of a recording, with its slopes by parameters that are not at a bound."""
+    """Residuals of every output of a recording, with their slopes by parameters that are not at a bound."""
     rows, predicted, found = fit.rows[k], fit.predict()[k], []
     for name, weight in rows.weight.items():
         weight = np.asarray(weight)
@@ -183,122 +184,10 @@ def advice(found: Sequence[Repeat]) -> str:
     )
 
 
-def cannot_tell(
-    told: Information,
-    parameters: Parameters,
-    start: Mapping[str, float],
-    absent: Mapping[str, str] | None = None,
-) -> list[dict[str, Any]]:
-    """What these recordings leave open, in words.
-
-    Args:
-        told: by the recordings.
-        parameters: at the values found.
-        start: values before the fit, SI.
-        absent: parameters whose bound means that there is nothing, with a sentence each.
-
-    Returns:
-        One entry for each parameter at a bound, that stayed at its start or is hardly informed, each loose
-        combination and each pair that is known only together: `kind`, `parameters`, a number, `text`.
-    """
-    absent = absent or {}
-    stopped = [name for name, fixed in zip(told.names, told.fixed, strict=True) if fixed]
-    entries = [_bound(name, absent.get(name)) for name in stopped]
-    alone, covered = _alone(told, parameters, start)
-    return entries + alone + _loose(told, covered) + _pairs(told)
-
-
 def held_back(name: str) -> dict[str, Any]:
-    """An entry of `cannot_tell` for a constant that no recording shows, so that it was held."""
+    """An entry of `open_constants` for a constant that no recording shows, so that it was held."""
     text = (
         f"{name} is still at the value it started from: it was held, since no recording takes the load off, "
         "which alone would show it; its error is the prior's."
     )
     return {"kind": "at_start", "parameters": [name], "posterior_over_prior": 1.0, "text": text}
-
-
-def _bound(name: str, absent: str | None = None) -> dict[str, Any]:
-    if absent:
-        return {"kind": "absent", "parameters": [name], "text": absent}
-    text = (
-        f"{name} stopped at its bound: the data, or another cause of misfit, pull it further than it may go. "
-        "It has no error, and the other errors hold if it is truly there."
-    )
-    return {"kind": "at_bound", "parameters": [name], "text": text}
-
-
-def _alone(
-    told: Information, parameters: Parameters, start: Mapping[str, float]
-) -> tuple[list[dict[str, Any]], set[str]]:
-    """Parameters about which the recordings say next to nothing even if all others were known."""
-    entries, covered = [], set()
-    marginal = told.sd() / told.scale
-    best = told.alone() / told.scale
-    for k, name in enumerate(told.names):
-        if told.fixed[k] or best[k] < HARDLY:
-            continue
-        covered.add(name)
-        stayed = abs(parameters[name].value - start[name]) < STAYED * told.scale[k]
-        where = "is still at the value it started from" if stayed else "is hardly informed"
-        text = (
-            f"{name} {where}: these recordings do not show it, and its error of {100.0 * marginal[k]:.0f} "
-            "% of the prior's comes from the prior."
-        )
-        kind = "at_start" if stayed else "not_informed"
-        ratio = float(marginal[k])
-        entries.append({"kind": kind, "parameters": [name], "posterior_over_prior": ratio, "text": text})
-    return entries, covered
-
-
-def _loose(told: Information, covered: set[str]) -> list[dict[str, Any]]:
-    """Combinations along which the recordings say less than the priors."""
-    kept = [k for k, name in enumerate(told.names) if not told.fixed[k] and name not in covered]
-    if len(kept) < 2:
-        return []
-    scaled = (told.matrix * np.outer(told.scale, told.scale))[np.ix_(kept, kept)]
-    entries = []
-    for value, axis in _axes(scaled):
-        ratio = 1.0 / np.sqrt(1.0 + max(value, 0.0))
-        if ratio < HARDLY:
-            break
-        main = [i for i in np.argsort(-np.abs(axis)) if abs(axis[i]) >= 0.4 * np.abs(axis).max()]
-        names = [told.names[kept[i]] for i in main]
-        if len(names) < 2:
-            continue
-        moves = " while ".join(
-            f"{name} {'rises' if axis[i] > 0 else 'falls'}" for name, i in zip(names, main, strict=True)
-        )
-        text = (
-            f"{', '.join(names[:-1])} and {names[-1]} cannot be separated by these recordings: {moves}, "
-            f"by as much as the priors allow, and the fit stays as good (error along it {100.0 * ratio:.0f} "
-            "% of the priors')."
-        )
-        entry = {"kind": "loose_direction", "parameters": names, "posterior_over_prior": float(ratio)}
-        entries.append({**entry, "text": text})
-    return entries
-
-
-def _axes(scaled: np.ndarray) -> list[tuple[float, np.ndarray]]:
-    """Eigenvalues, the smallest first, with their directions."""
-    width, axes = np.linalg.eigh(scaled)
-    return [(float(value), axis) for value, axis in zip(width, axes.T, strict=True)]
-
-
-def _pairs(told: Information) -> list[dict[str, Any]]:
-    covariance = told.covariance()
-    spread = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
-    correlation = covariance / np.outer(spread, spread)
-    entries = []
-    for i, one in enumerate(told.names):
-        for j in range(i):
-            if told.fixed[i] or told.fixed[j] or abs(correlation[i, j]) < TOGETHER:
-                continue
-            text = (
-                f"{told.names[j]} and {one} are known only together (correlation "
-                f"{correlation[i, j]:+.3f}): what they make together was measured, not each of them."
-            )
-            entries.append({
-                "kind": "known_together", "parameters": [told.names[j], one],
-                "correlation": float(correlation[i, j]), "text": text,
-            })  # fmt: skip
-    return entries

@@ -1,4 +1,4 @@
-"""From a campaign of wires, tubes or actuators to their constants."""
+"""Characterisation of wires, tubes or actuators from a campaign of recordings."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from fitting.calibrate.profile_likelihood import Profile, loosest, lower_end
+from fitting.calibrate.information import Information, with_errors
+from fitting.calibrate.open_constants import open_constants
+from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end
 from fitting.calibrate.quoted import KELVIN, estimates, of_prior_alone
 from fitting.calibrate.result import Characterisation, Estimate
-from fitting.calibrate.spring.information import Information, with_errors
-from fitting.data.recordings import Campaign, Recording
+from fitting.data.recordings import Campaign, Recording, all_real
 from fitting.inference.lasting_noise import Lasting
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Specimen, priors
@@ -25,12 +26,9 @@ from pneusma_jax.precision import require_float64
 from pneusma_jax.units import to_si
 
 from .fit import GeneralFit, fit_campaign, gone_on
-from .information import Repeat, cannot_tell, held_back, informed, repeats
+from .information import Repeat, held_back, informed, repeats
 from .profiles import profiles
 from .scores import Score, scores
-
-RENEWALS = 2
-"""Times that a fit begins anew where a profile found a lower chi-square, at most."""
 
 
 @dataclass(frozen=True)
@@ -38,17 +36,17 @@ class GeneralCharacterisation(Characterisation):
     """Constants of wires, tubes or actuators, identified or adjusted within their tolerances.
 
     Attributes:
-        campaign: what was measured.
+        campaign: the measured campaign.
         identify: an alloy or material was to be identified.
         fit: the fit.
         start: values of the free parameters before it, SI.
-        told: what the recordings say.
-        identifiability: what they do not say, in words.
+        told: Fisher information of the recordings.
+        identifiability: sentences about open or loosely known constants.
         profiles: profile likelihoods by parameter.
         scores: every recording beside its prediction.
-        repeats: what measuring each once more would add.
+        repeats: expected gain from measuring each recording once more.
         options: tables that the campaign was fitted from.
-        seed: of the scattered starts.
+        seed: seed of the scattered starts.
         model: the model on disk that was fitted; None for the base model.
         lasting: zeros of instruments that are off or wander, and what they add to errors.
     """
@@ -69,24 +67,23 @@ class GeneralCharacterisation(Characterisation):
 
     @property
     def title(self) -> str:
-        """Of the campaign."""
+        """Title of the campaign."""
         return self.campaign.title
 
     @property
     def kind(self) -> str:
-        """Of the recordings."""
+        """Kind of the recordings."""
         return self.fit.kind
 
     @property
     def specimen(self) -> Specimen:
-        """What was recorded."""
+        """Specimen of the recordings."""
         return self.fit.model.specimen
 
     @property
     def real(self) -> bool | None:
         """Measured (True), simulated (False), or nobody said (None)."""
-        stated = [recording.real for recording in self.fit.recordings]
-        return False if False in stated else None if None in stated else True
+        return all_real(self.fit.recordings)
 
     @property
     def fitted(self) -> Parameters:
@@ -110,7 +107,7 @@ class GeneralCharacterisation(Characterisation):
         return _held(self.specimen, self.campaign, self.options, self.fitted)
 
     def held(self) -> list[Held]:
-        """What the model on disk states and this fit left as it is; nothing for the base model."""
+        """Numbers of the model on disk that this fit left as they are; nothing for the base model."""
         return [] if self.model is None else self.model.held(self.campaign, self.fitted)
 
     def augmented(self) -> AugmentedModel | None:
@@ -140,11 +137,11 @@ def characterise_general(
 
     Args:
         campaign: recordings.
-        specimen: what is recorded.
+        specimen: specimen of the recorded kind.
         adjust: changes to free parameters by name, in the unit of files; see `characterise_spring`.
-        starts: of the fit in all.
+        starts: number of starts of the fit in all.
         profile: parameters to profile, or how many of the loosest.
-        seed: of the scattered ones.
+        seed: seed of the scattered starts.
         progress: called with a word for each step that is done.
         model: model on disk, of this kind; the base model by default.
         **options: tables to start from, as the specimen's `rows_for` takes them.
@@ -153,18 +150,9 @@ def characterise_general(
         InputError: if the recordings or options cannot be used, in one line.
     """
     require_float64()
-    recordings = campaign.of_kind(specimen.kind)
-    if not any(recording.role == "fit" for recording in recordings):
-        raise InputError(
-            f'{campaign.path}: every recording has role = "validation"; one with role = "fit" is needed'
-        )
+    recordings = campaign.to_fit(specimen.kind)
     predictor = model or specimen
-    parameters = adjusted(predictor.parameters_for(campaign, **options), adjust or {})
-    if not parameters:
-        raise InputError(
-            f"{campaign.path}: alloy and material are known and the tolerances leave nothing open; "
-            'state "fit" for one of them, or a [tolerance]'
-        )
+    parameters = _free(campaign, predictor, adjust or {}, options)
     start = {name: entry.value for name, entry in parameters.items()}
     rows = predictor.rows_for(campaign, **options)
     if model is not None:
@@ -172,38 +160,50 @@ def characterise_general(
     progress("read")
     fit = fit_campaign(recordings, rows, parameters, starts, seed, progress, predictor)
     unseen = {} if model else _held(specimen, campaign, options, fit.result.parameters)
-    fit, told, each, last = _with_information(fit, unseen)
+    begun = _informed(fit, unseen)
     progress("information")
-    wanted = _wanted(fit, profile)
-    profiled = profiles(fit, wanted, _by_name(told, last.variance))
-    for _ in range(RENEWALS):
-        lower = lower_end(profiled)
-        if not lower:
-            break
-        # the fit had not reached its end
-        fit, told, each, last = _with_information(gone_on(fit, lower[1], progress), unseen)
-        wanted = _wanted(fit, profile)
-        profiled = profiles(fit, wanted, _by_name(told, last.variance))
+
+    def profiled(now: _Informed) -> tuple[dict[str, Profile], list[str]]:
+        wanted = _wanted(now.fit, profile)
+        return profiles(now.fit, wanted, _by_name(now.told, now.lasting.variance)), wanted
+
+    def again(now: _Informed, _: str, lower: Mapping[str, float]) -> _Informed:
+        return _informed(gone_on(now.fit, lower, progress), unseen)
+
+    ended, (found, wanted) = to_the_end(begun, profiled, again)
     if wanted:
         progress("profiles")
+    fitted = ended.fit.result.parameters
+    left_open = open_constants(ended.told, fitted, start, model and model.absent(fitted))
     result = GeneralCharacterisation(
         campaign=campaign,
         identify=_identifies(recordings),
-        fit=fit,
+        fit=ended.fit,
         start=start,
-        told=told,
-        identifiability=cannot_tell(
-            told, fit.result.parameters, start, model and model.absent(fit.result.parameters)
-        ),
-        profiles=profiled,
-        scores=tuple(scores(fit)),
-        repeats=tuple(repeats(fit, told, each)),
+        told=ended.told,
+        identifiability=left_open,
+        profiles=found,
+        scores=tuple(scores(ended.fit)),
+        repeats=tuple(repeats(ended.fit, ended.told, ended.each)),
         options=dict(options),
         seed=seed,
         model=model,
-        lasting=last,
+        lasting=ended.lasting,
     )
-    return replace(result, identifiability=[*result.identifiability, *map(held_back, result.unseen)])
+    return replace(result, identifiability=[*left_open, *map(held_back, result.unseen)])
+
+
+def _free(
+    campaign: Campaign, predictor: Specimen | Augmented, adjust: Mapping, options: Mapping[str, Any]
+) -> Parameters:
+    """Free parameters as the user adjusts them; refused where nothing is free."""
+    parameters = adjusted(predictor.parameters_for(campaign, **options), adjust)
+    if not parameters:
+        raise InputError(
+            f"{campaign.path}: alloy and material are known and the tolerances leave nothing open; "
+            'state "fit" for one of them, or a [tolerance]'
+        )
+    return parameters
 
 
 def _held(
@@ -214,12 +214,26 @@ def _held(
     return {name: quantity for name, quantity in found.items() if name not in fitted}
 
 
-def _with_information(
-    fit: GeneralFit, unseen: Mapping[str, Quantity]
-) -> tuple[GeneralFit, Information, list[np.ndarray], Lasting]:
-    """A fit with standard errors, what all its recordings say, and each of them, SI; noise that lasts."""
+@dataclass(frozen=True)
+class _Informed:
+    """A fit with standard errors.
+
+    Attributes:
+        fit: the fit.
+        told: Fisher information of all its recordings.
+        each: Fisher information of each recording, SI.
+        lasting: noise that lasts.
+    """
+
+    fit: GeneralFit
+    told: Information
+    each: list[np.ndarray]
+    lasting: Lasting
+
+
+def _informed(fit: GeneralFit, unseen: Mapping[str, Quantity]) -> _Informed:
     told, each, last = informed(fit, unseen)
-    return replace(fit, result=with_errors(fit.result, lambda _: told)), told, each, last
+    return _Informed(replace(fit, result=with_errors(fit.result, lambda _: told)), told, each, last)
 
 
 def _by_name(told: Information, numbers: np.ndarray | float) -> dict[str, float]:
@@ -269,12 +283,12 @@ def characterise_specimen(
 
     Args:
         campaign: recordings of one kind.
-        specimen: of that kind.
+        specimen: specimen of that kind.
         adjust: see `characterise_general`.
         starts: fits in all; the specimen's own number by default.
         profile: parameters to profile, or how many; the specimen's own number by default.
         seed, progress: see there.
-        **tables: to start from, as the specimen's `rows_for` takes them.
+        **tables: tables to start from, as the specimen's `rows_for` takes them.
     """
     common = {
         "adjust": adjust,

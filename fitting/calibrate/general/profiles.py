@@ -15,8 +15,8 @@ def profiles(
     """Profile likelihoods of several parameters, by name.
 
     Args:
-        fit: with standard errors.
-        names: of free parameters that have one, or stand at a bound.
+        fit: fit with standard errors.
+        names: names of free parameters that have one, or stand at a bound.
         units: rise of chi-square that counts as one standard deviation, by name.
 
     Raises:
@@ -25,8 +25,3 @@ def profiles(
     result = fit.result
     pinned = partial(fit_pinned, fit)
     return followed(names, result.parameters, result.values, result.uncertainty, pinned, units=units)
-
-
-def profile(fit: GeneralFit, name: str) -> Profile:
-    """Profile likelihood of one parameter; see `profiles`."""
-    return profiles(fit, [name])[name]

@@ -1,4 +1,4 @@
-"""How far predictions are from what was measured, recording by recording and overall."""
+"""Errors of predictions, recording by recording and overall."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,10 +17,10 @@ class Score:
     """One output of one recording beside its prediction, rows that count.
 
     Attributes:
-        name: of the recording; role: `fit` or `validation`; column: of the output.
-        x_column: what it is drawn over.
-        x, measured, predicted: in the units of files, shape (rows,).
-        rms_over_noise: of the misfit.
+        name: name of the recording; role: `fit` or `validation`; column: column of the output.
+        x_column: column that it is drawn over.
+        x, measured, predicted: values in the units of files, shape (rows,).
+        rms_over_noise: root mean square of the misfit over the noise [1].
     """
 
     name: str

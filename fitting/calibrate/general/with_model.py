@@ -30,17 +30,17 @@ def characterise_with(
 ) -> Characterisation:
     """Fit a model on disk to a campaign: base numbers as far as tolerances leave them open, and its effects.
 
-    Springs whose model has no effect that acts on a stand go through their own stages, at the model's
-    numbers; everything else through the general pipeline.
+    Springs go through their own stages, at the model's numbers, if no effect of the model acts on a stand.
+    Everything else goes through the general pipeline.
 
     Args:
         campaign: recordings of one kind.
-        model: as `load_model` reads it.
+        model: model as `load_model` reads it.
         base, material: alloy and silicone to start from, instead of the model's.
         adjust: changes to free parameters by name, those of effects too: `wrap_friction_constant`.
         starts: fits in all; fewer for springs and actuators by default.
         profile: parameters to profile, or how many of the loosest; by default as many as without a model.
-        seed: of the scattered ones.
+        seed: seed of the scattered starts.
         progress: called with a word for each step that is done.
 
     Raises:

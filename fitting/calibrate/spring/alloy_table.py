@@ -31,10 +31,10 @@ def alloy_table(
     """Table of an alloy: what was fitted, with its quoted error as prior, and the rest as it was taken.
 
     Args:
-        title: of the campaign.
+        title: title of the campaign.
         base: constants that the fit started from.
         parameters: free ones at the values found, in SI.
-        simulated: whether the recordings were.
+        simulated: true if the recordings were simulated.
         text: further strings of the table, such as `interpolation`.
         quoted: errors and intervals of those, in the unit of files; the standard errors where there are none.
     """

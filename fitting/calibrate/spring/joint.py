@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fitting.calibrate.information import with_errors
 from fitting.calibrate.profile_likelihood import ALIKE
 from fitting.inference.least_squares import FitResult
 from fitting.inference.noise import correlation_time, inflation_of
@@ -12,7 +13,7 @@ from fitting.inference.parameters import Parameters
 from fitting.specimens import residual_of
 from fitting.specimens.spring_trajectory import MARGIN, OUTPUTS
 
-from .information import information, with_errors
+from .information import information
 from .problem import Problem, values_of
 
 MISFIT = 1.3
@@ -31,12 +32,12 @@ WANDERS = 2
 
 @dataclass(frozen=True)
 class Start:
-    """Where one joint fit began and ended.
+    """Start and end of one joint fit.
 
     Attributes:
-        name: in words.
-        result: of the fit.
-        problem: where it ended, with what the rule decided there.
+        name: name in words.
+        result: result of the fit.
+        problem: problem at the end of the fit, with the rule's decisions there.
     """
 
     name: str
@@ -49,10 +50,10 @@ class Joint:
     """The joint fit.
 
     Attributes:
-        problem: at the values found, its walks and inflation settled.
+        problem: problem at the values found, its walks and inflation settled.
         result: the best fit.
         starts: every fit, the best one first.
-        reduced_chi_square: of the noise as stated, before any inflation.
+        reduced_chi_square: reduced chi-square for the noise as stated, before any inflation.
         correlation_time: samples of the force's misfit that make one independent one.
     """
 
@@ -84,7 +85,7 @@ def fit_jointly(
     """Fit all free parameters to all tests.
 
     Args:
-        problem: what is fitted.
+        problem: problem to be fitted.
         staged: values to start from, as the stages left them.
         progress: called with a word for each fit that is done.
     """
@@ -123,9 +124,9 @@ def try_others(
 def retried(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> Joint:
     """Fit again from where the others end without a test that is badly missed, while that helps.
 
-    What the rule decided in a test from rough constants can hold them where they are: its row of memory is
-    wrong, the constants have given way to that, and from there it looks right. The other tests, fitted
-    without it, say better what it has to decide.
+    The rule decides from rough constants, and its decisions in a test can hold them where they are. Then its
+    row of memory is wrong, but the constants have adapted to it, so that it looks right from there. The other
+    tests, fitted without that one, lead to better decisions.
 
     Args:
         joint: any fit.
@@ -159,7 +160,7 @@ def loosened(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> 
     constants. The force says otherwise as soon as the rule may be wrong by more.
 
     Args:
-        joint: with all its starts.
+        joint: joint fit with all its starts.
         progress: called with a word for each fit that is done.
     """
     starts = list(joint.starts)
@@ -184,13 +185,14 @@ def loosened(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> 
 def spanned(joint: Joint) -> Joint:
     """The same fit with errors that span the other fits which are nearly as good.
 
-    With other turning points in the memory other constants fit as well, and the curvature about one of them
-    knows nothing of the others. Every fit counts as likely as its chi-square makes it; the second moment
-    about the best is what is added, and nothing where all starts end at one place. Where no other start ends
-    at the best fit, nobody knows that it is the best, and chi-square counts in units of what it is better by.
+    With other turning points in the memory other constants fit as well. The curvature about one of them knows
+    nothing of the others. Every fit gets the probability that its chi-square implies, and the second moment
+    about the best one is added. That is nothing if all starts end at one place. If no other start ends at the
+    best fit, nobody knows that it is the best. Chi-square then counts in units of the best fit's lead over
+    the next.
 
     Args:
-        joint: with all its starts.
+        joint: joint fit with all its starts.
     """
     best = joint.result
     names = best.uncertainty.names

@@ -1,8 +1,8 @@
-"""Where to start the constants of the residual strain: the best of many trials, each with its own decisions.
+"""Starts of the constants of the residual strain: the best of many trials, each with its own decisions.
 
-The residual strain is the smaller of two curves and is renewed at turning points, so that where the other
-curve is the smaller one, or a memory of the wrong row is kept, its constants have no slope at all: a fit
-leaves them where they began. Trials need no slope.
+The residual strain is the smaller of two curves and is renewed at turning points. Where the other curve is
+the smaller one, or the memory of the wrong row is kept, its constants have no slope at all. A fit leaves them
+where they began; trials need no slope.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -46,9 +46,9 @@ def memory_starts(
     phase is known, so that nothing else bends the constants. How the memory heals is then read off all tests.
 
     Args:
-        problem: what is fitted.
-        values: of all free parameters; those of the residual strain are drawn anew.
-        seed: of the draws.
+        problem: problem to be fitted.
+        values: values of all free parameters; those of the residual strain are drawn anew.
+        seed: seed of the draws.
         progress: called with a word for each step that is done.
     """
     free = problem.parameters.layout().free
@@ -72,8 +72,8 @@ def _from_cold(
 ) -> dict[str, float]:
     """All values: what cold tests say by themselves, and how all tests say that the memory heals.
 
-    A hot test shows the residual strain, too, times what heat leaves of it; fitted together with that
-    constant held at a draw, the others give way to it.
+    A hot test shows the residual strain too, reduced by its healing. If it were fitted together with the
+    constant of healing held at a draw, the other constants would give way to that draw.
     """
     start = problem.at(values)
     seen = {*COLD, *names} - {HEATED}
@@ -105,7 +105,7 @@ def _best(
     tests: Iterable[int],
     count: int,
 ) -> list[dict[str, float]]:
-    """Of trials the best few that are apart, by chi-square of some tests with the priors."""
+    """The best few trials that differ from each other, by chi-square of some tests with the priors."""
     rows, base = undecided(problem.data(tests=tests)["rows"]), values_of(problem.parameters, values)
     scale = np.array([problem.parameters[n].prior.sd for n in names])
     mean = np.array([problem.parameters[n].prior.mean for n in names])

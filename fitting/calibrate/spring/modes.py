@@ -21,12 +21,12 @@ class Mode:
     """Another parameter set that fits as well as the best one.
 
     Attributes:
-        start: where it was found from, in words.
+        start: start that led to it, in words.
         values: free parameters, SI.
         worse_by: chi-square above the best fit's; negative is better.
-        distance: from the best fit, in standard deviations of the linear model.
+        distance: distance from the best fit, in standard deviations of the linear model.
         different: parameters that differ most, each with its change in standard errors, largest first.
-        converged: whether that fit says that it is at its end.
+        converged: true if that fit reports convergence.
     """
 
     start: str
@@ -46,7 +46,7 @@ def other_modes(joint: Joint) -> list[Mode]:
     by more than its standard error is nobody's other parameter set, however stiff the direction between.
 
     Args:
-        joint: with all its starts, and the errors of its best fit alone, not yet `spanned`.
+        joint: joint fit with all its starts and the errors of its best fit alone, not yet `spanned`.
     """
     best, errors = joint.starts[0].result, joint.result.uncertainty
     if best.chi_square is None:

@@ -1,4 +1,4 @@
-"""Which further test would shrink which error bar most: expected information from the model's own
+"""Choice of the further test that shrinks error bars most, by expected information from the model's
 sensitivities.
 """
 
@@ -9,13 +9,14 @@ import equinox as eqx
 import jax
 import numpy as np
 
+from fitting.calibrate.information import Information
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, stack
 from fitting.specimens.spring_trajectory import GEOMETRY, at_phase, undecided
 from pneusma_jax import SpringGeometry
 from pneusma_jax.errors import InputError
 
-from .information import Information, fisher
+from .information import fisher
 from .problem import Problem, values_of
 from .reach import HOT_STEPS, steps_of
 from .stand_tests import LEVEL, Phase, StandTest
@@ -36,9 +37,9 @@ class Candidate:
 
     Attributes:
         name: such as `cold_575`.
-        text: what to do.
+        text: description of the test.
         information: expected gain about all free parameters [nats].
-        sd: of each parameter after it, SI.
+        sd: standard error of each parameter after it, SI.
         shrinks: parameters whose error bar it shrinks most, with the ratio after to before, the most first.
     """
 
@@ -54,7 +55,7 @@ class NextTest:
     """The candidates, the most informative first.
 
     Attributes:
-        sd: of each parameter as it stands, SI.
+        sd: standard error of each parameter now, SI.
         candidates: further tests.
         text: the recommendation.
     """
@@ -68,8 +69,8 @@ def next_test(problem: Problem, parameters: Parameters, found: Information, iden
     """Compare further tests of the same specimen on the same stand.
 
     Args:
-        problem: what was fitted.
-        parameters: at the values found.
+        problem: the fitted problem.
+        parameters: free parameters at the values found.
         found: information of the tests that were made.
         identify: the alloy is being identified, so cold and hot tests are held at those phases.
     """
@@ -112,8 +113,8 @@ def _plans(
     """Name, words, phase, martensite fraction and largest spring strain of every candidate.
 
     Args:
-        tests: that were made, at least one.
-        reach: from `_reach`; tests that were made go as far as they went, all the same.
+        tests: tests that were made, at least one.
+        reach: limits from `_reach`; tests that were made keep their own largest strain.
     """
     made = max(test.strain for test in tests)
     far, hot_far = (strain or made for strain in reach)

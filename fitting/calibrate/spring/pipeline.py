@@ -1,7 +1,8 @@
-"""From a campaign of springs on a stand to a characterised alloy."""
+"""Characterisation of an alloy from a campaign of springs on a stand."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,12 @@ import numpy as np
 
 from fitting.calibrate.assumed import notices_of
 from fitting.calibrate.combinations import Combination
-from fitting.calibrate.profile_likelihood import Profile, loosest, lower_end
+from fitting.calibrate.information import Information
+from fitting.calibrate.open_constants import open_constants
+from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end
 from fitting.calibrate.quoted import estimates
 from fitting.calibrate.result import Characterisation, Estimate
-from fitting.data.recordings import Campaign
+from fitting.data.recordings import Campaign, all_real
 from fitting.inference.lasting_noise import Lasting
 from fitting.inference.parameters import Parameters
 from fitting.specimens import priors
@@ -20,12 +23,11 @@ from fitting.specimens.specimen import EVERY
 from fitting.specimens.spring_trajectory import ALLOY
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.records import Quantity
-from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.precision import require_float64
 
 from .alloy_table import alloy_table
-from .information import Information, information, sentences, spread_given_geometry
+from .information import information, informing_tests, spread_given_geometry, why_not_shown
 from .joint import Joint, spanned, try_others
 from .modes import Mode, other_modes
 from .next_test import NextTest, next_test
@@ -38,8 +40,6 @@ from .stand_tests import SOFTER, Phase, Softer, StandTest
 from .zeros import zeros
 
 STARTS = 3
-RENEWALS = 2
-"""Times that a fit begins anew where a profile found a lower chi-square, at most."""
 
 
 @dataclass(frozen=True)
@@ -47,24 +47,24 @@ class SpringCharacterisation(Characterisation):
     """An alloy identified, or checked, from springs on a stand.
 
     Attributes:
-        title: of the campaign.
+        title: title of the campaign.
         identify: the alloy was identified; otherwise it was known and only adjusted within its tolerances.
         tests: the recordings, classified.
-        stages: what each stage found; empty for a known alloy.
+        stages: results of the stages; empty for a known alloy.
         joint: the joint fit.
         base: constants of the alloy that it started from.
         start: values of the free parameters before any fit, SI.
-        information: what the tests say.
-        identifiability: what they do not say, in words.
+        information: Fisher information of the tests.
+        identifiability: sentences about open or loosely known constants.
         modes: other parameter sets that fit as well.
         profiles: profile likelihoods by parameter.
         scores: every test predicted from resistance.
-        next_test: which further test would help most.
+        next_test: the further test that would help most.
         real: measured (True), simulated (False), or nobody said (None).
-        notices: what was assumed or left out.
-        seed: of the scattered starts.
+        notices: assumptions and omissions.
+        seed: seed of the scattered starts.
         softer: the phase that was taken as the softer one; None for a known alloy.
-        combinations: what the tests tell best: resistivities and stresses of both phases.
+        combinations: quantities that the tests determine best: resistivities and stresses of both phases.
         lasting: zeros of force and resistance that are off or wander, and what they add to errors.
     """
 
@@ -129,49 +129,38 @@ def characterise_spring(
 ) -> SpringCharacterisation:
     """Identify an alloy from springs on a stand, or adjust a known one within its tolerances.
 
-    With `alloy = "fit"` in the recordings everything is found, in the source's stages and then jointly; the
-    tests whose resistance at rest is farthest from that of the stiffest are taken to be fully martensitic,
-    and the stiffest fully austenitic, as the source does.
-    With a named alloy only what `[tolerance]` leaves open is.
+    With `alloy = "fit"` in the recordings everything is found, in the source's stages and then jointly. As in
+    the source, the stiffest tests are taken to be fully austenitic. Those whose resistance at rest is
+    farthest from theirs are taken to be fully martensitic. With a named alloy, only the constants that
+    `[tolerance]` leaves open are adjusted.
 
     Args:
         campaign: recordings of kind `spring` of one alloy.
         base: table to start from, instead of the one named, or of a nitinol that nobody has characterised.
         phases: `cold`, `hot` or `intermediate` for recordings, by name, whose phase is known better.
-        softer: the phase whose wire is the softer one; by default the martensite, or where its tests then
-            resist less at rest than the hot ones, which no nitinol does, whichever fits better.
-        adjust: changes to free parameters by name, each a mapping with any of `value`, `min`, `max` (in the
-            unit of files), `vary` and `tie`: `{"gR_decay": {"value": 5, "vary": False}}`.
+        softer: the phase whose wire is the softer one; the martensite by default. No nitinol resists less at
+            rest when cold than when hot. If the tests say so, both phases are tried and the better fit
+            decides.
+        adjust: changes to free parameters by name. Each is a mapping with any of `value`, `min`, `max` (in
+            the unit of files), `vary` and `tie`. Example: `{"gR_decay": {"value": 5, "vary": False}}`.
         starts: joint fits in all, from different places.
         profile: parameters to profile, or how many of the loosest.
-        seed: of what is drawn.
+        seed: seed of all draws.
         progress: called with a word for each step that is done.
 
     Raises:
         InputError: if the recordings or options cannot be used, in one line.
     """
     require_float64()
-    recordings = campaign.of_kind("spring")
-    if not any(recording.role == "fit" for recording in recordings):
-        raise InputError(
-            f'{campaign.path}: every recording has role = "validation"; at least one with role = "fit" is '
-            "needed"
-        )
+    recordings = campaign.to_fit("spring")
     quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
     known = None if identify else Alloy(**{name: q.value for name, q in quantities.items()})
     readings = readings_of(recordings, phases, known, softer)
     options = base, identify, adjust or {}, starts, seed, progress
     found = [fitted_from(campaign, tests, *options) for tests in readings]
     best = min(range(len(found)), key=lambda k: found[k].single.starts[0].result.chi_square or np.inf)
-    tests, single = readings[best], found[best].single
-    profiled, last = _profiled(single, profile, progress)
-    for _ in range(RENEWALS):
-        lower = lower_end(profiled)
-        if not lower:
-            break
-        # the fit had not reached its end
-        single = try_others(single, {f"the profile of {lower[0]}": lower[1]}, progress)
-        profiled, last = _profiled(single, profile, progress)
+    tests = readings[best]
+    single, (profiled, last) = _profiled_to_the_end(found[best].single, profile, progress)
     fitted = [test for test in tests if test.fitted]
     told_best = plateaus(single, quantities, fitted, profiled)
     profiled = with_other_fits(profiled, single)
@@ -179,7 +168,6 @@ def characterise_spring(
     told = information(joint.problem, joint.parameters)
     progress("information")
     further = next_test(joint.problem, joint.parameters, told, identify)
-    stated = [recording.real for recording in recordings]
     return SpringCharacterisation(
         title=campaign.title,
         identify=identify,
@@ -189,18 +177,32 @@ def characterise_spring(
         base=quantities,
         start=found[best].start,
         information=told,
-        identifiability=sentences(told, joint.parameters, found[best].start, fitted),
+        identifiability=open_constants(
+            told, joint.parameters, found[best].start,
+            needed=partial(why_not_shown, fitted), reach=partial(informing_tests, fitted),
+        ),
         modes=tuple(other_modes(single)),
         profiles=profiled,
         scores=tuple(scores(joint.problem, joint.values)),
         next_test=further,
-        real=False if False in stated else None if None in stated else True,
+        real=all_real(recordings),
         notices=(*order(found, best), *notices_of(recordings)),
         seed=seed,
         softer=(softer or SOFTER[best]) if identify else None,
         combinations=tuple(told_best),
         lasting=last,
     )
+
+
+def _profiled_to_the_end(
+    single: Joint, profile: int | Sequence[str], progress: Callable[[str], None]
+) -> tuple[Joint, tuple[dict[str, Profile], Lasting]]:
+    """A fit that no profile finds a lower chi-square for, and `_profiled` of it."""
+
+    def again(now: Joint, name: str, lower: Mapping[str, float]) -> Joint:
+        return try_others(now, {f"the profile of {name}": lower}, progress)
+
+    return to_the_end(single, lambda now: _profiled(now, profile, progress), again)
 
 
 def _profiled(

@@ -1,4 +1,5 @@
-"""What tests of a spring tell best: resistivities of both phases, and stresses at strains they reached."""
+"""Quantities that tests of a spring determine best: resistivities of both phases, and stresses at strains
+they reached."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -17,7 +18,7 @@ from .joint import Joint
 from .stand_tests import StandTest
 
 SHARES = (0.25, 0.5, 1.0)
-"""Of the largest shear strain of the tests of a phase, where its stress is quoted."""
+"""Shares of the largest shear strain of a phase's tests at which its stress is quoted."""
 ROUND = 0.001
 """Shear strains are rounded to."""
 
@@ -30,8 +31,8 @@ def plateaus(
     Args:
         joint: the fit, with the errors of the best start alone.
         base: constants of the alloy that it started from.
-        tests: that were fitted; a phase that none shows is left out.
-        profiles: of the constants.
+        tests: the fitted tests; a phase that no test shows is left out.
+        profiles: profiles of the constants.
     """
     labels, law = shown_by(base, tests)
     return propagated(labels, law, joint.values, joint.result.uncertainty, profiles)

@@ -4,7 +4,7 @@ weights.
 pin, one more residual. So staging, multi-start, profiles and the joint fit share one compiled program.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -41,7 +41,7 @@ residual = constrained_residual_of("spring")
 
 @dataclass(frozen=True)
 class Problem:
-    """What is fitted.
+    """The problem that is fitted.
 
     Attributes:
         tests: the recordings, classified, in the order of `rows`.
@@ -137,12 +137,12 @@ class Problem:
         its decisions change nothing.
 
         Args:
-            **options: those of `data`.
+            **options: options of `data`.
         """
         return self.fitted_with(**options)[0]
 
     def fitted_with(self, **options: Any) -> tuple[FitResult, "Problem"]:
-        """As `fit`; and the problem at what was found, with the decisions that it was found with."""
+        """Result as of `fit`, and the problem with the decisions that the result was found with."""
         problem, before = self, None
         for _ in range(MOST_ROUNDS):
             result, problem = problem._fit_once(**options)
@@ -203,7 +203,7 @@ def values_of(parameters: Parameters, values: Mapping[str, float] | None = None)
 
 
 def _same(before: FitResult, after: FitResult) -> bool:
-    """Whether two rounds found the same, as far as anyone could tell."""
+    """True if two rounds found the same within the tolerance of a fit."""
     if before.chi_square is None or after.chi_square is None:
         return True
     return abs(before.chi_square - after.chi_square) < SAME and after.success
@@ -224,6 +224,3 @@ def jacobian(values: Mapping[str, Array], data: PyTree) -> dict[str, Array]:
         return residual_of("spring")(values, data["rows"])
 
     return jax.jacfwd(rows)(dict(values))
-
-
-Progress = Callable[[str], None]

@@ -22,7 +22,7 @@ def profiles(
 
     Args:
         joint: the fit, with the errors of the best start alone.
-        names: of free parameters with a standard error, or at a bound.
+        names: names of free parameters with a standard error, or at a bound.
         units: rise of chi-square that counts as one standard deviation, by name.
         progress: called with the name of each that is done.
     """
@@ -41,20 +41,15 @@ def profiles(
     )
 
 
-def profile(joint: Joint, name: str) -> Profile:
-    """Profile likelihood of one parameter; see `profiles`."""
-    return profiles(joint, [name])[name]
-
-
 def with_other_fits(found: Mapping[str, Profile], joint: Joint) -> dict[str, Profile]:
     """Profiles that know the other fits which are nearly as good: other turning points, other constants.
 
-    Where no other start ends at the best fit, nobody knows that it is the best, and chi-square counts in
-    units of what it is better by.
+    If no other start ends at the best fit, nobody knows that it is the best. Chi-square then counts in units
+    of the best fit's lead over the next.
 
     Args:
-        found: by parameter.
-        joint: with all its starts.
+        found: profile of each parameter, by name.
+        joint: joint fit with all its starts.
     """
     best = joint.starts[0].result
     if best.chi_square is None:

@@ -1,4 +1,4 @@
-"""How far a spring may be pulled: as far as its wire is strained as the source's was."""
+"""Largest admissible strain of a spring: its wire is strained as far as the source's was."""
 
 import numpy as np
 

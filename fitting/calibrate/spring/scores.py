@@ -1,4 +1,4 @@
-"""How far predictions from resistance are from the measured shear stress, test by test and overall."""
+"""Errors of the shear stress as predicted from resistance, test by test and overall."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,13 +26,14 @@ class Score:
     """A test as it is predicted from elongation and resistance alone, by rows that count.
 
     Attributes:
-        name: of the recording.
+        name: name of the recording.
         role: `fit` or `validation`.
         gamma: shear strain [1]; stress, predicted: measured and predicted shear stress [Pa]; shape (rows,).
         time [s], xi0, xi0_sd: martensite fraction read from resistance, and how well; shape (rows,).
         blind: share of the rows whose resistance hardly informs the martensite fraction.
-        resistance_rms: of what a smooth martensite fraction leaves of the resistance, over its noise.
-        force_rms: of the force's misfit over its noise.
+        resistance_rms: root mean square of the resistance's misfit under a smooth martensite fraction, over
+            its noise [1].
+        force_rms: root mean square of the force's misfit, over its noise [1].
     """
 
     name: str

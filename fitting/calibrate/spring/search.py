@@ -22,8 +22,8 @@ from .stages import Stage, run_stages
 from .stand_tests import LEVEL, SOFTER, Phase, Softer, StandTest, classify, contradicts
 
 CHANCE, MORE = 3.5, 6
-"""Standard deviations of a reduced chi-square above 1 from which a known alloy is fitted from further starts,
-and how many: rows that a spring remembers shut fits in."""
+"""CHANCE: a known alloy is fitted from further starts if the reduced chi-square exceeds 1 by this number of
+standard deviations. A spring that remembers other rows can shut a fit in. MORE: number of these starts."""
 FAR = 4.0
 """Standard deviations along the loosest direction at which one start is placed."""
 ROUNDS = 3
@@ -36,7 +36,7 @@ class Fitted:
 
     Attributes:
         start: values before any fit, SI.
-        stages: what each stage found; empty for a known alloy.
+        stages: results of the stages; empty for a known alloy.
         single: the joint fit from all starts, with the errors of the best alone.
     """
 
@@ -51,7 +51,7 @@ def readings_of(
     known: Alloy | None,
     softer: Softer | None,
 ) -> list[list[StandTest]]:
-    """What the tests may be: one reading, or two where stiffness and resistance at rest contradict."""
+    """Readings of the tests: one, or two if stiffness and resistance at rest contradict each other."""
     first = classify(recordings, phases, known, softer or SOFTER[0])
     if known is not None or softer is not None or not contradicts(first):
         return [first]
@@ -59,7 +59,7 @@ def readings_of(
 
 
 def order(found: Sequence[Fitted], best: int) -> list[str]:
-    """That two readings of the tests were fitted, and which one was taken."""
+    """Notices that two readings of the tests were fitted, and which one was taken."""
     if len(found) < 2:
         return []
     costs = [one.single.starts[0].result.chi_square for one in found]
@@ -170,6 +170,6 @@ def _draws(joint: Joint, count: int, random: np.random.Generator, name: str) -> 
 
 
 def _suspicious(joint: Joint) -> bool:
-    """Whether more is left than chance leaves, so that the fit may have been shut in."""
+    """True if the misfit is more than chance explains, so that the fit may have been shut in."""
     freedom = max(joint.starts[0].result.degrees_of_freedom, 1)
     return joint.reduced_chi_square > 1.0 + CHANCE * float(np.sqrt(2.0 / freedom))

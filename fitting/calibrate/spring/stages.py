@@ -32,10 +32,10 @@ class Stage:
     """One stage and what it found.
 
     Attributes:
-        name: in words.
+        name: name in words.
         tests: names of the recordings it looked at.
         parameters: names of what it found.
-        result: of its fit; None if there was nothing to look at.
+        result: result of its fit; None if there was nothing to fit.
         skipped: why there was nothing to look at; empty otherwise.
     """
 
@@ -50,7 +50,7 @@ def run_stages(problem: Problem, progress=lambda _: None) -> tuple[dict[str, flo
     """Values to start the joint fit from, and what each stage found.
 
     Args:
-        problem: of an alloy that is to be identified.
+        problem: problem of an alloy that is to be identified.
         progress: called with the name of each stage when it is done.
     """
     values = {name: p.value for name, p in problem.parameters.items()} | rough_values(problem)
@@ -109,9 +109,9 @@ def _other_shapes(found: tuple[str, ...]) -> list[dict[str, float]]:
 def rough_values(problem: Problem) -> dict[str, float]:
     """Moduli and resistivities read off the recordings, to start the first stage from.
 
-    Austenite's modulus is the slope of the hot test at its beginning, that of martensite the slope of a cold
-    unloading, which is elastic, or else of its beginning. Resistivities are those at rest and at the largest
-    strain.
+    Austenite's modulus is the slope of the hot test at its beginning. Martensite's is the slope of a cold
+    unloading, which is elastic; without one it is the slope at the beginning. Resistivities are those at rest
+    and at the largest strain.
     """
     fitted = [problem.tests[k] for k in problem.fitted]
     found: dict[str, float] = {}

@@ -1,4 +1,4 @@
-"""What each test on the stand is: cold, hot or between, how far it goes and whether it comes back.
+"""Classification of tests on the stand: cold, hot or between, largest strain, with unloading or not.
  Decided from the recording itself. Resistance tells cold wire apart sharply, hot wire hardly (an exponent
 near eight); stiffness tells hot wire apart, because austenite is the stiffer phase, unless somebody says
 otherwise. So the stiffness of the stiffest test marks the hot end, and the resistance at rest that is
@@ -49,11 +49,11 @@ class StandTest:
 
     Attributes:
         recording: the data.
-        phase: what its wire is taken to be at rest.
+        phase: phase of its wire at rest.
         reason: why, in words.
         strain: largest spring strain [1]; gamma: largest shear strain [1].
-        slope: of shear stress over shear strain at the beginning [Pa]; NaN where it cannot be told.
-        resistivity: at rest [ohm/m]; NaN where it was not measured.
+        slope: slope of shear stress over shear strain at the beginning [Pa]; NaN where it cannot be told.
+        resistivity: resistance per length of wire at rest [ohm/m]; NaN where it was not measured.
         unloads: the spring comes back.
         isoresistive: the resistance was held, as far as it could be.
     """
@@ -70,12 +70,12 @@ class StandTest:
 
     @property
     def name(self) -> str:
-        """Of the recording."""
+        """Name of the recording."""
         return self.recording.name
 
     @property
     def fitted(self) -> bool:
-        """Whether it may be fitted."""
+        """True if it may be fitted."""
         return self.recording.role == "fit"
 
     @property
@@ -105,10 +105,10 @@ def classify(
     alloy: Alloy | None = None,
     softer: Softer = "martensite",
 ) -> list[StandTest]:
-    """What each recording of a spring is.
+    """Class of each recording of a spring.
 
     Args:
-        recordings: of kind spring, of one alloy.
+        recordings: recordings of kind spring, of one alloy.
         stated: phase of recordings, by name, that somebody knows better.
         alloy: the alloy if it is known, whose reading of the resistance at rest then decides; otherwise the
             tests are compared with each other.
@@ -181,7 +181,7 @@ def _median(values: np.ndarray) -> float:
 
 
 def contradicts(tests: Sequence[StandTest]) -> bool:
-    """Whether the tests that were taken as hot resist more at rest than the cold ones, which no nitinol does.
+    """True if tests that were taken as hot resist more at rest than the cold ones, which no nitinol does.
 
     Args:
         tests: classified by comparison with each other.

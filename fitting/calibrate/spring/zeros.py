@@ -2,22 +2,22 @@
 
 import numpy as np
 
+from fitting.calibrate.information import Information
 from fitting.inference.lasting_noise import Lasting, Series, lasting
 from fitting.inference.parameters import Parameters
 from fitting.specimens import residual_of
 from fitting.specimens.spring_trajectory import OUTPUTS, decided
 
-from .information import Information
 from .problem import Problem, jacobian, values_of
 
 
 def zeros(problem: Problem, parameters: Parameters, told: Information) -> Lasting:
-    """What zeros of force and resistance that are off, or wander, add to the errors.
+    """Contribution of zeros of force and resistance, which are off or wander, to the errors.
 
     Args:
-        problem: what was fitted.
-        parameters: at the values found.
-        told: by the fitted tests.
+        problem: the fitted problem.
+        parameters: free parameters at the values found.
+        told: Fisher information of the fitted tests.
     """
     point = values_of(problem.parameters, parameters.valuesdict())
     data = problem.data()

@@ -71,16 +71,7 @@ def assemble(
         with_options(channels, options), kind, options, sample.sizes, place, [*sample.notices, *notices],
         raw=frozenset(channels),
     )  # fmt: skip
-    try:
-        subtract(making)
-        gauge_pressure(making)
-        settle_strain_unit(making)
-        derive(making)
-        say_far(making)
-        subtract(making)
-        columns = canonical(making)
-    except UnitMissing:
-        raise units_missing(making) from None
+    columns = _quantities(making)
     mark_used(making, columns)
     keep = correct_signs_and_zeros(columns, making, _loading_texts(sample, making))
     _notice_engineering_stress(columns, making)
@@ -88,20 +79,12 @@ def assemble(
     columns = {name: values[keep] for name, values in columns.items()}
     columns, rows = _drop_empty(columns, np.array(grid.rows)[keep], making)
     columns = with_clock(columns, rows, making)
-    provenance = find_provenance(raw.path, options.citation, options.licence, facts.provenance)
-    making.notices += provenance.notices
-    absent = [key for key in ("citation", "licence") if not getattr(provenance, key)]
-    if absent:
-        making.say(
-            f"{' and '.join(absent)} not stated: fine for numbers of your own, needed to publish those of"
-            " others"
-        )
+    provenance = _provenance(sample, facts, making)
     geometry = _geometry(facts, making)
     if kind == "wire" and not {"temperature_degC", "resistance_ohm"} & columns.keys():
         making.warn(
-            "there is no temperature, which the phase of a wire follows: characterise and diagnose refuse"
-            " it. State one that"
-            " did not change with --constant temperature_degC=..."
+            "there is no temperature, which the phase of a wire follows: characterise and diagnose refuse "
+            "it. State one that did not change with --constant temperature_degC=..."
         )
     question_stress(columns, making)
     name, specimen = _names(sample, options, facts)
@@ -123,6 +106,34 @@ def assemble(
     explain(making, columns)
     recording.source["notes"] = list(making.notices)
     return recording
+
+
+def _quantities(making: Making) -> dict[str, np.ndarray]:
+    """Columns in canonical units: stated, converted from other quantities, and without their zeros."""
+    try:
+        subtract(making)
+        gauge_pressure(making)
+        settle_strain_unit(making)
+        derive(making)
+        say_far(making)
+        subtract(making)
+        return canonical(making)
+    except UnitMissing:
+        raise units_missing(making) from None
+
+
+def _provenance(sample: Sample, facts: Facts, making: Making) -> Provenance:
+    """Citation and licence; notices say where they were found, or that they are missing."""
+    options = making.options
+    found = find_provenance(sample.raw.path, options.citation, options.licence, facts.provenance)
+    making.notices += found.notices
+    absent = [key for key in ("citation", "licence") if not getattr(found, key)]
+    if absent:
+        making.say(
+            f"{' and '.join(absent)} not stated: fine for numbers of your own, needed to publish those of "
+            "others"
+        )
+    return found
 
 
 def _loading_texts(sample: Sample, making: Making) -> About:

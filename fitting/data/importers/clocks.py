@@ -51,13 +51,6 @@ def like_a_clock(text: str) -> bool:
     )  # fmt: skip
 
 
-def clock_seconds(texts: Sequence[str]) -> list[float] | None:
-    """Seconds of a column of clock readings, blanks as NaN; None where a field is neither blank nor a clock.
-    See `read_clock`."""
-    clock = read_clock(texts)
-    return None if clock is None else clock.seconds
-
-
 def read_clock(texts: Sequence[str], heading: str = "") -> Clock | None:
     """Clock readings of a column, in one format for all of its fields.
 

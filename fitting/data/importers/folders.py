@@ -54,7 +54,7 @@ def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
 
 
 def left_in_folders(sources: Iterable[str | Path]) -> list[str]:
-    """What `raw_files` does not look into: folders in a folder and files of other endings, a line each."""
+    """Files that `raw_files` does not read: folders in a folder and files of other endings, a line each."""
     lines = []
     for folder in (path for path in map(Path, sources) if path.is_dir()):
         kinds: dict[str, list[Path]] = {}

@@ -24,7 +24,7 @@ def recognises(sample: Sample) -> bool:
 
 
 def read(sample: Sample, options: Options) -> Recording:
-    """A wire in tension. For a bent beam with stated span and depth, the stress and strain of its surface."""
+    """Recording of a wire in tension. A bent beam of stated span and depth counts as a wire: its surface."""
     grid = sample.require_grid()
     kind = options.kind or "wire"
     preamble = {row[0].strip('"'): row[1].strip('"') for row in grid.preamble if len(row) > 1}

@@ -35,8 +35,8 @@ def find_provenance(
     """Citation and licence: the user's statement, else the file's own, else one found beside the file.
 
     Args:
-        path: raw file. Its folder and those above, up to the root of a repository, are searched for
-            `PROVENANCE.md`, a licence, `CITATION.cff` or a text with a BibTeX entry.
+        path: raw file. Its folder and those above are searched, up to the root of a repository. The search
+            looks for `PROVENANCE.md`, a licence, `CITATION.cff` or a text with a BibTeX entry.
         citation: citation stated by the user.
         licence: licence stated by the user.
         known: provenance that the file's own preamble identifies, if any.

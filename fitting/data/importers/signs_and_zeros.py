@@ -74,8 +74,8 @@ def correct_signs_and_zeros(columns: dict[str, np.ndarray], making: Making, abou
         Rows to keep.
 
     Raises:
-        InputError: if stress and strain of a coupon, or of a wire or spring at one temperature, have opposite
-            signs, or if a stated slack leaves no test.
+        InputError: if stress and strain have opposite signs, in a coupon or in a wire or spring at one
+            temperature. Also if a stated slack leaves no test.
     """
     rows = len(next(iter(columns.values())))
     keep = np.ones(rows, bool)

@@ -11,8 +11,8 @@ TWICE, LEAST_ZERO = 2.0, 0.01
 """Standard deviation of a zero for fits, as a multiple of its estimate; its minimum as part of the largest
 value. Load cells and grips are set better than the minimum."""
 FLAT_PART, NOISY = 0.02, 6.0
-"""Change of a reading over a stated slack, as part of its range and in standard deviations of its noise,
-above which it was not flat. Noise alone changes by less."""
+"""Changes of a reading over a stated slack above which it was not flat. The first is a part of its range, the
+second a number of standard deviations of its noise. Noise alone changes by less."""
 LEAST_LEFT = 3
 """Minimum number of rows beyond a slack. Two points are no test."""
 

@@ -26,8 +26,8 @@ def settle_strain_unit(making: Making) -> None:
     one.
 
     Raises:
-        InputError: if the numbers cannot be a fraction, or fit a percentage better, or if no specimen of the
-            kind strains as far as their heading says.
+        InputError: if the numbers cannot be a fraction, or fit a percentage better. Also if no specimen of
+            the kind strains as far as their heading says.
     """
     channel = making.channels.get("strain")
     if channel is None or channel.trouble or making.kind not in ("wire", "elastomer"):

@@ -85,8 +85,8 @@ def _sections(fields: Sequence[list[str]], parsed: Sequence[list | None]) -> dic
 
 
 def counts_columns(fields: Sequence[list[str]], rows: Sequence[int]) -> bool:
-    """True if the first of some rows only counts the columns, `1, 2, 3`: whole numbers above decimals, or a
-    clock that would then go back.
+    """True if the first of some rows only counts the columns, `1, 2, 3`. Such a row has whole numbers above
+    decimals, or a clock that would then go back.
 
     Args:
         fields: fields of each row of a page.

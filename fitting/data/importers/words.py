@@ -129,7 +129,6 @@ TEST_WORDS = (
 )
 # What else heads a column that tells specimens apart.
 LOT_WORDS = ("material", "batch", "lot", "prüfling", "prüfkörper", "probekörper", "muster", "lot de matière")
-_SPECIMEN = "|".join(SPECIMEN_WORDS)
 _TAGGED = "|".join((*SPECIMEN_WORDS, *TEST_WORDS))
 _TAG_PATTERNS = (
     # `Stress Specimen 2`, `Stress - sample B`, `Stress_test_3`, `Stress #2`

@@ -35,7 +35,7 @@ import numpy as np
 
 from fitting.data.recordings import schema
 from fitting.data.recordings.kinds import PHASE
-from pneusma_jax.documents import read_document
+from pneusma_jax.documents import check_keys, finite_number, read_document, shipped_names
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import dimension_of, to_si, unit_of_column
 
@@ -98,7 +98,7 @@ class Protocol:
 
 def protocol_examples() -> list[str]:
     """Names of the protocols that come with the package, sorted."""
-    return sorted(e.name.removesuffix(".toml") for e in _EXAMPLES.iterdir() if e.name.endswith(".toml"))
+    return shipped_names(_EXAMPLES)
 
 
 def load_protocol(name_or_path: str | Path) -> Protocol:
@@ -167,7 +167,7 @@ def _corners(start: Any, steps: list, kind: str, path: Path) -> tuple[np.ndarray
         where = f"{path}: step {number}"
         if not isinstance(step, dict) or "duration_s" not in step:
             raise InputError(f"{where}: duration_s is missing; 0 is a jump")
-        duration = _number(step["duration_s"], f"{where}: duration_s")
+        duration = finite_number(step["duration_s"], f"{where}: duration_s")
         if duration < 0.0:
             raise InputError(f"{where}: duration_s is {duration:g}, but time cannot go backwards")
         changes = _values({k: v for k, v in step.items() if k != "duration_s"}, kind, where)
@@ -199,7 +199,7 @@ def _values(table: Mapping[str, Any], kind: str, where: str) -> dict[str, float]
             )
         if dimension_of(unit) != DIMENSIONS[stem]:
             raise InputError(f"{where}: {key} must be a {DIMENSIONS[stem]}, but {unit!r} is not")
-        value = float(to_si(_number(entry, f"{where}: {key}"), unit))
+        value = float(to_si(finite_number(entry, f"{where}: {key}"), unit))
         low, high, words = LIMITS[stem]
         if not low <= value <= high:
             raise InputError(f"{where}: {key} = {entry:g} must be {words}")
@@ -227,29 +227,20 @@ def _check_phases(channels: Mapping[str, float], where: str) -> None:
             channel_of[spring] = name
 
 
-def _number(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"{where} must be a finite number, but it is {value!r}")
-    return float(value)
-
-
 def _supply(table: Any, path: Path) -> dict[str, float]:
     if not isinstance(table, dict):
         raise InputError(f"{path}: supply must be a table, [supply], but it is {table!r}")
-    for key in table:
-        if key not in ("current_A", "period_s"):
-            raise InputError(
-                f"{path}: [supply] unknown key {key!r}, {nearest(key, ('current_A', 'period_s'))}"
-            )
-    read = {key.partition("_")[0]: _number(value, f"{path}: [supply] {key}") for key, value in table.items()}
-    for key, value in read.items():
+    check_keys(table, ("current_A", "period_s"), f"{path}: [supply]")
+    read = {}
+    for key, entry in table.items():
+        read[key.partition("_")[0]] = value = finite_number(entry, f"{path}: [supply] {key}")
         if value <= 0.0:
             raise InputError(f"{path}: [supply] {key} must be more than 0, but it is {value:g}")
     return read
 
 
 def _clock(document: dict[str, Any], total: float, supply: dict[str, float], path: Path) -> np.ndarray:
-    interval = _number(document.get("interval_s", total / USUAL_ROWS), f"{path}: interval_s")
+    interval = finite_number(document.get("interval_s", total / USUAL_ROWS), f"{path}: interval_s")
     if interval <= 0.0:
         raise InputError(f"{path}: interval_s must be more than 0, but it is {interval:g}")
     if supply.get("period") and interval > 0.1 * supply["period"]:

@@ -9,7 +9,7 @@ from . import kinds, schema
 from .campaign import read_campaign
 from .checks import check_recording, resistance_range, wire_length
 from .reading import read_recording
-from .recording import Campaign, Recording, Reduction
+from .recording import Campaign, Recording, Reduction, all_real
 from .schema import NOT_STATED
 from .shared import recordings_folder
 from .writing import target_path, write_recording
@@ -19,6 +19,7 @@ __all__ = [
     "Campaign",
     "Recording",
     "Reduction",
+    "all_real",
     "check_recording",
     "kinds",
     "read_campaign",

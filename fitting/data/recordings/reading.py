@@ -10,7 +10,7 @@ from . import schema, sidecar, stated_columns
 from .checks import check_recording
 from .columns import canonical_columns, held_by, infer_kind
 from .recording import Recording
-from .table import read_table, refuse
+from .table import Table, read_table, refuse
 
 
 def read_recording(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Recording:
@@ -64,12 +64,7 @@ def read_merged(
         missing = f"{beside.name} does not state the kind" if beside.exists() else f"no sidecar {beside.name}"
         notices.append(f"{missing}: taken as kind {kind} from its columns ({reason})")
     where = beside if beside.exists() else path
-    own = stated_columns.constants(settings.get("constant", {}), kind, where, {})
-    shared = stated_columns.constants({}, kind, where, campaign.get("constant", {}))
-    constant = {**{name: value for name, value in shared.items() if not held_by(table, kind, name)}, **own}
-    for name in own:
-        if held_by(table, kind, name):
-            raise refuse(where, f"[constant] {name}: {path.name} has a column of it; remove one of them")
+    constant = _constants(table, settings, campaign, kind, where)
     columns, more = canonical_columns(table, kind, constant)
     if "specimen" not in settings:
         notices.append(f"no specimen stated: recordings that state none are taken as one specimen, {kind!r}")
@@ -92,12 +87,34 @@ def read_merged(
         comments=table.comments,
     )
     check_recording(recording, table.rows, where)
-    if (
-        recording.real
-        and not str(recording.source.get("licence", recording.source.get("license", ""))).strip()
-    ):
-        recording.notices.append("real = true, and no licence is stated: fine for numbers of your own")
+    recording.notices.extend(_remarks(recording))
+    return recording
+
+
+def _constants(
+    table: Table, settings: Mapping[str, Any], campaign: Mapping[str, Any], kind: str, where: Path
+) -> dict[str, Any]:
+    """Constants in the place of columns: the campaign's for columns that the table lacks, then its own.
+
+    Raises:
+        InputError: if the recording states a constant and has a column of it.
+    """
+    own = stated_columns.constants(settings.get("constant", {}), kind, where, {})
+    shared = stated_columns.constants({}, kind, where, campaign.get("constant", {}))
+    for name in own:
+        if held_by(table, kind, name):
+            file = table.path.name
+            raise refuse(where, f"[constant] {name}: {file} has a column of it; remove one of them")
+    return {**{name: value for name, value in shared.items() if not held_by(table, kind, name)}, **own}
+
+
+def _remarks(recording: Recording) -> list[str]:
+    """Remarks on a missing licence and on rows of the same time."""
+    found, columns = [], recording.columns
+    licence = recording.source.get("licence", recording.source.get("license", ""))
+    if recording.real and not str(licence).strip():
+        found.append("real = true, and no licence is stated: fine for numbers of your own")
     repeated = int(np.sum(np.diff(columns["time_s"]) == 0.0)) if "time_s" in columns else 0
     if repeated:
-        recording.notices.append(f"{repeated} rows have the same time_s as the row before")
-    return recording
+        found.append(f"{repeated} rows have the same time_s as the row before")
+    return found

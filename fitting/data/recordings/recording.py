@@ -1,6 +1,7 @@
 """A recording and a campaign in memory: columns in canonical units, the sidecar's statements, SI on
 request."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -167,6 +168,12 @@ def locate_table(stated: str, recording: Path | None) -> str | Path:
     return beside if beside.exists() else Path(stated)
 
 
+def all_real(recordings: Iterable[Recording]) -> bool | None:
+    """True if all recordings were measured, False if one was simulated, None if nobody said of one."""
+    stated = [recording.real for recording in recordings]
+    return False if False in stated else None if None in stated else True
+
+
 @dataclass
 class Campaign:
     """The recordings that are fitted together.
@@ -191,6 +198,19 @@ class Campaign:
     def of_kind(self, kind: str) -> list[Recording]:
         """Recordings of one kind."""
         return [r for r in self.recordings if r.kind == kind]
+
+    def to_fit(self, kind: str) -> list[Recording]:
+        """Recordings of one kind, of which at least one may be fitted.
+
+        Raises:
+            InputError: if all of them are for validation.
+        """
+        found = self.of_kind(kind)
+        if not any(recording.role == "fit" for recording in found):
+            raise InputError(
+                f'{self.path}: every recording has role = "validation"; one with role = "fit" is needed'
+            )
+        return found
 
     def with_role(self, role: str) -> list[Recording]:
         """Recordings of one role, `"fit"` or `"validation"`."""

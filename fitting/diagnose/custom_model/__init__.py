@@ -7,9 +7,9 @@
     >>> result.named
 
 The base is a plain function that JAX can differentiate. It passes numbers through named slots; a `Term` is a
-sentence, bounds and a function that acts at one of them. What is done with them is what `pneusma diagnose`
-does with its own models: refit, screen, fit together, weigh, leave recordings out, predict those that were
-never fitted.
+sentence, bounds and a function that acts at one of them. They are treated as `pneusma diagnose` treats its
+own models. It refits, scores, fits together and weighs terms, leaves recordings out, and predicts those that
+were never fitted.
 
 - `model`: terms, slots, the augmented function; `data`: recordings of one's own, stacked;
 - `fits`: least squares, score screen, recordings left out; `search`: which terms enter; `result`: the answer.

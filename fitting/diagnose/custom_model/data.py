@@ -13,9 +13,9 @@ class OwnRecording:
     """One test.
 
     Attributes:
-        name: for reports.
-        columns: what changes from row to row, by name, each of shape (rows, ...).
-        facts: what is fixed, by name, any shape but the same in all recordings.
+        name: name for reports.
+        columns: quantities that change from row to row, by name, each of shape (rows, ...).
+        facts: fixed quantities by name, of any shape, but the same in all recordings.
         measured: outputs of the base, by name, each of shape (rows, ...); NaN where missing.
         sigma: 1-sigma of each output, in its unit.
         role: `fit`, or `validation`: never fitted, only predicted.
@@ -37,7 +37,7 @@ class Stacked:
     """Recordings along a leading axis, padded by their last row to the longest.
 
     Attributes:
-        columns, facts, measured: as in `OwnRecording`, with that axis.
+        columns, facts, measured: same as those of `OwnRecording`, with that axis.
         weight: one over sigma of every measured value, zero where missing or padded.
     """
 
@@ -47,7 +47,7 @@ class Stacked:
     weight: dict[str, np.ndarray]
 
     def tree(self, chosen: np.ndarray) -> dict[str, dict[str, np.ndarray]]:
-        """What a residual takes: everything, weighed by a number for each recording."""
+        """Argument of a residual: everything, weighed by a number for each recording."""
         weight = {k: w * chosen.reshape(-1, *[1] * (w.ndim - 1)) for k, w in self.weight.items()}
         parts = {"columns": self.columns, "facts": self.facts, "measured": self.measured}
         return {**parts, "weight": weight}

@@ -24,8 +24,8 @@ class OwnFit:
 
     Attributes:
         present: terms.
-        result: of the least squares.
-        chi_square: of the recordings that were fitted, priors left out.
+        result: result of the least squares.
+        chi_square: chi-square of the fitted recordings, priors left out.
         objective: half the sum of squares, priors included.
         at_bound: parameters of terms that ended on a physical bound.
     """
@@ -42,7 +42,7 @@ class Problem:
 
     Args:
         model: base and candidate terms.
-        recordings: at least one to fit.
+        recordings: recordings, at least one to fit.
 
     Raises:
         InputError: if recordings do not agree, or a term acts at a slot that the base does not have.

@@ -22,8 +22,8 @@ class Term:
 
     Attributes:
         name: a Python identifier.
-        sentence: what it says about the world, for a report.
-        slot: of the base, at which it acts.
+        sentence: statement about the world, for a report.
+        slot: slot of the base at which it acts.
         specs: its parameters: neutral value (absent), physical bounds, typical value, unit, text; `shape` for
             those that mean nothing while the term is absent.
         apply: `apply(value, own, columns, facts)`: the slot's value with the term. `own` holds its
@@ -63,10 +63,11 @@ class OwnModel:
     """A base model and the terms that may be missing from it.
 
     Attributes:
-        base: `base(values, columns, facts, slot)` -> outputs by name, each of shape (rows, ...), for one
-            recording. `values` are its parameters, `columns` what changes from row to row, `facts` what is
-            fixed in a recording; `slot(name, value)` returns the value with the terms that act there.
-        parameters: of the base, with priors and bounds.
+        base: function of one recording, `base(values, columns, facts, slot)`, that gives outputs by name,
+            each of shape (rows, ...). `values` are its parameters, `columns` the quantities that change from
+            row to row, `facts` the fixed ones. `slot(name, value)` returns the value with the terms that act
+            there.
+        parameters: parameters of the base, with priors and bounds.
         terms: candidates, in the order in which they act at a slot.
     """
 

@@ -1,4 +1,4 @@
-"""What came out of a search for missing terms."""
+"""Results of a search for missing terms."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -19,9 +19,10 @@ class Candidate:
     """A term that was fitted together with what was there.
 
     Attributes:
-        name: of the term.
-        log_bayes_factor: over the model without it, deflated, the number of candidates counted.
-        gain: of chi-square by its signature alone, before anything was fitted.
+        name: name of the term.
+        log_bayes_factor: log Bayes factor over the model without it, deflated, less the logarithm of the
+            number of candidates.
+        gain: decrease of chi-square along its sensitivity alone, before anything was fitted.
         at_bound: its parameters that ended on a physical bound.
         left_out: chi-square per value of recordings left out in turn; NaN where it was not asked for.
     """
@@ -71,10 +72,10 @@ class Explained(Result):
     Attributes:
         problem: model and recordings.
         base: refitted alone; `final`: with the terms that entered.
-        stages: of the search.
+        stages: steps of the search.
         before, after: chi-square per value of fitted recordings left out in turn.
-        inflation: of the variance of the final misfit over that of independent errors of the stated size;
-            `estimate` widens standard errors by its root.
+        inflation: variance of the final misfit over that of independent errors of the stated size [1];
+            `estimate` widens standard errors by its square root.
     """
 
     problem: Problem

@@ -32,7 +32,8 @@ def explain_own(
 
     Args:
         model: base and candidate terms.
-        recordings: of role `fit` to learn from; those of role `validation` are only predicted, at the end.
+        recordings: recordings of role `fit` to learn from. Those of role `validation` are only predicted, at
+            the end.
         most: terms that may enter.
         progress: told what happens, in words.
 
@@ -70,7 +71,7 @@ def explain_own(
 
 
 def _inflation(problem: Problem, best: OwnFit) -> float:
-    """By how much the variance of the misfit is more than that of independent errors of the stated size."""
+    """Variance of the misfit over that of independent errors of the stated size."""
     misfit = problem.misfit(best.result.values, problem.fitted)
     left = best.chi_square / problem.data.counted(problem.fitted)
     series = []

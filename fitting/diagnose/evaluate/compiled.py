@@ -27,7 +27,7 @@ class Compiled:
     """One program for every campaign of the same shapes: what a campaign states are arguments.
 
     Args:
-        specimen: how rows are predicted.
+        specimen: specimen that predicts the rows.
         unknowns: numbers that may be free.
         always: effects that the base model has.
         trajectories: latent trajectories of a recording.
@@ -79,7 +79,7 @@ class Compiled:
 
         Args:
             u: scaled numbers, (unknowns,).
-            columns: at most `width` indices of unknowns.
+            columns: indices of unknowns, at most `width`.
             stacked: recordings, with their latent trajectories.
         """
         unknowns, count = self._unknowns, self._trajectories

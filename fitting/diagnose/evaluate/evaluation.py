@@ -20,7 +20,7 @@ from . import latent_trajectories
 TRAJECTORIES = DEFAULT.trajectories
 
 TRAJECTORY = "xi0"
-"""Where rows keep latent trajectories: a tuple of columns."""
+"""Column of rows that keeps latent trajectories: a tuple of columns."""
 
 
 def trajectories_of(stacked: Rows) -> np.ndarray:
@@ -48,7 +48,7 @@ class Raw:
         found: outputs by quantity, (recordings, rows).
         slopes: their derivatives by unknowns, (columns, recordings, rows).
         along: the same by latent trajectories: each moved as a whole, then in its remembered rows alone.
-        drivers: what drives the outputs, by name, (recordings, rows).
+        drivers: drivers of the outputs, by name, (recordings, rows).
     """
 
     stacked: Rows
@@ -64,7 +64,7 @@ class Raw:
 
         Args:
             k: number of the recording.
-            channels: that count.
+            channels: channels that count.
             process_noise: variance of every trajectory per second, zero where it is held, (trajectories,).
         """
         slopes = np.stack([self.along[channel.quantity][:, k] for channel in channels], axis=1)
@@ -83,7 +83,7 @@ class Raw:
         """The run with chosen recordings taken from another.
 
         Args:
-            other: of the same program and columns.
+            other: run of the same program and columns.
             chosen: mask, (recordings of the stack,).
         """
         if not chosen.any():
@@ -115,8 +115,8 @@ class Raw:
             Shape (recordings, trajectories).
 
         Args:
-            channels: by recording.
-            numbers: of the springs, in the order of the trajectories.
+            channels: channels by recording.
+            numbers: numbers of the springs, in the order of the trajectories.
         """
         names = [f"resistance_{n}" for n in numbers]
         found, at = np.zeros((len(channels), len(names))), trajectories_of(self.stacked)
@@ -133,12 +133,12 @@ class Raw:
     def averaging(
         self, k: int, channels: Sequence[Channel], process_noise: np.ndarray, block: int
     ) -> list[np.ndarray]:
-        """By channel of recording k: what averaging over fast changes of a phase leaves uncertain, (rows,).
+        """Uncertainty of recording k that averaging over fast changes of a phase leaves, by channel, (rows,).
 
         Args:
             k: number of the recording.
-            channels: that count.
-            process_noise: as in `hidden`.
+            channels: channels that count.
+            process_noise: same as in `hidden`.
             block: readings that a row is the mean of.
         """
         hidden, count = self.hidden(k, channels, process_noise), int(np.asarray(self.stacked.mask)[k].sum())
@@ -157,7 +157,7 @@ class Raw:
 
         Args:
             k: number of the recording.
-            channels: that count.
+            channels: channels that count.
             failed: standard deviations that a row without an answer counts for.
         """
         pieces, derivatives, plain = [], [], []
@@ -179,14 +179,14 @@ class Evaluation:
     Attributes:
         misfit: whitened model minus data of each recording, all its channels in a row, (values,).
         jacobian: its derivative by each scaled unknown that was asked for, (columns, values).
-        predicted: of each recording and channel, SI, (rows,), NaN where the model has no answer.
-        drivers: what drives the outputs, by name, (recordings, rows).
+        predicted: predictions of each recording and channel, SI, (rows,), NaN where the model has no answer.
+        drivers: drivers of the outputs, by name, (recordings, rows).
         u: scaled numbers, (unknowns,).
         columns: unknowns that derivatives are by.
         trajectories: latent trajectories, (recordings of the stack, trajectories, rows).
         trajectory_slopes: their derivatives, (columns, recordings of the stack, trajectories, rows).
-        hidden: of every recording, what its trajectories explain; None where it has none, none were moved, or
-            the program itself finds them.
+        hidden: linear problem of every recording's trajectories. None if it has none, none were moved, or the
+            program itself finds them.
     """
 
     misfit: list[np.ndarray]

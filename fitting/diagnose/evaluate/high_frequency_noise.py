@@ -30,7 +30,7 @@ def high_frequency_readings(recordings: Sequence[Recording], rows: Sequence[Rows
     row.
 
     Args:
-        recordings: as they were read, or reduced.
+        recordings: recordings as they were read, or reduced.
         rows: the same as arrays.
     """
     found: list[dict[str, float]] = [{} for _ in recordings]

@@ -27,7 +27,7 @@ def input_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndar
     An input that is an output of the model, too, has its noise there.
 
     Args:
-        recordings: as they were read, or reduced.
+        recordings: recordings as they were read, or reduced.
         stacked: the same as arrays, padded with further recordings.
     """
     found = {}
@@ -78,8 +78,9 @@ def with_input_noise(
     """Channels whose errors hold those of the inputs.
 
     Args:
-        channels: by recording.
-        changes: of predictions when an input is shifted, by the input's name: by sign, recording, channel.
+        channels: channels by recording.
+        changes: changes of predictions when an input is shifted, by the input's name: by sign, recording,
+            channel.
     """
     found = []
     for k, members in enumerate(channels):

@@ -30,7 +30,7 @@ class Instrument:
         scale: root mean square of its 1-sigma, in units of the stated one; SI where nobody states it.
         growth: part of the variance that goes with the square of the signal.
         level: root mean square of the signal, SI.
-        correlation: of neighbouring samples.
+        correlation: correlation of neighbouring samples [1].
     """
 
     scale: float
@@ -101,7 +101,7 @@ class Series:
 
         Args:
             samples: all of the recording, SI, NaN where missing, (samples,).
-            rows: of the recording.
+            rows: number of rows of the recording.
         """
         each = -(-len(samples) // NOISE.maximum_samples)
         values = averaged({"": samples}, each)
@@ -114,7 +114,7 @@ class Series:
         return replace(self, errors=errors, signal=signal, inputs=inputs * block / each, block=each)
 
     def bends(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """By distance: second differences, and the rows in their middle."""
+        """Second differences by distance, and the rows in their middle."""
         found = []
         for lag in NOISE.lags:
             bend = self.errors[2 * lag :] - 2.0 * self.errors[lag:-lag] + self.errors[: -2 * lag]
@@ -129,9 +129,9 @@ def series_of(
     """Errors of a channel: residuals of a model.
 
     Args:
-        channel: of one recording.
+        channel: channel of one recording.
         bare: the same without the noise of inputs.
-        predicted: by the model, SI, (rows,), NaN where it has no answer.
+        predicted: predictions of the model, SI, (rows,), NaN where it has no answer.
         stated: 1-sigma of a sample, or None.
         block: samples in a row.
     """
@@ -146,7 +146,7 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
     """The noise of largest likelihood; None where there are too few differences.
 
     Args:
-        series: of one quantity; all with a stated noise, or none.
+        series: errors of one quantity; all with a stated noise, or none.
     """
     bends = [one.bends() for one in series]
     if sum(len(parts[0][0]) for parts in bends) < NOISE.minimum_differences:
@@ -197,7 +197,7 @@ def _chosen(cost: Callable[..., float], always: tuple[int, ...]) -> np.ndarray:
 
 
 def _least(cost: Callable[..., float], free: tuple[int, ...]) -> tuple[np.ndarray, float]:
-    """Where the cost is least if only some numbers may differ from zero, from two starts, and its value."""
+    """Place and value of the least cost if only some numbers may differ from zero, from two starts."""
     low, high = (
         np.array([-3.0, 0.0, 0.0]),
         np.array([3.0, -np.log(NOISE.minimum_floor), NOISE.maximum_correlation]),

@@ -26,12 +26,12 @@ class LatentTrajectory:
     """One free trajectory of one recording, and derivatives of the channels by it.
 
     Attributes:
-        number: of the trajectory.
-        fraction: at which the model was evaluated, (rows,).
+        number: number of the trajectory.
+        fraction: fraction at which the model was evaluated, (rows,).
         source: the row that each row remembers, (rows,).
         own: derivative of every channel by the fraction of the same row, (channels, rows).
         remembered: the same by that of the row it remembers.
-        precision: of every increment from the row before, (rows,); zero for the first.
+        precision: precision of every increment from the row before, (rows,); zero for the first.
     """
 
     number: int
@@ -54,7 +54,7 @@ class LatentTrajectory:
         """A trajectory from two derivatives of the channels, (channels, rows).
 
         Args:
-            number: of the trajectory.
+            number: number of the trajectory.
             fraction: (rows,).
             moved: derivative when all rows move alike.
             memory: derivative when only `remembered_rows` move.
@@ -122,9 +122,9 @@ class Hidden:
     """All free trajectories of one recording as one linear least-squares problem.
 
     Attributes:
-        trajectories: at least one.
+        trajectories: the trajectories, at least one.
         design: derivative of the misfit by their rows, one trajectory after the other, (rows of all, values).
-        stiffness: of their walks, (rows of all, rows of all).
+        stiffness: stiffness of their random walks, (rows of all, rows of all).
         information: second derivative of half the misfit's square by their rows.
     """
 
@@ -180,7 +180,7 @@ class Hidden:
         """Best trajectories near those at which the model was evaluated, and the remaining misfit.
 
         Args:
-            misfit: of the model there, whitened, (values,).
+            misfit: misfit of the model there, whitened, (values,).
             jacobian: its derivatives, (columns, values).
         """
         system, now = self.information + self.stiffness, self.fraction
@@ -220,8 +220,9 @@ class Answer:
     Attributes:
         steps: change of the free trajectories, (free trajectories, rows).
         slopes: derivatives of the free trajectories, (columns, free trajectories, rows).
-        misfit: that remains, (values,). It leaves out the increments of the walk, which hardly count where a
-            trajectory is loose or stiff. Between, a fit sees a little less than the profile likelihood.
+        misfit: remaining misfit, (values,). It leaves out the increments of the walk, which hardly count
+            where a trajectory is loose or stiff. Between these cases, a fit sees a little less than the
+            profile likelihood.
         jacobian: its derivatives, (columns, values).
     """
 

@@ -26,7 +26,7 @@ def channels_of(
     Where nobody states the noise it is estimated from high frequencies.
 
     Args:
-        recording: as it was read, or reduced.
+        recording: recording as it was read, or reduced.
         rows: the same as arrays.
         outputs: quantities that the model predicts.
         size: rows of the stack.

@@ -41,8 +41,8 @@ class Program:
     """A campaign that can be evaluated at any numbers.
 
     Attributes:
-        kind: of the recordings.
-        recordings: those of the campaign, in its order, reduced where they are long.
+        kind: kind of the recordings.
+        recordings: recordings of the campaign, in its order, reduced where they are long.
         stacked: the same as arrays.
         channels: measured outputs by recording.
         unknowns: numbers that may be free.
@@ -84,11 +84,11 @@ class Program:
 
         Args:
             campaign: recordings of one kind.
-            kind: that kind.
+            kind: kind of the recordings.
             slugs: effects to try; all of the kind if None.
             model: base model to start from: its numbers are nominal, its effects are always there.
-            tables: to start from where an alloy or material is to be identified, as the kind's `rows_for`
-                takes them.
+            tables: tables to start from where an alloy or material is to be identified, as the kind's
+                `rows_for` takes them.
 
         Raises:
             InputError: if the recordings cannot be used together.
@@ -137,7 +137,7 @@ class Program:
 
     @property
     def specimen(self) -> Specimen:
-        """What is recorded."""
+        """Specimen of the recordings."""
         return specimen_of(self.kind)
 
     @property
@@ -147,17 +147,17 @@ class Program:
 
     @property
     def noise_stated(self) -> bool:
-        """Whether somebody states the noise of every output that is fitted."""
+        """True if somebody states the noise of every output that is fitted."""
         fitted = zip(self.recordings, self.channels, self.fitted, strict=True)
         return all(r.noise_si(c.quantity) for r, channels, chosen in fitted if chosen for c in channels)
 
     @property
     def hidden(self) -> bool:
-        """Whether there are latent trajectories, which `prepare` looks for."""
+        """True if there are latent trajectories, which `prepare` looks for."""
         return self.process_noise.shape[1] > 0 or self.specimen.latent.inside
 
     def follows(self, quantity: str) -> bool:
-        """Whether latent trajectories follow an output, so that its misfit says little by itself."""
+        """True if latent trajectories follow an output, so that its misfit says little by itself."""
         return self.hidden and quantity.startswith("resistance")
 
     def prepare(self, u: np.ndarray, near: Evaluation | None = None) -> None:
@@ -203,8 +203,8 @@ class Program:
         return copy
 
     def followed(self, here: Evaluation) -> list[latent_trajectories.Hidden | None]:
-        """What latent trajectories explain of every recording near an evaluation, those that the compiled
-        program finds itself, too; None where there are none."""
+        """Free latent trajectories of every recording near an evaluation, those that the compiled program
+        finds itself, too. None for a recording without them."""
         names = [f"slope_{name}" for name in self.specimen.explained]
         if names[0] not in here.drivers:
             return here.hidden

@@ -30,12 +30,12 @@ SCALING = DEFAULT.scaling
 
 @dataclass(frozen=True)
 class Start:
-    """Where a diagnosis starts from.
+    """Start of a diagnosis.
 
     Attributes:
-        words: what the base model is, for a sentence; empty for the published model.
-        tables: to start from, as `Program.of` takes them.
-        notes: what is to be read with care.
+        words: description of the base model, for a sentence; empty for the published model.
+        tables: tables to start from, as `Program.of` takes them.
+        notes: cautions for the reader.
     """
 
     words: str = ""
@@ -44,7 +44,7 @@ class Start:
 
 
 def identifies(campaign: Campaign, kind: str) -> bool:
-    """Whether the alloy or material of recordings of one kind is to be identified."""
+    """True if the alloy or material of recordings of one kind is to be identified."""
     key = specimen_of(kind).identified
     return any(str(r.full_geometry().get(key)) == FIT for r in campaign.recordings)
 
@@ -54,7 +54,7 @@ def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = la
 
     Args:
         campaign: recordings of one kind.
-        kind: that kind.
+        kind: kind of the recordings.
         progress: receives a line of text at every step.
     """
     if not identifies(campaign, kind):

@@ -21,7 +21,7 @@ class Search:
     """State of the search after the runs so far.
 
     Args:
-        channels: by recording.
+        channels: channels by recording.
         process_noise: variance of every trajectory per second, zero where it is held, (recordings,
             trajectories).
         failed: standard deviations that a row without an answer counts for.
@@ -44,7 +44,7 @@ class Search:
 
     @property
     def finished(self) -> bool:
-        """Whether no recording asks for another run."""
+        """True if no recording asks for another run."""
         return not self._open.any()
 
     @property

@@ -25,14 +25,14 @@ class Unknown:
     """One number that may be fitted.
 
     Attributes:
-        name: of the parameter, within its effect.
+        name: name of the parameter, within its effect.
         effect: slug, or "" for a constant of the base model.
         reference: value in SI at scaled 0.
         scale: SI per scaled unit; for a logarithmic one, the relative change of one unit.
         low, high: bounds, scaled.
         start: scaled value from which a fit of a present effect starts.
-        unit: for people; SI.
-        text: what it is.
+        unit: unit for people; SI.
+        text: description.
         shape: it means nothing while its effect is absent.
         logarithmic: the value is `reference * exp(scale * u)`.
     """
@@ -85,7 +85,7 @@ class Unknowns:
     Args:
         base: free constants with priors.
         slugs: candidate effects.
-        letter: of the kind of recording; only parameters that act in it are unknown.
+        letter: letter of the kind of recording; only parameters that act in it are unknown.
         known: numbers that are nominal instead of the parameters' own, by name.
     """
 
@@ -132,7 +132,7 @@ class Unknowns:
         return found
 
     def present(self, u: np.ndarray, columns: Iterable[int] = ()) -> np.ndarray:
-        """Which effects change anything at `u`, or have one of `columns` as a parameter, (slugs,)."""
+        """True for effects that change anything at `u`, or have one of `columns` as a parameter, (slugs,)."""
         asked = {self.items[k].effect for k in columns}
         there = [bool(np.any(u[self.amplitudes(slug)] != 0.0)) or slug in asked for slug in self.slugs]
         return np.array(there, bool)
@@ -150,7 +150,7 @@ class Unknowns:
         return found
 
     def slope(self, u: np.ndarray, k: int, stacked: Rows) -> tuple[str, np.ndarray]:
-        """Which number a base constant is, and its derivative in every recording, shape (recordings,)."""
+        """Index of a base constant, and its derivative in every recording, shape (recordings,)."""
         stem, whose = self._whose(k, stacked)
         item = self.items[k]
         return stem, whose * item.scale * (float(item.value(u[k])) if item.logarithmic else 1.0)

@@ -31,7 +31,7 @@ def base_fit(
     missing physics.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
         start: scaled numbers to begin with; nominal ones if None.
         further: makes more starts, scaled; asked only where they are needed.
     """
@@ -49,23 +49,23 @@ def base_fit(
 
 
 def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:
-    """Whether another fit of the same model is better by more than the minimum log-likelihood."""
+    """True if another fit of the same model is better by more than the minimum log-likelihood."""
     return (fit.objective - other.objective) / inflation_of(program, other) > BASE_FIT.minimum_gain
 
 
 def passes_turns(program: Program, turned: Program) -> bool:
-    """Whether the base model clearly fits better if its drives pass through turning points between rows.
+    """True if the base model clearly fits better once its drives pass through turning points between rows.
 
     Args:
-        program: of the campaign.
-        turned: of the same campaign with these rows.
+        program: program of the campaign.
+        turned: program of the same campaign with these rows.
     """
     fit, other = (Refitter(one).fit((), None) for one in (program, turned))
     return clearly_better(turned, fit, other)
 
 
 def departed_from(program: Program, fit: Fit, start: np.ndarray) -> bool:
-    """Whether any base constant moved from where a fit began."""
+    """True if any base constant moved from the start of a fit."""
     base = program.unknowns.base
     return bool(np.any(fit.u[base] != start[base]))
 

@@ -19,7 +19,7 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
     (`high_frequency_noise`).
 
     Args:
-        program: of the campaign; left alone.
+        program: program of the campaign; it is not changed.
         here: the fitted model.
     """
     bare, size = [list(row) for row in program.bare], program.stacked.mask.shape[1]

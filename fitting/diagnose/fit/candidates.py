@@ -44,7 +44,7 @@ class CandidateFit:
 
     @property
     def at_a_bound(self) -> bool:
-        """Whether the effect's own strength ended at a physical bound."""
+        """True if the effect's own strength ended at a physical bound."""
         return at_its_bound(self.fit, self.slug)
 
 
@@ -74,7 +74,7 @@ def candidate_fits(
     """The effects of largest score, each fitted together with everything that is present.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
         current: model so far.
         found: its score test.
         progress: receives a line of text at every step.
@@ -114,7 +114,7 @@ def fitted_sets(
     """Sets of effects, each fitted together with the base, by successive halving.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
         proposals: most promising first; of different sets.
         current: model that they extend.
         progress: receives a line of text at every step.
@@ -184,7 +184,7 @@ def starts_of(unknowns: Unknowns, added: Sequence[str], at: np.ndarray) -> tuple
     """Two starts of a set: the estimate of its scores, and typical strengths at nominal base constants.
 
     Args:
-        unknowns: of the campaign.
+        unknowns: unknowns of the campaign.
         added: effects that the set adds.
         at: the estimate, scaled.
     """

@@ -39,7 +39,7 @@ def deciding(program: Program, sizes: Sequence[int]) -> list[Masks]:
     """Masks of the fitted values that are left out to decide about an effect.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
         sizes: values of every recording.
     """
     members = np.flatnonzero(program.fitted)
@@ -66,7 +66,7 @@ class HeldOutScores:
     """Cross-validated chi-square of models, each computed once.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
     """
 
     def __init__(self, program: Program):
@@ -79,7 +79,7 @@ class HeldOutScores:
         return self._known[id(fit)][1]
 
     def known(self, fit: Fit) -> bool:
-        """Whether a model was asked for."""
+        """True if a model was asked for."""
         return id(fit) in self._known
 
     def gained(self, base: Fit, fit: Fit) -> float:
@@ -92,7 +92,7 @@ def cross_validate(program: Program, fit: Fit) -> np.ndarray:
     """Chi-square of the fitted recordings, predicted by fits without them: a reduced one, in parts by fold.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
         fit: model of all of them, from which every fold starts.
     """
 
@@ -113,7 +113,7 @@ def gain(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     and the other folds hold a real part of the misfit.
 
     Args:
-        before, after: of both models, by fold, as `cross_validate` gives them.
+        before, after: scores of both models, by fold, as `cross_validate` gives them.
     """
     gains, misfit = before - after, before - 1.0 / len(before)
     kept = np.arange(len(gains)) != (np.argmin(gains) if gains.min() < 0.0 else -1)

@@ -43,10 +43,10 @@ def evidence(
     evidence.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
         current: model without the effects.
         further: model with them.
-        inflation: of variances, see `inflation_of`.
+        inflation: inflation of variances [1], see `inflation_of`.
         followed: effective degrees of freedom of the current model's trajectories, if they are known.
     """
     followed = effective_degrees_of_freedom(program, current) if followed is None else followed
@@ -93,7 +93,8 @@ def _occam(program: Program, current: Fit, further: Fit, added: list[str], infla
 
 
 def _information(program: Program, fit: Fit, inflation: float) -> np.ndarray:
-    """Of recordings and priors, on a fit's free numbers, (free, free); misfit counts by 1 / inflation."""
+    """Information of recordings and priors about a fit's free numbers, (free, free); misfit counts by 1 /
+    inflation."""
     unknowns, prior = program.unknowns, prior_sd(program.unknowns, fit.free) ** -2
     seen = np.linalg.inv(fit.covariance) - np.diag(prior)
     span = unknowns.high[fit.free] - unknowns.low[fit.free]
@@ -105,9 +106,9 @@ def _spared(covariance: np.ndarray, away: np.ndarray, cost: dict[int, float]) ->
     """Log evidence that leaving out strengths saves, to second order: one after the other, all but one.
 
     Args:
-        covariance: of the free numbers, (numbers, numbers).
-        away: how far each is from its absence, (numbers,).
-        cost: of a strength's prior, by its place among the numbers.
+        covariance: covariance of the free numbers, (numbers, numbers).
+        away: distance of each number from its absence, (numbers,).
+        cost: cost of a strength's prior, by its place among the numbers.
     """
     C, d, left, saved, best = covariance.copy(), away.copy(), dict(cost), 0.0, 0.0
     while len(left) > 1:

@@ -28,7 +28,7 @@ def _passed_on(program: Program, fit: Fit, noise: dict[str, np.ndarray]) -> floa
     trajectories follow of it.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
         fit: model.
         noise: 1-sigmas of inputs, SI, by quantity, (recordings of the stack,).
     """

@@ -26,8 +26,8 @@ class Outliers:
     Attributes:
         recording: its name.
         quantity: output.
-        times: of the rows, s (numbers of rows without a clock), ascending.
-        distance: of the farthest one, in 1-sigmas of the noise.
+        times: times of the rows [s] (numbers of rows without a clock), ascending.
+        distance: distance of the farthest one, in 1-sigmas of the noise.
     """
 
     recording: str
@@ -37,7 +37,7 @@ class Outliers:
 
     @property
     def text(self) -> str:
-        """For a report."""
+        """Sentence for a report."""
         at = [f"{t:.4g}" for t in self.times[: OUTLIERS.maximum_told]] + ["..."] * (
             len(self.times) > OUTLIERS.maximum_told
         )
@@ -53,7 +53,7 @@ def without_outliers(program: Program, here: Evaluation) -> Program:
     A resistance that latent trajectories follow is left as it is.
 
     Args:
-        program: of the campaign; left alone.
+        program: program of the campaign; it is not changed.
         here: the fitted model.
     """
     found = []
@@ -78,14 +78,14 @@ def without_outliers(program: Program, here: Evaluation) -> Program:
 
 
 def among_readings(recording: Recording, channel: Channel, rows: np.ndarray) -> np.ndarray:
-    """Those outliers among kept rows that are outliers among all readings, too.
+    """Outliers among kept rows that are outliers among all readings, too.
 
     Kept rows lie further apart in time, so they differ by more than neighbouring readings.
 
     Args:
         recording: the one that was fitted.
-        channel: of it.
-        rows: of the outliers.
+        channel: channel of the recording.
+        rows: rows of the outliers.
     """
     if not recording.reduction or recording.reduction.rows is None:
         return rows
@@ -104,8 +104,8 @@ def outliers_of(channel: Channel, predicted: np.ndarray) -> tuple[np.ndarray, fl
     """Rows of a channel that are outliers, and the distance of the farthest one, in 1-sigmas.
 
     Args:
-        channel: of one recording.
-        predicted: by a fitted model, SI, (rows,), NaN where it has no answer.
+        channel: channel of one recording.
+        predicted: predictions of a fitted model, SI, (rows,), NaN where it has no answer.
     """
     there = np.flatnonzero(np.isfinite(channel.sigma) & np.isfinite(predicted))
     if len(there) < OUTLIERS.minimum_readings:

@@ -41,8 +41,8 @@ class Fit:
         slugs: effects that are present.
         objective: half the sum of squares of misfit and priors.
         log_det: log-determinant of the objective's second derivative by the free numbers.
-        covariance: of the free numbers, scaled, (free, free).
-        evaluation: of the program at `u`.
+        covariance: covariance of the free numbers, scaled, (free, free).
+        evaluation: evaluation of the program at `u`.
         at_bound: names of effects' parameters that ended at a bound.
     """
 
@@ -62,12 +62,12 @@ class Fit:
 
 
 def at_its_bound(fit: Fit, slug: str) -> bool:
-    """Whether the strength of an effect ended at a physical bound."""
+    """True if the strength of an effect ended at a physical bound."""
     return any(name.startswith(f"{slug}.") for name in fit.at_bound)
 
 
 def absent(unknowns: Unknowns, fit: Fit, slug: str) -> bool:
-    """Whether every strength of an effect ended at its neutral value, so that nothing of it is there."""
+    """True if every strength of an effect ended at its neutral value, so that nothing of it is there."""
     own = unknowns.amplitudes(slug)
     return not np.any(np.abs(fit.u[own] - unknowns.neutral[own]) > OPTIMISER.negligible_distance)
 
@@ -82,7 +82,7 @@ class Refitter:
 
     Args:
         program: campaign.
-        weight: of each recording, 1 to fit it and 0 to leave it out, or a mask of its values.
+        weight: weight of each recording, 1 to fit it and 0 to leave it out, or a mask of its values.
     """
 
     def __init__(self, program: Program, weight: np.ndarray | list[np.ndarray] | None = None):

@@ -34,7 +34,7 @@ class Score:
         slug: effect.
         gain: decrease of chi-square along its sensitivity, at the best shape.
         freedom: numbers that it takes.
-        p_value: of such a gain by chance, at that shape alone.
+        p_value: probability of such a gain by chance, at that shape alone.
         start: scaled numbers from which to fit it.
         strength: length of its sensitivity for a typical effect, in standard deviations.
     """
@@ -52,8 +52,9 @@ class ScoreTest:
     """All scores, strongest first, and the p-value of the strongest.
 
     Attributes:
-        scores: of every effect that these recordings can show.
-        p_value: of the strongest by chance, all effects, shapes and slow cosines counted.
+        scores: scores of every effect that these recordings can show.
+        p_value: probability of the strongest score by chance; all effects, shapes and slow cosines are
+            counted.
         p_is_bound: no simulated null was as strong.
         untestable: slugs of effects that these recordings do not show.
         scale: standard deviation of fast residuals; above 1 where the noise is larger than stated.
@@ -74,10 +75,10 @@ def score_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.ra
     """Score every effect against a fit.
 
     Args:
-        refitter: of the campaign.
+        refitter: refitter of the campaign.
         fit: model to improve.
         slugs: effects to try; those of the fit are left out.
-        rng: of the simulated nulls.
+        rng: random numbers of the simulated nulls.
     """
     slugs, weight = [slug for slug in slugs if slug not in fit.slugs], refitter.weight
     look = sensitivities_about(refitter, fit, slugs)

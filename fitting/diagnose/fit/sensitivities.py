@@ -50,7 +50,7 @@ class Sensitivities:
         project: projects sensitivities off the free numbers.
         scale: standard deviation of fast residuals; above 1 where the noise is larger than stated.
         left: projected residuals, in units of `scale`; departures of priors are rows of it.
-        blocks: of every effect and shape that these recordings show.
+        blocks: blocks of every effect and shape that these recordings show.
         strength: longest sensitivity of every effect.
     """
 

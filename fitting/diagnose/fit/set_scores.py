@@ -45,7 +45,7 @@ class Gram:
 
     Args:
         look: sensitivities about the point.
-        unknowns: of the campaign.
+        unknowns: unknowns of the campaign.
     """
 
     def __init__(self, look: Sensitivities, unknowns: Unknowns):
@@ -114,7 +114,7 @@ class Gram:
 
         Args:
             sets: indices of blocks, (sets, size).
-            errors: in units of the noise, (rows, columns).
+            errors: errors in units of the noise, (rows, columns).
             at_once: sets whose equations are solved together, for memory's sake alone.
         """
         g, eye = self._X.T @ errors, np.eye(self._place.shape[1] * sets.shape[1])
@@ -157,7 +157,7 @@ def best_sets(look: Sensitivities, program: Program, neutral: np.ndarray, most: 
 
     Args:
         look: sensitivities about the point.
-        program: of the campaign.
+        program: program of the campaign.
         neutral: scaled numbers of the model there; absent effects at their absence.
         most: number of sets of each size.
 

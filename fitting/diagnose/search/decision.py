@@ -1,10 +1,10 @@
 """The decision about a set of effects: evidence, left-out recordings, instruments, for each of its effects.
 
-A set is named if every one of its effects earns its place beside the others. Its evidence over the set
-without it must be enough, also less what drift and noise of inputs explain. It must predict fitted recordings
-that are left out in turn, and must not make validation recordings worse. A further effect must remove a large
-share of what the others leave: the imperfect form of a true effect leaves a remainder, which another effect
-fits in part. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
+A set is named if every one of its effects is needed beside the others. Its evidence over the set without it
+must be enough, also less what drift and noise of inputs explain. It must predict fitted recordings that are
+left out in turn, and must not make validation recordings worse. A further effect must remove a large share of
+what the others leave. For the imperfect form of a true effect leaves a remainder, which another effect fits
+in part. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
 
 A set of which no part would be named alone must explain everything, down to the noise.
 """
@@ -32,7 +32,7 @@ LITTLE, BOUND, UNSEEN, LEFT_OUT, SHARE, INSTRUMENTS, REMAINS = (
     "too little evidence", "at a bound", "validation recordings", "left-out recordings", "a small share",
     "instruments explain it", "more than noise remains",
 )  # fmt: skip
-"""Why a set is refused."""
+"""Reasons why a set is refused."""
 
 
 @dataclass
@@ -40,7 +40,7 @@ class Decision:
     """The set that is named, and what was refused.
 
     Attributes:
-        fit: of the set; the base model where none is named.
+        fit: fit of the set; the base model if none is named.
         refused: sets with more evidence, and why each was refused.
     """
 
@@ -85,7 +85,7 @@ class Judge:
         return Decision(self.pool.base, refused)
 
     def refusal(self, fit: Fit) -> str | None:
-        """Why a set is not named; None if each of its effects earns its place."""
+        """Reason why a set is not named; None if each of its effects is needed."""
         if id(fit) not in self._known:  # a fit that is kept keeps its id
             self._known[id(fit)] = fit, self._refusal(fit)
         return self._known[id(fit)][1]
@@ -124,7 +124,7 @@ class Judge:
         return None
 
     def _small(self, rest: Fit, fit: Fit, gained: float, share: float) -> bool:
-        """Whether an effect removes but a small share of what the others leave, and of the whole misfit."""
+        """True if an effect removes only a small share of what the others leave, and of the whole misfit."""
         program, base = self.pool.program, self.pool.base
         before, after, whole = (reduced(program, f, program.fitted) for f in (rest, fit, base))
         by_chance = whole - 1.0 < VERDICT.minimum_deviations * spread(program, program.fitted)
@@ -137,7 +137,7 @@ class Judge:
         return gained < ENTRY.minimum_of_base * (original - 1.0) and taken < ENTRY.minimum_of_fitted
 
     def _too_much_left(self, fit: Fit) -> str | None:
-        """Whether a set of which no effect would be named alone leaves more than noise."""
+        """True if a set of which no effect would be named alone leaves more than noise."""
         if len(fit.slugs) < 2:
             return None
         parts = [self.pool.get([slug]) for slug in fit.slugs]
@@ -148,7 +148,7 @@ class Judge:
 
 
 def loses(program: Program, rest: Fit, fit: Fit, gained: float, inflation: float) -> bool:
-    """Whether validation recordings contradict a further effect, by more than left-out ones may outweigh."""
+    """True if validation recordings contradict a further effect, by more than left-out ones may outweigh."""
     lost = negative_log_predictive_density(program, fit, program.unseen)
     lost -= negative_log_predictive_density(program, rest, program.unseen)
     outweighed = ENTRY.maximum_loss_share * log_likelihood(program, gained)
@@ -156,7 +156,7 @@ def loses(program: Program, rest: Fit, fit: Fit, gained: float, inflation: float
 
 
 def leaves_more(program: Program, fit: Fit, left_out: float = np.nan) -> bool:
-    """Whether a model leaves more than noise; `left_out` is its cross-validated reduced chi-square."""
+    """True if a model leaves more than noise; `left_out` is its cross-validated reduced chi-square."""
     left = [(predictive_chi_square(program, fit, mask), mask) for mask in (program.fitted, program.unseen)]
     left.append((left_out, program.fitted))
     return any(score > limit_of(program, mask) for score, mask in left)

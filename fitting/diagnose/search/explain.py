@@ -36,8 +36,8 @@ def explain(
     """Search for up to three effects.
 
     Args:
-        program: of the campaign.
-        rng: of simulated nulls.
+        program: program of the campaign.
+        rng: random numbers of the simulated nulls.
         progress: receives a line of text at every step.
         effort: 1; 2 follows twice as many candidates.
         further: makes more starts of the base model, scaled; asked where its fit leaves much.
@@ -91,7 +91,7 @@ def _score(explanation: Explanation, chosen: np.ndarray) -> float:
 
 
 def _contradicted(explanation: Explanation) -> bool:
-    """Whether validation recordings keep most of a misfit that is more than chance."""
+    """True if validation recordings keep most of a misfit that is more than chance."""
     program, fit = explanation.program, explanation.final
     noise = floor(program, fit, program.unseen)
     before = reduced(program, explanation.base, program.unseen) - noise

@@ -11,7 +11,7 @@ class Pool:
     """The best fit of every set of effects that was tried.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
         base: the base model refitted, which is the empty set.
     """
 

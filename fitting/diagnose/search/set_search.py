@@ -48,7 +48,7 @@ class SetSearch:
     """A search over sets of effects.
 
     Attributes:
-        rng: of simulated nulls.
+        rng: random numbers of the simulated nulls.
         progress: receives a line of text at every step.
         effort: 1; 2 follows twice as many candidates.
     """
@@ -62,8 +62,8 @@ class SetSearch:
         """Find the set of effects that explains a campaign.
 
         Args:
-            explanation: of the search; its effects are set here.
-            step: with the score test of the base model.
+            explanation: result of the search; its effects are set here.
+            step: step with the score test of the base model.
             again: stop where candidates find a clearly better base fit.
 
         Returns:
@@ -113,7 +113,7 @@ class SetSearch:
             pool.add([polished(program, best[0])])
 
     def _goes_on(self, program: Program, fit: Fit) -> bool:
-        """Whether a set leaves a significant score, or more than noise."""
+        """True if a set leaves a significant score, or more than noise."""
         return (
             leaves_more(program, fit)
             or self._scores_beside(program, fit).score_test.p_value <= SCORE_TEST.level

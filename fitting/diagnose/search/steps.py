@@ -20,8 +20,8 @@ class Step:
 
     Attributes:
         base: the model so far.
-        score_test: of every effect that it does not have.
-        candidates: of further effects, strongest evidence first.
+        score_test: score test of every effect that it does not have.
+        candidates: candidate fits of further effects, strongest evidence first.
         left_out: cross-validated reduced chi-square of the model so far; NaN if it was not computed.
         chosen: the effect that entered, if one did.
     """
@@ -38,9 +38,9 @@ class LeaveOneOutEvidence:
     """Evidence of one effect of a model beside the model's other effects, and of its rivals in its place.
 
     Attributes:
-        slug: of the effect.
+        slug: name of the effect.
         base: the model with the others alone.
-        candidates: of the effect and of rivals, strongest evidence first.
+        candidates: candidate fits of the effect and of its rivals, strongest evidence first.
     """
 
     slug: str
@@ -86,11 +86,11 @@ class Explanation:
     """The result of a search.
 
     Attributes:
-        program: of the final model.
+        program: program of the final model.
         base: the base model refitted.
         named: the model with the effects that were found; the base model where none was.
-        steps: of the search.
-        p_value, p_is_bound: of the base's misfit by chance.
+        steps: steps of the search.
+        p_value, p_is_bound: probability of the base's misfit by chance, and true if it is only a bound.
         tries: number of models that were fitted to the campaign.
         together: validation recordings were fitted, too. The others named nothing, or a contradicted effect.
         contending: pairs that explain and predict more than `final`, but no more than drift explains.
@@ -133,7 +133,7 @@ class Explanation:
 
     @property
     def leave_one_out(self) -> list[LeaveOneOutEvidence]:
-        """Of the effects that were found, as they entered."""
+        """Leave-one-effect-out evidence of the effects that were found, as they entered."""
         return [self.named.leave_one_out[slug] for slug in self.final.slugs]
 
     @property

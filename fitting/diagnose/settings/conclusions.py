@@ -36,7 +36,7 @@ class Discrepancy:
 
 @dataclass(frozen=True)
 class Place:
-    """Where the misfit is."""
+    """Thresholds of the place of a misfit."""
 
     bins: int = threshold(10, "Number of bins of a driver for the share that it explains.")
     drivers: int = threshold(3, "Maximum number of drivers for a report.")

@@ -80,7 +80,7 @@ class CrossValidation:
 
 @dataclass(frozen=True)
 class Entry:
-    """What a candidate must gain on values left out to enter the model."""
+    """Minimum gain of a candidate on left-out values to enter the model."""
 
     minimum_gain: float = threshold(
         5.0, "Minimum held-out log-likelihood for an effect, or for a discrepancy against a name.", "nat",
@@ -110,7 +110,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Drift:
-    """What instruments explain by themselves: slow drift, and noise of inputs."""
+    """Thresholds of the misfit that instruments explain by themselves: slow drift, and noise of inputs."""
 
     sizes: tuple[float, ...] = threshold(
         (0.0, 0.2, 0.4, 0.6),
@@ -132,7 +132,7 @@ class Drift:
 
 @dataclass(frozen=True)
 class Search:
-    """How many sets of effects are followed, and when to look for larger ones."""
+    """Number of sets of effects that are followed, and conditions for looking at larger ones."""
 
     maximum_effects: int = threshold(3, "Maximum number of effects for a model.")
     beam: int = threshold(8, "Number of sets of one size for a fit together with the base.")

@@ -7,7 +7,7 @@ from .threshold import NUMERICAL, threshold
 
 @dataclass(frozen=True)
 class Scaling:
-    """How the free numbers of base model and effects are scaled, and their priors."""
+    """Scales of the free numbers of base model and effects, and their priors."""
 
     minimum_log_ratio: float = threshold(
         20.0, "Minimum ratio of its bounds for a positive shape to be fitted by its logarithm."
@@ -92,7 +92,7 @@ class BaseFit:
 
 @dataclass(frozen=True)
 class Candidates:
-    """Which candidates are fitted together with the base, and how far."""
+    """Choice of the candidates that are fitted together with the base, and effort for each."""
 
     tried: int = threshold(10, "Maximum number of candidates for a first effect.")
     tried_beside: int = threshold(5, "Maximum number of candidates for an effect beside others.")

@@ -7,7 +7,7 @@ from .threshold import NUMERICAL, threshold
 
 @dataclass(frozen=True)
 class Campaigns:
-    """When a campaign can be used, and when two recordings contradict each other."""
+    """Conditions for using a campaign, and for two recordings to contradict each other."""
 
     minimum_values: int = threshold(20, "Minimum number of fitted values for a diagnosis.")
     minimum_driver_ratio: float = threshold(

@@ -14,8 +14,8 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
     The effect goes first whose absence costs the fit least. The others are weighed anew.
 
     Args:
-        explanation: of a search; left alone.
-        scores: of recordings that were not fitted.
+        explanation: result of a search; it is not changed.
+        scores: scores of recordings that were not fitted.
 
     Returns:
         The explanation, and a sentence for every set that was removed.

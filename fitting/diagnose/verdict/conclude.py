@@ -1,4 +1,4 @@
-"""From a search to a verdict: probabilities of every candidate, of nothing and of something unknown."""
+"""The verdict of a search: probabilities of every candidate, of nothing and of something unknown."""
 
 import numpy as np
 
@@ -130,7 +130,7 @@ def conclude(explanation: Explanation) -> Conclusion:
 
 
 def _contending(explanation: Explanation, found: list[Found]) -> list[str]:
-    """What is said of pairs that contend with what is named, if something is."""
+    """Remark on pairs that contend with the named set, if there is one."""
     if not found or found[0].slug == UNMODELLED:
         return []
     return [contended(pair) for pair in explanation.contending if set(pair) != set(explanation.final.slugs)]
@@ -192,10 +192,10 @@ def _left_over(
     rival: DiscrepancyEvidence | None,
     lost: float,
 ) -> Found:
-    """What named effects leave, as an entry of its own beside them.
+    """Misfit that named effects leave, as an entry of its own beside them.
 
     Args:
-        explanation: of the search.
+        explanation: result of the search.
         unknown: probability of something unknown.
         last: predictive chi-squares of the model with the effects.
         found: the named effects.
@@ -237,7 +237,7 @@ def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) ->
 
 
 def _component(explanation: Explanation, found: list[Found], discrepancy: DiscrepancyEvidence | None) -> str:
-    """Where a report locates the misfit; springs of an actuator by their number."""
+    """Component in which a report locates the misfit; springs of an actuator by their number."""
     if not found:
         return "none"
     named = [f.slug for f in found if f.slug != UNMODELLED]

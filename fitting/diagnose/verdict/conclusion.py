@@ -1,4 +1,4 @@
-"""What a diagnosis concludes, as data."""
+"""Conclusion of a diagnosis, as data."""
 
 from dataclasses import dataclass, field
 
@@ -20,9 +20,9 @@ class Conclusion:
     """The result of a diagnosis.
 
     Attributes:
-        explanation: of the search.
+        explanation: result of the search.
         mismatch: the recordings contradict the base model.
-        place: where the misfit is.
+        place: place of the misfit.
         component: part of the specimen or stand that is concerned.
         found: named effects and `unmodelled`, most likely first.
         candidates: probability as the strongest explanation and log Bayes factor, by effect.
@@ -31,13 +31,13 @@ class Conclusion:
         before, after: held-out scores of the base model and of the augmented model.
         mean: held-out score of the mean prediction of several explanations.
         members: weights of these explanations.
-        next_experiment: what to record next.
+        next_experiment: the experiment to record next.
         remainder: the saved discrepancy, if there is one.
         discrepancy: the discrepancy of largest evidence.
         notes: sentences about what is to be read with care.
         asked: answers about effects that were asked for.
-        start: what the recordings were compared with.
-        left: what names and the remainder leave beyond noise.
+        start: model that the recordings were compared with.
+        left: misfit beyond noise that names and the remainder leave.
     """
 
     explanation: Explanation
@@ -63,12 +63,13 @@ class Conclusion:
 
     @property
     def model(self) -> tuple[Program, Fit]:
-        """What enters the augmented model, less a remainder: the base model alone where nothing is named."""
+        """Model that enters the augmented model, less a remainder: the base model alone if nothing is
+        named."""
         x, named = self.explanation, any(f.slug != UNMODELLED for f in self.found)
         return x.program, x.final if named else x.base
 
     @property
     def shown(self) -> Evaluation:
-        """What the augmented model predicts of every recording."""
+        """Predictions of the augmented model for every recording."""
         evaluation = self.model[1].evaluation
         return evaluation if self.remainder is None else self.remainder.shown(evaluation)

@@ -26,12 +26,12 @@ class Discrepancy:
     """A piecewise linear correction of one output, or of the silicone's stiffness.
 
     Attributes:
-        program: of the model that it is added to.
+        program: program of the model that it is added to.
         quantity: output that it adds to, or the stiffness whose relative change it is; see `places`.
-        response: of the place.
-        driver: what it is a function of.
-        along: of the driver, shape (recordings, rows).
-        knots: of the driver, ascending, from its smallest to its largest fitted value.
+        response: response of the place.
+        driver: quantity that it is a function of.
+        along: values of the driver, shape (recordings, rows).
+        knots: knots of the driver, ascending, from its smallest to its largest fitted value.
         values, sd: added at each knot, and standard errors; SI.
     """
 
@@ -98,9 +98,9 @@ def fitted_discrepancy(
     None where no driver predicts them better than nothing.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
         fit: model whose misfit it is.
-        place: with the drivers that are tried.
+        place: place of the misfit, with the drivers that are tried.
         seen: output, or silicone stiffness, on which the discrepancy of largest evidence acts.
     """
     first = _first(program)

@@ -31,7 +31,7 @@ class DiscrepancyEvidence:
 
     Attributes:
         quantity: output that it adds to, or the stiffness whose relative change it is.
-        driver: what it is a function of; the pair is that of largest evidence.
+        driver: quantity that it is a function of; the pair is that of largest evidence.
         bayes: log Bayes factor over the base model, deflated, less the logarithm of the number tried.
         left_out: cross-validated reduced chi-square.
         left_by_drift: reduced chi-square of fitted recordings with drift alone, of the best size.
@@ -65,7 +65,7 @@ def best_discrepancy(program: Program, base: Fit) -> DiscrepancyEvidence | None:
     """The discrepancy of largest evidence about a refitted base model; None where no driver varies.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
         base: the base fit.
     """
     here = program.evaluate(base.u, base.free, near=base.evaluation)

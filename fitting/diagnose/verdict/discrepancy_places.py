@@ -32,7 +32,7 @@ def responses(program: Program, fit: Fit) -> dict[str, Response]:
 
 
 def acts(place: str, driver: str, kind: str) -> bool:
-    """Whether a place may follow a driver: an output any, the silicone those that no law follows."""
+    """True if a place may follow a driver: an output any, the silicone only those that no law follows."""
     return place != WALL or driver in specimen_of(kind).wall_drivers
 
 
@@ -60,11 +60,11 @@ def hats(
     """Whitened hat functions of a driver, times a place's response, in channel j of recording k.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
         k, j: numbers of the recording and of the channel.
-        response: of the place.
-        driver: by recording, (recordings, rows).
-        knots: of it, ascending.
+        response: response of the place.
+        driver: values of the driver by recording, (recordings, rows).
+        knots: knots of the driver, ascending.
 
     Returns:
         Shape (knots, values); zero where the place does nothing to the channel.

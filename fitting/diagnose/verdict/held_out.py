@@ -17,7 +17,7 @@ from ..settings import DEFAULT
 CROSS_VALIDATION = DEFAULT.cross_validation
 
 Correction = Callable[[Evaluation, Masks], Evaluation]
-"""Of a prediction, from what is weighed of its misfit."""
+"""Correction of a prediction, from the part of its misfit that is weighed."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,8 @@ class HeldOut:
     Attributes:
         on: names of the recordings.
         how: `validation`, `left out in turn` or `within-recording`.
-        rmse: by channel (canonical quantity), SI.
-        reduced_chi2: per value.
+        rmse: root mean square error by channel (canonical quantity), SI.
+        reduced_chi2: chi-square per value.
     """
 
     on: list[str]
@@ -58,8 +58,8 @@ class Scores:
         """Score of the weighted mean of several models' predictions of values that were not fitted.
 
         Args:
-            models: of one campaign: program, fit, weight, and a correction if there is one;
-                weights sum to one.
+            models: models of one campaign: program, fit, weight, and a correction if there is one; weights
+                sum to one.
         """
         models = [(*model, None)[:4] for model in models]
         program = models[0][0]

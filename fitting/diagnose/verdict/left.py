@@ -1,4 +1,4 @@
-"""What a model leaves beyond noise, and in which rows. Where that is much, no name is to be trusted."""
+"""Misfit that a model leaves beyond noise, and its rows. If it is large, no name is to be trusted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,12 +21,12 @@ class Left:
 
     Attributes:
         reduced_chi2: predictive, per value.
-        noise: of it, what noise leaves.
-        held_out: whether it is that of validation recordings.
+        noise: part of it that noise explains.
+        held_out: true if it is that of validation recordings.
         names: effects that leave it.
-        regime: where most of it is; None where no regime is confirmed.
-        open: whether the uncertainty of fitted numbers explains it: `reduced_chi2` is then not predictive.
-        stated: whether the size of the noise is. Otherwise it is a guess, and often too small.
+        regime: regime of most of it; None if no regime is confirmed.
+        open: true if the uncertainty of fitted numbers explains it: `reduced_chi2` is then not predictive.
+        stated: true if the size of the noise is stated. Otherwise it is a guess, and often too small.
     """
 
     reduced_chi2: float
@@ -39,7 +39,7 @@ class Left:
 
     @property
     def trusted(self) -> bool:
-        """Whether it is so little that the form of a right effect, or an open number, may have left it.
+        """True if it is so little that the form of a right effect, or an open number, may have left it.
 
         Much of an unstated noise may be little of the true one.
         """
@@ -47,7 +47,7 @@ class Left:
 
     @property
     def text(self) -> str:
-        """How much, and where, as a part of a sentence."""
+        """Size and place, as a part of a sentence."""
         among = "recordings that were not fitted" if self.held_out else "fitted recordings"
         noise = f"noise leaves {self.noise:.2g}"
         text = f"a reduced chi-square of {self.reduced_chi2:.3g} is left in {among} ({noise})"
@@ -61,10 +61,10 @@ class Left:
 def left_of(
     program: Program, fit: Fit, rest: Discrepancy | None = None, score: float | None = None
 ) -> Left | None:
-    """What a model leaves, a saved discrepancy beside it; None where that is about noise.
+    """Misfit that a model leaves, with a saved discrepancy beside it; None if that is about noise.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
         fit: model.
         rest: saved discrepancy.
         score: reduced chi-square of values that were not fitted, by predictions without their uncertainty.

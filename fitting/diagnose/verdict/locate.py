@@ -18,11 +18,11 @@ INTERNAL = ("gamma_", "ohms_", "taken", "slope_", "memory_")
 
 @dataclass(frozen=True)
 class Place:
-    """Where the misfit is.
+    """Place of the misfit.
 
     Attributes:
         drivers: strongest first.
-        shares: of the misfit's variance that a smooth function of each explains.
+        shares: share of the misfit's variance that a smooth function of each driver explains.
         regions: sentences.
         rows: recording, first and last row of the window with most misfit.
     """
@@ -62,8 +62,8 @@ def knots_of(values: np.ndarray, count: int) -> np.ndarray | None:
     prediction. A discrepancy with knots there would follow that noise.
 
     Args:
-        values: of the driver, finite, any shape.
-        count: of the quantiles.
+        values: values of the driver, finite, any shape.
+        count: number of the quantiles.
     """
     low, high = np.quantile(values, [0.05, 0.95])
     apart, knots = DISCREPANCY.minimum_distance * (high - low) / count, []

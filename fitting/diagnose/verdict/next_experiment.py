@@ -27,8 +27,8 @@ class Design:
     """A repetition and what it is expected to bring.
 
     Attributes:
-        recording: which one to repeat.
-        change: how, in words.
+        recording: recording to repeat.
+        change: change to make, in words.
         log_bayes: expected log Bayes factor of the one explanation over the other, if it is right.
     """
 
@@ -41,7 +41,7 @@ def best_design(program: Program, first: CandidateFit, second: CandidateFit) -> 
     """The repetition that best separates two explanations; None where no prediction exists.
 
     Args:
-        program: of the campaign.
+        program: program of the campaign.
         first: the better explanation.
         second: its rival.
     """
@@ -93,7 +93,7 @@ def _changed(stacked: Rows, load: str) -> Iterator[tuple[str, Rows]]:
 
 
 def _reversed(stacked: Rows) -> Rows:
-    """What drives every recording, last row first; the clock runs on."""
+    """Drivers of every recording, last row first; the clock runs on."""
     mask = np.asarray(stacked.mask)
     count, size = mask.sum(axis=1), mask.shape[1]
     place = np.arange(size)[None, :]

@@ -27,11 +27,11 @@ class Found:
 
     Attributes:
         slug: or `unmodelled`.
-        probability: that it is present.
+        probability: probability that it is present.
         bayes: log Bayes factor over the model without it.
         parameters: value, sd and unit by name, SI.
         confusable: slugs that the recordings do not tell it from.
-        text: for a laboratory.
+        text: description for a laboratory.
     """
 
     slug: str
@@ -139,7 +139,7 @@ def _share(explanation: Explanation, one_out: LeaveOneOutEvidence) -> float:
 
 
 def _alike(program: Program, rival: CandidateFit, one_out: LeaveOneOutEvidence) -> bool:
-    """Whether a rival explains the recordings nearly as well, down to the noise."""
+    """True if a rival explains the recordings nearly as well, down to the noise."""
     mine, other = (reduced(program, t.fit, program.fitted) for t in (one_out.own, rival))
     return (
         other < VERDICT.alike_factor * max(mine, 1.0) and one_out.net - rival.bayes < VERDICT.alike_evidence

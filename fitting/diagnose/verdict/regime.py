@@ -25,10 +25,10 @@ class Regime:
     """Rows in which most of a misfit is.
 
     Attributes:
-        text: which rows, in words.
-        share: of the squared misfit beyond noise that they hold, in the half that confirms it.
+        text: description of the rows.
+        share: share of the squared misfit beyond noise that they hold, in the half that confirms it.
         rows: share of the rows that they are, there.
-        p_value: of the confirmation.
+        p_value: p-value of the confirmation.
     """
 
     text: str
@@ -43,8 +43,8 @@ class _Stretches:
 
     Attributes:
         square: mean squared misfit of each, in variances of the noise, (stretches,).
-        inside: whether most of its rows are in each regime, (stretches, regimes).
-        texts: of the regimes.
+        inside: true where most of its rows are in each regime, (stretches, regimes).
+        texts: descriptions of the regimes.
     """
 
     square: np.ndarray

@@ -169,7 +169,7 @@ def _not_told_apart(conclusion: Conclusion) -> list[str]:
 
 
 def not_fitted(how: str) -> str:
-    """What a model was scored on, in words."""
+    """Description of the values that a model was scored on."""
     where = {
         "validation": "recordings kept for validation",
         "left out in turn": "recordings left out in turn",
@@ -187,7 +187,7 @@ def refused(slugs: Sequence[str], how: str, before: float, after: float) -> str:
 
 
 def went(before: float, after: float) -> str:
-    """What became of a reduced chi-square, from the numbers as they are shown."""
+    """Change of a reduced chi-square in words, from the numbers as they are shown."""
     first, then = f"{before:.3g}", f"{after:.3g}"
     if first == then:
         return f"stays at a reduced chi-square of {first}"
@@ -222,7 +222,7 @@ def contended(slugs: tuple[str, ...]) -> str:
 
 
 def place_text(conclusion: Conclusion) -> str:
-    """Where the misfit is, in a paragraph."""
+    """Paragraph about the place of the misfit."""
     place = conclusion.place
     if not conclusion.mismatch:
         return "No part of the recordings departs from the base model by more than its noise."

@@ -21,19 +21,19 @@ VERDICT = DEFAULT.verdict
 def contradicted(
     explanation: Explanation, base: list[float], discrepancy: DiscrepancyEvidence | None, floors: list[float]
 ) -> bool:
-    """Whether recordings contradict the base model although no effect explains it.
+    """True if recordings contradict the base model although no effect explains it.
 
     Args:
-        explanation: of the campaign.
+        explanation: result of the search.
         base: predictive reduced chi-square of the base model, of fitted and of scored recordings.
-        discrepancy: of largest evidence.
+        discrepancy: discrepancy of largest evidence.
         floors: chi-square of noise of both, see `misfit.floor`.
     """
     return by_discrepancy(discrepancy) or _by_signature(explanation, base, discrepancy, floors)
 
 
 def by_discrepancy(discrepancy: DiscrepancyEvidence | None) -> bool:
-    """Whether the evidence of a model discrepancy says that something is missing."""
+    """True if the evidence of a model discrepancy says that something is missing."""
     return discrepancy is not None and discrepancy.bayes > EVIDENCE.minimum_first
 
 
@@ -49,7 +49,7 @@ def discrepancy_probability(
     It is tentative where only a discrepancy of little evidence says so.
 
     Args:
-        explanation, base, discrepancy, floors: as for `contradicted`.
+        explanation, base, discrepancy, floors: same as for `contradicted`.
         left: probability of it from the remaining misfit.
     """
     certain = discrepancy is not None and discrepancy.bayes > EVIDENCE.minimum_settled
@@ -60,7 +60,7 @@ def discrepancy_probability(
 def _by_signature(
     explanation: Explanation, base: list[float], discrepancy: DiscrepancyEvidence | None, floors: list[float]
 ) -> bool:
-    """Whether a score stands out, and the whole misfit, too."""
+    """True if a score stands out, and the whole misfit, too."""
     program = explanation.program
     if explanation.p_value > SCORE_TEST.level:
         return False
@@ -99,7 +99,7 @@ def refuted(
     do validation recordings that are missed by more than without the effects.
 
     Args:
-        explanation, discrepancy: as for `contradicted`.
+        explanation, discrepancy: same as for `contradicted`.
         limits: reduced chi-square up to which nothing is left, of fitted and of scored recordings.
         base, last: predictive reduced chi-squares of both, without and with the effects.
     """
@@ -128,7 +128,7 @@ def unexplained(base: list[float], last: list[float], floors: list[float], limit
 
 
 def leaves_more(base: list[float], last: list[float], floors: list[float]) -> bool:
-    """Whether named effects leave more than noise and more than a right form may.
+    """True if named effects leave more than noise and more than a right form may.
 
     Args:
         base, last: reduced chi-square without and with the effects, of fitted and of scored recordings.
@@ -143,13 +143,13 @@ def leaves_more(base: list[float], last: list[float], floors: list[float]) -> bo
 def helps_nobody(
     base: list[float], last: list[float], floors: list[float], left_out: tuple[float, float]
 ) -> bool:
-    """Whether named effects leave held-out recordings more than half of their misfit.
+    """True if named effects leave held-out recordings more than half of their misfit.
 
     Recordings left out in turn count only where others are missed, too, because a right model may extrapolate
     badly.
 
     Args:
-        base, last, floors: as for `leaves_more`.
+        base, last, floors: same as for `leaves_more`.
         left_out: cross-validated reduced chi-squares, NaN if not computed.
     """
     over = any(after > noise + VERDICT.minimum_over for after, noise in zip(last, floors, strict=True))
@@ -172,5 +172,5 @@ def outdone(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -
 
 
 def _keeps(before: float, after: float, noise: float, share: float) -> bool:
-    """Whether more than noise is left, and more than a share of the misfit."""
+    """True if more than noise is left, and more than a share of the misfit."""
     return after > noise + VERDICT.minimum_over and after - noise > share * (before - noise)

@@ -2,6 +2,7 @@
 errors."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
@@ -81,25 +82,53 @@ def fit_least_squares(
     outcomes, values, slopes = jax.device_get(run(problem, jnp.asarray(vectors), max_steps))
     best, chi_squares = _best(outcomes)
     outcome = jax.tree.map(lambda leaf: leaf[best], outcomes)
-    rows = outcome.residual.size
-    priors = len(problem.prior_names)
+    ended = _Ended(outcome, vectors[best], values[best], slopes[best], chi_squares)
+    result = _described(ended, problem, parameters, observations, scaled)
+    if throw and not result.success:
+        raise FitError(result)
+    return result
+
+
+@dataclass(frozen=True)
+class _Ended:
+    """End of the best start.
+
+    Attributes:
+        outcome: outcome of the engine.
+        begin: start values of the free parameters, in the order of the layout.
+        values: values of all parameters, in the order of the layout.
+        slopes: their derivatives by the free unknowns.
+        chi_squares: chi-square at the end of every start.
+    """
+
+    outcome: Outcome
+    begin: np.ndarray
+    values: np.ndarray
+    slopes: np.ndarray
+    chi_squares: np.ndarray
+
+
+def _described(
+    ended: _Ended, problem: Problem, parameters: Parameters, observations: int | None, scaled: bool
+) -> FitResult:
+    """The result: values, status, errors and remarks."""
+    outcome, rows, priors = ended.outcome, ended.outcome.residual.size, len(problem.prior_names)
     counted = (rows - priors if observations is None else observations) + priors
     freedom = counted - len(problem.layout.free)
     status = _status(outcome, freedom, scaled)
-
-    initial = dict(zip(problem.layout.free, vectors[best], strict=True))
-    reached = dict(zip(problem.layout.names, values[best], strict=True))
+    initial = dict(zip(problem.layout.free, ended.begin, strict=True))
+    reached = dict(zip(problem.layout.names, ended.values, strict=True))
     fitted = _with_values(parameters, reached, status, initial)
     at_bound = tuple(name for name in problem.layout.free if fitted[name].at_bound)
     uncertainty = Uncertainty.none(fitted)
     if status.success or (outcome.offset < TRUSTED and status in (Status.MAX_STEPS, Status.STALLED)):
         variance = float(outcome.chi_square) / freedom if scaled else 1.0
-        uncertainty = propagate(outcome.triangle, slopes[best], problem.layout, at_bound, variance)
+        uncertainty = propagate(outcome.triangle, ended.slopes, problem.layout, at_bound, variance)
     _write_uncertainty(fitted, uncertainty)
-    result = FitResult(
+    return FitResult(
         parameters=fitted,
         status=status,
-        notes=notes_on(fitted, uncertainty, at_bound, outcome, chi_squares),
+        notes=notes_on(fitted, uncertainty, at_bound, outcome, ended.chi_squares),
         residual=outcome.residual[: rows - priors],
         prior_residual=outcome.residual[rows - priors :],
         observations=counted,
@@ -108,11 +137,8 @@ def fit_least_squares(
         scaled=scaled,
         steps=int(outcome.steps),
         relative_offset=float(outcome.offset),
-        start_chi_squares=chi_squares,
+        start_chi_squares=ended.chi_squares,
     )
-    if throw and not result.success:
-        raise FitError(result)
-    return result
 
 
 def _problem(

@@ -32,15 +32,15 @@ SUBSET, FORM = 10, 11
 
 @dataclass(frozen=True)
 class RareResult:
-    """What is known of a small probability.
+    """Estimates of a small probability.
 
     Attributes:
-        limit: in words.
+        limit: the limit in words.
         subset: or None where it was not asked for.
         form: or None, likewise.
         no_gradient: why FORM could not be used, in words; empty otherwise.
         rows: spent, gradients included.
-        without_result: of these, rows without a result, which count as not failed.
+        without_result: number of these rows without a result; they count as not failed.
     """
 
     limit: str
@@ -52,7 +52,7 @@ class RareResult:
 
     @property
     def agree(self) -> bool | None:
-        """Whether both intervals have something in common; None where there are not two."""
+        """True if both intervals have something in common; None if there are not two."""
         if self.subset is None or self.form is None:
             return None
         first, second = self.subset.interval, self.form.interval

@@ -13,7 +13,8 @@ from jaxtyping import Float
 from scipy.special import logsumexp, ndtr
 
 MOST_STEPS = 60
-"""Of a search; those that end at a design point took at most 20 on the shipped designs."""
+"""Maximum number of steps of a search. Those that end at a design point took at most 20 on the shipped
+designs."""
 SHORTER = 0.5 ** np.arange(7)
 """Lengths of a step that are tried at once."""
 CLOSE = 1e-4
@@ -36,10 +37,10 @@ class FormResult:
     Attributes:
         points: design points, the nearest first, shape (points, scores).
         betas: their distance from the origin; negative where the origin fails.
-        probability: by importance sampling.
-        standard_error: of it.
-        samples: of importance sampling.
-        failed: of these, that fail.
+        probability: estimate by importance sampling.
+        standard_error: standard error of the probability.
+        samples: number of samples of importance sampling.
+        failed: number of these samples that fail.
         searches: started, and how many of them ended at a design point.
     """
 
@@ -80,10 +81,10 @@ def form(
     """Search design points and sample about them.
 
     Args:
-        margins: of rows of scores, negative where the limit fails.
+        margins: function from rows of scores to their margins; a margin is negative where the limit fails.
         with_gradient: the same with derivatives.
-        starts: of the searches, the origin first.
-        samples: of importance sampling.
+        starts: starting points of the searches, the origin first.
+        samples: number of samples of importance sampling.
         random: numbers.
     """
     points, sign = design_points(margins, with_gradient, starts)
@@ -105,7 +106,7 @@ def design_points(
     with_gradient: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
     starts: np.ndarray,
 ) -> tuple[np.ndarray, float]:
-    """Where searches end on the limit, shape (found, scores), and the sign of beta."""
+    """Ends of searches on the limit, shape (found, scores), and the sign of beta."""
     here = starts.copy()
     margin, slope = with_gradient(here)
     finite = np.abs(margin[np.isfinite(margin)])

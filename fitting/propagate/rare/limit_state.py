@@ -12,8 +12,8 @@ class LimitState:
     """Margins of rows to a limit; negative where it fails.
 
     Args:
-        problem: of a study.
-        limit: of one quantity.
+        problem: problem of a study.
+        limit: limit of one quantity.
     """
 
     def __init__(self, problem: Problem, limit: Limit):
@@ -26,7 +26,8 @@ class LimitState:
         return len(self._problem.inputs.names)
 
     def margins(self, n: Float[np.ndarray, "rows scores"]) -> Float[np.ndarray, " rows"]:
-        """In the quantity's unit; infinite where a row has no result, which counts as not failed."""
+        """Margins in the quantity's unit. They are infinite where a row has no result, which counts as not
+        failed."""
         y, _ = self._problem.evaluator(self._problem.inputs.values(n @ self._problem.inputs.lower.T))
         found = np.asarray(margin(jnp.asarray(y), self._limit, self._problem.columns))
         return self._counted(found)

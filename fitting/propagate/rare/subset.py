@@ -29,9 +29,9 @@ class SubsetResult:
 
     Attributes:
         each: estimate of every run, shape (runs,).
-        levels: of every run.
+        levels: number of levels of every run.
         stalled: runs that ended before the limit: its margin has steps, or it cannot be reached.
-        samples: of a level.
+        samples: number of samples of a level.
         reached: least probability to which the levels of all runs came.
         failed_points: some scores that fail, at most one of each run, shape (n, scores).
     """
@@ -70,9 +70,9 @@ def subset_simulation(
     """Several runs side by side, so that the model is asked for many rows at a time.
 
     Args:
-        margins: of rows of scores, negative where the limit fails.
+        margins: function from rows of scores to their margins; a margin is negative where the limit fails.
         dimension: number of scores.
-        samples: of a level of a run.
+        samples: number of samples of a level of a run.
         runs: independent ones.
         random: numbers.
     """

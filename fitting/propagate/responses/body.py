@@ -1,7 +1,7 @@
 """An actuator whose numbers may vary: constants of the alloy and the silicone, dimensions, effects."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,7 +37,7 @@ class Body:
     """An actuator as a pure function of numbers.
 
     Attributes:
-        tables: by kind, with the model's numbers in them; no alloy where there are no springs.
+        tables: tables by kind, with the model's numbers in them; no alloy if there are no springs.
         geometry: nominal dimensions.
         law: name of the silicone's law, or None for the table's own.
         added: effects of the model, each with the names of its parameters in a study.
@@ -54,7 +54,7 @@ class Body:
 
     @property
     def layout(self) -> pj.Layout:
-        """Where springs and fibre are."""
+        """Places of springs and fibre."""
         return pj.layout(self.tables["actuator"])
 
     def build(self, values: Mapping[str, Array]) -> pj.Actuator:
@@ -163,6 +163,3 @@ def tied(numbers: Mapping[str, Known]) -> dict[str, str]:
         for name, (followed, sentence) in TIED.items()
         if name in numbers and all(other in numbers for other in followed)
     }
-
-
-Build = Callable[[Mapping[str, Array]], pj.Actuator]

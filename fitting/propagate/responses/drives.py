@@ -1,7 +1,7 @@
-"""What drives an actuator in a study: pressure and springs, each fixed, varied, or along the driver."""
+"""Drives of an actuator in a study: pressure and springs, each fixed, varied, or along the driver."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import jax.numpy as jnp
@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Array
 
 import pneusma_jax as pj
-from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.documents import check_keys
+from pneusma_jax.errors import InputError
 from pneusma_jax.units import dimension_of, from_si, to_si, unit_of_column
 
 from .response import Driver, Known
@@ -44,7 +45,7 @@ def points_of(entry: Any, where: str) -> float | np.ndarray:
 
     Args:
         entry: a number, a list of them, or `{from, to, points}`.
-        where: for messages, file and key.
+        where: file and key, for messages.
 
     Raises:
         InputError: for anything else.
@@ -60,9 +61,7 @@ def points_of(entry: Any, where: str) -> float | np.ndarray:
         for key in ("from", "to", "points"):
             if key not in entry:
                 raise InputError(f"{where} must be {shape}, but {key!r} is missing")
-        for key in entry:
-            if key not in ("from", "to", "points"):
-                raise InputError(f"{where}: unknown key {key!r}, {nearest(key, ('from', 'to', 'points'))}")
+        check_keys(entry, ("from", "to", "points"), where)
         ends, count = _finite([entry["from"], entry["to"]], where, shape), entry["points"]
         if not isinstance(count, int) or isinstance(count, bool) or not 2 <= count <= MOST_POINTS:
             raise InputError(f"{where}: points = {count!r} must be a whole number from 2 to {MOST_POINTS}")
@@ -88,7 +87,7 @@ def read_channels(
 
     Args:
         model: a study's `[model]`.
-        springs: that are there.
+        springs: numbers of the existing springs.
         where: file and table, for messages.
 
     Raises:
@@ -145,6 +144,11 @@ def drive_numbers(channels: Mapping[str, np.ndarray]) -> dict[str, Known]:
     return found
 
 
+def units_of(channels: Collection[str]) -> dict[str, str]:
+    """Unit in files of each channel, by its name."""
+    return {name: STEMS[name.rpartition(".")[2].partition("_")[0]] for name in channels}
+
+
 def driven(name: str, values: Array, numbers: Mapping[str, Array]) -> Array:
     """A channel with what a row changes in it."""
     given = numbers.get(name, values)
@@ -152,7 +156,7 @@ def driven(name: str, values: Array, numbers: Mapping[str, Array]) -> Array:
 
 
 def activation(alloy: Any, name: str, value: Array) -> Any:
-    """What a channel of a spring says of its phase."""
+    """Activation of a spring from its channel."""
     stem = name.partition("_")[0]
     if stem == "resistance":
         return pj.Resistance(value)

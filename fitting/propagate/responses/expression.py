@@ -18,7 +18,7 @@ def expression_response(settings: Mapping[str, Any], inputs: Mapping[str, float]
     Args:
         settings: a study's `[model]`; its table `outputs` has an expression for each name.
         inputs: names that expressions may use, with a nominal value.
-        where: for messages.
+        where: file and table, for messages.
 
     Raises:
         InputError: if there is no expression, or one cannot be read.
@@ -55,6 +55,6 @@ def expression_response(settings: Mapping[str, Any], inputs: Mapping[str, float]
 
 
 def as_expression(error: Exception) -> str:
-    """What is wrong with an expression, in a study's words: it is no tie of a parameter."""
+    """Errors of an expression in a study's words: it is no tie of a parameter."""
     return str(error).replace("parameter ", "output ").replace("tie ", "expression ").replace(
         "is no parameter", "is neither input nor output").replace("parameters", "names")  # fmt: skip

@@ -1,4 +1,4 @@
-"""What a study's rows go through: the model's outputs as one function of numbers that may vary."""
+"""The model of a study: its outputs as one function of the numbers that may vary."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -10,12 +10,14 @@ from jaxtyping import Array
 import pneusma_jax as pj
 from pneusma_jax.calibration.records import Prior
 
+NOISE = "noise"
+"""Name of the input that picks the white noise of channels."""
 NOT_FINITE = 99
 """Status of a row whose outputs are not all finite, where the model gives no reason."""
 SENTENCES = {int(status): status.sentence for status in pj.Status} | {
     NOT_FINITE: "An output is not a finite number."
 }
-"""Why a row has no result, by status."""
+"""Reasons why a row has no result, by status."""
 
 
 @dataclass(frozen=True)
@@ -23,10 +25,10 @@ class Known:
     """A number that may vary.
 
     Attributes:
-        value: nominal, SI.
-        unit: of files.
-        prior: what is known of it, or None.
-        table: kind of table that it belongs to; empty for others.
+        value: nominal value, SI.
+        unit: unit in files.
+        prior: prior distribution, or None.
+        table: kind of the table with this number; empty for numbers of no table.
     """
 
     value: float
@@ -37,11 +39,11 @@ class Known:
 
 @dataclass(frozen=True)
 class Driver:
-    """What outputs are given along.
+    """The quantity along which outputs are given, such as a pressure.
 
     Attributes:
         name: column with its unit.
-        values: in that unit, shape (points,).
+        values: values in that unit, shape (points,).
     """
 
     name: str
@@ -57,14 +59,15 @@ class Response:
     """The model as a study sees it.
 
     Attributes:
-        title: for people.
+        title: title for people.
         known: numbers that may vary, by name.
-        driver: or None where there is one state only.
-        outputs: by name, whether each is given along the driver.
+        driver: the driver, or None for a single state.
+        outputs: true for each output that is given along the driver, by name.
         answer: a pure function of the values [SI] of some of `known`.
-        files: that the numbers come from.
-        notices: what to know about the numbers.
+        files: files that the numbers come from.
+        notices: notices about the numbers.
         side_by_side: rows that are computed together.
+        smooth: whether the outputs have derivatives by the values.
     """
 
     title: str
@@ -75,5 +78,7 @@ class Response:
     files: tuple[Path, ...] = ()
     notices: tuple[str, ...] = ()
     side_by_side: int = 64
+    smooth: bool = True
     tied: Mapping[str, str] = field(default_factory=dict)
-    """Numbers that follow others, by name, with the sentence that says so: their own priors are left out."""
+    """Numbers that are computed from others, by name, each with a sentence that says how. Their own priors
+    are left out."""

@@ -11,7 +11,7 @@ class Correlation:
     """Sums about a fixed centre.
 
     Attributes:
-        count: of rows.
+        count: number of rows.
         first: sums of scores and columns, shape (inputs + columns,).
         square: sums of their squares.
         cross: sums of products, shape (inputs, columns).
@@ -26,7 +26,7 @@ class Correlation:
     def of(
         cls, z: Float[np.ndarray, "rows inputs"], y: Float[np.ndarray, "rows columns"], centre: np.ndarray
     ) -> "Correlation":
-        """Of rows with a result.
+        """Sums of rows with a result.
 
         Args:
             z: normal scores.
@@ -38,7 +38,7 @@ class Correlation:
         return cls(float(len(y)), both.sum(0), (both**2).sum(0), z.T @ off)
 
     def merge(self, other: "Correlation") -> "Correlation":
-        """Of both sets of rows."""
+        """Sums of both sets of rows."""
         return Correlation(
             self.count + other.count, self.first + other.first, self.square + other.square,
             self.cross + other.cross,

@@ -15,7 +15,7 @@ class Failures:
     """Counts of rows.
 
     Attributes:
-        rows: of each input's class, shape (inputs, BINS).
+        rows: number of rows in each class of each input, shape (inputs, BINS).
         failed: the same of rows without a result.
         reasons: rows by status code, shape (256,).
     """
@@ -28,12 +28,12 @@ class Failures:
     def of(
         cls, z: Float[np.ndarray, "rows inputs"], status: UInt8[np.ndarray, " rows"], good: np.ndarray
     ) -> "Failures":
-        """Of rows at their scores.
+        """Counts of rows at their scores.
 
         Args:
             z: normal scores.
             status: codes.
-            good: which rows have a result.
+            good: true for rows with a result.
         """
         place = np.minimum((ndtr(z) * BINS).astype(int), BINS - 1)
         counts = [
@@ -42,7 +42,7 @@ class Failures:
         return cls(*counts, np.bincount(status, minlength=256))
 
     def merge(self, other: "Failures") -> "Failures":
-        """Of both sets of rows."""
+        """Counts of both sets of rows."""
         return Failures(self.rows + other.rows, self.failed + other.failed, self.reasons + other.reasons)
 
     @property
@@ -57,7 +57,7 @@ class Failures:
 
     @property
     def share(self) -> float:
-        """Of all rows."""
+        """Share of all rows."""
         return self.count / max(self.total, 1)
 
     @property
@@ -67,7 +67,8 @@ class Failures:
 
     @property
     def uneven(self) -> Float[np.ndarray, " inputs"]:
-        """How far each input tells failed rows from others: the largest distance of their distributions [1].
+        """Largest distance between the distributions of an input in failed rows and in others [1], for each
+        input.
 
         The Kolmogorov-Smirnov distance between the classes of failed rows and of all rows; 0 where nothing
         failed.

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 REPLICATES = 200
-"""Of the bootstrap: a standard deviation from these is within 5 % (1-sigma)."""
+"""Number of replicates of the bootstrap: a standard deviation from these is within 5 % (1-sigma)."""
 COVERED = 1.959964
 """Standard deviations of a 95 % interval."""
 
@@ -24,10 +24,10 @@ class Sums:
         kind: `sobol` or `shapley`.
         blocks: number of blocks; left_out: of these, without a result in some row.
         weight: sum of weights, shape (replicates,).
-        level: sums of a, b, a^2, b^2 and (a - b)^2 / 2, shape (5, replicates, columns); `a` and `b` are the
-            block's first two rows less a fixed centre.
-        terms: of each group; `sobol`: b (ab - a), ab - a and (a - ab)^2 / 2; `shapley`: the loss of variance
-            as the group is fixed, shape (3 or 1, replicates, groups, columns).
+        level: sums of a, b, a^2, b^2 and (a - b)^2 / 2, shape (5, replicates, columns). Here `a` and `b` are
+            the block's first two rows less a fixed centre.
+        terms: sums of each group's terms, shape (3 or 1, replicates, groups, columns). `sobol`: b (ab - a),
+            ab - a and (a - ab)^2 / 2. `shapley`: the loss of variance as the group is fixed.
     """
 
     kind: str
@@ -47,15 +47,15 @@ class Sums:
         random: np.random.Generator,
         replicates: int = REPLICATES,
     ) -> "Sums":
-        """Of the blocks of a chunk.
+        """Sums of the blocks of a chunk.
 
         Args:
             kind: `sobol` or `shapley`.
             y: NaN in rows without a result.
             centre: taken off, the same in all chunks.
-            orders: of the groups in each block, for `shapley`.
-            random: of the chunk.
-            replicates: of the bootstrap.
+            orders: order of the groups in each block, for `shapley`.
+            random: random numbers of the chunk.
+            replicates: number of replicates of the bootstrap.
         """
         good = np.all(np.isfinite(y), axis=(1, 2))
         weights = np.concatenate([np.ones((1, len(y))), random.poisson(1.0, (replicates, len(y)))])[
@@ -72,7 +72,7 @@ class Sums:
         )  # fmt: skip
 
     def merge(self, other: "Sums") -> "Sums":
-        """Of both sets of blocks."""
+        """Sums of both sets of blocks."""
         return Sums(
             self.kind, self.blocks + other.blocks, self.left_out + other.left_out, self.weight + other.weight,
             self.level + other.level, self.terms + other.terms,
@@ -80,7 +80,7 @@ class Sums:
 
     @property
     def share_left_out(self) -> float:
-        """Of all blocks."""
+        """Share of all blocks that were left out."""
         return self.left_out / max(self.blocks, 1)
 
     def estimates(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -112,7 +112,7 @@ class Sums:
         """Least and largest index of all blocks, if every failed row lay between `low` and `high`.
 
         Args:
-            low, high: of each column, shape (columns,).
+            low, high: limits of each column, shape (columns,).
         """
         q, spread2 = self.share_left_out, (high - low) ** 2
         n = max(self.weight[0], 1.0)

@@ -17,11 +17,11 @@ class Summary:
     """Sums of rows.
 
     Attributes:
-        moments, sketches: of every column, over the independent rows with a result.
-        correlation: of inputs and columns.
+        moments, sketches: statistics of every column, over the independent rows with a result.
+        correlation: correlation of inputs and columns.
         beyond: rows that have failed a limit, by its words, up to each point, shape (points,).
-        failures: over all rows.
-        indices: over blocks; None where no indices are asked for.
+        failures: counts over all rows.
+        indices: sums over blocks; None if no indices are requested.
     """
 
     moments: Moments
@@ -32,7 +32,7 @@ class Summary:
     indices: Sums | None = None
 
     def merge(self, other: "Summary") -> "Summary":
-        """Of both parts; the order of parts decides rounding and sketches, so it is always the same."""
+        """Sums of both parts. The order of parts decides rounding and sketches, so it is always the same."""
         return Summary(
             self.moments.merge(other.moments),
             self.sketches.merge(other.sketches),

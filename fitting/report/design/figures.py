@@ -4,12 +4,22 @@ failures."""
 import itertools
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fitting.design.bodies import Solved
 from fitting.design.result import DesignResult
-from fitting.report.figures import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, legend_above, style
+from fitting.report.figures import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    draw_tube,
+    legend_above,
+    style,
+)  # fmt: skip
 from fitting.report.report import Picture
 from pneusma_jax.serial_chain.kinematics import arc_points
 from pneusma_jax.units import from_si
@@ -70,18 +80,6 @@ def centre_line(solved: Solved) -> tuple[np.ndarray, float]:
         return 1e3 * np.asarray(solved.chain.shape.polyline()), radius
     one = solved.segments[0]
     return 1e3 * np.asarray(arc_points(one.bend, one.length, np.linspace(0.0, 1.0, POINTS))), radius
-
-
-def draw_tube(
-    axes: Axes, line: np.ndarray, radius: float, colour: str, label: str, alpha: float = 0.25
-) -> None:
-    """Draw a tube in a projection: its outline about a centre line, shape (points, 2)."""
-    slope = np.gradient(line, axis=0)
-    size = np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-12)
-    aside = radius * np.stack([-slope[:, 1], slope[:, 0]], axis=1) / size
-    outline = np.concatenate([line + aside, (line - aside)[::-1]])
-    axes.fill(*outline.T, color=colour, alpha=alpha, linewidth=0)
-    axes.plot(*line.T, color=colour, linewidth=1.2, label=label)
 
 
 def shapes_figure(result: DesignResult) -> Figure:

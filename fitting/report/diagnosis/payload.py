@@ -114,7 +114,7 @@ def _discrepancy(conclusion: Conclusion) -> dict | None:
 
 
 def _left(conclusion: Conclusion) -> dict | None:
-    """What names and the remainder clearly leave, and the regime in which most of it is."""
+    """Misfit that names and the remainder clearly leave, and the regime of most of it."""
     left = conclusion.left
     if left is None:
         return None

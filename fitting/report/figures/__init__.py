@@ -178,3 +178,18 @@ def _residuals(axes: Axes, x: np.ndarray, residual: np.ndarray, noise: float | N
     if noise:
         axes.axhspan(-2.0 * noise, 2.0 * noise, color=SKY, alpha=0.35, linewidth=0)
         axes.set_title("band: twice the stated noise", fontsize=9, loc="left", color="#444444")
+
+
+def draw_tube(
+    axes: Axes, line: np.ndarray, radius: float | np.ndarray, colour: str, label: str, alpha: float = 0.25
+) -> None:
+    """Draw a tube in a projection: its outline about a centre line, shape (points, 2).
+
+    The radius is one number, or one of every point, in the unit of the line.
+    """
+    slope = np.gradient(line, axis=0)
+    size = np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-12)
+    aside = np.reshape(radius, (-1, 1)) * np.stack([-slope[:, 1], slope[:, 0]], axis=1) / size
+    outline = np.concatenate([line + aside, (line - aside)[::-1]])
+    axes.fill(*outline.T, color=colour, alpha=alpha, linewidth=0)
+    axes.plot(*line.T, color=colour, linewidth=1.2, label=label)

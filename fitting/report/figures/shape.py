@@ -71,7 +71,7 @@ def chain_figure(chain: SegmentChain, found: ChainEquilibrium, title: str = "") 
 
     Args:
         chain: chain with the positions of springs and fibres.
-        found: solved configuration; see `serial_chain.segments.solve_chain`.
+        found: solved configuration; see `serial_chain.solve.solve_chain`.
         title: title above the figure.
 
     Raises:
@@ -105,7 +105,7 @@ def animation(
 
     Args:
         chain: chain with the positions of springs and fibres.
-        history: history from `serial_chain.segments.simulate_chain_history`.
+        history: history from `serial_chain.solve.simulate_chain_history`.
         pressure: gauge pressure [Pa], shape (rows,).
         time: time [s], shape (rows,); rows are counted if None.
         frames: number of rows to show, evenly spaced; 40 take about half a megabyte.

@@ -19,6 +19,7 @@ from ..figures import (
     SKY,
     VERMILION,
     axis_label,
+    draw_tube,
     legend_above,
 )
 
@@ -78,9 +79,10 @@ def passage_figure(results: Sequence[Passage]) -> Figure:
     panels = figure.subplots(2, len(results), squeeze=False)
     for (above, below), one in zip(panels.T, results, strict=True):
         for axes, axis in ((above, 0), (below, 1)):
-            _tube(axes, one.lumen.points[:, [axis, 2]], 0.5 * one.lumen.diameter, GREY, "lumen")
-            radius = max(float(s.section.radius) for s in one.solved.body.segments)
-            _tube(axes, one.line[:, [axis, 2]], np.full(len(one.line), radius), VERMILION, "chain")
+            tube = 1e3 * one.lumen.points[:, [axis, 2]], 500.0 * one.lumen.diameter
+            draw_tube(axes, *tube, GREY, "lumen", 0.3)
+            radius = 1e3 * max(float(s.section.radius) for s in one.solved.body.segments)
+            draw_tube(axes, 1e3 * one.line[:, [axis, 2]], radius, VERMILION, "chain", 0.3)
             axes.set(xlabel=f"{'xy'[axis]} [mm]", ylabel="z [mm]", aspect="equal")
         gap = from_si(one.clearance, "mm")
         above.set_title(
@@ -88,13 +90,3 @@ def passage_figure(results: Sequence[Passage]) -> Figure:
         )
     panels[0, 0].legend(loc="best")
     return figure
-
-
-def _tube(axes: object, line: np.ndarray, radius: np.ndarray, colour: str, label: str) -> None:
-    """Outline of a tube in a projection; SI in, millimetres drawn."""
-    line, radius = 1e3 * line, 1e3 * radius[:, None]
-    slope = np.gradient(line, axis=0)
-    size = np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-9)
-    aside = radius * np.stack([-slope[:, 1], slope[:, 0]], axis=1) / size
-    axes.fill(*np.concatenate([line + aside, (line - aside)[::-1]]).T, color=colour, alpha=0.3, linewidth=0)
-    axes.plot(*line.T, color=colour, linewidth=1.2, label=label)

@@ -33,7 +33,7 @@ def verdict(plan: Plan) -> list[str]:
 
 
 def tellers(plan: Plan) -> list[str]:
-    """Which test tells each constant: a sentence for all that the same one tells best."""
+    """Sentences about the test that determines each constant best, one for all constants of a test."""
     said: dict[str, list[str]] = {}
     for name, found in plan.tellers.items():
         told = found[0].left < UNTOLD

@@ -15,6 +15,7 @@ import numpy as np
 
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.calibration.toml import quantity_entry, read_quantity
+from pneusma_jax.documents import check_keys
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.late import tomlkit
 from pneusma_jax.model_discrepancy import UNITS, WALL, Unmodelled, unit_of, unmodelled
@@ -78,9 +79,7 @@ def read_remainder(entry: Mapping[str, Any], where: str) -> AddedDiscrepancy:
     Raises:
         InputError: one line, for anything missing, unknown or impossible.
     """
-    for key in entry:
-        if key not in ("slug", "parameters", *WORDS):
-            raise InputError(f"{where}: unknown key {key!r}, {nearest(key, ('parameters', *WORDS))}")
+    check_keys(entry, ("slug", "parameters", *WORDS), where)
     for key, known in (("kind", SPECIMENS), ("quantity", UNITS), ("driver", UNITS)):
         word = entry.get(key)
         if not isinstance(word, str) or (word not in known if key == "kind" else unit_of(word) is None):

@@ -12,8 +12,9 @@
     [effect.parameters]
     gain = {value = 0.21, unit = "1", status = "fitted", source = "...", prior = {mean = 0.21, sd = 0.02}}
 
-A parameter of `[base]` belongs to the kind of table that has one of its name and dimension. Where several
-have, the kind comes first: `"silicone.density"`. `[specimen."NAME"]` holds parameters of one specimen alone.
+A parameter of `[base]` replaces a number of a table: of the alloy, the silicone or the actuator. Its name and
+unit tell which. Where several tables have such a number, the kind comes first: `"silicone.density"`.
+`[specimen."NAME"]` holds parameters of one specimen alone.
 The module `discrepancy` handles the effect `unmodelled`.
 """
 
@@ -26,7 +27,7 @@ from fitting.data.files import write_whole
 from pneusma_jax.calibration.keys import KINDS, QUANTITIES
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.calibration.toml import quantity_entry, read_quantity
-from pneusma_jax.documents import parse_toml, read_document
+from pneusma_jax.documents import check_keys, parse_toml, read_document
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.late import tomlkit
@@ -47,7 +48,8 @@ from .model import (
 SCHEMA = "pneusma-model/1"
 TABLES = ("design", "alloy", "material")
 TOP = ("schema", "name", "description", "base", "specimen", "effect")
-PLAIN = "1"  # Placeholder, while a number is read and written, for a unit that only one effect has
+PLAIN = "1"
+"""Unit that stands in for one that only an effect has, such as `1/N`, while a number is read or written."""
 
 
 def load_model(path: str | Path) -> AugmentedModel:
@@ -109,6 +111,7 @@ def _located(word: str, path: Path) -> str:
 
 
 def _base(entries: Mapping[str, Any], where: str) -> Base:
+    """Numbers by kind of table and name."""
     base: dict[str, dict[str, Quantity]] = {}
     for key, entry in entries.items():
         kind, name = _owner(key, entry, where)
@@ -163,9 +166,7 @@ def _effects(entries: Any, path: Path) -> Iterable[AddedEffect | AddedDiscrepanc
 
 def _effect(effect: type[Effect], entry: dict[str, Any], where: str) -> AddedEffect:
     allowed = ("slug", "parameters", *option_names(effect))
-    for key in entry:
-        if key not in allowed:
-            raise InputError(f"{where}: unknown key {key!r}, {nearest(key, allowed)}")
+    check_keys(entry, allowed, where)
     parameters = entry.get("parameters", {})
     if not isinstance(parameters, dict):
         raise InputError(f"{where}: parameters must be a table, [effect.parameters]")

@@ -2,7 +2,8 @@
 
     python -m validation.blind.proof run --plan fixed --seed 20261121 --baselines
 
-The modules, in the order of their use, are `places` (files of a run), `run` (seal and diagnose), `worker`
-(one case), `baselines` (other methods on the same case), `judge` (one report against its truth), `score`
-(rates with intervals), `ledger` (every scoring run, and the table), `figures`.
+The modules in the order of their use: `places` has the files of a run, `run` seals and diagnoses, and
+`worker` does one case. `baselines` are other methods on the same case. `judge` holds one report against its
+truth, `score` gives rates with intervals. `ledger` has every scoring run and the table, `figures` the
+figures.
 """

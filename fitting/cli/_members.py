@@ -1,0 +1,60 @@
+"""Commands over many campaigns: the store of an earlier run, and a bar that shows how many are done."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+from tqdm import tqdm
+
+from fitting.data.publish import MARK
+from fitting.engine import Store
+from fitting.inference.progress import PlainLines
+
+Watch = tuple[Callable[[str], None], Callable[[Any], None], Callable[[Any], None]]
+
+
+def free_store(folder: Path, what: str, force: bool, resume: bool) -> Store:
+    """The store of a run's results.
+
+    Raises:
+        click.UsageError: if it holds results of an earlier run, and neither `force` nor `resume` is given.
+    """
+    store = Store(folder)
+    if store.holds_any and not (force or resume):
+        raise click.UsageError(f"{folder} has {what} of an earlier run; go on with --resume, or --force")
+    return store
+
+
+@contextmanager
+def watched(label: str, count: int, out: Path, write: Callable[[Any], None]) -> Iterator[Watch]:
+    """Progress of many campaigns: `progress`, `finished` and `kept` for `engine.members.run_members`.
+
+    Args:
+        label: name of the work.
+        count: number of campaigns.
+        out: folder of all results.
+        write: function that writes the files of a member. Members from the store are written only if their
+            files are missing.
+    """
+    lines, ended = PlainLines(label), []
+    with tqdm(total=count, desc="campaigns", leave=False, disable=None) as bar:
+
+        def progress(word: str) -> None:
+            bar.set_postfix_str(word)
+            lines.say(f"{len(ended)} of {count} campaigns done; {word}")
+
+        def finished(member: Any) -> None:
+            bar.update()
+            ended.append(member.name)
+            write(member)
+
+        def kept(member: Any) -> None:
+            if (out / member.name / MARK).exists():
+                bar.update()
+                ended.append(member.name)
+            else:
+                finished(member)
+
+        yield progress, finished, kept

@@ -1,0 +1,234 @@
+"""Equilibrium of a chain, and its history.
+
+Without loads, segments share the pressure only, and each is in an equilibrium of its own. Weight, forces and
+moments act from segment to segment (`loads`), and the whole chain is one equilibrium (`balance`). Segments of
+equal structure are solved together, as one batch of one compiled program, whatever their dimensions.
+"""
+
+import dataclasses
+from collections.abc import Sequence
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..actuator import Actuator
+from ..actuator.balance import Problem
+from ..actuator.equilibrium import solve
+from ..actuator.result import Equilibrium, Status, raise_unless_converged
+from ..nitinol import MartensiteFraction, Resistance, SpringState
+from ..nitinol.spring import Activation
+from ..nitinol.thermal import Heating
+from ..numerics.safe import is_concrete
+from ..precision import require_float64
+from ..simulate.course import check_course
+from ..simulate.history import History, simulate_history
+from .balance import ChainProblem, chain_root, described, rest_of
+from .by_structure import by_segment, groups_of_equal_structure, map_by_structure, stack_rows
+from .history import loaded_history
+from .segments import ChainEquilibrium, ChainHistory, SegmentChain, chain_shape
+
+Drive = tuple[Activation | Heating, ...]
+"""Activations of a segment, one per spring."""
+
+
+def solve_chain(
+    chain: SegmentChain,
+    pressure: Array,
+    activations: Sequence[Drive] = (),
+    states: Sequence[tuple[SpringState, ...]] | None = None,
+    *,
+    throw: bool = True,
+) -> ChainEquilibrium:
+    """Equilibrium and shape of a chain; differentiable in activations, pressure, loads and every dimension.
+
+    Under loads the search finds the equilibrium connected with the chain at rest, cold and without pressure.
+    `stable` tells if it is stable.
+
+    Args:
+        chain: chain of segments.
+        pressure: gauge pressure in all segments [Pa].
+        activations: activations for each segment, one per spring; cold where empty.
+        states: memories of the springs for each segment, one per spring; fresh where None.
+        throw: true to raise where there is no solution. Otherwise the `status` gives the reason, and missing
+            results are NaN. A chain without loads misses those from the failed segment on, a loaded chain
+            those of all segments.
+
+    Raises:
+        RuntimeError: if float64 is off, or, with `throw`, if there is no equilibrium. The message names the
+            segment (or the loaded chain) and the reason.
+        ValueError: if activations or states do not fit the segments and their springs.
+    """
+    activations, states = _per_segment(chain, activations, states)
+    rows = list(zip(_without_loads(chain), activations, states, strict=True))
+    if chain.loaded:
+        found = _solve_loaded(chain, jnp.asarray(pressure, dtype=float), rows)
+        return _raise_for_chain(found) if throw else found
+    results = map_by_structure(
+        lambda body, drive, memory: solve(body, pressure, drive, memory, throw=False), rows
+    )
+    if throw:
+        results = [_raise_for_segment(k, result) for k, result in enumerate(results, 1)]
+    bends = jnp.stack([result.bend for result in results])
+    lengths = jnp.stack([result.length for result in results])
+    return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths))
+
+
+def _without_loads(chain: SegmentChain) -> list[Actuator]:
+    """The segments without their own loads."""
+    return [segment.with_loads() if segment.loads else segment for segment in chain.segments]
+
+
+def _solve_loaded(chain: SegmentChain, pressure: Array, rows: list[tuple]) -> ChainEquilibrium:
+    """`solve_chain` under loads."""
+    require_float64()
+    members = tuple(tuple(group) for group in groups_of_equal_structure(rows))
+    stacked = tuple(stack_rows(rows, group) for group in members)
+    parts = tuple(
+        Problem(body, jnp.broadcast_to(pressure, (len(m),)), drive, memory)
+        for m, (body, drive, memory) in zip(members, stacked, strict=True)
+    )
+    problem = joined(chain, parts, members)
+    return _joint(chain, problem, rest_of(problem) or _unloaded(problem))
+
+
+def _unloaded(problem: ChainProblem) -> tuple[ChainProblem, Array]:
+    """The chain without loads, and its solution: every segment alone."""
+    alone = lambda part: solve(  # noqa: E731
+        part.actuator, part.pressure, part.activations, part.states, throw=False
+    )
+    unknowns = [jax.vmap(alone)(part).unknowns[:, : part.actuator.freedoms].ravel() for part in problem.parts]
+    return dataclasses.replace(problem, share=jnp.zeros_like(problem.share)), jnp.concatenate(unknowns)
+
+
+@eqx.filter_jit
+def _joint(chain: SegmentChain, problem: ChainProblem, begin: tuple[ChainProblem, Array]) -> ChainEquilibrium:
+    """Equilibrium of a loaded chain from a start: one compiled program per kind of chain."""
+    stand = chain_root(begin[0], problem, begin[1])
+    results = by_segment(described(problem, stand), problem.members)
+    bends = jnp.stack([result.bend for result in results])
+    lengths = jnp.stack([result.length for result in results])
+    return ChainEquilibrium(tuple(results), chain_shape(chain, bends, lengths), stand.stable & stand.found)
+
+
+def joined(
+    chain: SegmentChain, parts: tuple[Problem, ...], members: tuple[tuple[int, ...], ...]
+) -> ChainProblem:
+    """The chain's balance: stacked segments under all its loads."""
+    return ChainProblem(parts, members, chain.angles, jnp.append(chain.connectors, 0.0), chain.all_loads)
+
+
+def simulate_chain_history(
+    chain: SegmentChain,
+    pressure: Float[Array, "rows"],
+    activations: Sequence[Drive] = (),
+    states: Sequence[tuple[SpringState, ...]] | None = None,
+    *,
+    time: Float[Array, "rows"] | None = None,
+) -> ChainHistory:
+    """Chain under histories of pressure and activation, memories carried; see `simulate_history`.
+
+    Loads are constant. A row of a loaded chain continues from the last solved one. A row without equilibrium
+    is NaN in all segments, commits nothing, and stops no later row.
+
+    Args:
+        chain: chain of segments.
+        pressure: gauge pressure in all segments [Pa], shape (rows,).
+        activations: activations for each segment, one per spring, with arrays of shape (rows,) or (); cold
+            where empty.
+        states: memories before the first row, for each segment one per spring; fresh where None.
+        time: time [s], shape (rows,); needed by `Heating`.
+
+    Raises:
+        ValueError: for an empty history, arrays of different lengths, or time going backwards.
+    """
+    rows = jnp.shape(pressure)[:1]
+    activations, states = _per_segment(chain, activations, states)
+    spread = lambda x: jnp.broadcast_to(x, rows) if jnp.ndim(x) == 0 else x  # noqa: E731  # alike in shape
+    arguments = list(zip(_without_loads(chain), jax.tree.map(spread, activations), states, strict=True))
+    if chain.loaded:
+        check_course(pressure, activations, time)
+        results = _loaded_history(chain, jnp.asarray(pressure, dtype=float), arguments, time)
+    else:
+        results = map_by_structure(
+            lambda body, drive, memory: simulate_history(body, pressure, drive, memory, time=time), arguments
+        )
+    bends = jnp.stack([result.rows.bend for result in results], axis=1)
+    lengths = jnp.stack([result.rows.length for result in results], axis=1)
+    return ChainHistory(tuple(results), chain_shape(chain, bends, lengths))
+
+
+def _loaded_history(
+    chain: SegmentChain, pressure: Array, rows: list[tuple], time: Array | None
+) -> list[History]:
+    """Histories of the segments of a loaded chain."""
+    members = tuple(tuple(group) for group in groups_of_equal_structure(rows))
+    stacked = tuple(stack_rows(rows, group) for group in members)
+    parts = tuple(
+        Problem(
+            body, jnp.broadcast_to(pressure[0], (len(m),)), jax.tree.map(lambda x: x[..., 0], drive), memory
+        )
+        for m, (body, drive, memory) in zip(members, stacked, strict=True)
+    )
+    balance, guess = joined(chain, parts, members), None
+    if any(isinstance(a, Resistance) for part in parts for a in part.activations):
+        warm = tuple(
+            dataclasses.replace(
+                part,
+                activations=tuple(
+                    MartensiteFraction(jnp.ones_like(a.ambient)) if isinstance(a, Heating) else a
+                    for a in part.activations
+                ),
+            )
+            for part in parts
+        )
+        guess = _unloaded(joined(chain, warm, members))[1]
+    clock = jnp.zeros(pressure.shape[0]) if time is None else jnp.asarray(time, dtype=float)
+    found = loaded_history(balance, stacked, pressure, clock, guess)
+    ordered: list = [None] * len(rows)
+    for result, group in zip(found, members, strict=True):
+        for at, k in enumerate(group):
+            ordered[k] = jax.tree.map(lambda leaf, at=at: leaf[:, at], result)
+    return ordered
+
+
+def _per_segment(
+    chain: SegmentChain, activations: Sequence[Drive], states: Sequence[tuple[SpringState, ...]] | None
+) -> tuple[tuple[Drive, ...], tuple[tuple[SpringState, ...], ...]]:
+    """Activations and states of every spring, defaults filled in.
+
+    Raises:
+        ValueError: if they do not fit the chain.
+    """
+    springs = [len(segment.springs) for segment in chain.segments]
+    activations = tuple(activations) or tuple(() for _ in springs)
+    states = tuple(states) if states is not None else tuple(None for _ in springs)  # type: ignore[misc]
+    for what, given in (("activations", activations), ("states", states)):
+        if len(given) != len(springs):
+            raise ValueError(
+                f"Argument `{what}` must have one entry per segment, {len(springs)} here, "
+                f"but it has {len(given)}."
+            )
+    cold = MartensiteFraction(1.0)
+    activations = tuple(tuple(a) or (cold,) * n for a, n in zip(activations, springs, strict=True))
+    pairs = zip(states, chain.segments, strict=True)
+    states = tuple(body.fresh_states() if s is None else tuple(s) for s, body in pairs)
+    return activations, states
+
+
+def _raise_for_chain(found: ChainEquilibrium) -> ChainEquilibrium:
+    """Raise the sentence of a loaded chain without equilibrium; under `jit` by a check in the program."""
+    if is_concrete(found.status):
+        if not bool(found.converged):
+            raise RuntimeError(f"The loaded chain: {Status(int(found.status)).sentence}")
+        return found
+    bad = ~found.converged
+    return eqx.branched_error_if(found, bad, found.status, [s.sentence for s in Status])
+
+
+def _raise_for_segment(number: int, result: Equilibrium) -> Equilibrium:
+    """Raise the sentence of a segment that is not in equilibrium; under `jit` by a check in the program."""
+    if is_concrete(result.status) and not bool(result.converged):
+        raise RuntimeError(f"Segment {number}: {Status(int(result.status)).sentence}")
+    return raise_unless_converged(result)

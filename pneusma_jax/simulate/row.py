@@ -1,0 +1,99 @@
+"""One row of an actuator's history: its problem from the memories before it, and the memories after it."""
+
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array
+
+from ..actuator import Actuator
+from ..actuator.balance import Problem
+from ..actuator.result import Equilibrium
+from ..nitinol import SpringState
+from ..nitinol.spring import Activation
+from ..pipeline import Chain, Effect, Known
+
+
+class Bench(eqx.Module):
+    """An actuator with effects, as all rows of a history share it.
+
+    Attributes:
+        actuator: loaded actuator.
+        effects: effects beyond the base model.
+        fixed: values that effects know in every row; empty without effects.
+    """
+
+    actuator: Actuator
+    effects: tuple[Effect, ...]
+    fixed: dict[str, Any]
+
+    @classmethod
+    def of(cls, actuator: Actuator, effects: tuple[Effect, ...]) -> "Bench":
+        """The bench of an actuator."""
+        fixed = dict(actuator=actuator, fibres=actuator.fibres()) if effects else {}
+        return cls(actuator, effects, fixed)
+
+    def problem(
+        self, states: tuple[SpringState, ...], memories: tuple, phases: tuple[Activation, ...], row: tuple
+    ) -> Problem:
+        """The problem of a row.
+
+        Args:
+            states, memories: memories of springs and effects after the row before.
+            phases: activations of the springs.
+            row: pressure as recorded [Pa], time [s], time since the row before [s], and recorded inputs of
+                effects by name.
+        """
+        pressure, time, interval, recorded = row
+        inputs = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | self.fixed | recorded)
+        chain = Chain(self.effects, memories, inputs)
+        pressure = chain.through("pressure", pressure)
+        return Problem(self.actuator, pressure, phases, states, chain.knowing(pressure=pressure))
+
+    def at_rest(self, pressure: Array, states: tuple[SpringState, ...], recorded: dict[str, Any]) -> tuple:
+        """Memories of the effects before the first row, from whose pressure [Pa] and inputs they start."""
+        return Chain.begin(self.effects, pressure=pressure, states=states, **self.fixed, **recorded).memories
+
+
+class Passed(eqx.Module):
+    """Results of a row.
+
+    Attributes:
+        calm: the equilibrium, 0 in place of NaN where there is none.
+        states, memories: memories of springs and effects after the row; those before it without equilibrium.
+        seen: instrument readings `curvature` [1/m], `bend_angle` [rad] and `length` [m].
+    """
+
+    calm: Equilibrium
+    states: tuple[SpringState, ...]
+    memories: tuple
+    seen: dict[str, Array]
+
+
+def passed(problem: Problem, found: Equilibrium, good: Array) -> Passed:
+    """Memories and readings after a row.
+
+    Args:
+        problem: problem of the row.
+        found: its result, NaN without equilibrium.
+        good: true if there is an equilibrium.
+    """
+    # a failed row is NaN: what it would commit is replaced before the memory's laws see it
+    calm = jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, found)
+    pairs = zip(problem.actuator.springs, problem.states, calm.springs, strict=True)
+    committed = tuple(spring.remember(state, response) for spring, state, response in pairs)
+    seen = problem.chain.through("outputs", _shown(found), solved=found)
+    # memories of shown values start from finite ones too
+    later = problem.chain.remembered(solved=calm, seen=_shown(calm)) if problem.chain.effects else ()
+    keep = lambda new, old: jnp.where(good, new, old)  # noqa: E731
+    return Passed(
+        calm,
+        jax.tree.map(keep, committed, problem.states),
+        jax.tree.map(keep, later, problem.chain.memories),
+        seen,
+    )
+
+
+def _shown(found: Equilibrium) -> dict[str, Array]:
+    return dict(curvature=found.curvature, bend_angle=found.bend_angle, length=found.length)

@@ -1,0 +1,89 @@
+"""A spring on a test stand, its memory carried along a history of elongation by one scan."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from ..nitinol import Spring, SpringResponse, SpringState
+from ..nitinol.spring import Activation
+from ..numerics.safe import begun_as
+from ..pipeline import Chain, Effect, Known, as_recorded
+from .load_train import strain_in_train
+
+
+class SpringHistory(eqx.Module):
+    """A simulated test of one spring on a stand.
+
+    Attributes:
+        rows: response of the spring in every row.
+        states: memory of the spring after every row.
+        seen: instrument readings `force` [N] and `resistance` [ohm], shape (rows,).
+    """
+
+    rows: SpringResponse
+    states: SpringState
+    seen: dict[str, Array]
+
+
+@eqx.filter_jit
+def simulate_spring(
+    spring: Spring,
+    elongation: Float[Array, "rows"],
+    activation: Activation,
+    state: SpringState | None = None,
+    *,
+    time: Float[Array, "rows"] | None = None,
+    effects: tuple[Effect, ...] = (),
+    temperature: Float[Array, "rows"] | None = None,
+) -> SpringHistory:
+    """One spring on a test stand, stretched along a history of elongation.
+
+    Args:
+        spring: spring with `attached_length` equal to its free length, as on a stand.
+        elongation: elongation from the attached length [m], shape (rows,).
+        activation: activation with arrays of shape (rows,) or (): `MartensiteFraction` for an isothermal
+            test, `Resistance` for an isoresistive one, `Temperature` for one that temperature drives.
+        state: memory before the first row; fresh and never stretched where None.
+        time: time [s], shape (rows,), for effects that depend on rate or duration.
+        effects: effects beyond the base model; their memories start at rest.
+        temperature: temperature of the spring [degC], shape (rows,), for effects that depend on it.
+    """
+    rows = jnp.shape(elongation)[0]
+    state = SpringState.fresh(0.0) if state is None else state
+    state = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), state)
+    spread = jax.tree.map(lambda x: jnp.broadcast_to(x, (rows, *x.shape[1:])), activation)
+    clock = jnp.zeros(rows) if time is None else jnp.asarray(time, dtype=float)
+    elongation = jnp.asarray(elongation, dtype=float)
+    recorded = {} if temperature is None else {"temperature": jnp.broadcast_to(temperature, (rows,))}
+    span = jnp.max(jnp.abs(elongation))
+
+    def step(carry: tuple, row: tuple) -> tuple:
+        state, memories = carry
+        elongation, activation, time, interval, recorded = row
+        known = Known(dict(time=time, interval=interval, number=1, span=span) | recorded)
+        chain = Chain(effects, memories, known)
+        if chain.acts_at("compliance"):
+            train = chain.through("compliance", jnp.zeros(2))
+
+            def pull(given: tuple, length: Array) -> Array:
+                spring, activation, state, chain = given
+                return spring.pull(length, activation, state, chain)
+
+            given = spring, activation, state, chain
+            in_train = lambda length: strain_in_train(pull, given, length, *train)  # noqa: E731
+            elongation = chain.where_acting("compliance", in_train, lambda length: length, elongation)
+        response = spring.respond(elongation, activation, state, chain)
+        after = spring.remember(state, response)
+        true = dict(force=response.force, resistance=response.resistance)
+        more = dict(spring=spring, solved=response, elongation=elongation)
+        seen = chain.through("outputs", true, **more)
+        later = chain.remembered(**more, seen=true) if effects else ()
+        return (after, later), (response, after, seen)
+
+    begun = jax.tree.map(lambda x: x[0], recorded)
+    at_rest = Chain.begin(effects, spring=spring, number=1, states=(state,), **begun)
+    history = (elongation, spread, clock, jnp.diff(clock, prepend=clock[:1]), recorded)
+    first = begun_as((state, at_rest.memories), (spring, effects, history))
+    _, (responses, memories, seen) = jax.lax.scan(step, first, history)  # type: ignore[var-annotated]
+    return SpringHistory(responses, memories, as_recorded(effects, seen, clock))
