@@ -5,6 +5,7 @@
     python benchmarks/propagate_speed.py kills --rows 200000       # killed ten times: the same bytes?
     python benchmarks/propagate_speed.py dask --rows 200000        # one process, and two workers of a cluster
     python benchmarks/propagate_speed.py probability --plain 1e8   # of a linear Gaussian limit, 1e-2 to 1e-6
+    python benchmarks/propagate_speed.py actuator --rows 1000000   # of PneuSMA2, beside plain rows
 
 `rate`, `kills` and `dask` run the command in processes of their own. Processor time stands beside wall-clock
 time, which other work on the machine makes longer.
@@ -13,7 +14,6 @@ time, which other work on the machine makes longer.
 import argparse
 import os
 import random
-import resource
 import subprocess
 import sys
 import tempfile
@@ -60,15 +60,20 @@ def command(study, out, *options):
             *options]  # fmt: skip
 
 
-def measured(words):
-    """Wall-clock and processor seconds and peak memory of a command [MiB]."""
-    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    done = subprocess.run(words, capture_output=True, text=True)
-    if done.returncode:
-        raise SystemExit(done.stderr)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    processor = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return time.perf_counter() - began, processor, after.ru_maxrss / 1024.0
+def measured(*commands):
+    """Wall-clock and processor seconds and peak memory [MiB] of commands that run side by side."""
+    began, processor, memory = time.perf_counter(), 0.0, 0.0
+    with tempfile.TemporaryFile() as said:
+        started = [subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=said) for words in commands]
+        for process in started:
+            _, ended, used = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(ended)
+            processor += used.ru_utime + used.ru_stime
+            memory = max(memory, used.ru_maxrss / 1024.0)
+        if any(process.returncode for process in started):
+            said.seek(0)
+            raise SystemExit(said.read().decode())
+    return time.perf_counter() - began, processor, memory
 
 
 def rate(options):
@@ -138,25 +143,33 @@ def against(options):
 
 
 def dask(options):
-    """Processor time of a chunk in one process and on two workers, without the start: from two sizes."""
+    """Processor time of a chunk, without the start: from two sizes.
+
+    One worker against one process is what Dask costs. Two workers are to be held against two processes that
+    run side by side without Dask: cores that share caches and memory are slower than one alone.
+    """
     kind, cost = CHEAP if options.cheap else ACTUATOR, {}
+    ways = {
+        "one process": (1, ("--devices", "1")),
+        "one worker": (1, ("--workers", "1")),
+        "two processes side by side": (2, ("--devices", "1")),
+        "two workers": (1, ("--workers", "2")),
+    }
     with tempfile.TemporaryDirectory() as folder:
         for rows in (options.rows // 10, options.rows):
-            for name, more in (("one process", ("--devices", "1")), ("two workers", ("--workers", "2"))):
-                out = Path(folder) / f"{name}-{rows}"
-                cost[name, rows] = measured(
-                    command(write(folder, rows, options.chunk, kind=kind), out, *more)
-                )
-        names = ("one process", "two workers")
-        folders = [Path(folder) / f"{name}-{options.rows}" / "chunks" for name in names]
-        files = [sorted(place.iterdir()) for place in folders]
-        same = all(a.read_bytes() == b.read_bytes() for a, b in zip(*files, strict=True))
+            for name, (count, more) in ways.items():
+                study = write(folder, rows // count, options.chunk, kind=kind)
+                outs = [Path(folder) / f"{name}-{rows}-{k}" for k in range(count)]
+                cost[name, rows] = measured(*[command(study, out, *more) for out in outs])
+        names = ("one process", "one worker", "two workers")
+        folders = [Path(folder) / f"{name}-{options.rows}-0" / "chunks" for name in names]
+        files = [[path.read_bytes() for path in sorted(place.iterdir())] for place in folders]
     chunks = 0.9 * options.rows / options.chunk
-    for name in ("one process", "two workers"):
+    for name in ways:
         few, many = cost[name, options.rows // 10], cost[name, options.rows]
         print(f"{name}: start {few[1]:.1f} s of processor, {(many[1] - few[1]) / chunks:.4f} s a chunk; "
               f"{many[0]:.1f} s in all")  # fmt: skip
-    print(f"the same bytes: {same}")
+    print(f"the same bytes: {files[0] == files[1] == files[2]}")
 
 
 def kills(options):
@@ -238,7 +251,39 @@ def probability(options):
         print(f"       {time.process_time() - began:.0f} s of processor")
 
 
-WHAT = {"rate": rate, "against": against, "kills": kills, "dask": dask, "probability": probability}
+def actuator(options):
+    """Small probabilities of PneuSMA2's curvature, beside as many plain random rows as were asked for."""
+    from scipy import stats
+
+    import pneusma_jax as pj
+    from fitting.propagate import propagate
+
+    pj.enable_float64()
+    levels = (1e-2, 1e-3, 1e-4)
+    with tempfile.TemporaryDirectory() as folder:
+        few = propagate(write(folder, max(20_000, options.rows // 10), options.chunk), Path(folder) / "few")
+        limits = few.quantiles([1.0 - level for level in levels])[:, 0]
+        study = Path(folder) / "study.toml"
+        text = study.read_text().replace('method = "sobol"', f'method = "monte_carlo"\nseed = {options.seed}')
+        text = text.replace(f"rows = {max(20_000, options.rows // 10)}", f"rows = {options.rows}")
+        limits = [f'[[limit]]\non = "curvature_1pm"\nabove = {limit:.4f}\n' for limit in limits]
+        study.write_text(text + "".join(limits) + "[rare]\n")
+        result = propagate(study, Path(folder) / "out")
+    count = int(result.summary.moments.count[0])
+    for limit in result.problem.study.limits:
+        failed, rare = int(result.summary.beyond[limit.words][-1]), result.rare[limit.words]
+        low, high = stats.binomtest(failed, count).proportion_ci()
+        print(f"{limit.words}: {count:,} plain rows {failed / count:.3e}, {low:.2e} to {high:.2e}")
+        for name, part in (("subset simulation", rare.subset), ("importance sampling", rare.form)):
+            low, high = part.interval
+            print(f"       {name} {part.probability:.3e}, {low:.2e} to {high:.2e}")
+        print(f"       FORM {rare.form.by_form}; {rare.rows:,} rows; agree: {rare.agree}")
+
+
+WHAT = {
+    "rate": rate, "against": against, "kills": kills, "dask": dask, "probability": probability,
+    "actuator": actuator,
+}  # fmt: skip
 
 
 def main():

@@ -1,7 +1,7 @@
 """Recovery over many simulated campaigns: bias, coverage of 90 % intervals, simulation-based calibration.
 
     python benchmarks/recovery.py spring|spring_open|tube|wire|actuator [--campaigns 100] [--minutes 15]
-                                  [--posterior [--steps 20000]] [--seeds FIRST] [--file FILE]
+                                  [--posterior [--steps 20000]] [--seeds FIRST] [--dir FOLDER] [--workers 2]
 
 `spring_open` leaves the whole alloy open (`alloy = "fit"`), its truth drawn from the priors of a nitinol that
 nobody has characterised.
@@ -11,8 +11,8 @@ of wires are only tolerances of the simulation, narrower than the table's priors
 in the posteriors are uniform if all is right (Talts et al., arXiv:1804.06788). With `--posterior` emcee runs
 too; without it ranks and intervals are those of the fit's Gaussian (Laplace). Fewer `--steps` than a quotable
 posterior needs serve here, where a chain only places the truth: chains count from 400 effective samples and
-R-hat below 1.05. Finished campaigns are
-kept in the file, so an interrupted run goes on; a partial count is reported with its own 95 % interval.
+R-hat below 1.05. Each campaign is a file in a folder, so an interrupted run goes on; a partial count is
+reported with its own 95 % interval.
 """
 
 import argparse
@@ -20,11 +20,13 @@ import json
 import os
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
+from campaigns import add_arguments, campaigns_done
 from posterior_coverage import LEVEL, clopper_pearson
 
 BINS = 10
@@ -64,10 +66,10 @@ def truths(record: dict, names: list[str]) -> dict[str, float]:
     return found
 
 
-def one_campaign(kind: str, seed: int, steps: int) -> dict:
+def one_campaign(kind: str, seed: int, steps: int, noise: dict | None = None) -> dict:
     """Simulate and fit one campaign; for each parameter its error and the truth's place in the posterior.
 
-    With `steps` of emcee at most; with none there is only the fit.
+    With `steps` of emcee at most; with none there is only the fit. `noise` says how noise lasts.
     """
     from scipy.stats import norm
 
@@ -76,7 +78,8 @@ def one_campaign(kind: str, seed: int, steps: int) -> dict:
 
     began = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
-        write_synthetic(synthesise(KINDS.get(kind, kind), seed=seed, **WISHES[kind]), Path(folder) / "made")
+        made = synthesise(KINDS.get(kind, kind), seed=seed, **WISHES[kind], **(noise or {}))
+        write_synthetic(made, Path(folder) / "made")
         record = json.loads((Path(folder) / "made" / "truth.json").read_text())
         fit = characterise(Path(folder) / "made", **OPTIONS.get(kind, {}))
     entry = {"seed": seed, "z": {}, "laplace": {}, "emcee": {}, "seconds": 0.0}
@@ -171,29 +174,23 @@ def main() -> None:
     """Run what is missing, then report."""
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("kind", choices=list(WISHES))
-    arguments.add_argument("--campaigns", type=int, default=100)
-    arguments.add_argument("--minutes", type=float, default=np.inf, help="begin no campaign after these")
+    add_arguments(arguments, 100)
     arguments.add_argument("--posterior", action="store_true", help="sample by emcee, too")
     arguments.add_argument("--steps", type=int, default=20000, help="of emcee at most")
     arguments.add_argument("--seeds", type=int, default=FIRST_SEED, help="first seed")
-    arguments.add_argument("--file", type=Path, help="results so far; KIND_recovery.jsonl by default")
     arguments.add_argument("--drift", type=float, default=0.0, help="of zeros, in units of noise")
     arguments.add_argument("--noise-time", type=float, default=0.0, help="over which noise is correlated [s]")
-    arguments.add_argument("--report", action="store_true", help="only report what is in the file")
     given = arguments.parse_args()
-    from pneusma_jax import enable_float64
-
-    enable_float64()
-    WISHES[given.kind] |= {"drift": given.drift, "noise_time_s": given.noise_time}
-    file = given.file or Path(f"{given.kind}_recovery.jsonl")
-    done = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
-    known, began = {entry["seed"] for entry in done}, time.perf_counter()
-    for seed in range(given.seeds, given.seeds + given.campaigns):
-        in_time = time.perf_counter() - began < 60.0 * given.minutes
-        if seed not in known and not given.report and in_time:
-            done.append(one_campaign(given.kind, seed, given.steps if given.posterior else 0))
-            with file.open("a") as stream:
-                stream.write(json.dumps(done[-1]) + "\n")
+    campaign = partial(
+        one_campaign,
+        given.kind,
+        steps=given.steps if given.posterior else 0,
+        noise={"drift": given.drift, "noise_time_s": given.noise_time},
+    )
+    seeds = range(given.seeds, given.seeds + given.campaigns)
+    options = {"posterior": given.posterior, "drift": given.drift, "noise_time": given.noise_time}
+    usual = "_".join([given.kind, "recovery", *(f"{name}{x:g}" for name, x in options.items() if x)])
+    done, _, _ = campaigns_done(campaign, seeds, given, usual)
     report(given.kind, done)
 
 

@@ -1,5 +1,7 @@
 """The benchmark of the core runs, and leaves what it says."""
 
+import argparse
+import importlib
 import json
 import subprocess
 import sys
@@ -24,3 +26,27 @@ def test_a_tiny_run_leaves_table_figures_and_plot(tmp_path):
     assert done.stdout == (tmp_path / "core_speed.txt").read_text() + "\n"
     assert "Nelder-Mead, NumPy residual" in done.stdout
     assert (tmp_path / "core_speed.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_campaigns_are_counted_once_and_go_on_where_they_ended(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    campaigns = importlib.import_module("campaigns")
+    parser = argparse.ArgumentParser()
+    campaigns.add_arguments(parser, 4)
+    earlier = tmp_path / "earlier.jsonl"
+    earlier.write_text('{"seed": 3, "square": 9}\n')
+    asked = []
+
+    def campaign(seed):
+        asked.append(seed)
+        return {"seed": seed, "square": seed**2}
+
+    def run(*options):
+        given = parser.parse_args(["--dir", str(tmp_path / "made"), *options])
+        return campaigns.campaigns_done(campaign, range(3, 3 + given.campaigns), given, "usual")[:2]
+
+    assert run("--minutes", "0") == ([], 0) and not asked
+    assert run("--campaigns", "2") == ([{"seed": 3, "square": 9}, {"seed": 4, "square": 16}], 2)
+    done, new = run("--file", str(earlier))
+    assert new == 2 and sorted(entry["seed"] for entry in done) == [3, 4, 5, 6] and asked == [3, 4, 5, 6]
+    assert run("--report", "--campaigns", "9") == (done, 0)

@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+import pneusma_jax as pj
 from pneusma_jax.errors import InputError
 
 from .plant import Memory, Plant, Seen
@@ -126,17 +127,54 @@ class Loop:
         Raises:
             InputError: for an actuator that is not bent in a plane by two springs.
         """
-        for one in (plant, model):
-            if not one.body.planar or len(one.body.springs) != 2:
-                raise InputError("a closed loop needs an actuator that is bent in a plane by two springs")
-        inputs = (jnp.asarray(self.time), jnp.asarray(self.wanted), jnp.asarray(self.pressure))
-        currents, planned = _plan(model, *inputs, self.gains, self.converter)
-        noise = jax.random.normal(jax.random.key(self.seed), planned.resistances.shape) * self.converter.noise
-        seen, observed, used, read = _drive(
-            plant, model, *inputs, currents, planned.resistances, noise, self.gains, self.converter
-        )
-        arrays = (self.time, self.wanted, seen.curvature, planned.curvature, observed.curvature, used, read)
+        check_plane(plant.body)
+        check_plane(model.body)
+        plan = self.planned(model)
+        shape = plan[1].resistances.shape
+        noise = jax.random.normal(jax.random.key(self.seed), shape) * self.converter.noise
+        seen, observed, used, read = self.driven(plant, model, plan, noise)
+        arrays = (self.time, self.wanted, seen.curvature, plan[1].curvature, observed.curvature, used, read)
         return Run(*(np.asarray(x) for x in (*arrays, seen.fractions, seen.good)))
+
+    def planned(self, model: Plant) -> tuple[Array, Seen]:
+        """Squares of the currents with which the model follows [A2], and what it shows then."""
+        return _plan(
+            model, jnp.asarray(self.time), jnp.asarray(self.wanted), jnp.asarray(self.pressure), self.gains,
+            self.converter,
+        )  # fmt: skip
+
+    def driven(
+        self,
+        plant: Plant,
+        model: Plant,
+        plan: tuple[Array, Seen],
+        noise: Array,
+        pressure: Array | None = None,
+    ) -> tuple[Seen, Seen, Array, Array]:
+        """What the plant shows, what the observer thinks, currents [A] and readings [ohm]; may be traced.
+
+        Args:
+            plant: what is driven; model: what the controller thinks it is.
+            plan: from `planned`.
+            noise: of the readings [ohm], shape (rows, springs).
+            pressure: gauge, in the plant [Pa]; that of the plan if None. The controller is not told.
+        """
+        inside = self.pressure if pressure is None else pressure
+        squares, shown = plan
+        return _drive(
+            plant, model, jnp.asarray(self.time), jnp.asarray(inside), jnp.asarray(self.pressure), squares,
+            shown.resistances, noise, self.gains, self.converter,
+        )  # fmt: skip
+
+
+def check_plane(body: pj.Actuator) -> None:
+    """Refuse what a loop cannot drive.
+
+    Raises:
+        InputError: for an actuator that is not bent in a plane by two springs.
+    """
+    if not body.planar or len(body.springs) != 2:
+        raise InputError("a closed loop needs an actuator that is bent in a plane by two springs")
 
 
 def _limited(square: Array, converter: Converter) -> Array:
@@ -174,8 +212,8 @@ def _plan(
 
 @eqx.filter_jit
 def _drive(
-    plant: Plant, model: Plant, time: Array, wanted: Array, pressure: Array, squares: Array, targets: Array,
-    noise: Array, gains: Gains, converter: Converter,
+    plant: Plant, model: Plant, time: Array, real_pressure: Array, pressure: Array, squares: Array,
+    targets: Array, noise: Array, gains: Gains, converter: Converter,
 ) -> tuple[Seen, Seen, Array, Array]:  # fmt: skip
     """The real run: what the plant shows, what the observer thinks, currents and readings."""
     interval = jnp.diff(time, prepend=time[:1])
@@ -189,14 +227,14 @@ def _drive(
         more = gains.resistance * error * interval / gains.resistance_time
         inside = ((wanted < converter.current**2) | (error < 0.0)) & ((wanted > 0.0) | (error > 0.0))
         integral = jnp.where(inside, integral + more, integral)
-        real, seen = plant.step(real, pressure, currents, time, interval)
+        real, seen = plant.step(real, real_pressure, currents, time, interval)
         reading = jnp.round((seen.resistances + noise) / converter.resolution) * converter.resolution
         own, guess = model.step(own, pressure, currents, time, interval)
         own = _corrected(own, guess, reading, gains, converter)
         return (real, own, reading, integral), (seen, guess, currents, reading)
 
     begin = model.begin(pressure)
-    first = (plant.begin(pressure), begin, targets[0], jnp.zeros(targets.shape[1]))
+    first = (plant.begin(real_pressure), begin, targets[0], jnp.zeros(targets.shape[1]))
     return jax.lax.scan(step, first, (time, interval, squares, targets, noise))[1]
 
 

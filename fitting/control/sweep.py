@@ -66,11 +66,16 @@ class Sweep(Result):
     cases: tuple[Case, ...]
 
 
-def usual_loop(seed: int = 0) -> Loop:
-    """A step to 20 1/m, held, then a sine of 8 1/m about it."""
+def usual_loop(seed: int = 0, level: float = LEVEL, swing: float = SWING) -> Loop:
+    """A step to a curvature, held, then a sine about it.
+
+    Args:
+        seed: of the noise.
+        level: after the step [1/m]; swing: of the sine [1/m].
+    """
     time = np.arange(0.0, UNTIL, INTERVAL)
-    sine = SWING * np.sin(2.0 * np.pi * (time - HOLD) / PERIOD)
-    return Loop(time, np.where(time < STEP, 0.0, LEVEL) + np.where(time < HOLD, 0.0, sine), seed=seed)
+    sine = swing * np.sin(2.0 * np.pi * (time - HOLD) / PERIOD)
+    return Loop(time, np.where(time < STEP, 0.0, level) + np.where(time < HOLD, 0.0, sine), seed=seed)
 
 
 def all_effects(chosen: Mapping[str, Mapping[str, float]]) -> tuple[Effect, ...]:

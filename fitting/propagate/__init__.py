@@ -6,6 +6,6 @@ compute.
 
 from .problem import build_problem
 from .reading import read_study
-from .result import Propagation, propagate
+from .result import Propagation, begun, propagate
 
-__all__ = ["Propagation", "build_problem", "propagate", "read_study"]
+__all__ = ["Propagation", "begun", "build_problem", "propagate", "read_study"]

@@ -4,16 +4,23 @@ A score z has the probability Phi(z) below it. Scores, and not probabilities, be
 correlates them, subset simulation and FORM live in their space, and upper tails keep their digits.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 from jaxtyping import Float
 from scipy import stats
+from scipy.interpolate import PchipInterpolator
 from scipy.special import ndtr, ndtri
 
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import to_si
+
+SPACING = 0.2
+"""Distance of the scores at which quantiles of draws are joined: a twentieth of the range of 4,000 draws."""
+BEYOND = 10
+"""Draws beyond the outermost of these scores: their number is known to a third of itself."""
 
 
 class Marginal(Protocol):
@@ -103,29 +110,50 @@ class FromScipy:
 
 @dataclass(frozen=True, eq=False)
 class Empirical:
-    """Draws of a posterior, joined by straight lines between their quantiles.
+    """Draws of a posterior, as a smooth function of the score.
+
+    The quantiles of the draws are joined by a monotone cubic, whose slope FORM can follow. The tails are
+    those of a normal distribution, and end at the outermost draws: of what lies beyond, draws say nothing.
 
     Attributes:
         values: values in ascending order [SI], shape (draws,).
     """
 
     values: Float[np.ndarray, " draws"]
+    _curve: PchipInterpolator = field(init=False, repr=False)
 
-    def _place(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        place = ndtr(z) * (len(self.values) - 1)
-        first = np.minimum(place.astype(int), len(self.values) - 2)
-        return first, place - first
+    def __post_init__(self) -> None:
+        count = len(self.values)
+        scores = ndtri((np.arange(count) + 0.5) / count)
+        end = -ndtri(min(BEYOND, 0.25 * count) / count)
+        knots = np.linspace(-end, end, 1 + 2 * math.ceil(end / SPACING))
+        curve = PchipInterpolator(knots, np.interp(knots, scores, self.values), extrapolate=False)
+        object.__setattr__(self, "_curve", curve)
+
+    @property
+    def _ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """Outermost scores of the curve, and the slopes of the tails: those of the last half sigma inside."""
+        outer = self._curve.x[[0, -1]]
+        inner = outer - 0.5 * np.sign(outer)
+        return outer, (self._curve(outer) - self._curve(inner)) / (outer - inner)
+
+    def _unbound(self, z: np.ndarray) -> np.ndarray:
+        (low, high), (falling, rising) = self._ends
+        below, above = np.minimum(z - low, 0.0), np.maximum(z - high, 0.0)
+        return self._curve(np.clip(z, low, high)) + falling * below + rising * above
 
     def at(self, z: np.ndarray) -> np.ndarray:
         """See `Marginal`."""
-        first, rest = self._place(np.asarray(z, float))
-        return self.values[first] + rest * (self.values[first + 1] - self.values[first])
+        return np.clip(self._unbound(np.asarray(z, float)), self.values[0], self.values[-1])
 
     def slope(self, z: np.ndarray) -> np.ndarray:
-        """See `Marginal`; over a hundredth of the draws, because single ones lie anywhere."""
+        """See `Marginal`; zero where the values end."""
         z = np.asarray(z, float)
-        half = 0.05
-        return (self.at(z + half) - self.at(z - half)) / (2.0 * half)
+        (low, high), (falling, rising) = self._ends
+        inside = self._curve(np.clip(z, low, high), 1)
+        slope = np.where(z < low, falling, np.where(z > high, rising, inside))
+        value = self._unbound(z)
+        return np.where((value < self.values[0]) | (value > self.values[-1]), 0.0, slope)
 
     @property
     def words(self) -> str:

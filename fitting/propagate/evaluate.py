@@ -50,33 +50,43 @@ class Evaluator:
     def with_gradient(
         self, of: Callable[[Array], Array], x: Float[np.ndarray, "rows values"], name: str
     ) -> tuple[np.ndarray, np.ndarray]:
-        """A number of each row, and its derivatives by the row's values.
+        """A number of each row, and its derivatives by the row's values, on one device.
+
+        Searches ask for few rows. And reverse derivatives of Optimistix's root finds cannot be traced inside
+        of `shard_map`.
 
         Args:
             of: columns of one row, shape (columns,), to the number.
             x: values of the rows.
             name: name of this function.
         """
-        return self._in_calls(name, jax.value_and_grad(lambda row: of(self._row(row)[0])), x)
+        return self._in_calls(name, jax.value_and_grad(lambda row: of(self._row(row)[0])), x, spread=False)
 
-    def _in_calls(self, name: str, row: Callable, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _in_calls(
+        self, name: str, row: Callable, x: np.ndarray, spread: bool = True
+    ) -> tuple[np.ndarray, np.ndarray]:
         step = next((size for size in SMALLER if len(x) <= size), CALL)
-        parts = [self._call(name, row, x[first : first + step], step) for first in range(0, len(x), step)]
+        pieces = [x[first : first + step] for first in range(0, len(x), step)]
+        parts = [self._call(name, row, piece, step, spread) for piece in pieces]
         return tuple(np.concatenate(part) for part in zip(*parts, strict=True))
 
-    def _call(self, name: str, row: Callable, x: np.ndarray, step: int) -> tuple[np.ndarray, np.ndarray]:
+    def _call(
+        self, name: str, row: Callable, x: np.ndarray, step: int, spread: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
         whole = self.devices * self._together * -(-step // (self.devices * self._together))
         padded = np.concatenate([x, np.broadcast_to(x[-1:], (whole - len(x), x.shape[1]))])
-        found = self._program(name, row)(jax.device_put(padded, self._split))
+        placed = jax.device_put(padded, self._split if spread else self._mesh.devices[0])
+        found = self._program(name, row, spread)(placed)
         return tuple(np.asarray(part)[: len(x)] for part in found)
 
-    def _program(self, name: str, row: Callable) -> Callable:
+    def _program(self, name: str, row: Callable, spread: bool) -> Callable:
         """Compiled for each number of rows of a call that is asked for."""
         if name not in self._programs:
             together = self._together
             part = lambda x: jax.lax.map(row, x, batch_size=together)  # noqa: E731
-            spread = jax.shard_map(
-                part, mesh=self._mesh, in_specs=P("rows"), out_specs=P("rows"), check_vma=False
-            )
-            self._programs[name] = jax.jit(spread)
+            if spread:
+                part = jax.shard_map(
+                    part, mesh=self._mesh, in_specs=P("rows"), out_specs=P("rows"), check_vma=False
+                )
+            self._programs[name] = jax.jit(part)
         return self._programs[name]

@@ -8,13 +8,14 @@ import numpy as np
 
 from fitting.data import hdf5
 from fitting.inference.parameters.ties import RESERVED
+from fitting.specimens.rows import MARK
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import UNITS, dimension_of, to_si
 
 from .distributions import Gaussian, Marginal, from_scipy
 from .inputs import Draws, Inputs, copula_of, correlation_matrix
 from .reading import number_in
-from .responses import Known, Response
+from .responses import NOISE, Known, Response
 from .study import Study
 
 CUT = 4.0
@@ -42,8 +43,14 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
         InputError: for a name that the model does not have, a distribution that is none, or correlations that
             no inputs can have.
     """
-    vary, known = study.vary, response.known
-    for name in (*study.inputs, *vary.tolerance, *vary.leave_out):
+    vary, known, notices = study.vary, response.known, []
+    draws = None if vary.posterior is None else read_draws(study.folder / vary.posterior)
+    drawn = () if draws is None else draws.names
+    if draws is not None:
+        draws, notices = _draws_of_model(draws, study, known)
+    for name in (*study.inputs, *vary.tolerance, *(n for n in vary.leave_out if n not in drawn)):
+        if name == NOISE and name in known:
+            raise InputError(f"{study.path}: {name!r} is drawn by [noise] already; leave it out here")
         if name not in known:
             raise InputError(
                 f"{study.path}: the model has no number {name!r} to vary, {nearest(name, known)}"
@@ -55,7 +62,7 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
     }
     if vary.priors and not marginals:
         raise InputError(f"{study.path}: [vary] priors: none of the numbers has a prior to draw from")
-    notices = _drop_tied(marginals, study, response)
+    notices += _drop_tied(marginals, study, response)
     for name, relative in vary.tolerance.items():
         if name in study.inputs:
             raise InputError(f"{study.path}: {name!r} has a tolerance and a table [input.{name}]; keep one")
@@ -66,18 +73,54 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
         marginals[name] = Gaussian(value, sd, value - CUT * sd, value + CUT * sd)
     for name, entry in study.inputs.items():
         marginals[name] = _marginal(entry, name, known[name], study)
-    draws = None
-    if vary.posterior is not None:
-        draws = read_draws(study.folder / vary.posterior)
+    if NOISE in known and study.noise:
+        marginals[NOISE] = from_scipy("uniform", {"loc": 0.0, "scale": 1.0}, "1", str(study.path))
+    if draws is not None:
         for name in draws.names:
             if name not in known:
-                raise InputError(f"{draws.source}: the model has no number {name!r}, {nearest(name, known)}")
+                raise InputError(
+                    f"{draws.source}: the model has no number {name!r}, {nearest(name, known)}; or name it "
+                    "in [vary] leave_out"
+                )
             if name in study.inputs or name in vary.tolerance:
                 raise InputError(
                     f"{study.path}: {name!r} is in the posterior, and varies otherwise, too; keep one"
                 )
             marginals.pop(name, None)
     return _joined(study, marginals, draws), notices
+
+
+def _draws_of_model(draws: Draws, study: Study, known: Mapping[str, Known]) -> tuple[Draws, list[str]]:
+    """Draws of the numbers of one specimen, and sentences on what is left out.
+
+    A posterior of several specimens has their numbers as `wall_thickness__2`. The names of an expression are
+    the user's own, and stay as they are.
+
+    Raises:
+        InputError: if it is of several and the study does not say which one is meant, or of too few.
+    """
+    wanted, left_out = study.vary.posterior_specimen, study.vary.leave_out
+    parts = {name: ("", "", "") if name in known else name.partition(MARK) for name in draws.names}
+    count = max((int(number) for _, _, number in parts.values() if number.isdigit()), default=1)
+    if count > 1 and wanted is None:
+        raise InputError(
+            f"{draws.source}: this posterior is of {count} specimens; say in [vary] which one is meant, "
+            f"posterior_specimen = 1 to {count} in the order of their campaign"
+        )
+    if wanted is not None and wanted > count:
+        raise InputError(
+            f"{study.path}: [vary] posterior_specimen = {wanted}, but {draws.source} is of {count}"
+        )
+    kept, names = [], []
+    for column, name in enumerate(draws.names):
+        stem, mark, number = parts[name]
+        if not {name, stem} & set(left_out) and (not mark or number == str(wanted)):
+            kept.append(column)
+            names.append(stem or name)
+    if not kept:
+        raise InputError(f"{draws.source}: [vary] leave_out leaves nothing of this posterior")
+    said = [f"of the posterior, only the numbers of specimen {wanted} play a part"] if count > 1 else []
+    return Draws(tuple(names), draws.table[:, kept], draws.source), said
 
 
 def _drop_tied(marginals: dict[str, Marginal], study: Study, response: Response) -> list[str]:

@@ -125,9 +125,24 @@ def build_problem(study: Study) -> Problem:
             f"{study.path}: [sampling] a Sobol sequence has {MOST_POINTS:,} points; take method = "
             "'monte_carlo'"
         )
-    if study.rare is not None and not study.limits:
-        raise InputError(f"{study.path}: [rare] needs a [[limit]], which says what a failure is")
+    _check_rare(study, response, inputs)
     return Problem(study, response, inputs, columns, design, groups, (*response.notices, *notices))
+
+
+def _check_rare(study: Study, response: Response, inputs: Inputs) -> None:
+    """Refuse small probabilities that cannot be found."""
+    if study.rare is None:
+        return
+    where = f"{study.path}: [rare]"
+    if not study.limits:
+        raise InputError(f"{where} needs a [[limit]], which says what a failure is")
+    if "form" in study.rare.methods and not response.smooth:
+        raise InputError(f"{where} FORM needs derivatives, and here are steps; take methods = ['subset']")
+    if "form" in study.rare.methods and inputs.draws is not None:
+        raise InputError(
+            f"{where} FORM needs derivatives, which draws picked one by one have not; take posterior_as = "
+            "'copula', or methods = ['subset']"
+        )
 
 
 def _names_of_expressions(study: Study) -> dict[str, float]:

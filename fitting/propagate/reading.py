@@ -17,9 +17,9 @@ from .study import LEAST_CHUNK, MOST_CHUNK, MOST_ROWS, Indices, Rare, Sampling, 
 SCHEMA = "pneusma-study/1"
 TOP = (
     "schema", "name", "description", "model", "vary", "input", "correlation", "output", "limit", "sampling",
-    "indices", "rare",
+    "indices", "rare", "noise",
 )  # fmt: skip
-THROUGH = ("state", "workspace", "protocol", "recording", "chain", "expression")
+THROUGH = ("state", "workspace", "protocol", "recording", "chain", "closed_loop", "expression")
 METHODS_OF_RARE = ("subset", "form")
 _EXAMPLES = resources.files("calibration_data").joinpath("examples", "studies")
 
@@ -53,9 +53,11 @@ def read_study(path: str | Path) -> Study:
                 f"{path}: [input.{name}] must be a table with a distribution, but it is {entry!r}"
             )
     vary = _vary(_table(document, "vary", path), path)
-    if not (inputs or vary.priors or vary.posterior or vary.tolerance):
+    noise = _noise(_table(document, "noise", path), path)
+    if not (inputs or vary.priors or vary.posterior or vary.tolerance or noise):
         raise InputError(
-            f"{path}: nothing varies: add a table [input.NAME], or [vary] with priors, tolerance or posterior"
+            f"{path}: nothing varies: add a table [input.NAME], or [vary] with priors, tolerance or"
+            " posterior, or [noise]"
         )
     indices = document.get("indices")
     rare = document.get("rare")
@@ -74,6 +76,7 @@ def read_study(path: str | Path) -> Study:
         sampling=_sampling(_table(document, "sampling", path), path),
         indices=None if indices is None else _indices(_table(document, "indices", path), path),
         rare=None if rare is None else _rare(_table(document, "rare", path), path),
+        noise=noise,
     )
 
 
@@ -127,7 +130,8 @@ def _names(table: Mapping[str, Any], key: str, where: str) -> tuple[str, ...]:
 
 def _vary(table: Mapping[str, Any], path: Path) -> Vary:
     where = f"{path}: [vary]"
-    check_keys(table, ("priors", "leave_out", "posterior", "posterior_as", "tolerance"), where)
+    known_keys = ("priors", "leave_out", "posterior", "posterior_as", "posterior_specimen", "tolerance")
+    check_keys(table, known_keys, where)
     known = (*KINDS, "recording", "effect")
     priors = table.get("priors", False)
     if isinstance(priors, bool):
@@ -140,6 +144,9 @@ def _vary(table: Mapping[str, Any], path: Path) -> Vary:
     if posterior is not None and not isinstance(posterior, str):
         raise InputError(f"{where}: posterior must be the folder of a posterior, but it is {posterior!r}")
     how = word_of(table.get("posterior_as", "draws"), ("draws", "copula"), f"{where} posterior_as")
+    specimen = None
+    if "posterior_specimen" in table:
+        specimen = _whole(table, "posterior_specimen", 1, 1, 10_000, where)
     tolerance = table.get("tolerance", {})
     if not isinstance(tolerance, dict):
         raise InputError(f"{where}: tolerance must be a table, such as {{wall_thickness = 0.03}}")
@@ -148,7 +155,17 @@ def _vary(table: Mapping[str, Any], path: Path) -> Vary:
         relative[name] = number_in(tolerance, name, f"{where} tolerance")
         if not 0.0 < relative[name] < 1.0:
             raise InputError(f"{where} tolerance: {name} = {relative[name]:g} is relative: 3 percent is 0.03")
-    return Vary(kinds, _names(table, "leave_out", where), posterior, how, relative)
+    left_out = _names(table, "leave_out", where)
+    return Vary(kinds, left_out, posterior, how, specimen, relative)
+
+
+def _noise(table: Mapping[str, Any], path: Path) -> dict[str, float]:
+    where = f"{path}: [noise]"
+    found = {name: number_in(table, name, where) for name in table}
+    for name, sd in found.items():
+        if sd <= 0.0:
+            raise InputError(f"{where}: {name} = {sd:g} is a standard deviation, so more than 0")
+    return found
 
 
 def _correlation(entry: Mapping[str, Any], number: int, path: Path) -> tuple[str, str, float]:

@@ -1,5 +1,6 @@
 """The response that a study's `[model]` describes."""
 
+import functools
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,9 +15,11 @@ from pneusma_jax.serial_chain.designs import describes_chain, load_chain
 
 from .responses import Response
 from .responses.chain import chain_response
+from .responses.closed_loop import loop_response
 from .responses.course import POINTS, protocol_response, recording_response
 from .responses.drives import MOST_POINTS, channel_of
 from .responses.expression import expression_response
+from .responses.noise import NoiseFor, noise_of
 from .responses.state import state_response, workspace_response
 from .study import Study
 
@@ -27,10 +30,11 @@ KEYS = {
     "protocol": (*SPECIMEN, "protocol", "points"),
     "recording": ("recording", "model", "alloy", "material", "points"),
     "chain": ("design", "alloy", "material", "model"),
+    "closed_loop": (*SPECIMEN, "points", "level_1pm", "swing_1pm", "controller"),
     "expression": ("outputs",),
 }
 """Keys of `[model]` beside `through`, and beside channels such as `pressure_kPa`."""
-DRIVEN = ("state", "workspace", "chain")
+DRIVEN = ("state", "workspace", "chain", "closed_loop")
 """Kinds whose `[model]` has channels."""
 
 
@@ -48,6 +52,8 @@ def response_of(study: Study, nominal: Mapping[str, float]) -> Response:
     through = model["through"]
     _check_keys(model, through, where)
     if through == "expression":
+        if study.noise:
+            raise InputError(f"{study.path}: [noise]: an expression has no channels; take an [input]")
         return expression_response(model, nominal, where)
     augmented = load_model(_place(study, model["model"])) if "model" in model else BASE
     known = {key: value for key, value in augmented.tables.items()}
@@ -64,12 +70,19 @@ def response_of(study: Study, nominal: Mapping[str, float]) -> Response:
         )
     if through == "chain":
         chain, rest = load_chain(known["design"]), {k: v for k, v in known.items() if k != "design"}
-        return chain_response(chain, rest, augmented, model, where)
+        return chain_response(chain, rest, augmented, model, _noise_for(study), where)
     specimen = described_actuator(None, known | _geometry(model, where))
     if through == "protocol":
         return _protocol(study, specimen, augmented, where)
+    if through == "closed_loop":
+        points = _points(model, where)
+        return loop_response(specimen, augmented, model, points, _noise_for(study), where)
     build = state_response if through == "state" else workspace_response
-    return build(specimen, augmented, model, where)
+    return build(specimen, augmented, model, _noise_for(study), where)
+
+
+def _noise_for(study: Study) -> NoiseFor:
+    return functools.partial(noise_of, study.noise, where=f"{study.path}: [noise]")
 
 
 def _check_keys(model: Mapping[str, Any], through: str, where: str) -> None:
@@ -79,7 +92,8 @@ def _check_keys(model: Mapping[str, Any], through: str, where: str) -> None:
             continue
         own = through == "workspace" and key.startswith("activation_")
         own |= through == "chain" and key.startswith("segment_")
-        if through in DRIVEN and (own or channel_of(key) is not None):
+        given = through in DRIVEN and (through != "closed_loop" or key.startswith("pressure"))
+        if given and (own or channel_of(key) is not None):
             continue
         shown = (*allowed, *(("pressure_kPa", "xi0_1") if through in DRIVEN else ()))
         raise InputError(f"{where}: unknown key {key!r} through {through!r}, {nearest(key, shown)}")
@@ -111,7 +125,8 @@ def _protocol(study: Study, specimen: Any, model: AugmentedModel, where: str) ->
     name = study.model.get("protocol")
     if name is None:
         raise InputError(f"{where} needs protocol, a file or one of {', '.join(protocol_examples())}")
-    return protocol_response(load_protocol(_place(study, name)), specimen, model, _points(study.model, where))
+    protocol = load_protocol(_place(study, name))
+    return protocol_response(protocol, specimen, model, _points(study.model, where), _noise_for(study))
 
 
 def _recording(study: Study, known: Mapping[str, str], model: AugmentedModel, where: str) -> Response:
@@ -122,4 +137,4 @@ def _recording(study: Study, known: Mapping[str, str], model: AugmentedModel, wh
         raise InputError(f"{where} recording: {path} is a folder; name one recording's CSV in it")
     own = {key: known[key] for key in ("alloy", "material") if key in known}
     campaign = read_campaign(path, {"geometry": own} if own else None)
-    return recording_response(campaign, model, _points(study.model, where))
+    return recording_response(campaign, model, _points(study.model, where), _noise_for(study))

@@ -142,6 +142,11 @@ def open_store(problem: Problem, folder: Path, resume: bool, force: bool) -> Sto
     return store
 
 
+def begun(folder: str | Path) -> bool:
+    """Whether chunks of a study are in a folder, or could be: its manifest is there."""
+    return (Path(folder) / MANIFEST).exists()
+
+
 def _clear(folder: Path, store: Store) -> None:
     """Remove chunks and results of the study that was here, so that none of them is taken for the new one's.
 

@@ -12,6 +12,8 @@ from .inputs import Inputs, normal_scores
 METHODS = ("monte_carlo", "sobol", "latin_hypercube")
 MOST_POINTS = 2**30
 """Points of SciPy's Sobol sequence, whose coordinates have 30 bits."""
+TOGETHER = 1000
+"""Blocks for Shapley effects that are made at once: 8 MB of matrices where 30 inputs are correlated."""
 
 
 @dataclass
@@ -169,17 +171,21 @@ class Shapley(InBlocks):
         orders = random.permuted(np.tile(np.arange(groups), (len(points), 1)), axis=1)
         first, second = self.pairs(points)
         rows = np.empty((len(points), self.block, count))
-        kinds, which = np.unique(orders, axis=0, return_inverse=True)
-        which = which.ravel()
-        for k, order in enumerate(kinds):
-            mine = which == k
-            places = np.concatenate([list(self.members[group]) for group in order])
-            lower = np.linalg.cholesky(self.inputs.correlation[np.ix_(places, places)])
-            a, b = first[mine], second[mine]
-            sizes = np.cumsum([0, *(len(self.members[group]) for group in order)])
-            for row, kept in enumerate((count, *sizes[:-1])):
-                new = np.concatenate([a[:, :kept], b[:, kept:]], axis=1)
-                scattered = np.empty_like(new)
-                scattered[:, places] = new @ lower.T
-                rows[mine, row] = scattered
+        for begin in range(0, len(points), TOGETHER):
+            part = slice(begin, begin + TOGETHER)
+            rows[part] = self._let_go(orders[part], first[part], second[part])
         return rows.reshape(-1, count), orders
+
+    def _let_go(self, orders: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """Rows of some blocks, shape (points, block, inputs); `a` and `b` are independent scores."""
+        count = a.shape[1]
+        places = np.stack([np.concatenate([self.members[group] for group in order]) for order in orders])
+        sizes = np.array([len(members) for members in self.members])[orders]
+        kept = np.concatenate([np.full((len(a), 1), count), np.cumsum(sizes, axis=1) - sizes], axis=1)
+        new = np.where(np.arange(count) < kept[:, :, None], a[:, None], b[:, None])
+        if self.inputs.correlated:
+            matrices = self.inputs.correlation[places[:, :, None], places[:, None, :]]
+            new = new @ np.linalg.cholesky(matrices).swapaxes(1, 2)
+        rows = np.empty_like(new)
+        np.put_along_axis(rows, np.broadcast_to(places[:, None], new.shape), new, axis=2)
+        return rows

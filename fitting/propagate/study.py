@@ -76,6 +76,7 @@ class Vary:
         leave_out: names that stay at their values.
         posterior: file or folder of `pneusma posterior`, or None.
         posterior_as: `draws` picks joint draws; `copula` has their marginals and rank correlations.
+        posterior_specimen: number of the specimen, where the posterior is of several; else None.
         tolerance: relative 1-sigma by name.
     """
 
@@ -83,6 +84,7 @@ class Vary:
     leave_out: tuple[str, ...] = ()
     posterior: str | None = None
     posterior_as: str = "draws"
+    posterior_specimen: int | None = None
     tolerance: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -102,6 +104,7 @@ class Study:
         sampling: settings of the sampling.
         indices: or None.
         rare: or None.
+        noise: 1-sigma of white noise along channels, by column with its unit.
     """
 
     path: Path
@@ -116,6 +119,7 @@ class Study:
     indices: Indices | None = None
     rare: Rare | None = None
     description: str = ""
+    noise: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
@@ -134,7 +138,7 @@ def fingerprint(study: Study, files: tuple[Path, ...], version: str) -> str:
     """
     parts = {
         name: repr(getattr(study, name))
-        for name in ("model", "vary", "inputs", "correlations", "outputs", "limits", "indices")
+        for name in ("model", "vary", "inputs", "correlations", "outputs", "limits", "indices", "noise")
     }
     sampling = study.sampling
     parts["sampling"] = repr((sampling.method, sampling.chunk, sampling.seed, sampling.keep))

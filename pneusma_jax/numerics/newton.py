@@ -13,13 +13,14 @@ from .linear import solve_small
 
 
 class _State(eqx.Module):
-    """State of `BoundedNewton`: length of the last step [1], largest residual and slope before it [1], and
-    steps so far."""
+    """State of `BoundedNewton`: length of the last step [1], largest residual and slope before it [1], steps
+    so far, and the residual that quadratic convergence predicts after that step [1]."""
 
     moved: Array
     excess: Array
     slope: Float[Array, "n n"]
     count: Int[Array, ""]
+    left: Array
 
 
 class BoundedNewton(optx.AbstractRootFinder):
@@ -42,6 +43,8 @@ class BoundedNewton(optx.AbstractRootFinder):
             Newton's method to and fro between the two sides of a corner.
         shorter: part of such a step that is taken [1].
         corner: steps below this length are taken in full [1].
+        balanced: residual that ends the method as soon as it is predicted [1]. Quadratic convergence squares
+            the ratio of neighbouring residuals with every step. Zero asks for a short step instead.
     """
 
     rtol: float = 1e-9
@@ -52,13 +55,14 @@ class BoundedNewton(optx.AbstractRootFinder):
     patience: int = 8
     shorter: float = 0.35
     corner: float = 1e-4
+    balanced: float = 0.0
 
     def init(
         self, fn: Any, y: Array, args: Any, options: dict, f_struct: Any, aux_struct: Any, tags: Any
     ) -> _State:
         """See optimistix."""
         far = jnp.asarray(jnp.inf, y.dtype)
-        return _State(far, far, jnp.eye(y.size, dtype=y.dtype), jnp.asarray(options.get("count", 0)))
+        return _State(far, far, jnp.eye(y.size, dtype=y.dtype), jnp.asarray(options.get("count", 0)), far)
 
     def step(
         self, fn: Callable, y: Array, args: Any, options: dict, state: _State, tags: Any
@@ -77,8 +81,10 @@ class BoundedNewton(optx.AbstractRootFinder):
         after = y - share * step
         if free < y.size:
             after = jnp.concatenate([after[:free], jnp.clip(after[free:], 0.0, 1.0)])
-        moved = jnp.max(jnp.abs(after - y))
-        return after, _State(moved, jnp.max(jnp.abs(value)), slope, state.count + 1), aux
+        moved, excess = jnp.max(jnp.abs(after - y)), jnp.max(jnp.abs(value))
+        left = excess * (excess / state.excess) ** 2  # nothing is predicted before the second step
+        left = jnp.where(jnp.isfinite(state.excess) & (share == 1.0), left, jnp.inf)
+        return after, _State(moved, excess, slope, state.count + 1, left), aux
 
     def terminate(
         self, fn: Any, y: Array, args: Any, options: dict, state: _State, tags: Any
@@ -87,7 +93,7 @@ class BoundedNewton(optx.AbstractRootFinder):
         # both are infinite before the first step
         lost = jnp.isnan(state.moved + state.excess) | (jnp.isfinite(state.moved) & jnp.isinf(state.excess))
         result = optx.RESULTS.where(lost, optx.RESULTS.nonlinear_divergence, optx.RESULTS.successful)
-        return (state.moved <= self.close) | lost, result
+        return (state.moved <= self.close) | (state.left < self.balanced) | lost, result
 
     def postprocess(
         self, fn: Any, y: Array, aux: Any, args: Any, options: dict, state: _State, tags: Any, result: Any

@@ -25,10 +25,14 @@ from ..numerics.safe import begun_as
 from ..pipeline import Effect, as_recorded
 from .row import Bench, passed
 
-METHOD = BoundedNewton(close=1e-10, patience=6, corner=0.0)
+METHOD = BoundedNewton(close=1e-10, patience=6, corner=0.0, balanced=1e-3 * BALANCED)
 """One further step, differentiated, ends the iteration. Near corners (friction, contact) steps are small long
-before a row balances, so that a larger tolerance would lose rows."""
+before a row balances, so that a larger tolerance would lose rows. Elsewhere a balance that is predicted saves
+one step of four; starting where the rate of the rows before leads saves half a step more."""
 MOST_STEPS = 40
+LONGEST = 0.05
+"""Maximum change of a scaled unknown that the rate of the rows before predicts for a row [1]. It is half of
+the bend with which searches begin."""
 
 
 class Track(eqx.Module):
@@ -73,14 +77,16 @@ def track_history(
     bench = Bench.of(actuator, effects)
 
     def step(carry: tuple, row: tuple) -> tuple[tuple, tuple]:
-        unknowns, states, memories = carry
-        pressure, activations, *own = row
-        problem = bench.problem(states, memories, activations, (pressure, *own))
-        found = _equilibrium_near(problem, unknowns)
+        unknowns, slope, states, memories = carry
+        pressure, activations, time, interval, recorded = row
+        problem = bench.problem(states, memories, activations, (pressure, time, interval, recorded))
+        found = _equilibrium_near(problem, unknowns + jnp.clip(interval * slope, -LONGEST, LONGEST))
         good = found.status == int(Status.converged)
         after = passed(problem, found, good)
         kept = jnp.where(good, after.calm.unknowns, unknowns)
-        return (kept, after.states, after.memories), (found, after.seen, good)
+        rate = (after.calm.unknowns - unknowns) / jnp.where(interval > 0.0, interval, jnp.inf)
+        moved = jax.lax.stop_gradient(jnp.where(good, rate, 0.0))
+        return (kept, moved, after.states, after.memories), (found, after.seen, good)
 
     states = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), states)
     memories = bench.at_rest(pressure[0], states, jax.tree.map(lambda x: x[0], recorded))
@@ -89,7 +95,8 @@ def track_history(
     at_start = Problem(actuator, pressure[0], guess or jax.tree.map(lambda x: x[0], activations), states)
     first = _equilibrium_near(jax.lax.stop_gradient(at_start), start(actuator))
     unknowns = jnp.where(first.status == int(Status.converged), first.unknowns, start(actuator))
-    carried = begun_as((unknowns, states, memories), (actuator, effects, rows))
+    carried = (unknowns, jnp.zeros_like(unknowns), states, memories)
+    carried = begun_as(carried, (actuator, effects, rows))
     _, (found, seen, good) = jax.lax.scan(step, carried, rows)
     return Track(found, as_recorded(effects, seen, time), good)
 

@@ -1,5 +1,6 @@
 """Chunks are the same wherever, whenever and in whatever order they are computed, and survive a kill."""
 
+import errno
 import hashlib
 import json
 import os
@@ -10,8 +11,10 @@ import time
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from conftest import ISHIGAMI, PLAIN
 
+from fitting.cli import main
 from fitting.propagate import build_problem, propagate, read_study
 from fitting.propagate.chunk import ChunkJob, compute_chunk, prepare
 from pneusma_jax.errors import InputError
@@ -190,3 +193,27 @@ def test_a_disk_that_fills_up_ends_in_one_line_and_resume_works(slow, tmp_path):
     assert not list(out.glob("chunks/*")) and not list(out.glob("chunks/.*"))
     subprocess.run(command(slow, out, "--resume"), check=True, capture_output=True)
     assert json.loads((out / "report.json").read_text())["sampling"]["rows"] == 24000
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EROFS, errno.EACCES])
+def test_a_disk_that_refuses_in_mid_run_ends_in_one_line_and_resume_leaves_the_same_bytes(
+    write, tmp_path, monkeypatch, number
+):
+    path, out, real = write(SMALL), tmp_path / "out", os.replace
+    monkeypatch.setenv("PNEUSMA_CACHE", "off")
+
+    def refuse(source, target, **more):
+        if len(list(out.glob("chunks/chunk-*"))) >= 2:
+            raise OSError(number, os.strerror(number))
+        return real(source, target, **more)
+
+    with monkeypatch.context() as disk:
+        disk.setattr(os, "replace", refuse)
+        result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)])
+    lines = [line for line in result.stderr.splitlines() if line.startswith("pneusma: ")]
+    assert result.exit_code == 2 and len(lines) == 1, result.output
+    assert os.strerror(number) in lines[0] and "2 of 4 chunks are done" in lines[0] and "--resume" in lines[0]
+    assert len(list(out.glob("chunks/chunk-*"))) == 2 and not list(out.glob("chunks/.*"))
+    assert CliRunner().invoke(main, ["propagate", str(path), "--out", str(out), "--resume"]).exit_code == 0
+    propagate(path, tmp_path / "whole")
+    assert contents(out) == contents(tmp_path / "whole")

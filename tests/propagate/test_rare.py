@@ -1,5 +1,6 @@
 """Small probabilities against exact ones, and an end in every case."""
 
+import h5py
 import numpy as np
 import pytest
 from conftest import PLAIN
@@ -92,3 +93,19 @@ def test_a_limit_from_below_and_one_of_a_band_are_margins_too(write):
     assert problem.study.limits == (Limit("y", 30.0, -7.0),)
     result = estimate_rare(problem, problem.study.limits[0])
     assert result.form.probability == pytest.approx(stats.norm.sf(8.0 / SPREAD), rel=0.1)
+
+
+def test_draws_of_a_posterior_have_design_points_where_their_marginals_are_joined(write, tmp_path):
+    random = np.random.default_rng(2)
+    a = random.normal(size=4000)
+    table = {"a": 1.0 + 0.5 * a, "b": 0.6 * a + 0.8 * random.normal(size=4000)}
+    with h5py.File(tmp_path / "posterior.nc", "w") as file:
+        for name, values in table.items():
+            file.create_dataset(f"posterior/{name}", data=values.reshape(4, -1))
+    text = PLAIN[: PLAIN.index("[input]")] + '[vary]\nposterior = "posterior.nc"\nposterior_as = "copula"\n'
+    problem = build_problem(read_study(write(text)))
+    plain = problem.inputs.values(random.normal(size=(400_000, 2)) @ problem.inputs.lower.T)
+    exact = np.mean(plain @ [1.0, 2.0] > 6.5)
+    result = found(write, 6.5, text)
+    assert 1e-3 < exact < 2e-2 and len(result.form.betas) and result.agree
+    assert result.form.probability == pytest.approx(exact, rel=0.15)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
+from fitting.control import Converter, Plant, usual_loop
 from fitting.data.protocols.reading import load_protocol
 from fitting.data.recordings import read_campaign
 from fitting.propagate import build_problem, propagate, read_study
@@ -148,6 +149,28 @@ priors = true
     assert problem.columns.driver.name == "pressure_kPa" and problem.inputs.names
 
 
+def test_derivatives_through_a_tube_are_those_of_differences(write):
+    problem = problem_of(
+        write,
+        f"""
+schema = "pneusma-study/1"
+[model]
+through = "recording"
+recording = "{EXAMPLES / "tube" / "inflation_1.csv"}"
+points = 3
+[vary]
+priors = true
+""",
+    )
+    here = problem.inputs.values(np.full((1, len(problem.inputs.names)), 0.3))
+    value, slope = problem.evaluator.with_gradient(lambda y: y[1], here, "middle")
+    step = 1e-6 * here[0]
+    rows = np.concatenate([here + np.diag(step), here - np.diag(step)])
+    ends = problem.evaluator(rows)[0][:, 1].reshape(2, -1)
+    np.testing.assert_allclose(slope[0], (ends[0] - ends[1]) / (2.0 * step), rtol=1e-6)
+    assert value[0] == pytest.approx(problem.evaluator(here)[0][0, 1], rel=1e-12)
+
+
 def posterior(folder, table, units):
     folder.mkdir()
     with h5py.File(folder / "posterior.nc", "w") as file:
@@ -186,6 +209,44 @@ posterior = "sampled"
 def test_draws_of_a_posterior_and_inputs_of_the_study_do_not_name_the_same_number(write, sampled):
     with pytest.raises(InputError, match="is in the posterior, and varies otherwise"):
         problem_of(write, POSTERIOR)
+
+
+TUBE_POSTERIOR = f"""
+schema = "pneusma-study/1"
+[model]
+through = "recording"
+recording = "{EXAMPLES / "tube" / "inflation_1.csv"}"
+points = 3
+[vary]
+posterior = "own"
+"""
+
+
+def test_a_posterior_of_several_specimens_gives_the_numbers_of_the_one_that_is_meant(write, tmp_path):
+    random = np.random.default_rng(0)
+    table = {name: 1.0 + 0.01 * k + 0.001 * random.normal(size=400) for k, name in enumerate(
+        ("wall_thickness__1", "silicone_stiffness__1", "wall_thickness__2", "silicone_stiffness__2", "zero"))}  # fmt: skip
+    posterior(tmp_path / "own", table, {"wall_thickness__1": "mm", "wall_thickness__2": "mm"})
+    with pytest.raises(InputError, match="posterior is of 2 specimens; say in .vary. which one is meant"):
+        problem_of(write, TUBE_POSTERIOR)
+    with pytest.raises(InputError, match="posterior_specimen = 3, but .* is of 2"):
+        problem_of(write, TUBE_POSTERIOR + "posterior_specimen = 3\n")
+    with pytest.raises(InputError, match="the model has no number 'zero'.* or name it in .vary. leave_out"):
+        problem_of(write, TUBE_POSTERIOR + "posterior_specimen = 2\n")
+    problem = problem_of(write, TUBE_POSTERIOR + 'posterior_specimen = 2\nleave_out = ["zero"]\n')
+    means = dict(zip(problem.inputs.draws.names, problem.inputs.draws.table.mean(axis=0), strict=True))
+    assert set(means) == {"wall_thickness", "silicone_stiffness"}
+    assert means["wall_thickness"] == pytest.approx(1e-3 * table["wall_thickness__2"].mean())
+    assert means["silicone_stiffness"] == pytest.approx(table["silicone_stiffness__2"].mean())
+    assert any("only the numbers of specimen 2" in sentence for sentence in problem.notices)
+
+
+def test_form_with_whole_draws_is_refused_before_any_row_is_computed(write, sampled):
+    text = POSTERIOR[: POSTERIOR.index("[input]")] + '[vary]\nposterior = "sampled"\n'
+    limited = text.replace("a + 0*c", "a") + "[[limit]]\non = 'y'\nabove = 3.0\n[rare]\n"
+    with pytest.raises(InputError, match="posterior_as = 'copula', or methods = \\['subset'\\]"):
+        problem_of(write, limited)
+    assert problem_of(write, limited + "methods = ['subset']\n").study.rare.methods == ("subset",)
 
 
 @pytest.mark.parametrize("how", ["draws", "copula"])
@@ -268,3 +329,41 @@ rows = 20000
 """
     result = propagate(write(text), tmp_path / "out")
     assert result.summary.moments.sd == pytest.approx([1.0, np.sqrt(5.0)], rel=0.03)
+
+
+LOOP = """
+schema = "pneusma-study/1"
+[model]
+through = "closed_loop"
+design = "pneusma2"
+pressure_kPa = 20.0
+points = 600
+[noise]
+resistance_ohm = 1e-3
+[input.pressure]
+mean = 20.0
+sd = 0.2
+unit = "kPa"
+[[output]]
+name = "curvature_1pm"
+[[output]]
+name = "rmse_1pm"
+"""
+
+
+@pytest.mark.slow
+def test_a_closed_loop_is_that_of_control_and_its_controller_is_not_told(write):
+    problem = problem_of(write, LOOP)
+    loop, plant = usual_loop(), Plant(pj.make_actuator("pneusma2"))
+    quiet = dataclasses.replace(loop, converter=Converter(noise=0.0))
+    expected = quiet.run(plant, plant)
+    np.testing.assert_allclose(problem.nominal[:-1], expected.curvature, rtol=1e-6, atol=1e-6)
+    assert problem.nominal[-1] == pytest.approx(expected.rmse(10.0), rel=1e-6)
+    assert problem.columns.driver.name == "time_s" and set(problem.inputs.names) == {"pressure", "noise"}
+    given = {"pressure": np.array([20e3, 20e3, 20.5e3]), "noise": np.array([-1.0, 0.3, -1.0])}
+    y = problem.evaluator(np.stack([given[name] for name in problem.inputs.value_names], axis=1))[0]
+    np.testing.assert_allclose(y[0], problem.nominal)
+    assert 1e-3 < np.max(np.abs(y[1] - y[0])) < 2.0, "the readings' noise moves the plant a little"
+    other = quiet.driven(plant, plant, quiet.planned(plant), np.zeros((600, 2)), 20.5e3)[0].curvature
+    np.testing.assert_allclose(y[2, :-1], other, rtol=1e-6, atol=1e-6)
+    assert np.max(np.abs(y[2, :-1] - y[0, :-1])) > 0.1, "another pressure in the plant moves it"

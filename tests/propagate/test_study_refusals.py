@@ -80,6 +80,27 @@ CASES = {
     "no recording": (STATE.replace("state", "recording").replace("design", "recording"), "unknown key 'pressure_kPa'"),
     "no protocol": (STATE.replace("state", "protocol").replace("pressure_kPa = 30.0\nxi0_2 = 0.4\n", ""), "needs protocol"),
     "tolerance in percent": (STATE + "[vary]\ntolerance = {wall_thickness = 3.0}\n", "3 percent is 0.03"),
+    "noise of an expression": (PLAIN + "[noise]\npressure_kPa = 0.1\n", "an expression has no channels"),
+    "noise of no channel": (STATE + "[noise]\npresure_kPa = 0.1\n", "no channel 'presure_kPa', did you mean 'pressure_kPa'?"),
+    "noise in a wrong unit": (STATE + "[noise]\npressure_mm = 0.1\n", "must be a pressure"),
+    "no noise": (STATE + "[noise]\npressure_kPa = 0.0\n", "so more than 0"),
+    "noise and input": (STATE + "[input.noise]\nlow = 0\nhigh = 1\n[noise]\npressure_kPa = 0.1\n", "drawn by [noise] already"),
+    "a loop with heated springs": (STATE.replace('"state"', '"closed_loop"'), "unknown key 'xi0_2'"),
+    "a loop along pressure": (
+        GRID.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", ""), "the pressure of a closed loop is one number",
+    ),
+    "a loop without springs": (
+        STATE.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", "").replace("pneusma2", "pneuflex_s"),
+        "by two springs",
+    ),
+    "a loop by FORM": (
+        STATE.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", "")
+        + "[[output]]\nname = 'rmse_1pm'\n[[limit]]\non = 'rmse_1pm'\nabove = 1.0\n[rare]\n",
+        "methods = ['subset']",
+    ),
+    "a loop that knows everything": (
+        STATE.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", "controller = 'all'"), "one of base, model",
+    ),
     "tolerance and input": (STATE + "[vary]\ntolerance = {G_m = 0.03}\n", "keep one"),
 }  # fmt: skip
 
@@ -104,7 +125,7 @@ def test_results_that_are_there_are_not_replaced(tmp_path):
     assert CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)]).exit_code == 0
     before = {p: p.read_bytes() for p in Path(out).rglob("*") if p.is_file()}
     refused = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)])
-    assert refused.exit_code == 2 and "results are here already" in refused.stderr
+    assert refused.exit_code == 2 and "this study has begun here; go on with --resume" in refused.stderr
     assert before == {p: p.read_bytes() for p in Path(out).rglob("*") if p.is_file()}
 
 

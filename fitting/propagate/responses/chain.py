@@ -14,7 +14,8 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.serial_chain.designs import ChainDesign, make_chain
 
 from .body import Body, body_of, tied
-from .drives import activation, drive_numbers, driven, read_channels, shown, spring_channel, worst
+from .drives import activation, drive_numbers, driven, read_channels, shown, spring_channel, units_of, worst
+from .noise import NoiseFor
 from .response import Known, Response
 
 
@@ -23,6 +24,7 @@ def chain_response(
     overrides: Mapping[str, Any],
     model: AugmentedModel,
     settings: Mapping[str, Any],
+    noise_for: NoiseFor,
     where: str,
 ) -> Response:
     """A chain of segments; those of one design share their numbers.
@@ -33,6 +35,7 @@ def chain_response(
         model: model with numbers of its own.
         settings: a study's `[model]`: `xi0_K` is of spring K of all segments, `segment_N = {xi0_K = ...}` of
             one.
+        noise_for: white noise of channels; one of a single segment is `2.xi0_1`.
         where: file and table, for messages.
 
     Raises:
@@ -47,6 +50,7 @@ def chain_response(
     own = _of_segments(settings, len(design.designs), springs, where)
     channels, driver = read_channels(settings, springs, where)
     several = len(bodies) > 1
+    noise = noise_for(units_of(channels | own))
     numbers = {
         (f"{_short(name)}.{key}" if several else key): known
         for name, body in bodies.items()
@@ -60,7 +64,7 @@ def chain_response(
             for name, body in bodies.items()
         }
         chain = make_chain(design, built.__getitem__, densities.__getitem__)
-        now = {name: driven(name, jnp.asarray(x), values) for name, x in (channels | own).items()}
+        now = noise.on({n: driven(n, jnp.asarray(x), values) for n, x in (channels | own).items()}, values)
         varied = {name: x for name, x in now.items() if x.ndim}
         fixed = {name: x for name, x in now.items() if not x.ndim}
         one = lambda point: _state(chain, fixed | point)  # noqa: E731
@@ -72,7 +76,7 @@ def chain_response(
     names += [f"bend_angle_{k}_deg" for k in range(1, len(design.designs) + 1)]
     files = {file for _, found_files in found.values() for file in found_files}
     files |= {design.path} if design.path.exists() else set()
-    known: dict[str, Known] = {**numbers, **drive_numbers(channels | own)}
+    known: dict[str, Known] = {**numbers, **drive_numbers(channels | own), **noise.known}
     return Response(
         title=f"chain {design.name}",
         known=known,

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -15,15 +16,19 @@ from fitting.inference.parameters import Parameter
 from fitting.simulate.protocol import check_resistances, drives
 from fitting.specimens import specimen_of
 from fitting.specimens.model_objects import BASE
+from fitting.specimens.reduction import reduced
+from fitting.specimens.rows import MOST_ROWS, Rows
 from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.specimen import Model
 from fitting.specimens.with_saved_model import Augmented
 from pneusma_jax.calibration.records import Prior
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si
 
 from .body import body_of, tied
-from .drives import activation, drive_numbers, driven, worst
-from .response import NOT_FINITE, Driver, Known, Response
+from .drives import activation, drive_numbers, driven, units_of, worst
+from .noise import NoiseFor, WhiteNoise
+from .response import NOISE, NOT_FINITE, Driver, Known, Response
 from .state import described, output_names, title_of
 
 POINTS = 41
@@ -38,7 +43,11 @@ def kept_rows(rows: int, points: int) -> np.ndarray:
 
 
 def protocol_response(
-    protocol: Protocol, specimen: Recording, model: AugmentedModel, points: int
+    protocol: Protocol,
+    specimen: Recording,
+    model: AugmentedModel,
+    points: int,
+    noise_for: NoiseFor,
 ) -> Response:
     """An actuator through a protocol, its springs' memory carried along.
 
@@ -47,6 +56,7 @@ def protocol_response(
         specimen: the actuator.
         model: model with numbers and effects of its own.
         points: rows that results are kept of.
+        noise_for: white noise of channels.
 
     Raises:
         InputError: for another kind, or a spring that is not there.
@@ -66,11 +76,13 @@ def protocol_response(
         if n.partition("_")[0] in ("pressure", "xi0", "resistance", "temperature")
     }
     columns = {name: jnp.asarray(x) for name, x in channels.items()}
+    noise = noise_for(units_of(slow))
     ambient = protocol.channels.get("ambient")
 
     def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
         actuator = body.build(values)
         now = {name: driven(name, x, values) if name in slow else x for name, x in columns.items()}
+        now = noise.on(now, values)
         moved = Moved(protocol, now)
         history = pj.simulate_history(
             actuator, now["pressure"], moved.drives(actuator), time=protocol.time,
@@ -83,7 +95,7 @@ def protocol_response(
 
     return Response(
         title=f"{protocol.name} of {title_of(specimen, model)}",
-        known={**body.numbers, **drive_numbers(slow)},
+        known={**body.numbers, **drive_numbers(slow), **noise.known},
         driver=Driver("time_s", protocol.time[kept]),
         outputs=dict.fromkeys(output_names(body.layout), True),
         answer=answer,
@@ -140,7 +152,9 @@ def _check(protocol: Protocol, springs: tuple[int, ...]) -> None:
             )
 
 
-def recording_response(campaign: Campaign, model: AugmentedModel, points: int) -> Response:
+def recording_response(
+    campaign: Campaign, model: AugmentedModel, points: int, noise_for: NoiseFor
+) -> Response:
     """Model's answer to a recording's inputs, which replaces the measurement.
 
     Numbers and priors are those of a fit of the recording: tolerances, or priors of the tables where it is to
@@ -151,6 +165,8 @@ def recording_response(campaign: Campaign, model: AugmentedModel, points: int) -
         campaign: campaign of one recording.
         model: model with numbers and effects of its own.
         points: rows that results are kept of.
+        noise_for: white noise of measured inputs. Where rows are means of readings, the noise is that of a
+            mean.
 
     Raises:
         InputError: if the recording cannot be predicted.
@@ -163,6 +179,7 @@ def recording_response(campaign: Campaign, model: AugmentedModel, points: int) -
     there = np.flatnonzero(np.asarray(rows.mask))
     kept = there[kept_rows(len(there), points)]
     driver = _driver(recording, rows, kept)
+    noise = _noise_of_inputs(noise_for, recording, rows, own)
     columns = {
         schema.quantity_and_unit(name)[0]: name for name in recording.outputs
         if schema.quantity_and_unit(name)[0] in own.outputs
@@ -171,7 +188,9 @@ def recording_response(campaign: Campaign, model: AugmentedModel, points: int) -
         raise InputError(f"{recording.path}: this recording holds nothing that the model predicts")
 
     def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
-        found = own.predict({**start, **values}, rows)
+        numbers = {name: x for name, x in values.items() if name != NOISE}
+        noisy = eqx.tree_at(lambda r: r.inputs, rows, noise.on(rows.inputs, values))
+        found = own.predict({**start, **numbers}, noisy)
         outputs = {
             column: from_si(found[quantity][kept], schema.quantity_and_unit(column)[1])
             for quantity, column in columns.items()
@@ -181,7 +200,7 @@ def recording_response(campaign: Campaign, model: AugmentedModel, points: int) -
 
     known = {
         name: Known(float(e.value), e.unit, _prior(e), "recording") for name, e in parameters.items()
-    }
+    } | noise.known
     for name, value in rows.base.items():
         known.setdefault(name, Known(float(value), "", None, ""))
     files = [recording.path, model.path]
@@ -196,6 +215,15 @@ def recording_response(campaign: Campaign, model: AugmentedModel, points: int) -
         if kind in ("actuator", "spring") else (),
         side_by_side=TOGETHER,
     )  # fmt: skip
+
+
+def _noise_of_inputs(noise_for: NoiseFor, recording: Recording, rows: Rows, model: Model) -> WhiteNoise:
+    """Noise of what the recording measured of its inputs, of a row of the model."""
+    units = dict(map(schema.quantity_and_unit, recording.columns))
+    channels = {n: u for n, u in units.items() if n in rows.inputs and not n.startswith("resistance")}
+    noise = noise_for(channels)  # not of resistances: phases are read from them once
+    block = reduced(recording, getattr(model, "most_rows", MOST_ROWS)).block
+    return WhiteNoise({name: sd / np.sqrt(block) for name, sd in noise.sd.items()})
 
 
 def _prior(entry: Parameter) -> Prior | None:

@@ -1,7 +1,7 @@
 """Drives of an actuator in a study: pressure and springs, each fixed, varied, or along the driver."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import jax.numpy as jnp
@@ -142,6 +142,11 @@ def drive_numbers(channels: Mapping[str, np.ndarray]) -> dict[str, Known]:
         found[f"{name}_offset"] = Known(0.0, "K" if unit == "degC" else unit)
         found[f"{name}_gain"] = Known(1.0, "1")
     return found
+
+
+def units_of(channels: Collection[str]) -> dict[str, str]:
+    """Unit in files of each channel, by its name."""
+    return {name: STEMS[name.rpartition(".")[2].partition("_")[0]] for name in channels}
 
 
 def driven(name: str, values: Array, numbers: Mapping[str, Array]) -> Array:

@@ -10,6 +10,8 @@ from jaxtyping import Array
 import pneusma_jax as pj
 from pneusma_jax.calibration.records import Prior
 
+NOISE = "noise"
+"""Name of the input that picks the white noise of channels."""
 NOT_FINITE = 99
 """Status of a row whose outputs are not all finite, where the model gives no reason."""
 SENTENCES = {int(status): status.sentence for status in pj.Status} | {
@@ -65,6 +67,7 @@ class Response:
         files: files that the numbers come from.
         notices: notices about the numbers.
         side_by_side: rows that are computed together.
+        smooth: whether the outputs have derivatives by the values.
     """
 
     title: str
@@ -75,6 +78,7 @@ class Response:
     files: tuple[Path, ...] = ()
     notices: tuple[str, ...] = ()
     side_by_side: int = 64
+    smooth: bool = True
     tied: Mapping[str, str] = field(default_factory=dict)
     """Numbers that are computed from others, by name, each with a sentence that says how. Their own priors
     are left out."""

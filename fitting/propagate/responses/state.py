@@ -14,7 +14,18 @@ from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.errors import InputError
 
 from .body import Body, body_of, tied
-from .drives import activation, drive_numbers, driven, points_of, read_channels, shown, spring_channel, worst
+from .drives import (
+    activation,
+    drive_numbers,
+    driven,
+    points_of,
+    read_channels,
+    shown,
+    spring_channel,
+    units_of,
+    worst,
+)
+from .noise import NoiseFor
 from .response import Driver, Response
 
 TOGETHER = 64
@@ -22,7 +33,11 @@ TOGETHER = 64
 
 
 def state_response(
-    specimen: Recording, model: AugmentedModel, settings: Mapping[str, Any], where: str
+    specimen: Recording,
+    model: AugmentedModel,
+    settings: Mapping[str, Any],
+    noise_for: NoiseFor,
+    where: str,
 ) -> Response:
     """One state, or states along a driver.
 
@@ -30,6 +45,7 @@ def state_response(
         specimen: the actuator.
         model: model with numbers and effects of its own.
         settings: a study's `[model]`.
+        noise_for: white noise of channels; each point of the driver has its own.
         where: file and table, for messages.
 
     Raises:
@@ -38,12 +54,13 @@ def state_response(
     body, files = body_of(specimen, model)
     layout = body.layout
     channels, driver = read_channels(settings, layout.spring_numbers, where)
+    noise = noise_for(units_of(channels))
     along = driver is not None
     names = output_names(layout)
 
     def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
         actuator, effects = body.build(values), body.effects(values)
-        now = {name: driven(name, jnp.asarray(x), values) for name, x in channels.items()}
+        now = noise.on({n: driven(n, jnp.asarray(x), values) for n, x in channels.items()}, values)
         varied = {name: x for name, x in now.items() if x.ndim}
         fixed = {name: x for name, x in now.items() if not x.ndim}
         one = lambda point: state(body, actuator, effects, fixed | point)  # noqa: E731
@@ -53,7 +70,7 @@ def state_response(
     points = len(driver.values) if along else 1
     return Response(
         title=title_of(specimen, model),
-        known={**body.numbers, **drive_numbers(channels)},
+        known={**body.numbers, **drive_numbers(channels), **noise.known},
         driver=driver,
         outputs=dict.fromkeys(names, along),
         answer=answer,
@@ -130,13 +147,17 @@ def described(actuator: pj.Actuator, found: pj.Equilibrium, seen: Mapping[str, A
 
 
 def workspace_response(
-    specimen: Recording, model: AugmentedModel, settings: Mapping[str, Any], where: str
+    specimen: Recording,
+    model: AugmentedModel,
+    settings: Mapping[str, Any],
+    noise_for: NoiseFor,
+    where: str,
 ) -> Response:
     """Reach of an actuator at each pressure: extremes over the activation of one spring.
 
     Args:
-        specimen, model, settings, where: the same as for `state_response`; `activation_K` are the fractions
-            over which spring K goes.
+        specimen, model, settings, noise_for, where: the same as for `state_response`; `activation_K` are the
+            fractions over which spring K goes.
 
     Raises:
         InputError: for what cannot be.
@@ -158,12 +179,13 @@ def workspace_response(
             f"{where}: a workspace goes over pressure_kPa = {{from, to, points}} and {named[0]} only"
         )
     driver = Driver(driver.name, driver.values)
+    noise = noise_for(units_of(channels))
     outputs = ("curvature_largest_1pm", "curvature_smallest_1pm", "bend_angle_largest_deg",
                "bend_angle_smallest_deg")  # fmt: skip
 
     def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
         actuator, effects = body.build(values), body.effects(values)
-        line = driven("pressure", jnp.asarray(pressure), values)
+        line = noise.on({"pressure": driven("pressure", jnp.asarray(pressure), values)}, values)["pressure"]
         one = lambda p, x: state(body, actuator, effects, {"pressure": p, f"xi0_{number}": x})  # noqa: E731
         grid, status = jax.vmap(jax.vmap(one, (None, 0)), (0, None))(line, jnp.asarray(fractions))
         found = {}
@@ -174,7 +196,7 @@ def workspace_response(
 
     return Response(
         title=f"workspace of {title_of(specimen, model)}",
-        known={**body.numbers, **drive_numbers({"pressure": channels["pressure"]})},
+        known={**body.numbers, **drive_numbers({"pressure": channels["pressure"]}), **noise.known},
         driver=driver,
         outputs=dict.fromkeys(outputs, True),
         answer=answer,
