@@ -154,7 +154,7 @@ wheel-check: $(LINT_READY)
 	@ls -l out/dist
 	@for file in out/dist/*.whl out/dist/*.tar.gz; do \
 	  echo "== $$file, alone in a new environment"; rm -rf out/bare; \
-	  $(BIN)/python -c 'import sys; print(sys._base_executable)' | xargs -I PYTHON PYTHON -m venv out/bare && \
+	  "$$($(BIN)/python -c 'import sys; print(sys._base_executable)')" -m venv out/bare && \
 	  out/bare/bin/pip install --quiet --disable-pip-version-check -c constraints.txt "$$file" && \
 	  (cd out/bare && bin/pneusma check) || exit 1; done
 

@@ -2,10 +2,11 @@
 
     python -m benchmarks.command_overhead --repeats 10 --cold 3 --out out/overhead
 
-Three numbers per command. `help` is the time of `--help`: the interpreter and the command line. `warm` is the
-time of the smallest complete job of the command whose programs are on disk. The job's own work is in it, so
-it bounds the overhead from above. `cold` is the same with an empty cache. Processor times stand beside the
-times of the clock: on a busy machine they say more.
+Each command does its smallest complete job twice in one process. The second call has every module, table
+and program in memory: its time is the job's own work. What the process takes beyond two such calls is the
+overhead: the interpreter, imports, tracing, and programs that are compiled or loaded. `warm` has the programs
+on disk, `cold` an empty cache. Times are those of the processor, with those of the clock in brackets: on a
+busy machine the clock says little. Three rows stand apart: two imports, and `pneusma --help`.
 """
 
 import argparse
@@ -13,18 +14,18 @@ import json
 import os
 import re
 import resource
-import shutil
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import NamedTuple
+
+from fitting.cli import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[1]
-PNEUSMA = [sys.executable, "-m", "fitting.cli"]
 RAW = "Sample A\nTime (s),Strain (%),Stress (kPa)\n" + "".join(f"{k},{2 * k},{3.0 * k}\n" for k in range(20))
-TUBE = str(ROOT / "calibration_data" / "examples" / "tube")
 SILICONE = str(ROOT / "calibration_data" / "examples" / "pulled_silicone")
 # name of a row -> words; {out} is a fresh folder
 JOBS = {
@@ -34,34 +35,79 @@ JOBS = {
     "simulate, a state": "simulate --design pneusma2 --pressure-kPa 30 --xi0-2 0.4",
     "simulate, a protocol": "simulate --protocol tube_inflation --out {out}",
     "workspace": "workspace --design pneuflex_s --out {out}",
-    "characterise": f"characterise {TUBE} --out {{out}}",
-    "characterise-batch": f"characterise-batch {TUBE} --out {{out}}",
+    "characterise": f"characterise {SILICONE} --law neo_hookean --out {{out}}",
+    "characterise-batch": f"characterise-batch {SILICONE} --out {{out}}",
     "diagnose": f"diagnose {SILICONE} --out {{out}}",
-    "posterior": f"posterior {TUBE} --out {{out}} --max-steps 50",
+    "posterior": f"posterior {SILICONE} --law neo_hookean --out {{out}} --max-steps 50",
     "propagate": "propagate band.toml --out {out}",
     "invert": "invert --design pneusma2 --curvature-1pm 40",
     "plan": "plan --out {out}",
     "design": "design study.toml --out {out}",
     "control": "control --out {out}",
     "wiring": "wiring --springs 3 --out {out}",
+    "reproduce": "reproduce --out {out}",
     "check": "check",
     "completion": "completion bash",
 }
+SHORT = {
+    "import pneusma_jax": ["-c", "import pneusma_jax"],
+    "import fitting.cli": ["-c", "import fitting.cli"],
+    "pneusma --help": ["-m", "fitting.cli", "--help"],
+}
+TWICE = """
+import json, resource, sys, time
+from fitting.cli import main
+
+def now():
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return time.perf_counter(), sum(one.ru_utime + one.ru_stime for one in used)
+
+*calls, place = json.loads(sys.argv[1])
+for words in calls:
+    begun = now()
+    try:
+        main(words, standalone_mode=False)
+    except SystemExit as ended:  # 1: the answer is no, such as a target out of reach
+        if ended.code not in (None, 0, 1):
+            raise
+    took = [after - before for before, after in zip(begun, now())]
+with open(place, "w") as file:
+    json.dump(took, file)
+"""
 
 
-def timed(words: list[str], folder: Path, cache: str | None = None) -> tuple[float, float]:
-    """Seconds of the clock and of the processor that a command takes.
+class Seconds(NamedTuple):
+    """A time of the clock and one of the processor [s]."""
+
+    wall: float
+    cpu: float
+
+
+def process(words: list[str], folder: Path, cache: Path | None = None) -> Seconds:
+    """Time of a Python process.
 
     Raises:
         RuntimeError: if it fails.
     """
-    environment = dict(os.environ) | ({"PNEUSMA_CACHE": cache} if cache else {})
+    environment = dict(os.environ) | ({"PNEUSMA_CACHE": str(cache)} if cache else {})
     before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    done = subprocess.run([*PNEUSMA, *words], cwd=folder, capture_output=True, text=True, env=environment)
+    words = [sys.executable, *words]
+    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, env=environment)
     wall, after = time.perf_counter() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
-    if done.returncode not in (0, 1):  # 1: the answer is no, such as a target out of reach
-        raise RuntimeError(f"{' '.join(words)} ended with {done.returncode}: {done.stderr[-500:]}")
-    return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    if done.returncode:
+        raise RuntimeError(f"{words[-1]} ended with {done.returncode}: {done.stderr[-2000:]}")
+    return Seconds(wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+
+
+def twice(words: str, folder: Path, empty: bool) -> tuple[Seconds, Seconds]:
+    """Overhead of a job, and its own work: each call into a fresh folder, with a fresh cache if `empty`."""
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        calls = [words.format(out=Path(place, name)).split() for name in ("first", "second")]
+        note = Path(place, "note.json")
+        cache = Path(place, "cache") if empty else None
+        whole = process(["-c", TWICE, json.dumps([*calls, str(note)])], folder, cache)
+        work = Seconds(*json.loads(note.read_text()))
+    return Seconds(*(all_ - 2.0 * one for all_, one in zip(whole, work, strict=True))), work
 
 
 def prepare(folder: Path) -> None:
@@ -75,17 +121,26 @@ def prepare(folder: Path) -> None:
     (folder / "study.toml").write_text(re.search(r"```toml\n(.*?)```", page, flags=re.S)[1])
 
 
-def measured(words: str, folder: Path, repeats: int, empty: bool) -> dict[str, float]:
-    """Medians over runs of one job, each into a fresh folder, and with a fresh cache if `empty`."""
-    found = []
-    for k in range(repeats):
-        out, cache = folder / f"out_{k}", folder / f"cache_{k}"
-        shutil.rmtree(out, ignore_errors=True)
-        found.append(timed(words.format(out=out).split(), folder, str(cache) if empty else None))
-        shutil.rmtree(cache, ignore_errors=True)
-        shutil.rmtree(out, ignore_errors=True)
-    wall, cpu = zip(*found, strict=True)
-    return {"wall": statistics.median(wall), "cpu": statistics.median(cpu), "runs": repeats}
+def middle(found: list[Seconds]) -> dict[str, float]:
+    """Medians."""
+    return {key: statistics.median(getattr(one, key) for one in found) for key in Seconds._fields} | {
+        "runs": len(found)
+    }
+
+
+def measured(name: str, folder: Path, repeats: int, cold: int) -> dict[str, dict[str, float]]:
+    """Medians of one row of the table."""
+    if name in SHORT:
+        process(SHORT[name], folder)
+        return {"warm": middle([process(SHORT[name], folder) for _ in range(repeats)])}
+    help_ = ["-m", "fitting.cli", JOBS[name].split()[0], "--help"]
+    row = {"help": middle([process(help_, folder) for _ in range(repeats)])}
+    twice(JOBS[name], folder, False)  # compiles what is not on disk
+    overhead, work = zip(*(twice(JOBS[name], folder, False) for _ in range(repeats)), strict=True)
+    row |= {"warm": middle(overhead), "work": middle(work)}
+    if cold:
+        row["cold"] = middle([twice(JOBS[name], folder, True)[0] for _ in range(cold)])
+    return row
 
 
 def main() -> int:
@@ -93,41 +148,35 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--repeats", type=int, default=10, help="runs of `help` and `warm`")
     parser.add_argument("--cold", type=int, default=3, help="runs with an empty cache; 0 for none")
-    parser.add_argument("--only", choices=JOBS, action="append")
+    parser.add_argument("--only", choices=[*SHORT, *JOBS], action="append")
     parser.add_argument("--minutes", type=float, default=1e9, help="begin no job later than this")
     parser.add_argument("--out", type=Path, default=Path("out/overhead"))
     given = parser.parse_args()
+    if missing := set(COMMANDS) - {words.split()[0] for words in JOBS.values()}:
+        raise SystemExit(f"no job for {', '.join(sorted(missing))}")
     given.out.mkdir(parents=True, exist_ok=True)
     book, begun = given.out / "overhead.json", time.monotonic()
     table = json.loads(book.read_text()) if book.exists() else {}
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         prepare(folder)
-        for name in given.only or JOBS:
+        for name in given.only or [*SHORT, *JOBS]:
             if name in table or time.monotonic() - begun > 60.0 * given.minutes:
                 continue
-            row = {"help": measured(f"{JOBS[name].split()[0]} --help", folder, given.repeats, False)}
-            measured(JOBS[name], folder, 1, False)  # compiles what is not on disk
-            row["warm"] = measured(JOBS[name], folder, given.repeats, False)
-            if given.cold:
-                row["cold"] = measured(JOBS[name], folder, given.cold, True)
-            table[name] = row
+            table[name] = measured(name, folder, given.repeats, given.cold)
             book.write_text(json.dumps(table, indent=1))
-            print(
-                name,
-                {key: f"{value['wall']:.2f} ({value['cpu']:.2f})" for key, value in row.items()},
-                flush=True,
-            )
+            said = {key: f"{one['cpu']:.2f} ({one['wall']:.2f})" for key, one in table[name].items()}
+            print(name, said, flush=True)
     print(markdown(table))
     return 0
 
 
 def markdown(table: dict[str, dict]) -> str:
-    """Medians of the clock, those of the processor in brackets."""
-    lines = ["| command | help | warm | cold |", "|---|---|---|---|"]
+    """Medians of the processor, those of the clock in brackets."""
+    lines = ["| command | `--help` | overhead, warm | overhead, cold | own work |", "|---|---|---|---|---|"]
     for name, row in table.items():
-        known = [row.get(key) for key in ("help", "warm", "cold")]
-        cells = (f"{one['wall']:.2f} ({one['cpu']:.2f})" if one else "" for one in known)
+        known = [row.get(key) for key in ("help", "warm", "cold", "work")]
+        cells = (f"{one['cpu']:.2f} ({one['wall']:.2f})" if one else "" for one in known)
         lines.append(f"| {name} | {' | '.join(cells)} |")
     return "\n".join(lines)
 

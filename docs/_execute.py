@@ -1,11 +1,12 @@
 """Execute a notebook in an empty folder, for the site: python docs/_execute.py NOTEBOOK OUT.
 
-A notebook that needs recordings of other laboratories, which are not here, stays as it is. Its page then has
-no outputs, and this says so.
+A notebook that needs recordings of other laboratories says so where they are not here, and goes on. Any other
+error ends the build: a page without its outputs would look as if it had none.
 """
 
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import nbformat
@@ -15,19 +16,20 @@ from nbclient.exceptions import CellExecutionError
 LIMIT_S = 1800
 
 
-def main(notebook: Path, out: Path) -> None:
-    """Execute and write, or write as it is."""
-    book = nbformat.read(notebook, as_version=4)
-    plain = nbformat.read(notebook, as_version=4)
+def main(notebook: Path, out: Path) -> int:
+    """Execute and write; 1 if a cell fails, and then nothing is written."""
+    book, begun = nbformat.read(notebook, as_version=4), time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
         try:
             NotebookClient(book, timeout=LIMIT_S, resources={"metadata": {"path": folder}}).execute()
         except CellExecutionError as error:
-            print(f"{notebook.name} was not executed: {str(error).strip().splitlines()[-1]}", file=sys.stderr)
-            book = plain
+            print(f"{notebook.name}: {error}", file=sys.stderr)
+            return 1
     out.parent.mkdir(parents=True, exist_ok=True)
     nbformat.write(book, out)
+    print(f"{notebook.name} executed in {time.monotonic() - begun:.0f} s")
+    return 0
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    sys.exit(main(Path(sys.argv[1]), Path(sys.argv[2])))

@@ -10,6 +10,7 @@ Its results are data of `fitting.calibrate` that also report, save and sample th
 
 import fitting.report.results  # noqa: F401  says how results look
 import fitting.sample.campaign  # noqa: F401  says how results are sampled
-from fitting.calibrate import Batch, Characterisation, Estimate, characterise, characterise_batch
+from fitting.calibrate import Characterisation, Estimate, characterise
+from fitting.calibrate.batch import Batch, characterise_batch
 
 __all__ = ["Batch", "Characterisation", "Estimate", "characterise", "characterise_batch"]

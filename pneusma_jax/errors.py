@@ -25,7 +25,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
     Returns:
         `"did you mean 'x'?"`, or a list of known names if none is close.
     """
-    known = sorted(known)
+    known = sorted(set(known))
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     if close:
         return f"did you mean {close[0]!r}?"

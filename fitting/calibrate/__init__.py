@@ -1,13 +1,15 @@
 """Staged pipelines that turn a campaign into a characterised material, one for each kind of specimen.
 
+Many specimens together are `fitting.calibrate.batch`. It draws samples, whose libraries take half a second to
+load, so it is not loaded here.
+
 >>> from fitting.characterise import characterise
 >>> fit = characterise("campaign_folder")
 >>> print(fit.report())
 >>> fit.save("results")
 """
 
-from .batch import Batch, characterise_batch
 from .registry import characterise
 from .result import Characterisation, Estimate
 
-__all__ = ["Batch", "Characterisation", "Estimate", "characterise", "characterise_batch"]
+__all__ = ["Characterisation", "Estimate", "characterise"]

@@ -1,5 +1,6 @@
 """`pneusma workspace`: where actuators and chains can bend."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -138,8 +139,9 @@ def _reach_documents(reaches: list) -> dict[str, str | bytes]:
 
     documents: dict[str, str | bytes] = {}
     for reach in reaches:
-        documents[f"tips_{reach.name}.csv"] = csv_text(reach.columns())
-        documents[f"tips_{reach.name}.png"] = png(reach_figure(reach))
+        name = re.sub(r"[^\w.() -]", "_", reach.name)  # a chain is named in its file, by any text
+        documents[f"tips_{name}.csv"] = csv_text(reach.columns())
+        documents[f"tips_{name}.png"] = png(reach_figure(reach))
     return documents
 
 

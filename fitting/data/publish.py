@@ -4,7 +4,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from pneusma_jax.errors import InputError
 
@@ -51,10 +51,13 @@ def publish(
         Paths of the files.
 
     Raises:
-        InputError: as `check_free`, or if the disk refuses.
+        InputError: as `check_free`, if the disk refuses, or if a name is not that of a file in this folder.
     """
     folder = check_free(folder, force)
     content = documents() if callable(documents) else documents
+    for name in content:
+        if name in ("", ".", "..") or PurePosixPath(name).name != name or PureWindowsPath(name).name != name:
+            raise InputError(f"{folder}: {name!r} cannot be the name of a file in this folder")
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))

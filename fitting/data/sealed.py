@@ -25,18 +25,6 @@ def sealed(content: bytes) -> bytes:
     return content + MARK + hashlib.sha256(content).hexdigest().encode()
 
 
-def seal_file(path: Path) -> None:
-    """Append the digest to a file whose content is complete.
-
-    Raises:
-        OSError: if the disk refuses.
-    """
-    with open(path, "rb") as file:
-        digest = hashlib.file_digest(file, "sha256")
-    with open(path, "ab") as file:
-        file.write(MARK + digest.hexdigest().encode())
-
-
 def check_seal(source: Path | bytes, name: str) -> None:
     """Refuse a file whose content does not match its digest.
 

@@ -127,3 +127,19 @@ def file_of(table: Table, key: str, folder: Path, where: str) -> Path:
     if not path.is_file():
         raise InputError(f"{where}: {key} {path}: there is no such file")
     return path
+
+
+def code_of(table: Table, folder: Path, where: str) -> Path:
+    """Path of a Python file, which will be executed: only from the study's own folder or below.
+
+    A study that came from elsewhere runs no more than what came with it.
+
+    Raises:
+        InputError: if there is no such file, or it lies elsewhere.
+    """
+    path = file_of(table, "file", folder, where)
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise InputError(
+            f"{where}: file {path} is outside the study's folder, so it is not executed; copy it there"
+        )
+    return path

@@ -86,7 +86,7 @@ def _objective(
         target=target,
         sweep=_sweep(entry, plans, where) if quantity == "workspace_area" else None,
         segment=_segment(entry, plans, where) or 1,
-        file=fields.file_of(entry, "file", path.parent, where) if quantity == "function" else None,
+        file=fields.code_of(entry, path.parent, where) if quantity == "function" else None,
         function=str(entry.get("function", name)),
         unit=unit,
     )
@@ -215,7 +215,7 @@ def _constraint(
                 limit=limit,
                 states=names,
                 segment=_segment(entry, plans, where),
-                file=fields.file_of(entry, "file", path.parent, where) if users else None,
+                file=fields.code_of(entry, path.parent, where) if users else None,
                 function=str(entry.get("function", name)),
                 unit=own or unit,
             )

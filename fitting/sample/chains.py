@@ -13,7 +13,12 @@ class Chains(ABC):
     """Independent chains of one target.
 
     `ensembles` is the number of chains whose agreement is judged; `walkers` is the number of walkers in each.
+
+    Attributes:
+        why: sentence about the choice of the sampler; it is stored with the chains.
     """
+
+    why: str = ""
 
     @abstractmethod
     def begin(self, found: Laplace) -> None:

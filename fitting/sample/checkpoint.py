@@ -1,11 +1,11 @@
 """Storage of chains in an HDF5 file that is never half-written.
 
-A kill while HDF5 writes would leave an unreadable file. So each checkpoint is written beside the last one and
-renamed when it is complete.
+A kill while HDF5 writes would leave an unreadable file, and a disk that fills then ends the process inside
+HDF5. So each checkpoint is made in memory, written beside the last one, and renamed when it is complete.
 """
 
+import io
 import json
-import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ import h5py
 
 from fitting.data import hdf5, sealed
 from pneusma_jax.errors import InputError
-from pneusma_jax.files import replacing
+from pneusma_jax.files import write_durably
 
 SCHEMA = "pneusma-chain/1"
 SAMPLER = "sampler"
@@ -31,11 +31,13 @@ class Header:
         fingerprint: hash of the sampled target.
         settings: settings that must stay the same.
         counters: numbers of evaluations and failures so far.
+        why: sentence about the choice of the sampler; empty in older files.
     """
 
     fingerprint: str
     settings: dict[str, Any]
     counters: dict[str, int]
+    why: str = ""
 
 
 def write(path: Path, header: Header, fill: Callable[[h5py.File], None]) -> None:
@@ -49,18 +51,19 @@ def write(path: Path, header: Header, fill: Callable[[h5py.File], None]) -> None
     Raises:
         InputError: if the place cannot be written.
     """
-    with replacing(path) as draft:
+    stream = io.BytesIO()
+    with h5py.File(stream, "w") as file:
+        file.attrs["schema"] = SCHEMA
+        file.attrs["fingerprint"] = header.fingerprint
+        file.attrs["settings"] = json.dumps(header.settings)
+        file.attrs["counters"] = json.dumps(header.counters)
+        file.attrs["why"] = header.why
+        fill(file)
+    try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with h5py.File(draft, "w") as file:
-            file.attrs["schema"] = SCHEMA
-            file.attrs["fingerprint"] = header.fingerprint
-            file.attrs["settings"] = json.dumps(header.settings)
-            file.attrs["counters"] = json.dumps(header.counters)
-            fill(file)
-            file.flush()
-        sealed.seal_file(draft)
-        with open(draft, "rb") as file:
-            os.fsync(file.fileno())
+        write_durably(path, sealed.sealed(stream.getvalue()))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written here ({error.strerror or error})") from None
 
 
 def opened(path: Path) -> AbstractContextManager[h5py.File]:
@@ -86,7 +89,8 @@ def header_of(path: Path) -> Header:
                 raise InputError(f"{path}: this is no chain of `pneusma posterior`; start in another folder")
             settings = {SAMPLER: "emcee", **json.loads(file.attrs["settings"])}
             counters = {name: int(count) for name, count in json.loads(file.attrs["counters"]).items()}
-            return Header(str(file.attrs["fingerprint"]), settings, counters)
+            why = str(file.attrs.get("why", ""))
+            return Header(str(file.attrs["fingerprint"]), settings, counters, why)
     except FileNotFoundError:
         raise InputError(f"{path}: there is no chain to resume; run once without --resume") from None
 

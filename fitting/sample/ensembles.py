@@ -77,6 +77,7 @@ class Ensembles(Chains):
         """
         stored = checkpoint.header_of(self.file)
         checkpoint.same_chain(self.file, stored, self.target.fingerprint(), self.settings.chain_identity())
+        self.why = stored.why
         self.evaluator.evaluations = stored.counters["evaluations"]
         self.evaluator.failures = stored.counters["failures"]
         with checkpoint.opened(self.file) as file:
@@ -159,7 +160,9 @@ class Ensembles(Chains):
 
     def _write(self) -> None:
         counters = {"evaluations": self.evaluations, "failures": self.failures}
-        header = checkpoint.Header(self.target.fingerprint(), self.settings.chain_identity(), counters)
+        header = checkpoint.Header(
+            self.target.fingerprint(), self.settings.chain_identity(), counters, self.why
+        )
 
         def fill(file: h5py.File) -> None:
             file.attrs["logarithm"] = self.chart.sign.tolist()

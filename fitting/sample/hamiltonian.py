@@ -215,8 +215,9 @@ class HamiltonianChains(Chains):
         }
 
     def _write(self) -> None:
+        counters = {"evaluations": self.evaluations}
         header = checkpoint.Header(
-            self.target.fingerprint(), self.settings.chain_identity(), {"evaluations": self.evaluations}
+            self.target.fingerprint(), self.settings.chain_identity(), counters, self.why
         )
 
         def fill(file: h5py.File) -> None:
@@ -236,6 +237,7 @@ class HamiltonianChains(Chains):
         """Continue the chains of the file."""
         header = checkpoint.header_of(self.file)
         checkpoint.same_chain(self.file, header, self.target.fingerprint(), self.settings.chain_identity())
+        self.why = header.why
         with checkpoint.opened(self.file) as file:
             maps = (jnp.asarray(file[f"maps/{name}"][()]) for name in Unbounded.__dataclass_fields__)
             self._maps = Unbounded(*maps)

@@ -71,7 +71,7 @@ def sample(
     found = laplace(target, _vector(target, start))
     _check_proper(target, found)
     began, state = time.monotonic(), None
-    chains, why = _chains(target, found, settings, file, resume)
+    chains = _chains(target, found, settings, file, resume)
     with SamplingBar(progress, settings.max_steps, chains.steps) as bar:
         for goal in _judgements(settings.chunk, settings.max_steps):
             if goal < chains.steps:
@@ -94,15 +94,13 @@ def sample(
         evaluations=chains.evaluations,
         failures=chains.failures,
         seconds=time.monotonic() - began,
-        why=why,
+        why=chains.why,
         diagnostics=chains.diagnostics,
     )
 
 
-def _chains(
-    target: Target, found: Laplace, settings: Settings, file: Path | None, resume: bool
-) -> tuple[Chains, str]:
-    """New or continued chains, and a sentence about the choice of the sampler. It is that of a stored chain,
+def _chains(target: Target, found: Laplace, settings: Settings, file: Path | None, resume: bool) -> Chains:
+    """New or continued chains, with a sentence about the choice of the sampler. It is that of a stored chain,
     the requested one, or the one that a pilot chooses."""
     if resume:
         stored = settings_of(file)["sampler"]
@@ -110,18 +108,20 @@ def _chains(
         wanted = stored if settings.sampler == "auto" else settings.sampler
         chains = CHAINS[wanted](target, replace(settings, sampler=wanted), file)
         chains.resume()
-        return chains, f"{stored}, with which these chains were begun."
+        chains.why = chains.why or f"{stored}, with which these chains were begun."
+        return chains
+    why = f"{settings.sampler}, as was asked for."
     if settings.sampler == "auto":
         choice = pilot(target, found, settings)
         if choice.chains is not None:
+            choice.chains.why = choice.why
             choice.chains.keep(file)
-            return choice.chains, choice.why
+            return choice.chains
         settings, why = choice.settings, choice.why
-    else:
-        why = f"{settings.sampler}, as was asked for."
     chains = CHAINS[settings.sampler](target, settings, file)
+    chains.why = why
     chains.begin(found)
-    return chains, why
+    return chains
 
 
 def _judgements(chunk: int, budget: int) -> Iterator[int]:

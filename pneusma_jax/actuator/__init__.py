@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..nitinol import Alloy, Spring, SpringGeometry, SpringState
+from ..numerics.safe import is_concrete
 from ..section import Section, annulus
 from ..section.placement import Layout, check_places, place_on, unit_vectors
 from ..silicone import SiliconeLaw
@@ -139,7 +140,8 @@ def build_actuator(
             spring of `geometry.fibre_stiffness`.
 
     Raises:
-        ValueError: if springs are wanted without an alloy, overlap, or lie away from the wall.
+        ValueError: if springs are wanted without an alloy, overlap, or lie away from the wall; for dimensions
+            that cannot be, see `_check_dimensions`.
     """
     if arrangement.spring_angles and alloy is None:
         raise ValueError("Argument `alloy` must be given for a design with springs, but it is None.")
@@ -151,6 +153,8 @@ def build_actuator(
         geometry.free_length,
     )
     spring = None if alloy is None else Spring(dimensions, alloy, geometry.attached_length)
+    stiff = inextensible or (arrangement.fibre_angle is None and arrangement.fibre_place is None)
+    _check_dimensions(geometry, dimensions if arrangement.spring_angles else None, not stiff)
     spring_places, fibre_place = place_on(section, arrangement)
     check_places(section, arrangement, spring_places, fibre_place, dimensions)
     return Actuator(
@@ -165,6 +169,33 @@ def build_actuator(
         bending_plane=arrangement.bending_plane,
         prestrain=jnp.asarray(geometry.prestrain),
     )
+
+
+def _check_dimensions(geometry: Geometry, spring: SpringGeometry | None, fibre: bool) -> None:
+    """Refuse dimensions that cannot be, where their numbers are known.
+
+    Args:
+        geometry: dimensions of the actuator.
+        spring: dimensions of its springs, None where there is none.
+        fibre: true if a fibre stretches.
+
+    Raises:
+        ValueError: naming the dimension, what it is and what it must be.
+    """
+    positive = ["length", *["attached_length"] * (spring is not None), *["fibre_stiffness"] * fibre]
+    for name in positive:
+        value = getattr(geometry, name)
+        if is_concrete(value) and not np.all((np.asarray(value) > 0.0) & np.isfinite(np.asarray(value))):
+            raise ValueError(f"Argument `{name}` must be positive, but it is {value}.")
+    if spring is None or not is_concrete((geometry, spring)):
+        return
+    if not np.all(np.asarray(geometry.prestrain) >= 0.0):
+        raise ValueError(f"Argument `prestrain` must not be negative, but it is {geometry.prestrain}.")
+    if np.any(np.asarray(geometry.attached_length) >= np.asarray(spring.wire_length)):
+        raise ValueError(
+            f"Argument `attached_length` must be below the {np.min(spring.wire_length) * 1e3:.4g} mm of wire "
+            f"in the coils, but it is {np.max(geometry.attached_length) * 1e3:.4g} mm."
+        )
 
 
 def round_actuator(

@@ -67,6 +67,7 @@ class Solved(eqx.Module):
         good: true where the unknowns are a root.
         moving: true where more steps may lead to a root.
         sign: sign of the determinant of the stiffness, see `Ended`.
+        slope: least slope of resistances over fractions, see `Ended`.
         contrasts: resistance of each spring's martensite, less that of its austenite [ohm], shape (springs,).
     """
 
@@ -75,6 +76,7 @@ class Solved(eqx.Module):
     good: Array
     moving: Array
     sign: Array
+    slope: Array
     contrasts: Array
 
 
@@ -95,7 +97,11 @@ def _chunk(actuator: Actuator, each: tuple, guess: Array, before: Array, count: 
         contrasts = [spring.contrast(response.gamma) for spring, response in pairs]
         contrasts = jnp.stack(contrasts) if contrasts else jnp.zeros(0)
         moving = ~ended.good & jnp.all(jnp.isfinite(ended.unknowns)) & (ended.steps == AT_ONCE)
-        return Solved(result, ended.unknowns, ended.good, moving, ended.signs[1], contrasts)
+        if measured(problem):  # from one of many starts
+            moving &= (steps < FEW_STEPS) | ended.closing
+        return Solved(
+            result, ended.unknowns, ended.good, moving, ended.signs[1], ended.slope, contrasts
+        )
 
     def block(k: Array, rows: tuple) -> Solved:
         cut = jax.tree.map(lambda x: jax.lax.dynamic_slice_in_dim(x, k * BLOCK, BLOCK), rows)
@@ -123,9 +129,8 @@ def solved_from(rows: Rows, guess: np.ndarray) -> Solved:
     Returns:
         What was found, in NumPy arrays.
     """
-    most = FEW_STEPS if any(is_resistance(a) for a in rows.each[1]) else MOST_STEPS
     found = _in_chunks(rows, guess, np.zeros(len(rows), int))
-    for _ in range(AT_ONCE, most, AT_ONCE):
+    for _ in range(AT_ONCE, MOST_STEPS, AT_ONCE):
         left = np.flatnonzero(found.moving)
         if not left.size:
             break

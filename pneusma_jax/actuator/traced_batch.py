@@ -132,7 +132,7 @@ def _at_phases(actuator: Actuator, each: tuple, common: tuple) -> Ended:
             ended = jax.vmap(one)(jax.tree.map(lambda x: x[which], every), begin)
             # brought on in steps, a row goes on from where it last balanced
             kept = jnp.where(((step > 0) & ~ended.good)[:, None], begin, ended.unknowns)
-            ended = Ended(kept, ended.steps, ended.good, ended.signs)
+            ended = eqx.tree_at(lambda e: e.unknowns, ended, kept)
             put = lambda all_rows, some: jax.lax.dynamic_update_slice_in_dim(all_rows, some, k * width, 0)  # noqa: E731
             return jax.tree.map(put, found, ended)
 
@@ -152,8 +152,8 @@ def _at_phases(actuator: Actuator, each: tuple, common: tuple) -> Ended:
         return (stage <= _ROWS) | ((stage <= _ROWS + LOAD_STEPS) & jnp.any(row & possible & ~known.good))
 
     none = Ended(
-        jnp.broadcast_to(trial, (total, trial.size)), jnp.zeros(total, int), jnp.zeros(total, bool),
-        jnp.zeros((total, 2)),
+        jnp.broadcast_to(trial, (total, trial.size)), jnp.zeros(total, int),
+        *[jnp.zeros(total, bool)] * 2, jnp.zeros((total, 2)), jnp.ones(total),
     )  # fmt: skip
     begun = jnp.asarray(_ROWS if points is None else _GRID), none
     known = jax.lax.while_loop(unfinished, advance, begun)[1]

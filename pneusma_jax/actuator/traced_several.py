@@ -230,7 +230,7 @@ class _Search:
         springs = self.actuator.springs
 
         def one(row: tuple, begin: Array, at: Array, fractions: Array) -> tuple[Ended, _Grid]:
-            ended = newton(Problem(self.actuator, *row), begin, FEW_STEPS, (fixed, at))
+            ended = newton(Problem(self.actuator, *row), begin, held=(fixed, at), few=FEW_STEPS)
             here = ended.unknowns[: self.count]
             centre, bend = configuration(self.actuator, here)
             elongations = centre + self.actuator.spring_places @ bend

@@ -34,16 +34,22 @@ class MartensiteFraction(eqx.Module):
 
 
 def check_fractions(numbers: tuple[int, ...], activations: tuple) -> None:
-    """Refuse given fractions outside of 0 to 1, where their numbers are known.
+    """Refuse given fractions outside of 0 to 1 and resistances that are not positive, where they are known.
 
     Args:
         numbers: numbers of the springs.
         activations: activations, one per spring.
 
     Raises:
-        ValueError: naming the spring and the fraction.
+        ValueError: naming the spring and the number.
     """
     for number, activation in zip(numbers, activations, strict=False):
+        if isinstance(activation, Resistance) and is_concrete(activation.value):
+            least = np.min(np.nan_to_num(activation.value, nan=np.inf), initial=np.inf)
+            if least <= 0.0:
+                raise ValueError(
+                    f"The resistance of spring {number} must be positive [ohm], but it is {least:g}."
+                )
         if isinstance(activation, MartensiteFraction) and is_concrete(activation.value):
             wrong = np.asarray(activation.value)
             wrong = wrong[np.isfinite(wrong) & ((wrong < 0.0) | (wrong > 1.0))]

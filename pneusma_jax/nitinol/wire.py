@@ -13,9 +13,11 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+import optimistix as optx
 from jaxtyping import Array, Int
 
 from ..calibration import Calibration, load_calibration
+from ..numerics.newton import BoundedNewton
 from ..numerics.safe import is_concrete, safe_divide
 from ..pipeline import PLAIN, Chain
 from . import detwinning, residual_strain, stress
@@ -27,7 +29,7 @@ RESIDUAL = {"gR_amplitude": 0.065 / 0.1013, "gR_slope": 10.32 * 0.1013, "gR_shif
 LONGEST = 0.5  # Maximum strain in the search; nitinol breaks at a fraction of it
 # strains in units of eps_L between which a wire's strain is looked for; closer where detwinning sets in
 LADDER = np.concatenate([np.linspace(-0.5, -0.1, 5), np.arange(16) / 64.0, np.linspace(0.25, 2.5, 37)])
-MOST_STEPS = 80  # Maximum number of steps of the bracketed Newton search; bisection alone needs 50
+MOST_STEPS = 80  # Maximum number of Newton steps within a rung, on which the law is nearly straight
 FLATTEST = 1e-6  # Minimum slope of stress over strain, relative to the modulus, whose inverse is taken
 
 
@@ -207,9 +209,10 @@ class WireAlloy(eqx.Module):
         def search(f, start):
             return _refined_root(f, rungs[k], rungs[k + 1])
 
-        eps = jax.lax.custom_root(excess, rungs[k], search, _step)
+        eps, ended = jax.lax.custom_root(excess, rungs[k], search, _step, has_aux=True)
         found = jnp.where(jnp.sum(crossings) > 1, int(WireStatus.several_strains), int(WireStatus.converged))
-        status = jnp.where(good, jnp.where(jnp.any(crossings), found, int(WireStatus.no_strain)),
+        there = jnp.any(crossings) & (jax.lax.stop_gradient(ended) > 0.0)
+        status = jnp.where(good, jnp.where(there, found, int(WireStatus.no_strain)),
                            int(WireStatus.input_not_finite))  # fmt: skip
         return _checked_response(eps, load, phase, eps_R, status)
 
@@ -243,25 +246,14 @@ def _step(slope: Callable, excess: Array) -> Array:
     return safe_divide(excess, slope(jnp.ones_like(excess)), FLATTEST)
 
 
-def _refined_root(f: Callable, low: Array, high: Array) -> Array:
-    """Root between `low`, where f < 0, and `high`: Newton's steps, or bisection where one would leave."""
-
-    def go_on(carry: tuple) -> Array:
-        _, low, high, move, steps = carry
-        return (steps < MOST_STEPS) & (jnp.abs(move) > 1e-16) & (high - low > 1e-16)
-
-    def advance(carry: tuple) -> tuple:
-        eps, low, high, move, steps = carry
-        value, slope = jax.jvp(f, (eps,), (jnp.ones_like(eps),))
-        low, high = jnp.where(value < 0.0, eps, low), jnp.where(value < 0.0, high, eps)
-        newton = eps - safe_divide(value, slope, FLATTEST)
-        # a step that stays inside but shrinks slowly is no better than bisection
-        trusted = (newton > low) & (newton < high) & (jnp.abs(newton - eps) < 0.5 * jnp.abs(move))
-        after = jnp.where(value == 0.0, eps, jnp.where(trusted, newton, 0.5 * (low + high)))
-        return after, low, high, after - eps, steps + 1
-
-    begin = (0.5 * (low + high), low, high, 2.0 * (high - low), 0)
-    return jax.lax.while_loop(go_on, advance, begin)[0]
+def _refined_root(f: Callable, low: Array, high: Array) -> tuple[Array, Array]:
+    """Root between `low`, where f < 0, and `high`, and 1 where there is one, else 0."""
+    place = lambda share: low + share * (high - low)  # noqa: E731
+    found = optx.root_find(  # type: ignore[var-annotated]
+        lambda share, _: f(place(share[0]))[None] / (high - low), BoundedNewton(), jnp.full(1, 0.5),
+        options={"free": 0}, max_steps=MOST_STEPS, throw=False,
+    )  # fmt: skip
+    return place(found.value[0]), (found.result == optx.RESULTS.successful).astype(low.dtype)
 
 
 def load_wire(name_or_path: str | Path = "niti_wire") -> WireAlloy:

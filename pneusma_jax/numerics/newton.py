@@ -29,7 +29,9 @@ class BoundedNewton(optx.AbstractRootFinder):
     The function must be of one flat array. Its value and Jacobian come from one pass. `options["free"]` is
     the number of unknowns without bounds, which come first (all, where it is absent). The linear system is
     solved block by block: the first block of an equilibrium is its stiffness at given phases, which is
-    regular. `options["count"]` is the number of steps that were made before, 0 where it is absent.
+    regular. `options["count"]` is the number of steps that were made before, 0 where it is absent. After
+    `options["few"]` steps an attempt with a residual above `options["closing"]` is given up, if these are
+    given.
 
     `stats` of the solution has the largest residual `excess` and the Jacobian `slope` before the last step.
 
@@ -89,9 +91,11 @@ class BoundedNewton(optx.AbstractRootFinder):
     def terminate(
         self, fn: Any, y: Array, args: Any, options: dict, state: _State, tags: Any
     ) -> tuple[Bool[Array, ""], optx.RESULTS]:
-        """End after a short step, or where numbers are no longer finite."""
+        """End after a short step, where numbers are no longer finite, or where an attempt is given up."""
         # both are infinite before the first step
         lost = jnp.isnan(state.moved + state.excess) | (jnp.isfinite(state.moved) & jnp.isinf(state.excess))
+        if "few" in options:
+            lost |= (state.count >= options["few"]) & (state.excess > options["closing"])
         result = optx.RESULTS.where(lost, optx.RESULTS.nonlinear_divergence, optx.RESULTS.successful)
         return (state.moved <= self.close) | (state.left < self.balanced) | lost, result
 
@@ -165,9 +169,9 @@ def solve_blocks(
     Args:
         matrix: whose leading `first` rows and columns are regular; the rest is at most three by three.
         vector: right-hand side.
-        first: size of the first block; n where there is only one.
+        first: size of the first block; n or 0 where there is only one.
     """
-    if first == vector.size:
+    if first in (0, vector.size):
         return solve_small(matrix, vector)
     (a, b), (c, d) = ((half[:, :first], half[:, first:]) for half in (matrix[:first], matrix[first:]))
     # apart from each other: the vector alone is linear, and is transposed for reverse derivatives

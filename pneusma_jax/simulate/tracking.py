@@ -77,16 +77,16 @@ def track_history(
     bench = Bench.of(actuator, effects)
 
     def step(carry: tuple, row: tuple) -> tuple[tuple, tuple]:
-        unknowns, slope, states, memories = carry
-        pressure, activations, time, interval, recorded = row
-        problem = bench.problem(states, memories, activations, (pressure, time, interval, recorded))
-        found = _equilibrium_near(problem, unknowns + jnp.clip(interval * slope, -LONGEST, LONGEST))
+        unknowns, rate, states, memories = carry
+        pressure, activations, *own = row
+        interval = own[1]
+        problem = bench.problem(states, memories, activations, (pressure, *own))
+        found = _equilibrium_near(problem, unknowns + jnp.clip(interval * rate, -LONGEST, LONGEST))
         good = found.status == int(Status.converged)
         after = passed(problem, found, good)
         kept = jnp.where(good, after.calm.unknowns, unknowns)
-        rate = (after.calm.unknowns - unknowns) / jnp.where(interval > 0.0, interval, jnp.inf)
-        moved = jax.lax.stop_gradient(jnp.where(good, rate, 0.0))
-        return (kept, moved, after.states, after.memories), (found, after.seen, good)
+        rate = jax.lax.stop_gradient((kept - unknowns) / jnp.where(interval > 0.0, interval, jnp.inf))
+        return (kept, rate, after.states, after.memories), (found, after.seen, good)
 
     states = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), states)
     memories = bench.at_rest(pressure[0], states, jax.tree.map(lambda x: x[0], recorded))

@@ -50,6 +50,57 @@ def test_random_states_come_back_or_are_said_to_be_one_of_several(body):
     assert off[unique].max() < 1e-5
 
 
+# pressure [Pa] and fractions beside a fold, where a step of Newton's method only halves the distance
+BESIDE_FOLDS = [
+    (39243.54860515612, 0.9760907977315938, 0.3140013907815481),
+    (32460.197773429656, 0.9867096735433194, 0.42834162200624737),
+    (38522.109229626076, 0.13662807778113106, 0.9753188788941983),
+    (37784.53390002407, 0.9860729329050529, 0.7941590603757306),
+    (25138.38409044221, 0.9980253024130853, 0.5149088718359018),
+]
+
+
+@pytest.mark.parametrize("way", ["batch", "one by one", pytest.param("compiled batch", marks=pytest.mark.slow)])
+def test_a_state_beside_a_fold_comes_back_or_is_said_to_be_one_of_several(body, way):
+    pressure, *fractions = np.asarray(BESIDE_FOLDS).T
+    true = pj.solve_batch(body, pressure, phases(*fractions))
+    ohms = np.stack([np.asarray(spring.resistance) for spring in true.springs])
+    if way == "one by one":
+        rows = zip(pressure, ohms.T, strict=True)
+        found = [pj.solve(body, p, tuple(pj.Resistance(x) for x in pair)) for p, pair in rows]
+        found = jax.tree.map(lambda *x: jnp.stack(x), *found)
+    else:
+        # enough rows for a grid of starts
+        pressure, ohms = np.tile(pressure, 5), np.tile(ohms, 5)
+        pressure[-2:] = 0.0, 50e3
+        solved = lambda p, pair: pj.solve_batch(body, p, tuple(pj.Resistance(x) for x in pair))  # noqa: E731
+        found = (jax.jit(solved) if way == "compiled batch" else solved)(pressure, ohms)
+    rows = slice(0, len(BESIDE_FOLDS))
+    assert np.all(np.asarray(found.converged)[rows])
+    off = np.abs(np.asarray(found.curvature)[rows] - np.asarray(true.curvature))
+    assert np.all((off < 0.01) | (np.asarray(found.status)[rows] == pj.Status.several_equilibria))
+
+
+# pressure [Pa] and fractions of rows with other equilibria within 0.2 1/m, at which a spring is nearly cold
+NEARLY_COLD = [
+    (22022.84146856055, 0.9995927036702474, 0.005581308686451569),
+    (30562.261732918694, 0.8757213160894741, 0.9998798172545367),
+    (31528.021166871433, 0.9767239034708654, 0.9996940002067038),
+    (30371.373399963562, 1.0, 0.8703590987290345),
+    (25950.343269712896, 0.9996429451570694, 0.030663842623928406),
+]
+
+
+def test_a_state_with_a_nearly_cold_spring_comes_back_or_is_said_to_be_one_of_several(body):
+    random = np.random.default_rng(35)
+    given = np.concatenate([NEARLY_COLD, random.uniform([0.0, 0.0, 0.0], [50e3, 1.0, 1.0], (40, 3))])
+    true = pj.solve_batch(body, given[:, 0], phases(*given[:, 1:].T))
+    found = pj.solve_batch(body, given[:, 0], resistances(true))
+    off = np.abs(np.asarray(found.curvature) - np.asarray(true.curvature))
+    assert np.all(np.asarray(found.converged))
+    assert np.all((off < 0.01) | (np.asarray(found.status) == pj.Status.several_equilibria))
+
+
 @pytest.mark.parametrize("pressure", [20e3, 45e3])
 def test_a_history_fed_its_own_resistances_comes_back(body, pressure):
     heat = np.interp(np.arange(0.0, 100.5, 0.5), [0, 5, 45, 55, 95, 100], [1, 1, 0.4, 0.4, 1, 1])
@@ -120,3 +171,24 @@ def test_validity_says_what_lies_beyond_the_tests():
     usual = pj.make_actuator("pneusma1")
     assert bool(pj.solve(usual, 5e3, phases(0.9)).validity.good)
     assert bool(pj.solve(usual, 150e3, phases(1.0)).validity.shear.any())
+
+
+@pytest.mark.parametrize(
+    ("given", "what"),
+    [
+        (dict(prestrain=-0.1), "`prestrain` must not be negative, but it is -0.1"),
+        (dict(prestrain=float("nan")), "`prestrain` must not be negative, but it is nan"),
+        (dict(length=0.0), "`length` must be positive, but it is 0.0"),
+        (dict(attached_length=0.5), "below the 188.4 mm of wire in the coils, but it is 500 mm"),
+        (dict(design="pneuflex_s", fibre_stiffness=-1.0, inextensible=False), "`fibre_stiffness` must be positive, but it is -1.0"),
+    ],
+)
+def test_dimensions_that_cannot_be_are_refused(given, what):
+    with pytest.raises(ValueError, match=what):
+        pj.make_actuator(**dict(design="pneusma1") | given)
+
+
+@pytest.mark.parametrize("ohms", [0.0, -3.5])
+def test_a_resistance_that_cannot_be_is_refused(ohms):
+    with pytest.raises(ValueError, match=f"spring 2 must be positive .ohm., but it is {ohms:g}"):
+        pj.solve(pj.make_actuator("pneusma1"), 30e3, (pj.Resistance(ohms),))

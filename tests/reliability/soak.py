@@ -5,7 +5,8 @@
 Each command is first run to its end, which gives the reference and the time it takes. Then it is killed (SIGKILL) one
 to three times in a row, each at a random moment of that time. After each kill every file must be whole, and every folder
 must hold the results of one run or none. The command then runs to its end, with `--resume` where it has that option.
-Its results must have the reference's bytes. The campaign itself may be ended and begun again: it goes on, and counts up.
+Its results must have the reference's bytes; where a file states how long something took, everything else in it must be
+equal. The campaign itself may be ended and begun again: it goes on, and counts up.
 """
 
 import argparse
@@ -42,6 +43,7 @@ class Command(NamedTuple):
         files: whose bytes must agree with the reference, as patterns.
         state: files and folders that a run keeps to go on from; they are no results.
         kills: largest number of kills of one run.
+        times: keys of JSON files that state seconds, which no two runs share.
     """
 
     words: list[str]
@@ -49,6 +51,7 @@ class Command(NamedTuple):
     files: tuple[str, ...]
     state: tuple[str, ...] = ()
     kills: int = MOST_KILLS
+    times: tuple[str, ...] = ()
 
 
 def force(out: Path) -> list[str]:
@@ -88,8 +91,8 @@ COMMANDS = {
         ("fitted",),
     ),
     "posterior": Command(
-        [*PNEUSMA, "posterior", "silicone", "--law", "neo_hookean", "--max-steps", "600"], resume("chain.h5"),
-        ("report.json", "summary.csv", "posterior.nc"), ("chain.h5",),
+        [*PNEUSMA, "posterior", "silicone", "--law", "neo_hookean", "--max-steps", "600", "--sampler", "nuts"],
+        resume("chain.h5"), ("report.json", "summary.csv", "posterior.nc"), ("chain.h5",),
     ),
     "propagate": Command(
         [*PNEUSMA, "propagate", "band.toml"], resume("study.json"), ("report.json", "*.csv", "chunks/*"),
@@ -102,7 +105,8 @@ COMMANDS = {
     "proof": Command(
         [*PROOF, "run", "--plan", "fixed", "--kinds", "elastomer", "--limit", "2", "--date", "2026-01-01T00:00Z",
          "--ledger", "out/ledger.jsonl"],
-        lambda out: [], ("score.json", "reports/*/report.json"), ("**",), 2,
+        lambda out: [], ("*/score.json", "*/plan.json", "*/reports/*/report.json", "*/campaigns/**/*.*"), ("**",), 2,
+        ("times", "seconds", "cpu_seconds"),
     ),
 }  # fmt: skip
 
@@ -173,20 +177,39 @@ def whole(path: Path) -> None:
     """
     content = path.read_bytes()
     check_seal(content, path.name)
-    if path.suffix == ".json":
-        json.loads(content)
+    if path.suffix in (".json", ".jsonl"):
+        complete = content[: content.rfind(b"\n") + 1].splitlines()  # a log may end in a line that is being written
+        for line in [content] if path.suffix == ".json" else complete:
+            json.loads(line)
     if path.suffix == ".png" and b"IEND" not in content[-16:]:
         raise ValueError("the picture is cut")
     if path.suffix == ".html" and not content.rstrip().endswith(b"</html>"):
         raise ValueError("the page is cut")
 
 
-def difference(out: Path, reference: Path, files: tuple[str, ...]) -> list[str]:
-    """Files that are missing or whose bytes differ from the reference."""
-    wanted = [path.relative_to(reference) for pattern in files for path in reference.glob(pattern)]
-    if not wanted:
-        raise RuntimeError(f"{reference} has none of {', '.join(files)}")
-    return [str(p) for p in wanted if not (out / p).exists() or (out / p).read_bytes() != (reference / p).read_bytes()]
+def difference(out: Path, reference: Path, command: Command) -> list[str]:
+    """Files that are missing or whose bytes differ from the reference; times are no difference."""
+    found = [path.relative_to(reference) for pattern in command.files for path in reference.glob(pattern)]
+    for pattern in command.files:
+        if not any(reference.glob(pattern)):
+            raise RuntimeError(f"{reference} has no {pattern}")
+    return [str(p) for p in found if not (out / p).exists() or not same(out / p, reference / p, command.times)]
+
+
+def same(one: Path, other: Path, times: tuple[str, ...]) -> bool:
+    """Whether two files have the same bytes, or say the same but for seconds."""
+    if one.read_bytes() == other.read_bytes():
+        return True
+    if one.suffix != ".json" or not times:
+        return False
+    return without(json.loads(one.read_text()), times) == without(json.loads(other.read_text()), times)
+
+
+def without(value: object, keys: tuple[str, ...]) -> object:
+    """A JSON document without some of its keys, at any depth."""
+    if isinstance(value, dict):
+        return {key: without(inner, keys) for key, inner in value.items() if key not in keys}
+    return [without(inner, keys) for inner in value] if isinstance(value, list) else value
 
 
 def one(command: Command, folder: Path, reference: Path, seconds: float, rng: np.random.Generator) -> tuple[int, str]:
@@ -206,7 +229,7 @@ def one(command: Command, folder: Path, reference: Path, seconds: float, rng: np
         run([*command.words, "--out", "out", *command.again(out)], folder)
     except RuntimeError as error:
         return kills, f"killed after {after:.1f} s, and then: {error}"
-    wrong = difference(out, reference, command.files)
+    wrong = difference(out, reference, command)
     return kills, f"killed after {after:.1f} s, other bytes: {', '.join(wrong)}" if wrong else ""
 
 

@@ -8,7 +8,7 @@ import pytest
 from binary_files import binary_mutation, kinds, without_seal
 
 from fitting.data import hdf5
-from fitting.data.sealed import SEAL, check_seal, seal_file, sealed
+from fitting.data.sealed import SEAL, check_seal, sealed
 from pneusma_jax.errors import InputError
 
 
@@ -27,12 +27,14 @@ def test_a_flipped_bit_anywhere_is_told_and_what_is_whole_passes():
         check_seal(none, "a")  # a file of others has no digest
 
 
-def test_a_file_is_sealed_as_its_bytes_are(tmp_path):
-    content = np.random.default_rng(0).bytes(3 * 2**20 + 7)  # more than one block
+def test_a_file_of_several_blocks_is_checked_to_its_end(tmp_path):
+    content = bytearray(sealed(np.random.default_rng(0).bytes(3 * 2**20 + 7)))
     (tmp_path / "a").write_bytes(content)
-    seal_file(tmp_path / "a")
-    assert (tmp_path / "a").read_bytes() == sealed(content)
     check_seal(tmp_path / "a", "a")
+    content[3 * 2**20 + 5] ^= 1
+    (tmp_path / "a").write_bytes(content)
+    with pytest.raises(InputError, match="damaged or altered"):
+        check_seal(tmp_path / "a", "a")
 
 
 def test_other_software_reads_a_sealed_file_and_may_change_it(tmp_path):

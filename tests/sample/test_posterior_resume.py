@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import emcee
@@ -59,7 +60,14 @@ def test_a_killed_run_goes_on_where_it_was_and_ends_as_if_nothing_had_happened(t
     np.testing.assert_array_equal(resumed.chains, whole.chains)
     np.testing.assert_array_equal(resumed.log_probabilities, whole.log_probabilities)
     assert resumed.evaluations == whole.evaluations
-    assert resumed.summary == whole.summary
+    assert resumed.summary == whole.summary and resumed.why == whole.why
+
+
+def test_why_a_pilot_chose_the_sampler_is_told_after_a_resume_too(tmp_path):
+    auto = replace(SETTINGS, sampler="auto")
+    first = run(tmp_path / "chain.h5", settings=replace(auto, max_steps=SETTINGS.chunk))
+    resumed = run(tmp_path / "chain.h5", resume=True, settings=auto)
+    assert "a pilot" in first.why and resumed.why == first.why
 
 
 def test_a_finished_chain_is_not_run_further(tmp_path):

@@ -27,6 +27,9 @@ def main(arguments=None):
     except ValueError as problem:
         print(f"proof: {problem}", file=sys.stderr)
         return 2
+    except OSError as problem:  # a disk that is full, or may not be written to
+        print(f"proof: {problem.filename or chosen.out}: {problem.strerror or problem}", file=sys.stderr)
+        return 2
 
 
 def _parser():
