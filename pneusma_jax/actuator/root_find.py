@@ -189,7 +189,8 @@ def at_given_phases(problem: Problem, guess: Array) -> Ended:
         ended = at_once & (found.good | ~finite)
         return jnp.where(ended, LOAD_STEPS + 1, stage + 1), begin, found
 
-    nothing = Ended(guess, jnp.asarray(0), *[jnp.asarray(False)] * 2, jnp.zeros(2), jnp.ones(()))
+    no = jnp.asarray(False)
+    nothing = Ended(guess, jnp.asarray(0), no, no, jnp.zeros(2), jnp.ones(()))
     return jax.lax.while_loop(lambda c: c[0] <= LOAD_STEPS, attempt, (jnp.asarray(0), guess, nothing))[2]
 
 

@@ -5,8 +5,8 @@ holds the only equilibrium. At given phases there is one equilibrium, so the map
 has degree one. Hence the signs of the stiffness at all equilibria of a row add up to one. Rows whose signs do
 not have missed one. They get more starts, at last those of `root_find.all_roots`. The sum does not show two
 that were missed together. Such two lie beside the one that was found, with a spring nearly cold. So rows
-whose resistances hardly change with the fractions (`FLAT`) are looked at once more. Rows whose cold spring
-has too small a resistance are, too.
+whose resistances hardly change with the fractions (`FLAT`) are looked at once more. So are rows whose cold
+spring has too small a resistance.
 """
 
 import itertools
@@ -250,7 +250,7 @@ def _with_cold_ends(rows: Rows, root: np.ndarray, grid: PhaseMap) -> tuple[Equil
     Args:
         rows: any.
         root: joint unknowns of an equilibrium of each.
-        grid: equilibria of the actuator.
+        grid: of the actuator.
     """
     count = rows.actuator.freedoms
     readings, measured = _readings(rows), [is_resistance(a) for a in rows.each[1]]

@@ -253,7 +253,8 @@ def _refined_root(f: Callable, low: Array, high: Array) -> tuple[Array, Array]:
         lambda share, _: f(place(share[0]))[None] / (high - low), BoundedNewton(), jnp.full(1, 0.5),
         options={"free": 0}, max_steps=MOST_STEPS, throw=False,
     )  # fmt: skip
-    return place(found.value[0]), (found.result == optx.RESULTS.successful).astype(low.dtype)
+    good = jnp.asarray(found.result == optx.RESULTS.successful)
+    return place(found.value[0]), good.astype(low.dtype)
 
 
 def load_wire(name_or_path: str | Path = "niti_wire") -> WireAlloy:
