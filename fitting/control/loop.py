@@ -151,12 +151,12 @@ class Loop:
         noise: Array,
         pressure: Array | None = None,
     ) -> tuple[Seen, Seen, Array, Array]:
-        """What the plant shows, what the observer thinks, currents [A] and readings [ohm]; may be traced.
+        """Outputs of the plant, states of the observer, currents [A] and readings [ohm]; may be traced.
 
         Args:
-            plant: what is driven; model: what the controller thinks it is.
-            plan: from `planned`.
-            noise: of the readings [ohm], shape (rows, springs).
+            plant: the plant that is driven; model: the controller's model of it.
+            plan: plan from `planned`.
+            noise: noise of the readings [ohm], shape (rows, springs).
             pressure: gauge, in the plant [Pa]; that of the plan if None. The controller is not told.
         """
         inside = self.pressure if pressure is None else pressure

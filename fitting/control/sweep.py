@@ -70,7 +70,7 @@ def usual_loop(seed: int = 0, level: float = LEVEL, swing: float = SWING) -> Loo
     """A step to a curvature, held, then a sine about it.
 
     Args:
-        seed: of the noise.
+        seed: seed of the noise.
         level: after the step [1/m]; swing: of the sine [1/m].
     """
     time = np.arange(0.0, UNTIL, INTERVAL)

@@ -163,16 +163,8 @@ def plan_campaign(
     rates = choose_rates(spring, [*pool, *source], seed, sigma[1])
     rates, source_rates = rates[: len(pool)], rates[len(pool) :]
     progress("rates")
-    alloys = prior.draws(draws, seed)
+    information_of = _informer(prior, prior.draws(draws, seed), dimensions, sigma, misfit)
     progress("alloys")
-
-    values = {name: jnp.asarray(column) for name, column in alloys.items()}
-
-    def information_of(batch: Sequence[Candidate], repeats: int) -> np.ndarray:
-        numbers = (jnp.asarray(x, float) for x in (sigma, misfit, repeats))
-        scale = jnp.asarray(prior.sd)
-        return np.asarray(information(values, prior.names, scale, dimensions, courses(batch), *numbers))
-
     table = np.stack([information_of(pool, r) for r in range(1, MOST_REPEATS + 1)], axis=2)
     progress("information")
     times = np.array([minutes(test, rate) for test, rate in zip(pool, rates, strict=True)])
@@ -183,11 +175,6 @@ def plan_campaign(
     progress("comparison")
     merged = _merged(pool, rates, indices, [choice.gain for choice in chosen])
     merged.append(_validation(pool, rates, indices, steps))
-    final = covariances(table, indices)[-1, 0]
-    units = [prior.table.quantities[name].unit for name in prior.names]
-    factor = np.array([from_si(1.0, unit, difference=True) for unit in units])
-    scale = factor * prior.sd
-    loose = identifiability(prior.names, factor * prior.mean, final * np.outer(scale, scale))
     return Plan(
         knowledge=prior,
         spring=spring,
@@ -198,12 +185,44 @@ def plan_campaign(
         sd=np.median(expected_sd(table, indices), axis=1),
         published_sd=np.median(source_sd, axis=0),
         published_minutes=sum(minutes(t, rate) for t, rate in zip(source, source_rates, strict=True)),
-        loose=[entry["text"] for entry in loose],
+        loose=_loose(prior, covariances(table, indices)[-1, 0]),
         wanted=tuple(wanted),
         noise=sigma,
         misfit=misfit,
         tellers=_tellers(table, pool, prior.names),
     )
+
+
+def _informer(
+    prior: Knowledge,
+    alloys: Mapping[str, np.ndarray],
+    dimensions: pj.SpringGeometry,
+    sigma: tuple[float, ...],
+    misfit: float,
+) -> Callable[[Sequence[Candidate], int], np.ndarray]:
+    """Function from tests and their number of repeats to their information, see `information`."""
+    values = {name: jnp.asarray(column) for name, column in alloys.items()}
+    scale = jnp.asarray(prior.sd)
+
+    def information_of(batch: Sequence[Candidate], repeats: int) -> np.ndarray:
+        numbers = (jnp.asarray(x, float) for x in (sigma, misfit, repeats))
+        return np.asarray(information(values, prior.names, scale, dimensions, courses(batch), *numbers))
+
+    return information_of
+
+
+def _loose(prior: Knowledge, covariance: np.ndarray) -> list[str]:
+    """Sentences about constants that the tests leave open.
+
+    Args:
+        prior: prior knowledge of the constants.
+        covariance: expected covariance after the tests, in prior standard deviations.
+    """
+    units = [prior.table.quantities[name].unit for name in prior.names]
+    factor = np.array([from_si(1.0, unit, difference=True) for unit in units])
+    scale = factor * prior.sd
+    entries = identifiability(prior.names, factor * prior.mean, covariance * np.outer(scale, scale))
+    return [entry["text"] for entry in entries]
 
 
 def _tellers(

@@ -143,7 +143,7 @@ def open_store(problem: Problem, folder: Path, resume: bool, force: bool) -> Sto
 
 
 def begun(folder: str | Path) -> bool:
-    """Whether chunks of a study are in a folder, or could be: its manifest is there."""
+    """True if chunks of a study are in a folder, or could be: its manifest is there."""
     return (Path(folder) / MANIFEST).exists()
 
 

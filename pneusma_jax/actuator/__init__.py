@@ -177,7 +177,7 @@ def _check_dimensions(geometry: Geometry, spring: SpringGeometry | None, fibre: 
     Args:
         geometry: dimensions of the actuator.
         spring: dimensions of its springs, None where there is none.
-        fibre: whether a fibre stretches.
+        fibre: true if a fibre stretches.
 
     Raises:
         ValueError: naming the dimension, what it is and what it must be.

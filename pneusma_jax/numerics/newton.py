@@ -13,8 +13,8 @@ from .linear import solve_small
 
 
 class _State(eqx.Module):
-    """Of `BoundedNewton`: length of the last step [1], largest residual and slope before it [1], steps so
-    far, and the residual that quadratic convergence predicts after that step [1]."""
+    """State of `BoundedNewton`: length of the last step [1], largest residual and slope before it [1], and
+    steps so far. `left` is the residual that quadratic convergence predicts after that step [1]."""
 
     moved: Array
     excess: Array

@@ -24,7 +24,7 @@ from .state import title_of
 SETTLED = 10.0
 """Time from which the error counts [s]: the step's transient is over, as in `pneusma control`."""
 KNOWS = ("base", "model")
-"""What the controller's own model is: the base model, or that of the plant, both at the nominal numbers."""
+"""Kinds of the controller's own model: the base model, or that of the plant, both at the nominal numbers."""
 
 
 def loop_response(
@@ -41,12 +41,12 @@ def loop_response(
 
     Args:
         specimen: the actuator.
-        model: of the plant, with numbers and effects of its own.
+        model: model of the plant, with numbers and effects of its own.
         settings: a study's `[model]`: `pressure_kPa`, `level_1pm`, `swing_1pm`, and what the `controller`
             knows, of `KNOWS`.
         points: rows that results are kept of.
         noise_for: white noise of the readings, `resistance_ohm`.
-        where: for messages.
+        where: file and table, for messages.
 
     Raises:
         InputError: for an actuator that no loop can drive, or a setting that cannot be.

@@ -13,7 +13,8 @@ from pneusma_jax.units import dimension_of, to_si, unit_of_column
 from .response import NOISE, Known
 
 BITS = 32
-"""Of the number that picks the noise of a row: the seeds of JAX's random numbers have as many."""
+"""Number of bits of the number that picks the noise of a row: the seeds of JAX's random numbers have as
+many."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class WhiteNoise:
 
         Args:
             channels: [SI], any shapes.
-            values: of the row; none where `noise` is not among them.
+            values: values of the row; no noise is added if `noise` is not among them.
         """
         found = dict(channels)
         if NOISE not in values:
@@ -60,7 +61,7 @@ def noise_of(stated: Mapping[str, float], channels: Mapping[str, str], where: st
 
     Args:
         stated: 1-sigma by column with its unit, `pressure_kPa`.
-        channels: that can have noise, with an example of a unit of each.
+        channels: channels that can have noise, with an example of a unit of each.
         where: file and table, for messages.
 
     Raises:

@@ -67,7 +67,7 @@ class Response:
         files: files that the numbers come from.
         notices: notices about the numbers.
         side_by_side: rows that are computed together.
-        smooth: whether the outputs have derivatives by the values.
+        smooth: true if the outputs have derivatives by the values.
     """
 
     title: str
