@@ -127,6 +127,8 @@ def test_a_writer_that_fails_leaves_nothing(tmp_path):
     with pytest.raises(RuntimeError):
         publish(tmp_path / "out", broken, force=False)
     with pytest.raises(InputError, match="cannot be written"):
+        publish(tmp_path / "out", {"a.txt": "whole", "x" * 300: "a name too long for a disk"}, force=False)
+    with pytest.raises(InputError, match="cannot be the name"):
         publish(tmp_path / "out", {"a.txt": "whole", "no/such/folder.txt": "x"}, force=False)
     assert list(tmp_path.iterdir()) == []
 

@@ -12,7 +12,7 @@ from fitting.calibrate.spring import stand_tests
 from fitting.calibrate.spring.joint import Joint, Start, lead, spanned
 from fitting.calibrate.spring.modes import apart, other_modes
 from fitting.calibrate.spring.next_test import _reach, _sentence
-from fitting.calibrate.spring.profiles import profile
+from fitting.calibrate.spring.profiles import profiles
 from fitting.calibrate.spring.search import order
 from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameters
@@ -113,7 +113,7 @@ def profiled(monkeypatch):
         monkeypatch.setattr(profiling, "fit_pinned", pinned)
         monkeypatch.setattr(profiling, "decided", lambda values, rows: rows)
         monkeypatch.setattr(profiling, "values_of", lambda parameters, values: values)
-        return profile(joint, "x")
+        return profiles(joint, ["x"])["x"]
 
     return of
 
