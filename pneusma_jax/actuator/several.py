@@ -87,11 +87,13 @@ def solved_by_resistance(rows: Rows, shared: bool) -> tuple[Equilibrium, np.ndar
     for group, alike in [*_groups(rows, usable, shared), (np.flatnonzero(~usable), False)]:
         if not group.size:
             continue
-        one = rows.taken(group)
+        one = rows if group.size == len(rows) else rows.taken(group)
         if not usable[group[0]]:
             part = unusable(one).result()
         else:
             part = _by_cells(one) if alike else _by_all_starts(one)
+        if group.size == len(rows):
+            return part  # a copy of many rows takes much memory
         if found is None:
             found = jax.tree.map(lambda x: np.empty((len(rows), *x.shape[1:]), x.dtype), part)
         jax.tree.map(lambda whole, some: put(whole, group, some), found, part)  # noqa: B023
