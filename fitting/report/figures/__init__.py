@@ -64,9 +64,14 @@ def axis_label(column: str) -> str:
     """Words and unit for a canonical column, such as `curvature [1/m]`."""
     if column in QUANTITIES:
         return QUANTITIES[column]
-    quantity, _, unit = column.rpartition("_")
+    quantity, _, unit = literal(column).rpartition("_")
     unit = {"1pm": "1/m"}.get(unit, unit)
-    return f"{quantity.replace('_', ' ')} [{unit}]" if quantity else column
+    return f"{quantity.replace('_', ' ')} [{unit}]" if quantity else unit
+
+
+def literal(name: str) -> str:
+    """A user's name for a figure, where matplotlib takes what stands between dollar signs for a formula."""
+    return name.replace("$", r"\$")
 
 
 def unit_of(column: str) -> str:

@@ -45,6 +45,8 @@ def verdict(result: Propagation) -> list[str]:
 def _quantity(result: Propagation, name: str) -> str:
     k = shown_column(result, name)
     low, middle, high = result.quantiles([0.05, 0.5, 0.95])[:, k]
+    if not np.isfinite(middle):
+        return f"{result.problem.columns.labels[k]}: no row has a result."
     nominal = result.nominal[k]
     beside = f", nominal {nominal:.4g}" if np.isfinite(nominal) else ""
     return f"{result.problem.columns.labels[k]}: {middle:.4g}, 90 % between {low:.4g} and {high:.4g}{beside}."
@@ -65,14 +67,24 @@ def _index_sentences(result: Propagation) -> list[str]:
     order = [int(i) for i in np.argsort(-np.nan_to_num(value[:, j], nan=-1.0))[:3]]
     groups = list(problem.groups)
     words = "total Sobol index" if name == "total" else "Shapley effect"
+    if not np.any(np.isfinite(value[:, j])):
+        why = "no block is whole" if sums.left_out == sums.blocks else "it is the same in every row"
+        sentences = [f"{labels[shown]} has no indices: {why}."]
+        return sentences if not sums.left_out else [*sentences, _left_out(result)]
+    if not np.any(np.isfinite(half[:, j])):
+        few = f"indices of so few rows, {sums.blocks - sums.left_out} whole blocks, have no interval"
+        return [f"{labels[shown]}: {few}; take more."]
     parts = ", ".join(f"{groups[i]} {value[i, j]:.2f} ± {half[i, j]:.2f}" for i in order)
     sentences = [f"What {labels[shown]} depends on most ({words}, 95 %): {parts}."]
-    if sums.left_out:
-        sentences.append(
-            f"{_percent(sums.share_left_out)} of blocks have a row without a result and are left out whole; "
-            "the table says between what each index lies, whatever these rows would have been."
-        )
-    return sentences
+    return [*sentences, _left_out(result)] if sums.left_out else sentences
+
+
+def _left_out(result: Propagation) -> str:
+    share = _percent(result.summary.indices.share_left_out)
+    return (
+        f"{share} of blocks have a row without a result and are left out whole; the table says between "
+        "what each index lies, whatever these rows would have been."
+    )
 
 
 def failure_sentences(result: Propagation) -> list[str]:
@@ -101,6 +113,11 @@ def failure_sentences(result: Propagation) -> list[str]:
     return sentences
 
 
+def _end(probability: float) -> str:
+    """End of an interval; the digits of one close to 1 tell how close it is."""
+    return f"{probability:.2g}" if probability < 0.95 else f"{probability:.6g}"
+
+
 def rare_sentences(rare: RareResult) -> list[str]:
     """Sentences on a small probability."""
     sentences = []
@@ -114,9 +131,8 @@ def rare_sentences(rare: RareResult) -> list[str]:
             else ""
         )
         sentences.append(
-            f"{rare.limit}: probability {rare.subset.probability:.3g} by subset simulation, {low:.2g} to "
-            f"{high:.2g}"
-            f" (95 %).{note}"
+            f"{rare.limit}: probability {rare.subset.probability:.3g} by subset simulation, {_end(low)} to "
+            f"{_end(high)} (95 %).{note}"
         )
     if rare.form is not None:
         low, high = rare.form.interval
@@ -124,9 +140,8 @@ def rare_sentences(rare: RareResult) -> list[str]:
         points_text = f"{points} design point{'s' * (points != 1)}" if points else "no design point"
         by = "" if rare.form.by_form is None else f"; FORM alone {rare.form.by_form:.3g}"
         sentences.append(
-            f"{rare.limit}: {rare.form.probability:.3g} by importance sampling ({points_text}), {low:.2g} to "
-            f"{high:.2g}"
-            f" (95 %){by}."
+            f"{rare.limit}: {rare.form.probability:.3g} by importance sampling ({points_text}), "
+            f"{_end(low)} to {_end(high)} (95 %){by}."
         )
     if rare.no_gradient:
         sentences.append(f"{rare.limit}: no FORM, because {rare.no_gradient}.")
@@ -177,6 +192,8 @@ def left_open(result: Propagation) -> str:
     """Sentence on the possible influence of failed rows on the first quantity."""
     header, rows = column_table(result)
     row = dict(zip(header, rows[0], strict=True))
+    if not np.isfinite(row["mean"]):
+        return "No row has a result, so nothing is known of the outputs."
     low, high = (np.format_float_positional(row[k], 4, fractional=False) for k in ("mean_least", "mean_most"))
     return (
         f"If every row without a result lay within what was seen, the mean of {row['column']} would be "
