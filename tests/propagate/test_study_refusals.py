@@ -209,6 +209,15 @@ def test_the_shipped_studies_are_read_by_name(tmp_path):
     assert study_examples() == ["pneusma2_band"]
 
 
+def test_the_study_of_the_documentation_is_one_that_can_be(tmp_path):
+    page = Path(__file__).parents[2] / "docs" / "propagate.md"
+    path = tmp_path / "study.toml"
+    path.write_text(page.read_text(encoding="utf-8").split("```toml\n")[1].split("```")[0], encoding="utf-8")
+    result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(tmp_path / "out"), "--check"])
+    assert result.exit_code == 0, result.output
+    assert " rows in " in result.stdout
+
+
 def test_check_says_what_would_be_done_and_does_nothing(tmp_path):
     path, out = tmp_path / "study.toml", tmp_path / "out"
     path.write_text(PLAIN)
