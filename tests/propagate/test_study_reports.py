@@ -9,6 +9,7 @@ from conftest import PLAIN
 
 from fitting.cli import main
 from fitting.propagate.distributions import Gaussian
+from fitting.report.figures import axis_label, unit_of
 
 SMALL = "[sampling]\nrows = 200\n"
 LIMIT = "[[limit]]\non = 'y'\nabove = {}\n"
@@ -68,3 +69,26 @@ def test_small_probabilities_end_where_nothing_everything_or_half_fails(tmp_path
 def test_slopes_of_a_gaussian_are_finite_at_any_score():
     marginal = Gaussian(1.0, 0.5, -np.inf, np.inf)
     np.testing.assert_allclose(marginal.slope(np.array([-1e9, 0.0, 3.0, 1e9])), [0.0, 0.5, 0.5, 0.0])
+
+
+def test_few_failed_rows_do_not_tell_where_they_failed_and_many_do(tmp_path):
+    """Rows fail where a is small, which one or two of them cannot show among two inputs and forty can."""
+    few, _ = run(tmp_path, PLAIN.replace("a + 2*b", "sqrt(a + 0.375) + b") + "[sampling]\nrows = 400\n")
+    assert "So few do not tell in which input they differ" in few, few
+    (tmp_path / "more").mkdir()
+    many, _ = run(tmp_path / "more", PLAIN.replace("a + 2*b", "sqrt(a - 0.36) + b") + "[sampling]\nrows = 400\n")
+    assert "They differ from other rows most in a:" in many, many
+
+
+@pytest.mark.parametrize(
+    ("column", "label", "unit"),
+    [
+        ("curvature_1pm", "curvature [1/m]", "[1/m]"),
+        ("force_2_N", "force 2 [N]", "[N]"),
+        ("tip_angle", "tip angle", ""),
+        ("xi0_2", "xi0 2", ""),
+        ("y", "y", ""),
+    ],
+)
+def test_an_axis_has_a_unit_where_its_name_ends_in_one(column, label, unit):
+    assert (axis_label(column), unit_of(column)) == (label, unit)

@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fitting.data.files import write_whole
+from pneusma_jax.units import UNITS
 
 # Okabe and Ito's palette, in an order that also differs in lightness
 BLACK, BLUE, ORANGE, GREEN, SKY, PURPLE, VERMILION, YELLOW = (
@@ -65,8 +66,10 @@ def axis_label(column: str) -> str:
     if column in QUANTITIES:
         return QUANTITIES[column]
     quantity, _, unit = literal(column).rpartition("_")
-    unit = {"1pm": "1/m"}.get(unit, unit)
-    return f"{quantity.replace('_', ' ')} [{unit}]" if quantity else unit
+    if not quantity or unit.isdigit() or unit not in UNITS:  # `tip_angle` and `xi0_2` state no unit
+        return literal(column).replace("_", " ")
+    shown = {"1pm": "1/m"}.get(unit, unit)
+    return f"{quantity.replace('_', ' ')} [{shown}]"
 
 
 def literal(name: str) -> str:
