@@ -39,7 +39,7 @@ def propagate_command(study, out, resume, force, devices, workers, cluster, chec
     from fitting.report.propagate import plan_text, speed
 
     problem = build_problem(read_study(study))
-    check_free(out, force or resume or begun(out))  # of what has begun, `propagate` says how to go on
+    check_free(out, force or begun(out))  # of what has begun, `propagate` says how to go on
     for sentence in problem.notices:
         notice(sentence)
     if check:

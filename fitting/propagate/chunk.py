@@ -120,15 +120,26 @@ def compute_chunk(problem: Problem, sampler: Sampler, index: int) -> tuple[Summa
     return summary, y, status
 
 
-def read_summary(content: bytes, fingerprint: str, name: str) -> Summary:
+def read_summary(content: bytes, fingerprint: str, index: int, name: str) -> Summary:
     """Sums of a chunk's file.
 
+    Args:
+        content: of the file.
+        fingerprint: of the study.
+        index: of the chunk.
+        name: path of the file, for messages.
+
     Raises:
-        InputError: if it is of another study, or damaged.
+        InputError: if it is of another study, another chunk, or damaged.
     """
     with hdf5.opened(content, name, "a chunk of a study", "; remove it, then go on with --resume") as file:
         if file.attrs["fingerprint"] != fingerprint:
             raise InputError(f"{name}: this chunk is of another study; choose another folder, or --force")
+        if file.attrs["index"] != index:
+            raise InputError(
+                f"{name}: this is chunk {file.attrs['index']} under the name of another; remove it, then go "
+                "on with --resume"
+            )
         arrays: dict[str, np.ndarray] = {}
         file["summary"].visititems(
             lambda key, part: arrays.update({key: part[()]}) if isinstance(part, h5py.Dataset) else None

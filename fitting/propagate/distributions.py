@@ -58,10 +58,12 @@ class Gaussian:
         return np.clip(self.mean + self.sd * self._cut(z), self.low, self.high)
 
     def slope(self, z: np.ndarray) -> np.ndarray:
-        """See `Marginal`."""
+        """See `Marginal`; zero at scores beyond 38, where double precision knows no probability."""
         low, high = (self.low - self.mean) / self.sd, (self.high - self.mean) / self.sd
         cut = self._cut(z)
-        return self.sd * (ndtr(high) - ndtr(low)) * np.exp(0.5 * (cut**2 - z**2))
+        known = np.isfinite(cut)
+        slope = np.exp(0.5 * (np.where(known, cut, 0.0) ** 2 - z**2))
+        return self.sd * (ndtr(high) - ndtr(low)) * np.where(known, slope, 0.0)
 
     @property
     def words(self) -> str:

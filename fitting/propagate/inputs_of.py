@@ -48,6 +48,9 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
     drawn = () if draws is None else draws.names
     if draws is not None:
         draws, notices = _draws_of_model(draws, study, known)
+    for name in (*study.inputs, *vary.tolerance):
+        if name in vary.leave_out and draws is None:  # of a posterior it takes the place
+            raise InputError(f"{study.path}: [vary] leave_out has {name!r}, which varies by itself; keep one")
     for name in (*study.inputs, *vary.tolerance, *(n for n in vary.leave_out if n not in drawn)):
         if name == NOISE and name in known:
             raise InputError(f"{study.path}: {name!r} is drawn by [noise] already; leave it out here")
@@ -211,13 +214,15 @@ def read_draws(place: Path) -> Draws:
         raise InputError(f"{file}: there is no such file; `pneusma posterior` leaves one")
     with hdf5.opened(file, str(file), "a posterior of `pneusma posterior`") as content:
         group = content["posterior"]
-        columns = {
-            name: to_si(
-                np.asarray(group[name]).ravel(), str(group[name].attrs.get("unit", "1")),
-                difference=str(group[name].attrs.get("unit", "1")) == "K",
-            )
-            for name in group if group[name].ndim == 2
-        }  # fmt: skip
+        columns = {}
+        for name in group:
+            if group[name].ndim == 2:
+                unit = str(group[name].attrs.get("unit", "1"))
+                if unit not in UNITS:
+                    raise InputError(f"{file}: unknown unit {unit!r} of {name!r}, {nearest(unit, UNITS)}")
+                columns[name] = to_si(np.asarray(group[name]).ravel(), unit, difference=unit == "K")
+        if not columns:
+            raise InputError(f"{file}: there are no draws in it; `pneusma posterior` leaves some")
         table = np.stack(list(columns.values()), axis=1)
     if len(table) < 10 or not np.all(np.isfinite(table)):
         raise InputError(f"{file}: {len(table)} draws are too few, or some are not finite")

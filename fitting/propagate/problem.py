@@ -136,6 +136,13 @@ def _check_rare(study: Study, response: Response, inputs: Inputs) -> None:
     where = f"{study.path}: [rare]"
     if not study.limits:
         raise InputError(f"{where} needs a [[limit]], which says what a failure is")
+    noisy = {quantity.name for quantity in study.outputs if quantity.noise > 0.0}
+    for limit in study.limits:
+        if limit.on in noisy:
+            raise InputError(
+                f"{where} {limit.on!r} has the noise of a measurement, which small probabilities leave out; "
+                "put the limit on an [[output]] without noise"
+            )
     if "form" in study.rare.methods and not response.smooth:
         raise InputError(f"{where} FORM needs derivatives, and here are steps; take methods = ['subset']")
     if "form" in study.rare.methods and inputs.draws is not None:

@@ -49,10 +49,16 @@ class Limit:
 
     @property
     def words(self) -> str:
-        """The limit, for people."""
-        parts = [f"below {self.below:g}"] if np.isfinite(self.below) else []
-        parts += [f"above {self.above:g}"] if np.isfinite(self.above) else []
+        """The limit, for people; all digits of its numbers, so that other limits read otherwise."""
+        parts = [f"below {_digits(self.below)}"] if np.isfinite(self.below) else []
+        parts += [f"above {_digits(self.above)}"] if np.isfinite(self.above) else []
         return f"{self.on} {' or '.join(parts)}"
+
+
+def _digits(value: float) -> str:
+    """A number in six digits where these are all of it; else in all of its digits."""
+    short = f"{value:g}"
+    return short if float(short) == value else repr(value)
 
 
 @dataclass(frozen=True)
@@ -117,6 +123,7 @@ def check_quantities(
         at = f"{where} [[output]] {quantity.name!r}"
         try:
             used = names_in(quantity.expression, quantity.name)
+            evaluate([("_", quantity.expression)], dict.fromkeys(used, np.float64(1.0)))
         except InputError as error:
             raise InputError(f"{where} [[output]]: {as_expression(error)}") from None
         for name in sorted(used - set(response.outputs)):

@@ -68,11 +68,9 @@ def read_study(path: str | Path) -> Study:
         model=model,
         vary=vary,
         inputs=inputs,
-        correlations=tuple(
-            _correlation(entry, k, path) for k, entry in _entries(document, "correlation", path)
-        ),
+        correlations=_correlations(document, path),
         outputs=tuple(_output(entry, k, path) for k, entry in _entries(document, "output", path)),
-        limits=tuple(_limit(entry, k, path) for k, entry in _entries(document, "limit", path)),
+        limits=_limits(document, path),
         sampling=_sampling(_table(document, "sampling", path), path),
         indices=None if indices is None else _indices(_table(document, "indices", path), path),
         rare=None if rare is None else _rare(_table(document, "rare", path), path),
@@ -144,6 +142,9 @@ def _vary(table: Mapping[str, Any], path: Path) -> Vary:
     if posterior is not None and not isinstance(posterior, str):
         raise InputError(f"{where}: posterior must be the folder of a posterior, but it is {posterior!r}")
     how = word_of(table.get("posterior_as", "draws"), ("draws", "copula"), f"{where} posterior_as")
+    for key in ("posterior_as", "posterior_specimen"):
+        if key in table and posterior is None:
+            raise InputError(f"{where}: {key} says how a posterior is taken, but no posterior is named")
     specimen = None
     if "posterior_specimen" in table:
         specimen = _whole(table, "posterior_specimen", 1, 1, 10_000, where)
@@ -168,6 +169,18 @@ def _noise(table: Mapping[str, Any], path: Path) -> dict[str, float]:
     return found
 
 
+def _correlations(document: Mapping[str, Any], path: Path) -> tuple[tuple[str, str, float], ...]:
+    found = tuple(_correlation(entry, k, path) for k, entry in _entries(document, "correlation", path))
+    pairs = [{first, second} for first, second, _ in found]
+    for number, pair in enumerate(pairs, 1):
+        if pairs.index(pair) + 1 < number:
+            raise InputError(
+                f"{path}: [[correlation]] {number}: {' and '.join(sorted(pair))} have a correlation already, "
+                f"in [[correlation]] {pairs.index(pair) + 1}; keep one"
+            )
+    return found
+
+
 def _correlation(entry: Mapping[str, Any], number: int, path: Path) -> tuple[str, str, float]:
     where = f"{path}: [[correlation]] {number}"
     check_keys(entry, ("between", "value"), where)
@@ -186,6 +199,8 @@ def _output(entry: Mapping[str, Any], number: int, path: Path) -> Quantity:
     name = entry.get("name", entry.get("of"))
     if not isinstance(name, str) or not name:
         raise InputError(f"{where}: name is missing, such as 'curvature_1pm'")
+    if not name.isprintable():
+        raise InputError(f"{where}: name {name!r} must be one line without control characters")
     expression = entry.get("of", name)
     if not isinstance(expression, str):
         raise InputError(
@@ -202,6 +217,18 @@ def _output(entry: Mapping[str, Any], number: int, path: Path) -> Quantity:
     if noise < 0.0:
         raise InputError(f"{where}: noise = {noise:g} is a standard deviation, so 0 or more")
     return Quantity(name, expression, reduce, noise)
+
+
+def _limits(document: Mapping[str, Any], path: Path) -> tuple[Limit, ...]:
+    """All limits. Results are by a limit's words, so no two may read the same."""
+    found = tuple(_limit(entry, k, path) for k, entry in _entries(document, "limit", path))
+    words = [limit.words for limit in found]
+    for number, word in enumerate(words, 1):
+        if words.index(word) + 1 < number:
+            raise InputError(
+                f"{path}: [[limit]] {number} is [[limit]] {words.index(word) + 1} again ({word}); keep one"
+            )
+    return found
 
 
 def _limit(entry: Mapping[str, Any], number: int, path: Path) -> Limit:
@@ -234,11 +261,15 @@ def _indices(table: Mapping[str, Any], path: Path) -> Indices:
     where = f"{path}: [indices]"
     check_keys(table, ("kind", "of", "groups"), where)
     groups = table.get("groups", {})
-    if not isinstance(groups, dict):
+    if not isinstance(groups, dict) or not all(name.isprintable() for name in groups):
         raise InputError(f"{where}: groups must be a table, such as {{springs = ['wire_diameter']}}")
+    of = _names(table, "of", where)
+    for name in of:
+        if of.count(name) > 1:
+            raise InputError(f"{where} of: {name!r} is named twice; keep one")
     return Indices(
         kind=word_of(table.get("kind", "sobol"), ("sobol", "shapley"), f"{where} kind"),
-        of=_names(table, "of", where),
+        of=of,
         groups={name: _names(groups, name, f"{where} groups") for name in groups},
     )
 

@@ -23,8 +23,11 @@ from .statistics.summary import Summary, merge_all
 MANIFEST = "study.json"
 """File of an output folder that says whose chunks are in it."""
 CHUNKS = "chunks"
-RESULTS = ("report.*", "*.csv", "*.png")
-"""Files that the report of a study leaves in its folder."""
+RESULTS = (
+    *("report.html", "report.json", "columns.csv", "inputs.csv", "indices.csv", "failed_rows.png"),
+    *(f"{kind}_*.png" for kind in ("band", "distribution", "tornado", "indices", "failure")),
+)
+"""Files that the report of a study leaves in its folder; others in it are the user's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +94,8 @@ def propagate(
         with progress(problem.rows, problem.rows - rows) as display:
             run_tasks(prepare(problem), tasks, store, scheduler, display)
     summary = merge_all(
-        read_summary(store.read(task), problem.fingerprint, str(store.path(task))) for task in tasks
+        read_summary(store.read(task), problem.fingerprint, index, str(store.path(task)))
+        for index, task in enumerate(tasks)
     )
     rare = {}
     if problem.study.rare is not None:
@@ -126,8 +130,8 @@ def open_store(problem: Problem, folder: Path, resume: bool, force: bool) -> Sto
             raise InputError(
                 f"{folder}: this study has begun here; go on with --resume, or replace it with --force"
             )
-    if force and manifest.exists():
-        _clear(folder, store)
+    if force:
+        _clear(folder, store, RESULTS if manifest.exists() else ())
     content = {
         "schema": "pneusma-propagation/1",
         "fingerprint": problem.fingerprint,
@@ -147,14 +151,19 @@ def begun(folder: str | Path) -> bool:
     return (Path(folder) / MANIFEST).exists()
 
 
-def _clear(folder: Path, store: Store) -> None:
+def _clear(folder: Path, store: Store, results: tuple[str, ...]) -> None:
     """Remove chunks and results of the study that was here, so that none of them is taken for the new one's.
+
+    Args:
+        folder: folder of results.
+        store: store of the chunks in it.
+        results: patterns of results to remove.
 
     Raises:
         InputError: if they cannot be removed.
     """
     try:
-        for path in (*store.folder.glob("chunk-*.h5"), *(p for form in RESULTS for p in folder.glob(form))):
+        for path in (*store.folder.glob("chunk-*.h5"), *(p for form in results for p in folder.glob(form))):
             path.unlink()
     except OSError as error:
         raise InputError(f"{folder}: results here cannot be replaced ({error.strerror})") from None

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..nitinol import Alloy, Spring, SpringGeometry, SpringState
-from ..numerics.safe import is_concrete
+from ..numerics.safe import evaluated, is_concrete
 from ..section import Section, annulus
 from ..section.placement import Layout, check_places, place_on, unit_vectors
 from ..silicone import SiliconeLaw
@@ -191,10 +191,13 @@ def _check_dimensions(geometry: Geometry, spring: SpringGeometry | None, fibre: 
         return
     if not np.all(np.asarray(geometry.prestrain) >= 0.0):
         raise ValueError(f"Argument `prestrain` must not be negative, but it is {geometry.prestrain}.")
-    if np.any(np.asarray(geometry.attached_length) >= np.asarray(spring.wire_length)):
+    with evaluated():  # known dimensions, perhaps in a traced function
+        wire = np.asarray(spring.wire_length)
+    attached = np.asarray(geometry.attached_length)
+    if np.any(attached >= wire):
         raise ValueError(
-            f"Argument `attached_length` must be below the {np.min(spring.wire_length) * 1e3:.4g} mm of wire "
-            f"in the coils, but it is {np.max(geometry.attached_length) * 1e3:.4g} mm."
+            f"Argument `attached_length` must be below the {np.min(wire) * 1e3:.4g} mm of wire "
+            f"in the coils, but it is {np.max(attached) * 1e3:.4g} mm."
         )
 
 

@@ -339,3 +339,22 @@ def test_impossible_geometry_of_a_file_names_the_file(tmp_path):
     path.write_text(shipped("orthogonal_pair").replace('angle_2 = {value = 0.0', 'angle_2 = {value = 181.0'), encoding="utf-8")
     with pytest.raises(pj.InputError, match=f"^{re.escape(str(path))}: Springs 1 and 2 overlap"):
         pj.make_actuator(path)
+
+
+def test_known_dimensions_are_checked_in_a_traced_function_too():
+    """Operations on known numbers become part of a traced program; the check must see the numbers."""
+    silicone, alloy, layout = pj.load_silicone(), pj.load_alloy("krl35"), pj.layout("pneusma2")
+
+    def scaled(attached):
+        geometry = pj.design_geometry("pneusma2", attached_length=attached)
+
+        def length(factor):
+            stiffer = dataclasses.replace(alloy, G_m=factor * alloy.G_m)
+            body = pj.build_actuator(pj.annulus(10e-3, 1e-3), layout, geometry, stiffer, silicone)
+            return factor * body.length
+
+        return jax.jit(length)(2.0)
+
+    assert float(scaled(50e-3)) == pytest.approx(2.0 * float(pj.design_geometry("pneusma2").length))
+    with pytest.raises(ValueError, match="attached_length.*mm of wire"):
+        scaled(10.0)

@@ -19,6 +19,16 @@ xi0_2 = 0.4
 [input]
 G_m = {mean = 3.0, sd = 0.3, unit = "GPa"}
 """
+CHAIN = """
+schema = "pneusma-study/1"
+[model]
+through = "chain"
+design = "orthogonal_chain"
+pressure_kPa = 30.0
+segment_1 = {xi0_1 = 0.2}
+[vary]
+priors = ["silicone"]
+"""
 GRID = STATE.replace("pressure_kPa = 30.0", "pressure_kPa = {from = 0.0, to = 50.0, points = 5}")
 CASES = {
     "no file": (None, "there is no such file"),
@@ -101,6 +111,25 @@ CASES = {
     "a loop that knows everything": (
         STATE.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", "controller = 'all'"), "one of base, model",
     ),
+    "a correlation stated twice": (
+        PLAIN + "".join(f"[[correlation]]\nbetween = {pair}\nvalue = 0.5\n" for pair in ("['a', 'b']", "['b', 'a']")),
+        "[[correlation]] 2: a and b have a correlation already, in [[correlation]] 1",
+    ),
+    "a limit stated twice": (PLAIN + 2 * "[[limit]]\non = 'y'\nabove = 1.0\n", "[[limit]] 2 is [[limit]] 1 again"),
+    "an index stated twice": (PLAIN + "[indices]\nof = ['y', 'y']\n", "'y' is named twice"),
+    "a specimen of no posterior": (PLAIN + "[vary]\nposterior_specimen = 2\n", "no posterior is named"),
+    "a copula of no posterior": (PLAIN + "[vary]\nposterior_as = 'copula'\n", "no posterior is named"),
+    "left out and varied": (STATE + "[vary]\nleave_out = ['G_m']\n", "leave_out has 'G_m', which varies by itself"),
+    "a name of two lines": (PLAIN + '[[output]]\nname = "x\\ny"\nof = "y"\n', "must be one line"),
+    "an exponent without end": (PLAIN.replace("a + 2*b", "a + 9**9**9**9"), "cannot be evaluated"),
+    "an output without end": (PLAIN + "[[output]]\nname = 'z'\nof = 'y + 9**9**9**9'\n", "cannot be evaluated"),
+    "two pressures": (STATE.replace("xi0_2", "pressure_bar = 0.2\nxi0_2"), "the pressure is stated already"),
+    "a segment without such a key": (CHAIN.replace("xi0_1 = 0.2", "xi_1 = 0.2"), "segment_1: unknown key 'xi_1'"),
+    "a segment of its own pressure": (CHAIN.replace("xi0_1 = 0.2", "pressure_bar = 0.2"), "unknown key 'pressure_bar'"),
+    "a segment that is not counted so": (CHAIN.replace("segment_1", "segment_01"), "there is no such segment"),
+    "rare and noise of a measurement": (
+        PLAIN + "[[output]]\nname = 'y'\nnoise = 0.5\n[[limit]]\non = 'y'\nabove = 1.0\n[rare]\n", "[[output]] without noise",
+    ),
     "tolerance and input": (STATE + "[vary]\ntolerance = {G_m = 0.03}\n", "keep one"),
 }  # fmt: skip
 
@@ -129,6 +158,42 @@ def test_results_that_are_there_are_not_replaced(tmp_path):
     assert before == {p: p.read_bytes() for p in Path(out).rglob("*") if p.is_file()}
 
 
+def test_resume_does_not_replace_results_of_another_command(tmp_path):
+    path, out = tmp_path / "study.toml", tmp_path / "out"
+    path.write_text(PLAIN)
+    out.mkdir()
+    (out / "report.json").write_text("{}")
+    refused = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out), "--resume"])
+    assert refused.exit_code == 2 and "results are here already" in refused.stderr
+    assert [p.name for p in out.iterdir()] == ["report.json"] and (out / "report.json").read_text() == "{}"
+
+
+def test_force_replaces_chunks_without_their_manifest_and_keeps_files_of_the_user(tmp_path):
+    path, out = tmp_path / "study.toml", tmp_path / "out"
+    path.write_text(PLAIN + "[sampling]\nrows = 200\n")
+    run = ["propagate", str(path), "--out", str(out)]
+    assert CliRunner().invoke(main, run).exit_code == 0
+    (out / "recording.csv").write_text("time_s\n0.0\n")
+    for manifest in (True, False):
+        path.write_text(path.read_text().replace("2*b", "3*b") if manifest else PLAIN)
+        if not manifest:
+            (out / "study.json").unlink()
+        result = CliRunner().invoke(main, [*run, "--force"])
+        assert result.exit_code == 0, result.output
+        assert (out / "recording.csv").exists()
+
+
+def test_a_chunk_under_the_name_of_another_is_refused(tmp_path):
+    path, out = tmp_path / "study.toml", tmp_path / "out"
+    path.write_text(PLAIN + "[sampling]\nrows = 300\nchunk = 100\n")
+    run = ["propagate", str(path), "--out", str(out)]
+    assert CliRunner().invoke(main, run).exit_code == 0
+    first, second = sorted((out / "chunks").iterdir())[:2]
+    second.write_bytes(first.read_bytes())
+    refused = CliRunner().invoke(main, [*run, "--resume"])
+    assert refused.exit_code == 2 and "this is chunk 0 under the name of another" in refused.stderr
+
+
 def test_a_cluster_and_workers_contradict_each_other(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text(PLAIN)
@@ -142,6 +207,15 @@ def test_the_shipped_studies_are_read_by_name(tmp_path):
         result = CliRunner().invoke(main, ["propagate", name, "--out", str(tmp_path / "out"), "--check"])
         assert result.exit_code == 0 and "20,000 rows in 2 chunks" in result.stdout, result.output
     assert study_examples() == ["pneusma2_band"]
+
+
+def test_the_study_of_the_documentation_is_one_that_can_be(tmp_path):
+    page = Path(__file__).parents[2] / "docs" / "propagate.md"
+    path = tmp_path / "study.toml"
+    path.write_text(page.read_text(encoding="utf-8").split("```toml\n")[1].split("```")[0], encoding="utf-8")
+    result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(tmp_path / "out"), "--check"])
+    assert result.exit_code == 0, result.output
+    assert " rows in " in result.stdout
 
 
 def test_check_says_what_would_be_done_and_does_nothing(tmp_path):

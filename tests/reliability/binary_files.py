@@ -72,7 +72,7 @@ def kinds() -> dict[str, Binary]:
         ),
         "chunk of a study": Binary(
             "chunk.h5", study_chunk,
-            lambda path: [*read_summary(path.read_bytes(), fingerprint, path.name).arrays().values()],
+            lambda path: [*read_summary(path.read_bytes(), fingerprint, 0, path.name).arrays().values()],
         ),
         "stored result": Binary(
             "member", _result(), lambda path: [*objects.load(path.read_bytes()).columns.values()]

@@ -160,7 +160,7 @@ def importance_sampling(
     centres = np.concatenate([np.zeros((1, dimension)), points])
     which = random.choice(len(shares), size=samples, p=shares)
     n = centres[which] + random.standard_normal((samples, dimension))
-    failed = margins(n) <= 0.0
+    failed = margins(n) < 0.0
     # log of the density against that about the origin, of each part of the mixture
     logs = n @ centres.T - 0.5 * np.sum(centres**2, axis=1) + np.log(shares)
     weights = np.where(failed, np.exp(-logsumexp(logs, axis=1)), 0.0)

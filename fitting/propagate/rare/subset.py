@@ -87,11 +87,11 @@ def subset_simulation(
         for run in np.flatnonzero(active):
             share = np.mean(found[run] <= threshold[run])
             levels[run] = level
-            ends = threshold[run] <= 0.0 or level == MOST_LEVELS
+            ends = threshold[run] < 0.0 or level == MOST_LEVELS
             flat = not np.isfinite(threshold[run]) or share == 1.0
             if ends or flat:
-                each[run] = weight[run] * np.mean(found[run] <= 0.0)
-                stalled[run] = threshold[run] > 0.0
+                each[run] = weight[run] * np.mean(found[run] < 0.0)
+                stalled[run] = threshold[run] >= 0.0
                 active[run] = False
             else:
                 weight[run] *= share
@@ -101,7 +101,7 @@ def subset_simulation(
         points[who], found[who], width[who] = _moved(
             margins, points[who], found[who], threshold[who], width[who], seeds, random
         )
-    failing = [points[run][np.argmin(found[run])] for run in range(runs) if found[run].min() <= 0.0]
+    failing = [points[run][np.argmin(found[run])] for run in range(runs) if found[run].min() < 0.0]
     return SubsetResult(
         each, tuple(int(n) for n in levels), int(stalled.sum()), samples, float(weight.min()),
         np.array(failing).reshape(-1, dimension)[: runs // 2 + 1],

@@ -14,7 +14,17 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.serial_chain.designs import ChainDesign, make_chain
 
 from .body import Body, body_of, tied
-from .drives import activation, drive_numbers, driven, read_channels, shown, spring_channel, units_of, worst
+from .drives import (
+    activation,
+    channel_of,
+    drive_numbers,
+    driven,
+    read_channels,
+    shown,
+    spring_channel,
+    units_of,
+    worst,
+)
 from .noise import NoiseFor
 from .response import Known, Response
 
@@ -112,12 +122,17 @@ def _of_segments(
         if not key.startswith("segment_"):
             continue
         number = key.removeprefix("segment_")
-        if not number.isdigit() or not 1 <= int(number) <= count:
+        if number not in map(str, range(1, count + 1)):
             raise InputError(f"{where} {key}: there is no such segment, the chain has {count}")
         if not isinstance(table, dict):
             raise InputError(f"{where} {key} must be a table, such as {{xi0_1 = 0.4}}, but it is {table!r}")
+        for name in table:
+            if channel_of(name) is None or name.startswith("pressure"):
+                raise InputError(
+                    f"{where} {key}: unknown key {name!r}; a segment has fixed xi0_K or resistance_K_ohm only"
+                )
         channels, driver = read_channels({"pressure_kPa": 0.0, **table}, springs, f"{where} {key}")
-        if driver is not None or "pressure_kPa" in table:
+        if driver is not None:
             raise InputError(f"{where} {key}: a segment has fixed xi0_K or resistance_K_ohm only")
         found |= {f"{number}.{name}": x for name, x in channels.items() if name != "pressure"}
     return found

@@ -29,14 +29,14 @@ def channel_of(key: str, segments: bool = False) -> tuple[str, str] | None:
     """
     stem = key.partition("_")[0]
     if stem == "xi0":
-        return (key, "1") if key[4:].isdigit() else None
+        return (key, "1") if key[4:].isdecimal() else None
     if stem not in STEMS:
         return None
     try:
         name, unit = unit_of_column(key)
     except InputError:
         return None
-    right = name == "pressure" if stem == "pressure" else name[len(stem) + 1 :].isdigit()
+    right = name == "pressure" if stem == "pressure" else name[len(stem) + 1 :].isdecimal()
     return (name, unit) if right else None
 
 
@@ -102,6 +102,8 @@ def read_channels(
         usual = STEMS[name.partition("_")[0]]
         if dimension_of(unit) != dimension_of(usual):
             raise InputError(f"{where} {key} must be a {dimension_of(usual)}, such as in {usual}")
+        if name in channels:
+            raise InputError(f"{where} {key}: the {dimension_of(usual)} is stated already, in another unit")
         values = points_of(entry, f"{where} {key}")
         if np.ndim(values):
             if driver is not None:

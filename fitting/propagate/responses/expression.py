@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array
 
 from fitting.inference.parameters.ties import RESERVED, evaluate, evaluation_order
@@ -38,6 +39,10 @@ def expression_response(settings: Mapping[str, Any], inputs: Mapping[str, float]
     except InputError as error:
         raise InputError(f"{where} outputs: {as_expression(error)}") from None
     lines = [(name, table[name]) for name in order]
+    try:
+        evaluate(lines, {name: np.float64(value) for name, value in inputs.items()})
+    except InputError as error:
+        raise InputError(f"{where} outputs: {as_expression(error)}") from None
 
     def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
         found = evaluate(lines, {**inputs, **values}, jnp)

@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fitting.data.files import write_whole
+from pneusma_jax.units import UNITS
 
 # Okabe and Ito's palette, in an order that also differs in lightness
 BLACK, BLUE, ORANGE, GREEN, SKY, PURPLE, VERMILION, YELLOW = (
@@ -64,9 +65,16 @@ def axis_label(column: str) -> str:
     """Words and unit for a canonical column, such as `curvature [1/m]`."""
     if column in QUANTITIES:
         return QUANTITIES[column]
-    quantity, _, unit = column.rpartition("_")
-    unit = {"1pm": "1/m"}.get(unit, unit)
-    return f"{quantity.replace('_', ' ')} [{unit}]" if quantity else column
+    quantity, _, unit = literal(column).rpartition("_")
+    if not quantity or unit.isdigit() or unit not in UNITS:  # `tip_angle` and `xi0_2` state no unit
+        return literal(column).replace("_", " ")
+    shown = {"1pm": "1/m"}.get(unit, unit)
+    return f"{quantity.replace('_', ' ')} [{shown}]"
+
+
+def literal(name: str) -> str:
+    """A user's name for a figure, where matplotlib takes what stands between dollar signs for a formula."""
+    return name.replace("$", r"\$")
 
 
 def unit_of(column: str) -> str:

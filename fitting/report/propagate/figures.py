@@ -8,7 +8,19 @@ from matplotlib.figure import Figure
 from fitting.propagate import Propagation
 from fitting.propagate.statistics.failures import BINS
 
-from ..figures import BLACK, BLUE, GREY, ORANGE, SKY, VERMILION, axis_label, legend_above, style, unit_of
+from ..figures import (
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    SKY,
+    VERMILION,
+    axis_label,
+    legend_above,
+    literal,
+    style,
+    unit_of,
+)
 from ..report import Picture
 from .numbers import exceedances, shown_column
 
@@ -39,7 +51,7 @@ def pictures(result: Propagation) -> list[Picture]:
             found.append(Picture(f"failure_{_file(limit.limit)}", caption, partial(failure, result, limit)))
     if result.summary.failures.count:
         found.append(Picture("failed_rows", FAILED_ROWS, partial(failed_rows, result)))
-    return found
+    return _named_apart(found)
 
 
 def _of_indices(result: Propagation) -> list[Picture]:
@@ -51,6 +63,20 @@ def _of_indices(result: Propagation) -> list[Picture]:
         if columns.along(name):
             caption = f"What {name} depends on, along the driver; bands are 95 % intervals."
             found.append(Picture(f"indices_{_file(name)}", caption, partial(indices_along, result, name)))
+    return found
+
+
+def _named_apart(pictures: list[Picture]) -> list[Picture]:
+    """Pictures whose files do not replace each other: `x+y` and `x-y` give one name of a file."""
+    used: set[str] = set()
+    found = []
+    for picture in pictures:
+        name, number = picture.name, 1
+        while name.casefold() in used:  # some file systems do not tell capitals
+            number += 1
+            name = f"{picture.name}_{number}"
+        used.add(name.casefold())
+        found.append(Picture(name, picture.caption, picture.draw))
     return found
 
 
@@ -90,7 +116,7 @@ def distribution(result: Propagation, name: str) -> Figure:
     with style():
         figure = Figure(figsize=(6.4, 4.0), layout="constrained")
         axes = figure.subplots()
-        if np.ptp(edges) > 0.0:
+        if np.ptp(edges) > 1e-12 * np.abs(edges).max():  # more than rounding
             grid = np.linspace(edges[0], edges[-1], 41)
             share = np.diff(np.interp(grid, edges, levels))
             axes.stairs(share / np.diff(grid), grid, fill=True, color=SKY, alpha=0.8, label="rows")
@@ -112,7 +138,7 @@ def tornado(result: Propagation, name: str) -> Figure:
     column = shown_column(result, name)
     j = list(problem.index_columns).index(column)
     found = {kind: (value[:, j], half[:, j]) for kind, (value, half) in sums.estimates().items()}
-    groups = np.asarray(list(problem.groups))
+    groups = np.asarray([literal(group) for group in problem.groups])
     last = list(found)[-1]
     order = np.argsort(np.nan_to_num(found[last][0], nan=-1.0))[-MOST_BARS:]
     places = np.arange(len(order))
@@ -142,7 +168,7 @@ def indices_along(result: Propagation, name: str) -> Figure:
     first = list(problem.index_columns).index(part.start)
     kind = "total" if sums.kind == "sobol" else "shapley"
     value, half = (x[:, first : first + len(driver.values)] for x in sums.estimates()[kind])
-    groups = list(problem.groups)
+    groups = [literal(group) for group in problem.groups]
     order = np.argsort(-np.nan_to_num(value, nan=0.0).max(axis=1))[:6]
     colours = (BLUE, ORANGE, VERMILION, SKY, BLACK, GREY)
     with style():

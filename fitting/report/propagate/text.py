@@ -12,8 +12,8 @@ from ..table import Table, table_text
 from .numbers import column_table, exceedances, lost, shown_column
 
 TELLING = 0.2
-"""Minimum distance of two distributions for an input to be named as one that separates failed rows. For 100
-failed rows, chance alone gives at most 0.14 in 95 % of cases (Kolmogorov-Smirnov)."""
+"""Minimum distance of two distributions for an input to be named as one that separates failed rows, where
+they are many. Of few, chance alone gives more: see `_by_chance`."""
 
 
 def verdict(result: Propagation) -> list[str]:
@@ -45,6 +45,8 @@ def verdict(result: Propagation) -> list[str]:
 def _quantity(result: Propagation, name: str) -> str:
     k = shown_column(result, name)
     low, middle, high = result.quantiles([0.05, 0.5, 0.95])[:, k]
+    if not np.isfinite(middle):
+        return f"{result.problem.columns.labels[k]}: no row has a result."
     nominal = result.nominal[k]
     beside = f", nominal {nominal:.4g}" if np.isfinite(nominal) else ""
     return f"{result.problem.columns.labels[k]}: {middle:.4g}, 90 % between {low:.4g} and {high:.4g}{beside}."
@@ -65,14 +67,35 @@ def _index_sentences(result: Propagation) -> list[str]:
     order = [int(i) for i in np.argsort(-np.nan_to_num(value[:, j], nan=-1.0))[:3]]
     groups = list(problem.groups)
     words = "total Sobol index" if name == "total" else "Shapley effect"
+    if not np.any(np.isfinite(value[:, j])):
+        why = "no block is whole" if sums.left_out == sums.blocks else "it is the same in every row"
+        sentences = [f"{labels[shown]} has no indices: {why}."]
+        return sentences if not sums.left_out else [*sentences, _left_out(result)]
+    if not np.any(np.isfinite(half[:, j])):
+        few = f"indices of so few rows, {sums.blocks - sums.left_out} whole blocks, have no interval"
+        return [f"{labels[shown]}: {few}; take more."]
     parts = ", ".join(f"{groups[i]} {value[i, j]:.2f} ± {half[i, j]:.2f}" for i in order)
     sentences = [f"What {labels[shown]} depends on most ({words}, 95 %): {parts}."]
-    if sums.left_out:
-        sentences.append(
-            f"{_percent(sums.share_left_out)} of blocks have a row without a result and are left out whole; "
-            "the table says between what each index lies, whatever these rows would have been."
-        )
-    return sentences
+    return [*sentences, _left_out(result)] if sums.left_out else sentences
+
+
+def _left_out(result: Propagation) -> str:
+    share = _percent(result.summary.indices.share_left_out)
+    return (
+        f"{share} of blocks have a row without a result and are left out whole; the table says between "
+        "what each index lies, whatever these rows would have been."
+    )
+
+
+def _by_chance(result: Propagation) -> float:
+    """Kolmogorov-Smirnov distance that the most uneven input has by chance, at most in 95 % of cases.
+
+    Rows of a block share inputs, so a block with failed rows counts once. Massart's bound, shared among all
+    inputs: P. Massart, Annals of Probability 18 (1990) 1269, doi:10.1214/aop/1176990746.
+    """
+    sums, inputs = result.summary.indices, len(result.problem.inputs.names)
+    count = result.summary.failures.count if sums is None else sums.left_out
+    return float(np.sqrt(0.5 * np.log(2.0 * inputs / 0.05) / max(count, 1)))
 
 
 def failure_sentences(result: Propagation) -> list[str]:
@@ -87,7 +110,8 @@ def failure_sentences(result: Propagation) -> list[str]:
     far = failures.uneven
     names = problem.inputs.names
     k = int(np.argmax(far))
-    if far[k] > TELLING:
+    chance = _by_chance(result)
+    if far[k] > max(TELLING, chance):
         worst = int(np.argmax(failures.shares[k]))
         bins = failures.shares.shape[1]
         sentences.append(
@@ -96,9 +120,16 @@ def failure_sentences(result: Propagation) -> list[str]:
             f"{_percent(failures.shares[k, worst])}"
             " have none."
         )
+    elif chance > TELLING:
+        sentences.append("So few do not tell in which input they differ from other rows.")
     else:
         sentences.append("No single input tells them apart from other rows.")
     return sentences
+
+
+def _end(probability: float) -> str:
+    """End of an interval; the digits of one close to 1 tell how close it is."""
+    return f"{probability:.2g}" if probability < 0.95 else f"{probability:.6g}"
 
 
 def rare_sentences(rare: RareResult) -> list[str]:
@@ -114,9 +145,8 @@ def rare_sentences(rare: RareResult) -> list[str]:
             else ""
         )
         sentences.append(
-            f"{rare.limit}: probability {rare.subset.probability:.3g} by subset simulation, {low:.2g} to "
-            f"{high:.2g}"
-            f" (95 %).{note}"
+            f"{rare.limit}: probability {rare.subset.probability:.3g} by subset simulation, {_end(low)} to "
+            f"{_end(high)} (95 %).{note}"
         )
     if rare.form is not None:
         low, high = rare.form.interval
@@ -124,9 +154,8 @@ def rare_sentences(rare: RareResult) -> list[str]:
         points_text = f"{points} design point{'s' * (points != 1)}" if points else "no design point"
         by = "" if rare.form.by_form is None else f"; FORM alone {rare.form.by_form:.3g}"
         sentences.append(
-            f"{rare.limit}: {rare.form.probability:.3g} by importance sampling ({points_text}), {low:.2g} to "
-            f"{high:.2g}"
-            f" (95 %){by}."
+            f"{rare.limit}: {rare.form.probability:.3g} by importance sampling ({points_text}), "
+            f"{_end(low)} to {_end(high)} (95 %){by}."
         )
     if rare.no_gradient:
         sentences.append(f"{rare.limit}: no FORM, because {rare.no_gradient}.")
@@ -177,6 +206,8 @@ def left_open(result: Propagation) -> str:
     """Sentence on the possible influence of failed rows on the first quantity."""
     header, rows = column_table(result)
     row = dict(zip(header, rows[0], strict=True))
+    if not np.isfinite(row["mean"]):
+        return "No row has a result, so nothing is known of the outputs."
     low, high = (np.format_float_positional(row[k], 4, fractional=False) for k in ("mean_least", "mean_most"))
     return (
         f"If every row without a result lay within what was seen, the mean of {row['column']} would be "

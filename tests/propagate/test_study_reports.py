@@ -1,0 +1,94 @@
+"""What is said and drawn where a study has little to say: no results, no spread, few rows, odd names."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from conftest import PLAIN
+
+from fitting.cli import main
+from fitting.propagate.distributions import Gaussian
+from fitting.report.figures import axis_label, unit_of
+
+SMALL = "[sampling]\nrows = 200\n"
+LIMIT = "[[limit]]\non = 'y'\nabove = {}\n"
+
+
+def run(tmp_path, text):
+    path, out = tmp_path / "study.toml", tmp_path / "out"
+    path.write_text(text, encoding="utf-8")
+    result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)])
+    assert result.exit_code == 0, (result.output, result.exception)
+    return " ".join(result.stdout.split()), out
+
+
+@pytest.mark.parametrize("kind", ["sobol", "shapley"])
+@pytest.mark.parametrize(
+    ("output", "rows", "words"),
+    [
+        ("log(-1 - a*a) + b", 200, "y: no row has a result."),
+        ("log(-1 - a*a) + b", 200, "y has no indices: no block is whole."),
+        ("3 + 0*a", 200, "y has no indices: it is the same in every row."),
+        ("a + 2*b", 3, "y: indices of so few rows, 1 whole blocks, have no interval; take more."),
+    ],
+)
+def test_what_is_not_known_is_said_in_words(tmp_path, kind, output, rows, words):
+    text = PLAIN.replace("a + 2*b", output) + f"[indices]\nkind = '{kind}'\n[sampling]\nrows = {rows}\n"
+    said, _ = run(tmp_path, text)
+    assert words in said and " nan" not in said
+
+
+def test_names_that_differ_in_signs_only_have_figures_of_their_own(tmp_path):
+    outputs = "".join(f"[[output]]\nname = '{name}'\nof = 'y'\n" for name in ("x+$\\frac$", "x-$\\frac$", "größe/µ"))
+    said, out = run(tmp_path, PLAIN + outputs + "[indices]\ngroups = {'a $x$' = ['a']}\n" + SMALL)
+    drawn = sorted(p.name for p in out.glob("*.png"))
+    assert len(drawn) == 6 and "distribution_größe_µ.png" in drawn, drawn
+    assert set(json.loads((out / "report.json").read_text())["columns"]) == {"x+$\\frac$", "x-$\\frac$", "größe/µ"}
+
+
+def test_limits_that_differ_in_the_ninth_digit_are_counted_apart(tmp_path):
+    limits = LIMIT.format(1.00000001) + LIMIT.format(1.00000002)
+    _, out = run(tmp_path, PLAIN + limits + SMALL)
+    assert set(json.loads((out / "report.json").read_text())["limits"]) == {"y above 1.00000001", "y above 1.00000002"}
+
+
+@pytest.mark.parametrize(("limit", "share"), [(1e9, 0.0), (-1e9, 1.0), (0.0, 0.5)])
+def test_small_probabilities_end_where_nothing_everything_or_half_fails(tmp_path, limit, share):
+    """At the limit itself nothing has failed, as in counting: half of the rows lie on it."""
+    model = PLAIN.replace("a + 2*b", "maximum(b, 0) + 0*a" if limit == 0.0 else "a + 2*b")
+    said, out = run(tmp_path, model + LIMIT.format(limit) + "[rare]\n" + SMALL)
+    rare = next(iter(json.loads((out / "report.json").read_text())["rare"].values()))
+    for found in (rare["subset"], rare["importance_sampling"]):
+        low, high = found["interval"]
+        assert found["probability"] == pytest.approx(share, abs=0.02)
+        assert low <= high and (share == 0.5 or low <= share <= high)
+    assert "1 to 1 (95 %)" not in said and rare["agree"]
+
+
+def test_slopes_of_a_gaussian_are_finite_at_any_score():
+    marginal = Gaussian(1.0, 0.5, -np.inf, np.inf)
+    np.testing.assert_allclose(marginal.slope(np.array([-1e9, 0.0, 3.0, 1e9])), [0.0, 0.5, 0.5, 0.0])
+
+
+def test_few_failed_rows_do_not_tell_where_they_failed_and_many_do(tmp_path):
+    """Rows fail where a is small, which one or two of them cannot show among two inputs and forty can."""
+    few, _ = run(tmp_path, PLAIN.replace("a + 2*b", "sqrt(a + 0.375) + b") + "[sampling]\nrows = 400\n")
+    assert "So few do not tell in which input they differ" in few, few
+    (tmp_path / "more").mkdir()
+    many, _ = run(tmp_path / "more", PLAIN.replace("a + 2*b", "sqrt(a - 0.36) + b") + "[sampling]\nrows = 400\n")
+    assert "They differ from other rows most in a:" in many, many
+
+
+@pytest.mark.parametrize(
+    ("column", "label", "unit"),
+    [
+        ("curvature_1pm", "curvature [1/m]", "[1/m]"),
+        ("force_2_N", "force 2 [N]", "[N]"),
+        ("tip_angle", "tip angle", ""),
+        ("xi0_2", "xi0 2", ""),
+        ("y", "y", ""),
+    ],
+)
+def test_an_axis_has_a_unit_where_its_name_ends_in_one(column, label, unit):
+    assert (axis_label(column), unit_of(column)) == (label, unit)
