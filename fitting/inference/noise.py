@@ -104,6 +104,11 @@ def dithered(values: np.ndarray) -> np.ndarray:
     return values + step * _uniform(_draws(len(values)), len(values))
 
 
+def clearly_smaller(scale: float, other: float, count: int) -> bool:
+    """True if a scale is smaller than another one by more than chance makes it, from `count` differences."""
+    return bool(scale < other * (1.0 - max(CLEARLY / np.sqrt(count), LASTING)))
+
+
 def robust_noise(x: np.ndarray, y: np.ndarray) -> float:
     """Standard deviation of white noise on a smooth curve, rounding included, from differences of neighbours.
 
@@ -134,7 +139,7 @@ def robust_noise(x: np.ndarray, y: np.ndarray) -> float:
             errors = HALF * _uniform(order + 1, _draws(count))
             difference = difference[:, None] + (weight * step_there) @ errors
         scale = np.sqrt(max(_scale(difference) ** 2 - (HALF * rounding) ** 2, 0.0))
-        if found is None or scale < found * (1.0 - max(CLEARLY / np.sqrt(count), LASTING)):
+        if found is None or clearly_smaller(scale, found, count):
             found = scale
     return max(float(found or 0.0), rounding)
 

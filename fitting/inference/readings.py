@@ -16,7 +16,7 @@ from pneusma_jax.units import from_si
 from .between_readings import OriginalReadings, readings_at, readings_between
 from .driven import measured, predicted
 from .full_scale import LONG, saturated
-from .noise import robust_noise, rounding_noise
+from .noise import clearly_smaller, robust_noise, rounding_noise
 from .repeated_readings import copied, everywhere, regular, slower
 
 UNEVEN = 0.5
@@ -178,7 +178,8 @@ def share_full_scale(recordings: Sequence[Recording]) -> None:
 
 def noise_found(recording: Recording, quantity: str) -> float:
     """Standard deviation of one reading's noise, from its high-frequency content, SI. Without a clock, rows
-    count for time.
+    count for time, or the way of the drivers where that makes the column clearly smoother: points of a table
+    may lie unevenly.
 
     Args:
         recording: recording whose readings before any reduction are used.
@@ -197,7 +198,21 @@ def _noise_found(whole: Recording, quantity: str) -> float:
     time = time[counted]
     if not np.all(np.diff(time) > 0.0):  # a clock that stands still between some rows
         time = np.arange(float(len(time)))
-    return robust_noise(time, values[counted])
+    noise = robust_noise(time, values[counted])
+    way = np.zeros(len(time)) if whole.has("time") else _way(whole, counted)
+    smoother = robust_noise(way, values[counted]) if np.all(np.diff(way) > 0.0) else noise
+    return smoother if clearly_smaller(smoother, noise, len(way)) else noise
+
+
+def _way(recording: Recording, rows: np.ndarray) -> np.ndarray:
+    """Way that the drivers have come at some rows: the sum of their moves, each over its range, [1]."""
+    way = np.zeros(int(rows.sum()))
+    read = measured(recording)
+    for name in recording.known_columns:
+        values = recording.si(schema.quantity_and_unit(name)[0])[rows]
+        if name not in read and np.isfinite(values).all() and np.ptp(values) > 0.0:
+            way[1:] += np.cumsum(np.abs(np.diff(values))) / np.ptp(values)
+    return way
 
 
 def read_values(recording: Recording, quantity: str) -> np.ndarray:

@@ -12,7 +12,7 @@ from fitting.calibrate.elastomer.unknowns import updated
 from fitting.calibrate.identifiability import identifiability
 from fitting.data.recordings import Campaign
 from fitting.synthesise.elastomer import Pull, simulate_pulls
-from pneusma_jax.silicone import NeoHookean, PolynomialFit, Yeoh
+from pneusma_jax.silicone import NeoHookean, Ogden, PolynomialFit, Yeoh
 
 
 def test_a_material_of_one_constant_shows_no_drift_and_gets_the_law_of_one_constant(pulled):
@@ -116,3 +116,26 @@ def test_a_pull_that_stops_short_is_to_be_pulled_further(pulled):
     assert {"larger_stretch", "compression"} <= set(names)
     assert names[0] in ("larger_stretch", "compression")
     assert result.actuator is result.whole
+
+
+def test_more_ogden_terms_never_fit_worse(pulled):
+    """Exponents of -22 and 19, as of brain tissue in compression and of an isotropic gel, lie past the grid of starts."""
+    for exponent, stretch in ((-22.0, 0.9), (19.0, 1.4), (-22.0, 1.15)):
+        law = Ogden(np.array([2.0e4 / exponent]), np.array([exponent]))
+        samples = pulled(law, (Pull("A", stretch, 0.1),), noise=1.0, memory=0.0)
+        analysis = analyse(Engine(samples), [LAWS[f"ogden_{k}"] for k in (1, 2, 3)], samples.fitted, for_actuator=False)
+        fits = {name: fit.mean_square for name, fit in analysis.fits.items()}
+        assert fits["ogden_2"] <= 1.01 * fits["ogden_1"] and fits["ogden_3"] <= 1.01 * fits["ogden_1"]
+
+
+def test_every_better_law_that_was_passed_over_is_named_with_its_reason(pulled):
+    falling = PolynomialFit([0.0, -20e3, 0.0, 90e3, 0.0], 0.0, 1.5)
+    samples = pulled(falling, (Pull("A", 2.6, 0.1),), noise=100.0, memory=0.0)
+    analysis = analyse(Engine(samples), [LAWS[n] for n in ("polynomial", "yeoh", "neo_hookean")], samples.fitted,
+                       for_actuator=False)  # fmt: skip
+    choice = analysis.choice
+    ranks = [entry.name for entry in choice.ranked]
+    passed = ranks[: ranks.index(choice.chosen)]
+    assert passed == ["polynomial", "yeoh"]
+    for name in passed:
+        assert f"{analysis.fits[name].law.label[1:]}, which {choice.unfit[name]}" in choice.reason

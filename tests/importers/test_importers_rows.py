@@ -205,3 +205,60 @@ def test_a_test_that_begins_anew_below_a_line_of_words_is_asked_about(tmp_path, 
     path.write_text("\n".join(["Strain (%),Stress (kPa)", *pull, line, *pull]) + "\n")
     checks = [note for note in import_file(path, make_options()).notices if note.startswith("check:")]
     assert any("begins anew (row 33)" in note and line[:9] in note for note in checks)
+
+
+# Cells at the side of a table, and rows with a field too many.
+
+
+def test_a_cell_apart_from_the_table_costs_no_row(put_sheet):
+    rows = [[float(1.0 + e), float(s / 1e3)] for e, s in zip(STRAIN, STRESS, strict=True)]
+    rows[6] += [None, None, 1]
+    recording = import_file(put_sheet("a.xlsx", rows), make_options())
+    assert len(recording.columns["strain"]) == len(STRAIN) and modulus(recording) == pytest.approx(MU)
+    assert "cells apart from the table were left aside: '1' (row 7)" in recording.notices
+    assert not any("not numbers" in note for note in recording.notices)
+
+
+@pytest.mark.parametrize("sep", [",", ";"])
+def test_a_cell_apart_under_headings_costs_no_row(put, sep):
+    body = lines(100 * STRAIN, STRESS, sep=sep)
+    body[3] += f"{sep}{sep}7"
+    recording = import_file(put("a.csv", text(f"Strain (%){sep}Stress (kPa)", body)), make_options())
+    assert len(recording.columns["strain"]) == len(STRAIN) and modulus(recording) == pytest.approx(MU, rel=1e-4)
+
+
+def test_a_row_with_a_field_too_many_is_said_to_have_it(put_sheet):
+    """The row may be shifted, so it is not read; but it is not said to hold no numbers."""
+    rows = [[float(1.0 + e), float(s / 1e3)] for e, s in zip(STRAIN, STRESS, strict=True)]
+    rows[6] += [1]
+    recording = import_file(put_sheet("a.xlsx", rows), make_options())
+    assert any("1 rows have more fields than the 2 columns and were dropped" in note for note in checks(recording))
+
+
+# A column that is called a stretch but is none; kinds that lack one quantity.
+
+
+@pytest.mark.parametrize("sep", [",", ";", "\t"])
+def test_a_stretch_of_zero_is_said_to_be_no_stretch(put, sep):
+    path = put("a.csv", text(sep.join(("stretch", "stress (kPa)")), lines(STRAIN, STRESS, sep=sep)))
+    message = refusal(path)
+    assert "'stretch' falls to 0, but a stretch is 1 at rest" in message
+    assert "--map strain='stretch'" in message and "percent" not in message
+    assert modulus(import_file(path, make_options(columns=["strain=stretch"]))) == pytest.approx(MU, rel=1e-3)
+
+
+MISSING = {
+    "Time (s),Pressure (kPa)": "of a tube the length is missing, of an actuator the curvature, bend angle or length",
+    "Time (s),Bend angle (deg)": "of a tube or an actuator the pressure is missing",
+    "Extension (mm),Temperature (C)": "of a wire the gauge length and the stress are missing",
+}
+
+
+@pytest.mark.parametrize("head", MISSING)
+def test_what_is_missing_of_the_nearest_kind_is_said(put, head):
+    names = [name.partition(" (")[0] for name in head.split(",")]
+    quantity = {"Time": "time", "Pressure": "pressure", "Bend angle": "bend_angle", "Extension": "elongation",
+                "Temperature": "temperature"}  # fmt: skip
+    path = put("a.csv", text(head, lines(STRAIN, STRESS)))
+    columns = [f"{quantity[name]}={column}" for name, column in zip(names, head.split(","), strict=True)]
+    assert MISSING[head] in refusal(path, columns=columns)

@@ -109,6 +109,26 @@ def pulls(rows=150):
     return strain, stress, stress + 0.3 * np.random.default_rng(1).standard_normal(rows)
 
 
+UNEVEN = {
+    "pairs of a traced curve": np.sort(np.concatenate([np.linspace(0.0, 1.4, 15), np.linspace(0.0, 1.4, 15) + 0.003])),
+    "closer where the curve bends": 1.4 * np.linspace(0.0, 1.0, 40) ** 3,
+    "points picked by hand": np.sort(np.random.default_rng(4).uniform(0.0, 1.4, 40)),
+    "up and down": np.concatenate([1.4 * np.linspace(0.0, 1.0, 30) ** 2, 1.4 * np.linspace(0.98, 0.0, 30) ** 2]),
+    "even": np.linspace(0.0, 1.4, 40),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", UNEVEN)
+def test_noise_of_a_table_without_clock_is_that_of_its_curve_however_its_points_lie(name):
+    strain, found = UNEVEN[name], []
+    stress = 800.0 * (1.0 + strain - (1.0 + strain) ** -2) + 300.0 * strain**3
+    for seed in range(10):
+        read = stress + 2.0 * np.random.default_rng(seed).standard_normal(len(strain))
+        recording = Recording("r", None, "elastomer", columns={"strain": strain, "stress_kPa": read}, noise={})
+        found.append(1e-3 * noise_found(recording, "stress"))
+    assert np.median(found) == pytest.approx(2.0, rel=0.3)
+
+
 def test_rows_that_a_logger_wrote_again_count_once():
     strain, _, stress = pulls()
     recording = coupon(np.repeat(strain, 3), np.repeat(stress, 3))

@@ -65,7 +65,9 @@ def analyse(
     low, high = float(strain.min()), float(strain.max())
     fits, held, drifts, tested, actuator = {}, {}, {}, {}, {}
     for law in laws:
-        fit = engine.fit(law, scope, errors=True)
+        terms = len(law.constants) // 2
+        fewer = fits.get(f"ogden_{terms - 1}") if law.law == "ogden" else None
+        fit = engine.fit(law, scope, errors=True, fewer=fewer)
         fits[law.name], held[law.name] = fit, held_out(engine, fit, scope)
         drifts[law.name] = drift(law, held[law.name].ranges)
         tested[law.name] = stability(fit, low, high)

@@ -75,7 +75,7 @@ def choose(
     chosen = _simplest(candidates, errors, fits)
     past = {name: held[name].extrapolation for name in fits if held[name].extrapolation is not None}
     least = min(past, key=lambda name: (float(f"{past[name]:.3g}"), len(fits[name].values)), default=None)
-    return Choice(ranked, least, chosen, _reason(chosen, candidates[0], order[0], fits, unfit), unfit)
+    return Choice(ranked, least, chosen, _reason(chosen, candidates[0], order, fits, unfit), unfit)
 
 
 def _errors(fit: LawFit, held: HeldOut) -> np.ndarray:
@@ -96,7 +96,10 @@ def _simplest(candidates: list[str], errors: dict[str, np.ndarray], fits: dict[s
     return min(good, key=lambda name: (len(fits[name].values), float(np.mean(errors[name]))))
 
 
-def _reason(chosen: str, best: str, first: str, fits: dict[str, LawFit], unfit: dict[str, str]) -> str:
+def _reason(
+    chosen: str, best: str, order: list[str], fits: dict[str, LawFit], unfit: dict[str, str]
+) -> str:
+    """Sentence about the choice. It names every law that was passed over though it predicts gaps better."""
     label = lambda name: fits[name].law.label  # noqa: E731
     if chosen in unfit:
         fault = f"{label(chosen)} {unfit[chosen]}"
@@ -109,8 +112,10 @@ def _reason(chosen: str, best: str, first: str, fits: dict[str, LawFit], unfit: 
             f"{label(chosen)} has fewer constants than {label(best)} and predicts gaps in the curve as well "
             "within one standard error"
         )
-    if first != best:
-        text += f", apart from {label(first)}, which {unfit[first]}"
+    better = order[: order.index(best)]
+    if better:
+        passed = "; ".join(f"{label(name)}, which {unfit[name]}" for name in better)
+        text += f", apart from {passed}"
     return f"{text[0].upper()}{text[1:]}."
 
 

@@ -18,6 +18,7 @@ from .samples import Samples
 
 CUT = 4.0  # sigma, where a tolerance's prior ends
 STARTS = 3  # fresh ones, where no fit to more samples is at hand
+ONE_SD = 1.0  # difference of chi-square that one standard error of a constant makes; a lower one is none
 ROUNDS = 2  # of weighting the specimens' prior against the misfit
 
 
@@ -49,7 +50,12 @@ class Engine:
         self._arrays = arrays(samples, self.specimens, self.zeros)
 
     def fit(
-        self, law: CurveLaw, mask: np.ndarray, near: LawFit | None = None, errors: bool = False
+        self,
+        law: CurveLaw,
+        mask: np.ndarray,
+        near: LawFit | None = None,
+        errors: bool = False,
+        fewer: LawFit | None = None,
     ) -> LawFit:
         """Fit a law to the masked samples.
 
@@ -59,21 +65,29 @@ class Engine:
             near: a fit to more samples whose constants are tried as one start, and whose inflation is taken
                 over.
             errors: find the inflation; without it, standard errors are those of independent samples.
+            fewer: a fit of Ogden's law with one term fewer, which is tried as one start.
         """
-        fit = self._solve(law, mask, near.inflation if near else 1.0, near)
+        fit = self._solve(law, mask, near.inflation if near else 1.0, near, fewer=fewer)
         for _ in range((ROUNDS if self.specimens else 1) if errors else 0):
             fit = self._solve(law, mask, inflation_of(fit, self.samples), fit, fresh=False)
         return fit
 
     def _solve(
-        self, law: CurveLaw, mask: np.ndarray, inflation: float, near: LawFit | None, fresh: bool = True
+        self,
+        law: CurveLaw,
+        mask: np.ndarray,
+        inflation: float,
+        near: LawFit | None,
+        fresh: bool = True,
+        fewer: LawFit | None = None,
     ) -> LawFit:
-        """Fit from the constants of `near`, if given, and from fresh starts, if asked for."""
+        """Fit from the constants of `near` and `fewer`, if given, and from fresh starts, if asked for."""
         samples, names = self.samples, tuple(zero.name for zero in self.zeros)
         data = {**self._arrays, "weight": np.where(mask, 1.0 / (samples.spread * inflation), 0.0)}
         begin = {zero: near.zeros[zero][0] if near else zero.begin for zero in self.zeros}
         strain, stress = (x[mask] for x in samples.rested(begin))
         starts = [law.start_at(near.values, strain)] if near else []
+        starts += [law.start_at_fewer(fewer.values, strain)] if fewer else []
         if fresh:
             most = 1 if near else STARTS
             starts += law.starts(strain, stress, samples.spread[mask], self.seed, most)
@@ -89,7 +103,8 @@ class Engine:
             for start in starts
         ]
         misfits = [np.inf if r.chi_square is None else r.chi_square for r in results]
-        best = min(range(len(results)), key=lambda k: (not results[k].success, misfits[k]))
+        as_good = [k for k, misfit in enumerate(misfits) if misfit <= min(misfits) + ONE_SD]
+        best = min(as_good or range(len(results)), key=lambda k: (not results[k].success, misfits[k]))
         return describe(law, samples, mask, results[best], self.specimens, self.zeros, inflation)
 
     def _parameters(self, law: CurveLaw, start: Start, begin: Mapping[Zero, float]) -> Parameters:

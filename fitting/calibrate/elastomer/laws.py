@@ -26,6 +26,7 @@ NEO_HOOKEAN_CHAIN = 1e5  # j_m past which Gent's law cannot be told from the neo
 EXPONENTS = (0.8, 1.3, 2.0, 3.0, 4.5, 7.0, 11.0, -1.0, -2.0, -4.0, -7.0)  # Ogden's, tried as starts
 SCATTERED, SCATTERED_RANGE = 60, (0.5, 15.0)  # more of them, at random
 EXPONENT_RANGE = (0.05, 30.0)
+SHARED = 0.05  # relative distance of the exponents of two terms that begin as one
 
 
 @dataclass(frozen=True)
@@ -128,6 +129,19 @@ class CurveLaw:
         """A start at given constants, moved inside the bounds that the strains allow."""
         lower, upper = (limits(values) for limits in self._bounds(strain))
         return Start(np.clip(values, lower, upper), lower, upper)
+
+    def start_at_fewer(self, values: np.ndarray, strain: np.ndarray) -> Start:
+        """A start of Ogden's law at the fit with one term fewer, whose stiffest term is shared by two.
+
+        Args:
+            values: constants of the law with one term fewer.
+            strain: strains to be fitted.
+        """
+        moduli, exponents = values[0::2], values[1::2]
+        k = int(np.argmax(moduli * exponents))
+        moduli = np.append(np.where(np.arange(len(moduli)) == k, 0.5 * moduli, moduli), 0.5 * moduli[k])
+        exponents = np.append(exponents, exponents[k] * (1.0 - SHARED))
+        return self.start_at(np.stack([moduli, exponents], axis=1).ravel(), strain)
 
     def _bounds(self, strain: np.ndarray) -> tuple[Callable, Callable]:
         """Lower and upper bounds given a start's values: Ogden's terms keep the sign they start with."""

@@ -73,6 +73,11 @@ def _derive_strain(making: Making) -> None:
     if "stretch" in channels:
         stretch = channels["stretch"]
         values = in_unit(stretch, "1", "stretch", place) - 1.0
+        if np.nanmin(values, initial=0.0) <= -1.0:
+            raise refuse(
+                place, f"{stretch.label!r} falls to {np.nanmin(stretch.values):.4g}, but a stretch is 1 at"
+                f" rest and stays above 0; if it is a strain: --map strain={stretch.label!r}",
+            )  # fmt: skip
         _add(making, "strain", Channel(values, "1", stretch.label, made=f"{stretch.label!r} - 1"), "stretch")
     elif "true_strain" in channels:
         true = channels["true_strain"]

@@ -133,6 +133,16 @@ def _nearest(available: set[str]) -> str:
         )
     elif "stress" in available and "elongation" in available and "strain" not in available:
         near.append("of a coupon or wire the gauge length is missing: --dimension gauge_length_mm=...")
+    elif {"elongation", "temperature"} <= available and not available & {"force", "stress"}:
+        near.append(
+            "of a wire the gauge length and the stress are missing: --dimension gauge_length_mm=... and, if"
+            " it did not change, --constant stress_MPa=...; of a spring the force: --constant force_N=..."
+        )
+    shapes = available & {"length", "curvature", "bend_angle"}
+    if "pressure" in available and not shapes:
+        near.append("of a tube the length is missing, of an actuator the curvature, bend angle or length")
+    elif shapes and "pressure" not in available:
+        near.append("of a tube or an actuator the pressure is missing")
     return f"; {'; '.join(near)}" if near else ""
 
 

@@ -120,11 +120,12 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     if table is None:
         return None
     run, header, top = table
-    width, stated = max(len(header), *(len(parsed[i] or []) for i in run)), len(header)
+    width, stated = max(len(header), _columns(parsed, run, bool(header))), len(header)
     header += [""] * (width - len(header)) if header else []
     if width == 1 and lines.delimiter not in (" ", ""):
         return None
     filled = [i for i in range(run[0], end) if fields[i]]
+    beside = _beside(lines, filled, width)
     keep = [i for i in filled if 0 < len(parsed[i] or []) <= width]
     dropped = sorted(set(filled) - set(keep))
     if len(dropped) > len(keep):
@@ -139,7 +140,8 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         values[k, : len(row)] = [math.nan if x is None else x for x in row]
     notices = [
         f"{len(keep)} rows of {width} columns, separated by {_SEPARATORS[lines.delimiter]}",
-        *(["decimal commas"] if lines.decimal == "," else []), *notices, *_dropped(lines, keep, dropped),
+        *(["decimal commas"] if lines.decimal == "," else []), *notices, *beside,
+        *_dropped(lines, keep, dropped, width),
     ]  # fmt: skip
     if told := [i for i in lines.statistics if top <= i < end]:
         notices.append(
@@ -164,12 +166,49 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     return grid
 
 
-def _dropped(lines: _Lines, keep: list[int], dropped: list[int]) -> list[str]:
-    """Notices about rows below the header that were not read: remarks, and rows of numbers with words."""
+def _columns(parsed: Parsed, run: list[int], named: bool) -> int:
+    """Number of columns of a table: up to its widest row; without headings, up to its last long column.
+
+    A long column has enough rows for a table. Cells of a shorter one stand beside the table.
+    """
+    rows = [parsed[i] or [] for i in run]
+    width = max(map(len, rows))
+    if named or len(rows) <= LEAST_ROWS:
+        return width
+    while width > 1 and sum(len(row) >= width for row in rows) < LEAST_ROWS:
+        width -= 1
+    return width
+
+
+def _beside(lines: _Lines, filled: list[int], width: int) -> list[str]:
+    """Cut cells that stand apart at the side of a table off its rows. A notice names them.
+
+    At least one empty column divides them from the table, and they are too few to be a table themselves.
+    """
+    fields, parsed = lines.fields, lines.parsed
+    apart = [i for i in filled if len(parsed[i] or []) > width and not fields[i][width]]
+    if not 0 < len(apart) < LEAST_ROWS:
+        return []
+    cells = [f"{text[:40]!r} (row {i + 1})" for i in apart for text in fields[i][width:] if text]
+    for i in apart:
+        fields[i], parsed[i] = fields[i][:width], numeric_row(fields[i][:width], lines.decimal)
+    return [f"cells apart from the table were left aside: {', '.join(cells)}"]
+
+
+def _dropped(lines: _Lines, keep: list[int], dropped: list[int], width: int) -> list[str]:
+    """Notices about rows below the header that were not read: remarks, rows of numbers with words or too
+    many fields."""
     fields = lines.fields
-    mixed = [i for i in dropped if len(fields[i]) > 1 and any(map(like_a_number, fields[i]))]
-    remarks = [i for i in dropped if i not in mixed]
+    wider = [i for i in dropped if len(lines.parsed[i] or []) > width]
+    rest = [i for i in dropped if i not in wider]
+    mixed = [i for i in rest if len(fields[i]) > 1 and any(map(like_a_number, fields[i]))]
+    remarks = [i for i in rest if i not in mixed]
     notices = []
+    if wider:
+        notices.append(
+            f"check: {len(wider)} rows have more fields than the {width} columns and were dropped:"
+            f" {_examples(fields, wider)}"
+        )
     for rows, mark in ((remarks, ""), (mixed, "check: ")):
         if rows:
             what = f"{mark}{len(rows)} rows below the header are not numbers and were dropped: "
