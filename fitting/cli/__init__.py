@@ -183,7 +183,8 @@ def _leave(message: str, code: int = UNUSABLE_INPUT) -> None:
 def _usage_line(error: click.ClickException) -> str:
     """A click error without its usage block."""
     message = error.format_message().strip()
-    message = message[:1].lower() + message[1:]
+    if isinstance(error, click.UsageError):  # others begin with a path
+        message = message[:1].lower() + message[1:]
     context = getattr(error, "ctx", None)
     if isinstance(error, click.UsageError) and context is not None:
         called = context.command_path.split(" ", 1)[-1] if context.parent else ""

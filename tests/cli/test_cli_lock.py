@@ -54,6 +54,18 @@ def test_a_command_is_refused_while_another_run_holds_its_folder(other_run, refu
     assert "another run is writing results here" in line
 
 
+def test_the_refusal_names_the_folder_as_it_is_written(refused, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    process = subprocess.Popen([sys.executable, "-c", HOLD, "Out"], stdout=subprocess.PIPE)
+    assert process.stdout.readline() == b"held\n"
+    try:
+        assert "Out: another run is writing" in refused("effects", "mullins_softening", "--plot", "--out", "Out")
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_with_a_folder_of_results_holds_it(name):
     command = main.get_command(click.Context(main), name)
