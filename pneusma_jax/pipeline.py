@@ -53,6 +53,7 @@ class Effect(eqx.Module):
         kinds: recordings that can show it: A actuator, S spring, W wire, E elastomer, T tube.
         sentence: what was left out, for a laboratory.
         literature: where the form comes from.
+        by_rate: true if only the clock tells it apart: without times of rows it cannot be tested.
 
     The methods below are the slots; each returns its value unchanged unless overridden. `memory` is what
     `begin` made and `remember` keeps; it is a pytree, `None` for an effect without history.
@@ -63,6 +64,7 @@ class Effect(eqx.Module):
     kinds: ClassVar[str] = ""
     sentence: ClassVar[str] = ""
     literature: ClassVar[str] = ""
+    by_rate: ClassVar[bool] = False
 
     def begin(self, at: Known) -> Any:
         """Memory before the first row, at rest."""

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fitting.data.recordings import Campaign
+from fitting.data.recordings import Campaign, schema
 from fitting.inference.readings import cautions
 from fitting.specimens.reduction import said
 from fitting.specimens.registry import kind_of, specimen_of
@@ -83,8 +83,8 @@ def diagnose(
     whole = [recording.whole for recording in program.recordings]
     readings = [*cautions(program.recordings), *said(program.recordings), *offered(whole)]
     conclusion.notes = [
-        *_bodies(conclusion), *start.notes, *notes, *specimen_of(kind).notes(campaign), *readings, *apart,
-        *_beyond(conclusion, model), *_at_bounds(conclusion), *conclusion.notes,
+        *_bodies(conclusion), *_untimed(program), *start.notes, *notes, *specimen_of(kind).notes(campaign),
+        *readings, *apart, *_beyond(conclusion, model), *_at_bounds(conclusion), *conclusion.notes,
     ]  # fmt: skip
     if explanation.together:
         conclusion.notes.append(
@@ -119,6 +119,17 @@ def _bodies(conclusion: Conclusion) -> list[str]:
         f"{', '.join(silent)}: no [geometry] is stated, so the source's specimen was taken; if yours is of "
         "another size or material, that is what is missing, and this verdict says nothing. State it beside "
         "the recordings"
+    ]
+
+
+def _untimed(program: Program) -> list[str]:
+    """A note where no recording has a clock of its own."""
+    if not program.untimed:
+        return []
+    return [
+        f"time_s only counts rows, since the files have no clock: {', '.join(program.untimed)} cannot be "
+        f"tested. If you know the time between rows, import with --interval, or remove `{schema.CLOCK}` from "
+        "[source] of the sidecars"
     ]
 
 

@@ -1,7 +1,7 @@
 """Registry of the kinds of specimen: the one table keyed by kind."""
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import jax
@@ -69,6 +69,14 @@ def candidates(kind: str) -> list[str]:
     """Slugs of the effects that recordings of a kind can show."""
     letter = specimen_of(kind).letter
     return [slug for slug, effect in CATALOGUE.items() if letter in effect.kinds]
+
+
+def without_clock(campaign: Campaign, slugs: Sequence[str]) -> list[str]:
+    """Those of some effects that only a clock tells apart, where every recording's clock only counts its
+    rows; none otherwise."""
+    if not all(recording.counts_rows for recording in campaign.recordings):
+        return []
+    return [slug for slug in slugs if CATALOGUE[slug].by_rate]
 
 
 def parameters_for(campaign: Campaign, **options: Any) -> Parameters:

@@ -218,6 +218,7 @@ class SelfHeatingRate(Effect):
     tau: Array = eqx.field(converter=jnp.asarray, default=5.0)
 
     slug: ClassVar[str] = "self_heating_rate"
+    by_rate: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "SW"
     sentence: ClassVar[str] = "Strained fast, the nitinol warms by its latent heat and its plateau rises."

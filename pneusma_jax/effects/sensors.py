@@ -45,6 +45,7 @@ class PressureLag(Effect):
     laminar: Array = eqx.field(converter=jnp.asarray, default=1e4)
 
     slug: ClassVar[str] = "pressure_lag"
+    by_rate: ClassVar[bool] = True
     component: ClassVar[str] = "pressure"
     kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "The pressure in the chamber lags behind the one at the sensor."
@@ -190,6 +191,7 @@ class ChannelLag(Effect):
     delay_resistance: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "channel_lag"
+    by_rate: ClassVar[bool] = True
     component: ClassVar[str] = "sensor"
     kinds: ClassVar[str] = "ASWET"
     sentence: ClassVar[str] = "One recorded channel runs late against the others."

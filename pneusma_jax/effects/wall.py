@@ -43,6 +43,7 @@ class ViscoelasticRelaxation(Effect):
     tau_3: Array = eqx.field(converter=jnp.asarray, default=100.0)
 
     slug: ClassVar[str] = "viscoelastic_relaxation"
+    by_rate: ClassVar[bool] = True
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone relaxes: its stress depends on how fast and when it was strained."

@@ -259,7 +259,10 @@ def test_a_file_that_speaks_of_a_spring_is_asked_about(put):
 
 def test_a_column_in_seconds_that_does_not_rise_is_no_clock(put):
     text = RIG.format(clock="Dwell (s)").replace("\n0.0167;", "\n0.0000;")
-    assert said(import_file(put("run.csv", text)), "has no clock")
+    recording = import_file(put("run.csv", text))
+    assert said(recording, "has no clock") and recording.source["clock"] == "rows counted" and recording.counts_rows
+    stated = import_file(put("timed.csv", text), make_options(interval_s=2.0))
+    assert stated.columns["time_s"][1] == 2.0 and not stated.counts_rows
 
 
 def test_columns_of_no_known_format_are_asked_for_with_the_quantities_that_there_are(put):

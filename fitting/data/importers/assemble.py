@@ -105,6 +105,8 @@ def assemble(
     check_recording(recording, [int(row) for row in rows])
     explain(making, columns)
     recording.source["notes"] = list(making.notices)
+    if making.clock_counts_rows:
+        recording.source[schema.CLOCK] = schema.COUNTED
     return recording
 
 

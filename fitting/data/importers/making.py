@@ -47,6 +47,7 @@ class Making:
         sources: quantities that others were derived from.
         raw: quantities that the file itself has.
         zero: standard deviations of the zeros that every fit is to find, by canonical column.
+        clock_counts_rows: true if the file has no clock and nobody states the time between rows.
     """
 
     channels: dict[str, Channel]
@@ -58,6 +59,7 @@ class Making:
     sources: set[str] = field(default_factory=set)
     raw: frozenset[str] = frozenset()
     zero: dict[str, float] = field(default_factory=dict)
+    clock_counts_rows: bool = False
 
     def say(self, text: str) -> None:
         """Add a notice about the interpretation."""

@@ -27,6 +27,7 @@ def with_clock(
             return columns
         step = making.options.interval_s or DEFAULT_INTERVAL_S
         making.use("--interval")
+        making.clock_counts_rows = making.options.interval_s is None
         notices.append(
             f"the file has no clock: time_s counts the rows, {step:g} s apart (--interval states the true"
             " step); nothing that depends on rate can be judged from it"

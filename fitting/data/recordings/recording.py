@@ -92,6 +92,11 @@ class Recording:
             )
         return name
 
+    @property
+    def counts_rows(self) -> bool:
+        """True if the clock only counts rows: the file that was imported has none."""
+        return self.source.get(schema.CLOCK) == schema.COUNTED
+
     def has(self, quantity: str) -> bool:
         """True if a quantity (`"pressure"`, or its column `"pressure_kPa"`) was recorded."""
         columns = self.known_columns

@@ -198,3 +198,5 @@ SIDECAR_KEYS = (
 )  # fmt: skip
 CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "constant", "zero")
 NOT_STATED = "not stated"  # Text of a sidecar for an unknown citation or licence
+CLOCK, COUNTED = "clock", "rows counted"
+"""Key of `[source]`, and its word where `time_s` only counts the rows of a file without clock."""

@@ -15,7 +15,7 @@ from fitting.data.recordings import Campaign, Recording
 from fitting.inference.channels import Channel
 from fitting.inference.parallel import RUNS, Tally
 from fitting.specimens.reduction import thinned
-from fitting.specimens.registry import candidates, specimen_of
+from fitting.specimens.registry import candidates, specimen_of, without_clock
 from fitting.specimens.rows import Rows, stack, with_numbers
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.specimen import Specimen
@@ -55,6 +55,7 @@ class Program:
         process_noise: variance per second of every latent trajectory, (recordings, trajectories).
         bare: channels with their own noise only.
         outliers: readings that are not counted, see `fit.outliers`.
+        untimed: slugs of effects that cannot be tested because the recordings have no clock of their own.
     """
 
     kind: str
@@ -69,6 +70,7 @@ class Program:
     process_noise: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     bare: list[list[Channel]] = field(default_factory=list)
     outliers: tuple = ()
+    untimed: tuple[str, ...] = ()
     _compiled: Compiled | None = field(default=None, repr=False)
 
     @classmethod
@@ -100,6 +102,8 @@ class Program:
         model = model or AugmentedModel()
         there = tuple(added.slug for added in model.added)
         tried = [slug for slug in (candidates(kind) if slugs is None else slugs) if slug not in there]
+        untimed = without_clock(campaign, tried)
+        tried = [slug for slug in tried if slug not in untimed]
         known = {name: q for table in model.base.values() for name, q in table.items()}
         rows = [with_numbers(r, known) for r in rows]
         stacked = stack(rows, coarse=True)
@@ -123,6 +127,7 @@ class Program:
             raise InputError(f"{campaign.path}: every recording has role validation; nothing is left to fit")
         program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted)
         program.followed_values, program.bare = np.zeros(len(channels)), channels
+        program.untimed = tuple(untimed)
         columns = latent.count(stacked)
         program.process_noise = np.zeros((len(channels), columns))
         program._compiled = Compiled(specimen, unknowns, model.effects, columns)

@@ -86,6 +86,7 @@ def score_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.ra
     pool.append((None, _slow_cosines(look.here, weight, look.project)))
     p_value, bound = _p_value(pool, look.left, rng)
     untestable = [slug for slug in slugs if look.strength[slug] < SCORE_TEST.minimum_length]
+    untestable += refitter.program.untimed
     return ScoreTest(scores, p_value, bound, untestable, look.scale, tuple(slugs), look)
 
 
