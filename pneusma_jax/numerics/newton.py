@@ -84,8 +84,10 @@ class BoundedNewton(optx.AbstractRootFinder):
         if free < y.size:
             after = jnp.concatenate([after[:free], jnp.clip(after[free:], 0.0, 1.0)])
         moved, excess = jnp.max(jnp.abs(after - y)), jnp.max(jnp.abs(value))
-        left = excess * (excess / state.excess) ** 2  # nothing is predicted before the second step
-        left = jnp.where(jnp.isfinite(state.excess) & (share == 1.0), left, jnp.inf)
+        left = state.left
+        if self.balanced > 0.0:  # nothing is predicted before the second step, or for a shortened one
+            predicted = excess * (excess / state.excess) ** 2
+            left = jnp.where(jnp.isfinite(state.excess) & (share == 1.0), predicted, jnp.inf)
         return after, _State(moved, excess, slope, state.count + 1, left), aux
 
     def terminate(
