@@ -86,7 +86,7 @@ class Sampler:
         if "silicone" in given.priors:
             found = silicone.quantities.get("silicone_stiffness")
             self.stiffness = found.prior if found else None
-        self.posterior = _posterior(given.posterior) if given.posterior else {}
+        self.posterior = posterior_draws(given.posterior) if given.posterior else {}
 
     @property
     def names(self) -> list[str]:
@@ -141,7 +141,7 @@ def _from_prior(prior: Prior, even: np.ndarray) -> np.ndarray:
     return prior.mean + prior.sd * truncnorm.ppf(even, low, high)
 
 
-def _posterior(path: Path) -> dict[str, np.ndarray]:
+def posterior_draws(path: Path) -> dict[str, np.ndarray]:
     """Draws of a `posterior.nc` that the model knows, by name [SI], shape (draws,)."""
     try:
         with hdf5.opened(path, str(path), "the `posterior.nc` of `pneusma posterior`") as file:
@@ -151,10 +151,14 @@ def _posterior(path: Path) -> dict[str, np.ndarray]:
             }
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
-    known = {}
+    known: dict[str, np.ndarray] = {}
     for name, (values, unit) in found.items():
-        plain = name.rpartition(".")[2]
+        plain = name.rpartition(".")[2].partition("__")[0]
         plain = plain if plain in _KNOWN else plain.rpartition("_")[0]
+        if plain in known:
+            raise InputError(
+                f"{path}: {plain} is there for several specimens; a study needs the posterior of one"
+            )
         if plain in _KNOWN and unit in UNITS:
             known[plain] = to_si(values, unit, _KNOWN[plain] == TEMPERATURE_DIFFERENCE)
     if not known:
