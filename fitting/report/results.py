@@ -15,7 +15,7 @@ from fitting.design.result import DesignResult
 from fitting.diagnose.batch import Diagnoses
 from fitting.diagnose.custom_model import Explained
 from fitting.inference.results import Presenter, Result, register_presenter
-from fitting.invert.lumen import Passage
+from fitting.invert.passage import Passage
 from fitting.invert.run import Inversion
 from fitting.invert.trajectory import Trajectory
 from fitting.plan.plan import Plan
