@@ -6,7 +6,7 @@ lumens.
 Targets are states of random drives, so that they can be reached. Unreachable ones lie beyond: curvatures up
 to four times the largest, tips of the chain pushed outwards by 20 to 60 %. The nearest point is compared
 with a search over 200,000 random states for the actuator. For the chain it is compared with 100,000 random
-states of the exact model, from the ten nearest of which SciPy's `least_squares` goes on, ends verified.
+states of the exact model, from the three nearest of which SciPy's `least_squares` goes on, ends verified.
 """
 
 import argparse
@@ -39,7 +39,7 @@ SUITED = {"gentle": 8.0, "bent": 16.0, "tortuous": 24.0}
 SWINGING = {"gentle": (0.5, 0.1), "bent": (0.9, 0.3), "tortuous": (1.4, 0.6)}
 """Largest angles of the centre line against the straight chain, across and up [rad], of lumens that bend
 where the chain has no segment of that plane."""
-REFINED = 10
+REFINED = 3
 """Number of random states from which the brute-force search of a pose goes on."""
 
 
@@ -93,6 +93,7 @@ def chain(count, unreachable, seed):
     found, seconds, busy = timed(lambda: inverse.solve(goals, wanted))
     some = wanted[:unreachable].copy()
     some[:, :3] *= (0.35 / np.linalg.norm(some[:, :3], axis=1) * random.uniform(1.2, 1.6, len(some)))[:, None]
+    print("met", found.met.mean(), "a second", count / seconds, "of the processor", count / busy, flush=True)
     lost, spent, _ = timed(lambda: inverse.solve(goals, some))
     scale = np.asarray(sizes(goals))
     drives = random_drives(random, 100_000, len(inverse.springs))
@@ -138,7 +139,7 @@ def brute_force(inverse, goals, wanted, starts):
                 np.clip(place, 1e-6, 1.0 - 1e-6),
                 jac=lambda x: np.asarray(look(x)[1]),
                 bounds=(0.0, 1.0),
-                max_nfev=100,
+                max_nfev=40,
             )
             ends.append(np.asarray(box.drives(ended.x)))
     pose = np.asarray(inverse.verified(np.array(ends)).end_pose)
@@ -180,8 +181,9 @@ def suited_lumen(name, curvature, diameter=18e-3, length=230e-3):
     return lumen_along(name, np.array(slope), diameter, length)
 
 
-def narrowest(inverse, lumen, starts=40):
-    """Least diameter [m] of a lumen along a line that the chain would pass, by brute force.
+def narrowest(inverse, lumen, starts=24):
+    """Least diameter [mm] of a lumen along a line that the chain would pass, by brute force, and that of the
+    best random state.
 
     SciPy's SLSQP minimises the largest distance from the line in tables, from the nearest of 240,000 random
     states and from others of them.
@@ -215,8 +217,8 @@ def narrowest(inverse, lumen, starts=40):
             method="SLSQP", options={"maxiter": 60, "ftol": 1e-5},
         )  # fmt: skip
         ends.append(float(np.max(values(np.clip(ended.x[:-1], 0.0, 1.0)))))
-    radius = max(float(s.section.radius) for s in inverse.body.segments)
-    return 2.0 * (1e-3 * min(ends) + radius), 2.0 * (1e-3 * far[order[0]] + radius)
+    radius = 1e3 * max(float(s.section.radius) for s in inverse.body.segments)
+    return 2.0 * (min(ends) + radius), 2.0 * (float(far[order[0]]) + radius)
 
 
 def lumens(out):
@@ -230,8 +232,8 @@ def lumens(out):
             began = time.perf_counter()
             passages.append(pass_through(inverse, lumen))
             spent = time.perf_counter() - began
-            least, random = narrowest(inverse, lumen)
             one = passages[-1]
+            least, random = (None, None) if one.passes else narrowest(inverse, lumen)
             found.append(
                 {
                     "name": lumen.name,
@@ -241,8 +243,8 @@ def lumens(out):
                     "clearance_mm": 1e3 * one.clearance,
                     "offset_mm": 1e3 * one.offset,
                     "seconds": spent,
-                    "narrowest_by_brute_force_mm": 1e3 * least,
-                    "narrowest_of_random_states_mm": 1e3 * random,
+                    "narrowest_by_brute_force_mm": least,
+                    "narrowest_of_random_states_mm": random,
                 }
             )
             print(found[-1], flush=True)
