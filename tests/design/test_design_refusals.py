@@ -84,6 +84,7 @@ def test_a_bad_study_is_refused_in_one_line(name, tmp_path):
         ('posterior = "nowhere.nc"', "there is no such file"),
         ('priors = "steel"', "priors has 'steel'"),
         ("draws = 8", "names nothing that is uncertain"),
+        ('posterior_specimen = 1\npriors = "alloy"', "posterior_specimen needs a posterior"),
         ("[uncertainty.tolerance]\nwall_thickness = {sd = 0.1}", "unit is missing"),
         ('[uncertainty.tolerance]\nwall = {sd = 0.1, unit = "mm"}', "no such dimension"),
     ],
@@ -101,10 +102,13 @@ def _posterior(path, names):
     return path
 
 
-def test_a_posterior_of_several_specimens_is_refused_and_of_one_is_read(tmp_path):
-    _posterior(tmp_path / "two.nc", ["wall_thickness__1", "wall_thickness__2"])
-    with pytest.raises(InputError, match="wall_thickness is there for several specimens"):
-        posterior_draws(tmp_path / "two.nc")
+def test_of_a_posterior_of_several_specimens_one_has_to_be_named(tmp_path):
+    two = _posterior(tmp_path / "two.nc", ["wall_thickness__1", "wall_thickness__2"])
+    with pytest.raises(InputError, match="several specimens: add posterior_specimen = 1"):
+        posterior_draws(two)
+    with pytest.raises(InputError, match="posterior_specimen is 3, known: 1, 2"):
+        posterior_draws(two, 3)
+    assert posterior_draws(two, 2)["wall_thickness"] == pytest.approx(1.1e-3)
     one = posterior_draws(_posterior(tmp_path / "one.nc", ["wall_thickness__1"]))
     assert list(one) == ["wall_thickness"] and one["wall_thickness"] == pytest.approx(1e-3)
 
