@@ -92,6 +92,22 @@ def distances(points: Array, lumen: tuple[Array, Array]) -> tuple[Array, Array]:
     return away, 0.5 * (wide + share * change)
 
 
+def progress(point: Array, line: Array) -> Array:
+    """Distance along a centre line to the place that is nearest to a point [m].
+
+    Args:
+        point: shape (3,).
+        line: points of the centre line, shape (points, 3).
+    """
+    begin, along = line[:-1], jnp.diff(line, axis=0)
+    square = jnp.sum(along**2, axis=1)
+    share = jnp.clip(jnp.sum((point - begin) * along, axis=1) / square, 0.0, 1.0)
+    away = jax.lax.stop_gradient(jnp.sum((point - begin - share[:, None] * along) ** 2, axis=1))
+    nearest, length = jnp.argmin(away), jnp.sqrt(square)
+    before = jnp.cumsum(length) - length
+    return before[nearest] + share[nearest] * length[nearest]
+
+
 def refined(lumen: Lumen) -> tuple[np.ndarray, np.ndarray]:
     """The same line and diameters with a power of two of points, so that few compiled programs serve all
     lumens.

@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 from fitting.cli import main
-from fitting.invert.lumen import Lumen, distances, read_lumen
+from fitting.invert.lumen import Lumen, distances, progress, read_lumen
 from fitting.invert.passage import Passage
 from fitting.invert.targets import read_targets
 from fitting.report.invert.words import passage_verdict
@@ -80,9 +80,21 @@ def test_distances_from_a_bent_line():
 )
 def test_a_chain_passes_where_it_keeps_the_wanted_clearance(clearance, wanted, passes, words):
     lumen = Lumen("straight", np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.1]]), np.full(2, 12e-3))
-    found = Passage("c", lumen, ((1, 1),), 1e4, np.ones(1), 1e-3, clearance, wanted, np.zeros((2, 3)), None)
+    found = Passage(
+        "c", lumen, ((1, 1),), 1e4, np.ones(1), 1e-3, clearance, wanted, 0.08, np.zeros((2, 3)), None
+    )
     assert found.passes is passes
     assert words in passage_verdict(found)[0]
+    assert "Its tip is at 80 of the lumen's 100 mm." in passage_verdict(found)
+
+
+@pytest.mark.parametrize(
+    ("point", "along"),
+    [([0.3, 0.0, 1.0], 1.0), ([0.0, 1.5, 2.2], 3.5), ([0.0, 0.0, -1.0], 0.0), ([0.0, 5.0, 2.0], 4.0)],
+)
+def test_progress_along_a_bent_line(point, along):
+    line = jnp.asarray([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [0.0, 2.0, 2.0]])
+    assert float(progress(jnp.asarray(point), line)) == pytest.approx(along)
 
 
 def test_the_command_wants_one_thing(tmp_path):

@@ -76,6 +76,7 @@ def passage_summary(result: Passage) -> dict[str, Any]:
         "passes": result.passes,
         "clearance_mm": from_si(result.clearance, "mm"),
         "clearance_wanted_mm": from_si(result.wanted, "mm"),
+        "reached_mm": from_si(result.reached, "mm"),
         "offset_mm": from_si(result.offset, "mm"),
         "pressure_kPa": from_si(result.pressure, "kPa"),
         "xi0": {spring_name(result.springs, k): float(x) for k, x in enumerate(result.fractions)},

@@ -126,5 +126,7 @@ def passage_verdict(result: Passage) -> list[str]:
     return [
         f"{result.lumen.name}, tortuosity {result.lumen.tortuosity:.3f}: the chain {fit}.",
         f"Its centre line is {from_si(result.offset, 'mm'):.2f} mm from the lumen's (root mean square).",
+        f"Its tip is at {from_si(result.reached, 'mm'):.0f} of the lumen's "
+        f"{from_si(float(result.lumen.lengths[-1]), 'mm'):.0f} mm.",
         f"Drives: {', '.join([pressure, *springs])}.",
     ]
