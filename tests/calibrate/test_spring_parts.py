@@ -8,7 +8,7 @@ import pytest
 
 from fitting.calibrate.profile_likelihood import WIDTH_90, lower_end
 from fitting.calibrate.spring import profiles as profiling
-from fitting.calibrate.spring import stand_tests
+from fitting.calibrate.spring import search, stand_tests
 from fitting.calibrate.spring.joint import Joint, Start, lead, spanned
 from fitting.calibrate.spring.modes import apart, other_modes
 from fitting.calibrate.spring.next_test import _reach, _sentence
@@ -236,6 +236,26 @@ def test_of_two_readings_the_one_that_was_taken_is_named():
     assert order([fitted("martensite", 5000.0)], 0) == []
     alike = order([fitted("martensite", 5000.0, False), fitted("neither", 900.0)], 1)[0]
     assert "equally stiff" in alike and "one start only" in alike
+
+
+@pytest.mark.parametrize(
+    ("softer", "costs", "noise", "taken", "whole"),
+    [
+        ("austenite", (5000.0, 900.0), (), 1, (True, True)),
+        ("austenite", (5000.0, 900.0), (900.0,), 1, (False, True)),
+        ("neither", (960.0, 900.0), (960.0, 900.0), 0, (True, False)),  # free fractions fit noise, too
+        ("neither", (5000.0, 900.0), (900.0,), 1, (False, True)),
+    ],
+)
+def test_of_two_readings_the_better_one_is_fitted_in_full(monkeypatch, softer, costs, noise, taken, whole):
+    first = dict(zip(("martensite", softer), costs, strict=True))
+    begin = lambda campaign, reading, *_: fitted(reading.softer, first[reading.softer], False)  # noqa: E731
+    monkeypatch.setattr(search, "_begun", begin)
+    monkeypatch.setattr(search, "_completed", lambda begun, *_: replace(begun, whole=True))
+    monkeypatch.setattr(search, "_suspicious", lambda joint: joint.starts[0].result.chi_square not in noise)
+    readings = [Reading([], "martensite"), Reading([], softer)]
+    found, best = search.best_of_readings(None, readings, None, True, {}, 3, 0, print)
+    assert best == taken and tuple(one.whole for one in found) == whole
 
 
 def test_phases_that_are_equally_stiff_are_told_by_resistance():

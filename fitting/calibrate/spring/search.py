@@ -99,7 +99,7 @@ def order(found: Sequence[Fitted], best: int) -> list[str]:
         else "The stiffest test resists most at rest. Of a nitinol the martensite is softer and resists "
         "more, so one of the two does not hold here."
     )
-    first = "" if other.whole else " The other was fitted from one start only, because this one leaves noise."
+    first = "" if other.whole else " The other was fitted from one start only: this one leaves only noise."
     return [
         f"{why} Both readings were fitted. With {taken.reading.softer} as the softer phase the chi-square is "
         f"{taken.chi_square:.4g}, with {other.reading.softer} {other.chi_square:.4g}.{first} The former was "
@@ -120,15 +120,21 @@ def best_of_readings(
     """Every reading fitted, and the index of the best.
 
     All are fitted from the stages. The one that comes out best is then fitted from all starts. So are the
-    others if it leaves more than chance explains.
+    others if it leaves more than chance explains. Tests that are all of one phase come before a reading in
+    which most are between two, as long as they leave only noise: fractions that are free fit noise, too.
     """
     found = [_begun(campaign, reading, base, identify, adjust, progress) for reading in readings]
-    for k in sorted(range(len(found)), key=lambda k: found[k].chi_square):
+    plain = readings[-1].softer == "neither" and not _suspicious(found[0].single)
+
+    def rank(k: int) -> tuple[bool, float]:
+        return plain and k > 0, found[k].chi_square
+
+    for k in sorted(range(len(found)), key=rank):
         found[k] = _completed(found[k], identify, starts, seed, progress)
         if not _suspicious(found[k].single):
             break
     whole = [k for k, one in enumerate(found) if one.whole]
-    return found, min(whole, key=lambda k: found[k].chi_square)
+    return found, min(whole, key=rank)
 
 
 def _begun(
