@@ -63,8 +63,9 @@ def one_campaign(kind: str, seed: int) -> dict:
         made = Path(folder) / "made"
         write_synthetic(synthesise(what, seed=seed, **wishes), made)
         record = json.loads((made / "truth.json").read_text())
+        spent = time.process_time()
         fit = characterise(made)
-    found = {}
+    spent, found = time.process_time() - spent, {}
     for name, truth in truths(record, list(fit.fitted)).items():
         estimate, entry = fit.parameters[name], fit.fitted[name]
         error = entry.standard_error
@@ -83,6 +84,7 @@ def one_campaign(kind: str, seed: int) -> dict:
         "rise": rise_at_truth(fit, record) if what == "spring" else None,
         "seed": seed,
         "seconds": time.perf_counter() - began,
+        "processor_seconds": spent,
         "reduced_chi_square": float(fitted.reduced_chi_square),
         "ended": bool(fitted.result.success),
         "parameters": found,
@@ -190,7 +192,11 @@ def report(kind: str, done: list[dict], parameters: bool) -> None:
     """Print the table of a kind: before, after, and by parameter on request."""
     seconds = np.median([entry["seconds"] for entry in done])
     stopped = sum(not entry["ended"] for entry in done)
-    print(f"{kind}: {len(done)} campaigns, {seconds:.0f} s each (median), {stopped} fits did not end well")
+    spent = [entry["processor_seconds"] for entry in done if "processor_seconds" in entry] or [np.nan]
+    print(
+        f"{kind}: {len(done)} campaigns, {seconds:.0f} s each (median; processor time of the fit "
+        f"{np.median(spent):.0f} s, at most {np.max(spent):.0f}), {stopped} fits did not end well"
+    )
     every = [list(entry["parameters"].values()) for entry in done]
     everything = [one for constants in every for one in constants]
     for word, quoted in (("bar", False), ("quoted", True)):
