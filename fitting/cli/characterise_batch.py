@@ -61,9 +61,9 @@ def characterise_batch_command(campaigns, out, seed, force, resume, workers, clu
     files += save(batch, out, force=True)
     click.echo(text(batch))
     click.echo()
-    if together:
-        files += _together(batch, out / "together", seed, force, resume)
     done(files)
+    if together:
+        done(_together(batch, out / "together", seed, force, resume))
     if any(member.result is None for member in batch.members):
         click.get_current_context().exit(SOME_FAILED)
 
