@@ -63,8 +63,8 @@ def characterise_batch_command(campaigns, out, seed, force, resume, workers, clu
     click.echo()
     done(files)
     if together:
-        place = "together" if all(m.name != "together" for m in batch.members) else "all_together"
-        done(_together(batch, out / place, seed, force, resume))
+        folder = "together" if all(m.name != "together" for m in batch.members) else "all_together"
+        done(_together(batch, out / folder, seed, force, resume))
     if any(member.result is None for member in batch.members):
         click.get_current_context().exit(SOME_FAILED)
 
