@@ -45,11 +45,16 @@ FIRST = 0.3
 """Least start of a spread, in standard deviations of the prior; it is not small, so that z starts near 0."""
 
 
+Place = tuple[int, str]
+"""Number of a campaign, and the name that a constant has there."""
+
+
 @dataclass(frozen=True)
 class Shared:
     """A constant across specimens, in the unit of files.
 
     Attributes:
+        specimens: name of each specimen: its campaign's, with its number where a campaign has several.
         unit: unit of the constant.
         alone, alone_sd: each specimen's own estimate, shape (specimens,).
         together, together_sd: mean and standard deviation of each specimen's constant in the joint posterior.
@@ -61,6 +66,7 @@ class Shared:
             Pardoe, Technometrics 48 (2006) 241).
     """
 
+    specimens: tuple[str, ...]
     unit: str
     alone: np.ndarray
     alone_sd: np.ndarray
@@ -78,7 +84,7 @@ class Together(Result):
     """Joint posterior of several specimens.
 
     Attributes:
-        names: names of the specimens.
+        names: names of the campaigns.
         problems: sampling problem of each by itself.
         fits: characterisation of each by itself.
         posterior: draws of means, spreads, and each specimen's distance from the mean.
@@ -97,20 +103,22 @@ class Together(Result):
     @cached_property
     def shared(self) -> dict[str, Shared]:
         """Every constant that all specimens share, by name."""
-        return {name: self._shared(name) for name in shared_names(self.problems)}
+        found = shared_constants([problem.parameters for problem in self.problems])
+        return {name: self._shared(name, places) for name, places in found.items()}
 
-    def _shared(self, name: str) -> Shared:
-        entry, draws = self.problems[0].parameters[name], self.posterior.draws
+    def _shared(self, name: str, places: Sequence[Place]) -> Shared:
+        entry, draws = self.problems[places[0][0]].parameters[places[0][1]], self.posterior.draws
         mean, spread = draws[name].ravel(), draws[spread_name(name)].ravel()
-        z = np.stack([draws[distance_name(name, k)].ravel() for k in range(len(self.names))])
+        z = np.stack([draws[distance_name(name, k)].ravel() for k in range(len(places))])
         own = np.asarray(own_value(entry, jnp.asarray(mean), jnp.asarray(spread), jnp.asarray(z)))
         away = own - mean
         drawn = 1.0 - np.var(away.mean(axis=1)) / max(float(np.mean(np.var(away, axis=0))), 1e-300)
-        found = [fit.parameters[name] for fit in self.fits]
+        found = [self.fits[k].parameters[own_name] for k, own_name in places]
         value = lambda x: np.asarray(from_si(x, entry.unit, entry.unit == KELVIN))  # noqa: E731
         width = lambda x: np.asarray(from_si(x, entry.unit, difference=True))  # noqa: E731
         sizes = np.quantile(spread, [0.05, 0.5, 0.95])
         return Shared(
+            specimens=tuple(f"{self.names[k]} {n.partition(MARK)[2]}".strip() for k, n in places),
             unit=entry.unit,
             alone=np.array([estimate.value for estimate in found]),
             alone_sd=np.array([estimate.sd for estimate in found]),
@@ -142,36 +150,37 @@ def sample_together(
     Raises:
         InputError: if there are fewer than two, they share no constant, or their kind cannot be sampled so.
     """
-    if len(fits) < 2:
-        raise InputError(f"a joint posterior needs two specimens or more, not {len(fits)}")
     problems = tuple(sampling_problem(fit) for fit in fits.values())
     kinds = sorted({problem.kind for problem in problems})
     if len(kinds) > 1:
         raise InputError(f"a joint posterior needs specimens of one kind, not {' and '.join(kinds)}")
-    names = shared_names(problems)
-    if not names:
-        raise InputError(f"these {kinds[0]} campaigns share no free constant with a prior")
-    target, parameters = joint_target([problem.target for problem in problems], names, _entries(problems))
+    entries = [problem.parameters for problem in problems]
+    if not shared_constants(entries):
+        raise InputError(
+            "a joint posterior needs two specimens or more that share a free constant with a prior"
+        )
+    target, parameters = joint_target([problem.target for problem in problems], entries)
     posterior = sample(target, parameters, Settings(**settings), file=file, resume=resume, progress=progress)
     return Together(tuple(fits), problems, tuple(fits.values()), posterior)
 
 
-def shared_names(problems: Sequence[Problem]) -> list[str]:
-    """Constants with a prior that all specimens have free, but for dimensions, which are a specimen's own."""
+def shared_constants(entries: Sequence[Parameters]) -> dict[str, list[Place]]:
+    """Constants that two or more specimens have free, with a prior, and their places.
+
+    Dimensions are left out: they are a specimen's own. A campaign of several specimens has one place for
+    each.
+
+    Args:
+        entries: parameters of each campaign.
+    """
     own = {quantity_of(key) for key in schema.GEOMETRY_NUMBERS}
-    first, *others = [problem.parameters for problem in problems]
-    return [
-        name
-        for name, entry in first.items()
-        if entry.free
-        and entry.prior is not None
-        and name.partition(MARK)[0] not in own
-        and all(name in other and other[name].free for other in others)
-    ]
-
-
-def _entries(problems: Sequence[Problem]) -> list[Parameters]:
-    return [problem.parameters for problem in problems]
+    found: dict[str, list[Place]] = {}
+    for k, parameters in enumerate(entries):
+        for name, entry in parameters.items():
+            stem = name.partition(MARK)[0]
+            if entry.free and entry.prior is not None and stem not in own:
+                found.setdefault(stem, []).append((k, name))
+    return {stem: places for stem, places in found.items() if len(places) > 1}
 
 
 def spread_name(name: str) -> str:
@@ -180,8 +189,13 @@ def spread_name(name: str) -> str:
 
 
 def distance_name(name: str, number: int) -> str:
-    """Name of the parameter that is a specimen's distance from the mean, in spreads; its own constant."""
+    """Name of the parameter that is a specimen's distance from the mean, in spreads."""
     return f"{name}_of_{number + 1}"
+
+
+def own_name(name: str, campaign: int) -> str:
+    """Name of a parameter that belongs to one campaign alone, such as a dimension."""
+    return f"{name}_in_{campaign + 1}"
 
 
 def own_value(entry: Parameter, mean: Array, spread: Array, z: Array) -> Array:
@@ -190,83 +204,70 @@ def own_value(entry: Parameter, mean: Array, spread: Array, z: Array) -> Array:
     return jnp.clip(moved, entry.min, entry.max)
 
 
-def joint_target(
-    targets: Sequence[Target], names: Sequence[str], entries: Sequence[Parameters]
-) -> tuple[Target, Parameters]:
+def joint_target(targets: Sequence[Target], entries: Sequence[Parameters]) -> tuple[Target, Parameters]:
     """Density of means, spreads, distances and what is a specimen's own; and its parameters at their start.
 
     Args:
-        targets: density of each specimen by itself, of known noise.
-        names: constants that the specimens share.
+        targets: density of each campaign by itself, of known noise.
         entries: parameters of each, at its fit.
 
     Raises:
-        InputError: if the noise of a specimen is not known.
+        InputError: if the noise of a campaign is not known.
     """
     residuals: list[Residual] = []
     for target in targets:
         if not isinstance(target.likelihood, KnownNoise):
-            raise InputError(
-                "a joint posterior needs recordings whose noise is known; these have none stated"
-            )
+            raise InputError("a joint posterior needs recordings whose noise is known; this kind has none")
         residuals.append(target.likelihood.residual)
-    parameters = _parameters(names, entries)
-    common = {name: entries[0][name] for name in names}
+    shared = shared_constants(entries)
+    at = {place: (stem, k) for stem, places in shared.items() for k, place in enumerate(places)}
     layouts = [target.layout for target in targets]
+
+    def here(values: Mapping[str, Array], campaign: int, name: str) -> Array:
+        """A free parameter of a campaign, SI."""
+        if (campaign, name) not in at:
+            return values[own_name(name, campaign)]
+        stem, k = at[campaign, name]
+        entry = entries[campaign][name]
+        return own_value(entry, values[stem], values[spread_name(stem)], values[distance_name(stem, k)])
 
     def residual(values: Mapping[str, Array], data: PyTree) -> Array:
         parts = []
         for k, (own, layout) in enumerate(zip(residuals, layouts, strict=True)):
-            vector = [
-                _coordinate(values, name, k, common, logarithmic)
-                for name, logarithmic in zip(layout.free, layout.logarithmic, strict=True)
-            ]
-            parts.append(jnp.ravel(own(layout.values(jnp.stack(vector), data[k]["stored"]), data[k]["rows"])))
+            found = [here(values, k, name) for name in layout.free]
+            logs = zip(found, layout.logarithmic, strict=True)
+            vector = jnp.stack([jnp.log(x) if logarithmic else x for x, logarithmic in logs])
+            parts.append(jnp.ravel(own(layout.values(vector, data[k]["stored"]), data[k]["rows"])))
         return jnp.concatenate(parts)
 
+    parameters = _parameters(shared, entries)
     data = [{"rows": target.data, "stored": target.stored} for target in targets]
     return Target.from_residual(residual, parameters, data), parameters
 
 
-def _coordinate(
-    values: Mapping[str, Array], name: str, k: int, common: Mapping[str, Parameter], logarithmic: bool
-) -> Array:
-    """Coordinate of a free parameter of specimen k."""
-    here = values[distance_name(name, k)]
-    if name in common:
-        here = own_value(common[name], values[name], values[spread_name(name)], here)
-    return jnp.log(here) if logarithmic else here
-
-
-def _parameters(names: Sequence[str], entries: Sequence[Parameters]) -> Parameters:
+def _parameters(shared: Mapping[str, Sequence[Place]], entries: Sequence[Parameters]) -> Parameters:
     """Parameters of the joint density at their start: the specimens' mean, and each where its fit ended."""
     parameters = Parameters()
-    for name in names:
-        entry = entries[0][name]
-        found = np.array([own[name].value for own in entries])
+    for stem, places in shared.items():
+        entry = entries[places[0][0]][places[0][1]]
+        found = np.array([entries[k][name].value for k, name in places])
         logarithmic = entry.scale == "log"
         mean = float(np.exp(np.mean(np.log(found))) if logarithmic else np.mean(found))
         size = entry.prior.sd / entry.prior.mean if logarithmic else entry.prior.sd
-        parameters.add(Parameter(name, mean, unit=entry.unit, prior=entry.prior, scale=entry.scale))
+        parameters.add(Parameter(stem, mean, unit=entry.unit, prior=entry.prior, scale=entry.scale))
         away = np.log(found / mean) if logarithmic else found - mean
-        spread = max(float(np.std(away)), FIRST * size)
         ends = LEAST * size, MOST * size
-        parameters.add(
-            Parameter(
-                spread_name(name),
-                float(np.clip(spread, *ends)),
-                unit="1" if logarithmic else entry.unit,
-                prior=Prior(0.0, size, *ends),
-                scale="log",
-            )
-        )
+        spread = float(np.clip(max(float(np.std(away)), FIRST * size), *ends))
+        unit, prior = "1" if logarithmic else entry.unit, Prior(0.0, size, *ends)
+        parameters.add(Parameter(spread_name(stem), spread, unit=unit, prior=prior, scale="log"))
         for k, moved in enumerate(away):
             z = float(np.clip(moved / spread, -0.9 * FAR, 0.9 * FAR))
-            parameters.add(Parameter(distance_name(name, k), z, prior=Prior(0.0, 1.0, -FAR, FAR)))
+            parameters.add(Parameter(distance_name(stem, k), z, prior=Prior(0.0, 1.0, -FAR, FAR)))
+    known = {place for places in shared.values() for place in places}
     for k, own in enumerate(entries):
         for name, entry in own.items():
-            if entry.free and name not in names:
-                parameters.add(_renamed(entry, distance_name(name, k)))
+            if entry.free and (k, name) not in known:
+                parameters.add(_renamed(entry, own_name(name, k)))
     return parameters
 
 

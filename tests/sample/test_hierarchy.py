@@ -10,8 +10,8 @@ from fitting.calibrate.result import Estimate
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.report import render
 from fitting.report.posterior.hierarchy import content, report_of
-from fitting.sample import Settings, Target, sample
-from fitting.sample.hierarchy import Together, joint_target, own_value, sample_together
+from fitting.sample import Settings, Target, hierarchy, sample
+from fitting.sample.hierarchy import Together, joint_target, own_value, sample_together, shared_constants
 from pneusma_jax.errors import InputError
 
 MEAN, SD, ERROR = 1.0, 2.0, 0.3
@@ -61,7 +61,7 @@ def exact() -> tuple[float, float, float, np.ndarray]:
 @pytest.fixture(scope="module")
 def together():
     targets, entries = specimens()
-    target, parameters = joint_target(targets, ["x"], entries)
+    target, parameters = joint_target(targets, entries)
     posterior = sample(target, parameters, Settings(sampler="nuts", seed=2, ensembles=2, warm_up=200))
     problems = tuple(SimpleNamespace(kind="tube", parameters=own) for own in entries)
     fits = tuple(SimpleNamespace(parameters={"x": Estimate(y, ERROR, "1", False)}) for y in MEASURED)
@@ -76,21 +76,21 @@ def test_specimens_are_drawn_to_their_mean_as_far_as_they_should(together):
     assert abs(posterior.summary["x_spread"].mean - spread) < 4.0 * posterior.summary["x_spread"].mcse
     np.testing.assert_allclose(together.shared["x"].together, own, atol=0.05)
     for k in range(len(MEASURED)):
-        assert posterior.summary[f"wall_thickness_of_{k + 1}"].sd == pytest.approx(0.0995, rel=0.15)
+        assert posterior.summary[f"wall_thickness_in_{k + 1}"].sd == pytest.approx(0.0995, rel=0.15)
 
 
 def test_the_report_shows_population_specimens_and_pooling(together):
     shared = together.shared
     assert list(shared) == ["x"] and 0.0 < shared["x"].pooling < 0.5  # they differ by far more than the error
     report = render.text(report_of(together))
-    assert "Joint posterior of 3 specimens" in report and "drawn to the mean" in report
+    assert "Joint posterior of 3 campaigns" in report and "drawn to the mean" in report
     assert render.documents(report_of(together))["report.json"]
     assert content(together)["constants"]["x"]["specimens"]["B"]["alone"] == MEASURED[1]
 
 
 def test_a_positive_constant_is_spread_by_ratios():
     targets, entries = specimens("log")
-    target, parameters = joint_target(targets, ["x"], entries)
+    target, parameters = joint_target(targets, entries)
     values = parameters.valuesdict()
     back = [
         float(own_value(entries[0]["x"], values["x"], values["x_spread"], values[f"x_of_{k + 1}"]))
@@ -101,6 +101,28 @@ def test_a_positive_constant_is_spread_by_ratios():
     assert bool(np.isfinite(target.log_probability(target.pack(parameters))))
 
 
-def test_one_specimen_is_no_hierarchy():
-    with pytest.raises(InputError, match="two specimens or more, not 1"):
+def test_specimens_of_one_campaign_are_specimens_too():
+    """A campaign may have several: they share a constant with each other as with those of other campaigns."""
+    free = lambda name, prior=Prior(1.0, 0.1): Parameter(name, 1.0, prior=prior)  # noqa: E731
+    first = Parameters(
+        free("silicone_stiffness__1"), free("silicone_stiffness__2"), free("wall_thickness__1")
+    )
+    second = Parameters(free("silicone_stiffness"), free("lonely"), free("gain", None))
+    assert shared_constants([first, second]) == {
+        "silicone_stiffness": [
+            (0, "silicone_stiffness__1"),
+            (0, "silicone_stiffness__2"),
+            (1, "silicone_stiffness"),
+        ]
+    }
+
+
+def test_one_specimen_is_no_hierarchy(monkeypatch):
+    alone = SimpleNamespace(kind="tube", parameters=specimens()[1][0])
+    monkeypatch.setattr(hierarchy, "sampling_problem", lambda fit: alone)
+    with pytest.raises(InputError, match="two specimens or more"):
         sample_together({"a": None})
+    with pytest.raises(InputError, match="of one kind, not tube and wire"):
+        kinds = iter(["tube", "wire"])
+        monkeypatch.setattr(hierarchy, "sampling_problem", lambda fit: SimpleNamespace(kind=next(kinds)))
+        sample_together({"a": None, "b": None})

@@ -32,7 +32,7 @@ def report_of(result: Together) -> Report:
     kind, names = result.problems[0].kind, ", ".join(result.names)
     return Report(
         title="Specimens together",
-        subtitle=f"Joint posterior of {len(result.names)} specimens of kind {kind}: {names}",
+        subtitle=f"Joint posterior of {len(result.names)} campaigns of kind {kind}: {names}",
         verdict=verdict(result),
         warnings=() if result.converged else (NOT_CONVERGED,),
         sections=[
@@ -55,7 +55,7 @@ def verdict(result: Together) -> list[str]:
     loosest = max(found, key=lambda name: found[name].pooling)
     tightest = min(found, key=lambda name: found[name].pooling)
     sentences = [
-        f"{len(result.names)} specimens were fitted together. Their constants are drawn to the mean most in "
+        f"{len(result.names)} campaigns were fitted together. Specimens are drawn to the mean most in "
         f"{loosest} ({100.0 * found[loosest].pooling:.0f} % of the way)"
     ]
     if tightest != loosest:
@@ -87,7 +87,7 @@ def specimen_table(result: Together) -> Table:
         [with_unit(name, one.unit), specimen, with_error(one.alone[k], one.alone_sd[k]),
          with_error(one.together[k], one.together_sd[k])]
         for name, one in result.shared.items()
-        for k, specimen in enumerate(result.names)
+        for k, specimen in enumerate(one.specimens)
     ]  # fmt: skip
     return Table(["constant", "specimen", "alone", "together"], rows)
 
@@ -95,16 +95,17 @@ def specimen_table(result: Together) -> Table:
 def figure(result: Together) -> Figure:
     """Each constant of each specimen by itself (grey) and in the joint posterior (blue)."""
     shown = list(result.shared.items())[:MOST_PANELS]
-    drawn, panels = house.panel_grid(len(shown), 3.2, 1.2 + 0.25 * len(result.names))
-    places = np.arange(len(result.names))
+    most = max(len(one.specimens) for _, one in shown)
+    drawn, panels = house.panel_grid(len(shown), 3.2, 1.2 + 0.25 * most)
     for panel, (name, one) in zip(panels, shown, strict=True):
+        places = np.arange(len(one.specimens))
         panel.axvline(one.mean, color=house.BLACK, linewidth=0.8)
         for value, sd, colour, off in (
             (one.alone, one.alone_sd, house.GREY, -0.12),
             (one.together, one.together_sd, house.BLUE, 0.12),
         ):
             panel.errorbar(value, places + off, xerr=sd, fmt="o", color=colour, markersize=4)
-        panel.set_yticks(places, result.names)
+        panel.set_yticks(places, one.specimens)
         panel.set_ylim(len(places) - 0.5, -0.5)
         panel.set_xlabel(f"{name} [{one.unit}]")
     return drawn
@@ -117,7 +118,7 @@ def content(result: Together) -> dict[str, Any]:
         "schema": SCHEMA,
         "verdict": verdict(result),
         "converged": result.converged,
-        "specimens": list(result.names),
+        "campaigns": list(result.names),
         "constants": {
             name: {
                 "unit": one.unit,
@@ -134,7 +135,7 @@ def content(result: Together) -> dict[str, Any]:
                         "together": float(one.together[k]),
                         "together_sd": float(one.together_sd[k]),
                     }
-                    for k, specimen in enumerate(result.names)
+                    for k, specimen in enumerate(one.specimens)
                 },
             }
             for name, one in result.shared.items()
