@@ -259,7 +259,7 @@ def test_of_two_readings_the_better_one_is_fitted_in_full(monkeypatch, softer, c
 
 
 def test_phases_that_are_equally_stiff_are_told_by_resistance():
-    found = readings((3.0, 20.0), (3.1, 18.5), (2.9, 17.0), (3.0, 17.01))
+    found = readings((3.0, 20.1), (3.1, 18.5), (2.9, 17.3), (3.0, 17.31))
     assert phases_of(found, "martensite") == ["cold"] * 4
     assert phases_of(found, "neither") == ["cold", "intermediate", "hot", "intermediate"]
     tests = [

@@ -38,6 +38,8 @@ STIFFER = 1.2
 """Least ratio of the stiffest test's slope to the softest's for one of them to be hot and the other cold."""
 SAME_RESISTANCE = 0.02
 """Share of the phases' contrast within which a test is as cold as the coldest, as hot as the hottest."""
+ROUNDING = 1e-9
+"""Share of the phases' contrast that is one of rounding."""
 SAME_STIFFNESS = 0.03
 """Relative slope within which a test is as hot as the stiffest one."""
 COMES_BACK = 0.1
@@ -255,7 +257,7 @@ def _phase(
             "cold",
             f"its resistance at rest is that of the coldest test (to {100.0 * abs(1.0 - share):.1f} %)",
         )
-    if sign == 0.0 and share == 0.0:  # a small share is no proof: hot wire's resistance hardly tells
+    if sign == 0.0 and share < ROUNDING:  # a small share is no proof: hot wire's resistance hardly tells
         return "hot", "it resists least at rest, and no stiffness tells the phases apart"
     if sign != 0.0 and sign * (slope - hottest) > -SAME_STIFFNESS * hottest and share < SAME_RESISTANCE:
         return (
