@@ -15,6 +15,7 @@ REPORTS = {
     "GeneralCharacterisation": "general.report:report_of",
     "Batch": "batch:report_of",
     "CampaignPosterior": "posterior.report:report_of",
+    "Together": "posterior.hierarchy:report_of",
     "Plan": "plan.report:report_of",
     "Explained": "custom_model:report_of",
     "DesignResult": "design.report:report_of",

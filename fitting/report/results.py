@@ -21,6 +21,7 @@ from fitting.invert.trajectory import Trajectory
 from fitting.plan.plan import Plan
 from fitting.propagate import Propagation
 from fitting.sample.campaign import CampaignPosterior
+from fitting.sample.hierarchy import Together
 from fitting.wiring.choose import Wiring
 
 from . import render
@@ -33,6 +34,7 @@ from .elastomer.report import report_of as elastomer_report
 from .general.report import report_of as general_report
 from .invert.report import inversion_report, passage_report, trajectory_report
 from .plan.report import report_of as plan_report
+from .posterior.hierarchy import report_of as together_report
 from .posterior.report import report_of as posterior_report
 from .propagate.report import report_of as propagate_report
 from .report import Report
@@ -45,6 +47,7 @@ REPORTS: dict[type, Callable[[Any], Report]] = {
     GeneralCharacterisation: general_report,
     Batch: batch_report,
     CampaignPosterior: posterior_report,
+    Together: together_report,
     Plan: plan_report,
     Explained: custom_model_report,
     DesignResult: design_report,
