@@ -187,7 +187,7 @@ class Specimen(Model):
     element: str
     wall_drivers: tuple[str, ...] = ()
     most_rows_with_effects: int = MOST_ROWS
-    compiler_options: Mapping[str, bool] | None = None
+    compiler_options: Mapping[str, bool | int] | None = None
 
     @property
     def kind(self) -> str:
