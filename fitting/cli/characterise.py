@@ -63,10 +63,10 @@ def characterise_command(
     """
     from fitting.calibrate.registry import characterise, pipeline_of
     from fitting.cli._common import done, notice, prepare, table_argument
-    from fitting.cli._results import save, text
     from fitting.data.publish import check_free
     from fitting.data.recordings import read_campaign
     from fitting.inference.progress import Steps
+    from fitting.report.results import save, text
     from fitting.specimens.saved_models import load_model
 
     recordings = read_campaign(campaign)

@@ -31,8 +31,8 @@ def characterise_batch_command(campaigns, out, seed, force, resume, workers, clu
     from fitting.calibrate.batch import Member, characterise_batch
     from fitting.cli._common import done, notice, prepare, scheduler
     from fitting.cli._members import free_store, watched
-    from fitting.cli._results import save, text
     from fitting.data.publish import check_free
+    from fitting.report.results import save, text
 
     check_free(out, force or resume)
     store = free_store(out / "fitted", "fits", force, resume)

@@ -26,10 +26,10 @@ def control_command(design: str, model: Path | None, seed: int, out: Path, force
     """
     design = design_argument(design)
     prepare()
-    from fitting.cli._results import save, text
     from fitting.control.sweep import run_model, run_sweep
     from fitting.data.publish import check_free
     from fitting.inference.progress import Steps
+    from fitting.report.results import save, text
     from fitting.specimens.saved_models import load_model
 
     check_free(out, force)

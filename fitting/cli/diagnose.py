@@ -99,9 +99,9 @@ def _several(campaigns: tuple[Path, ...], out: Path, options: dict[str, Any]) ->
     store = free_store(out / "diagnosed", "diagnoses", force, resume)
     prepare()
 
-    from fitting.cli._results import save, text
     from fitting.diagnose.batch import Diagnosed, diagnose_batch, job_of
     from fitting.report.diagnosis.batch import present
+    from fitting.report.results import save, text
 
     asked = _asked(options)
     asked.start()  # a model that is not there is refused at once, and not by every campaign

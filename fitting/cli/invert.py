@@ -57,12 +57,12 @@ def invert_command(**options: Any) -> None:
         )
     design = design_argument(options["design"])
     prepare()
-    from fitting.cli._results import save, text
     from fitting.data.publish import check_free
     from fitting.invert import Inverse, Limits
     from fitting.invert.lumen import pass_through, read_lumen
     from fitting.invert.targets import read_targets, targets_of
     from fitting.invert.trajectory import follow
+    from fitting.report.results import save, text
 
     if options["out"] is not None:
         check_free(options["out"], options["force"])

@@ -36,10 +36,10 @@ def plan_command(specimen, out, geometry, tests, wanted, noise, misfit, draws, s
     from tqdm import tqdm
 
     from fitting.cli._common import done, prepare
-    from fitting.cli._results import save, text
     from fitting.data.publish import check_free
     from fitting.plan import plan_campaign
     from fitting.plan.specimen import described
+    from fitting.report.results import save, text
 
     check_free(out, force)
     alloy, dimensions = described(specimen, geometry)

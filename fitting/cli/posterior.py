@@ -42,9 +42,9 @@ def posterior_command(
     with --resume.
     """
     from fitting.cli._common import done, notice, prepare, table_argument
-    from fitting.cli._results import save, text
     from fitting.data.publish import check_free
     from fitting.data.recordings import read_campaign
+    from fitting.report.results import save, text
     from fitting.sample.campaign import sample_problem
     from fitting.sample.command import chain_file, problem_for
 

@@ -39,8 +39,8 @@ def wiring_command(**options: Any) -> None:
     """
     design = design_argument(options["design"])
     prepare()
-    from fitting.cli._results import save, text
     from fitting.data.publish import check_free
+    from fitting.report.results import save, text
     from fitting.wiring.choose import Bounds, choose_filters, most_segments
     from fitting.wiring.springs import springs_of_design
 

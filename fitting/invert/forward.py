@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,12 +9,15 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved
+from fitting.inference.program_cache import stored_jit
 from pneusma_jax.actuator.balance import Problem, start
-from pneusma_jax.actuator.result import equilibrium_of
+from pneusma_jax.actuator.result import Validity, equilibrium_of
 from pneusma_jax.actuator.root_find import attached, newton
 from pneusma_jax.nitinol import SpringState
+from pneusma_jax.nitinol.spring import SpringResponse
 from pneusma_jax.serial_chain.kinematics import arc_frame
-from pneusma_jax.serial_chain.segments import chain_shape
+from pneusma_jax.serial_chain.segments import ChainEquilibrium, chain_shape
+from pneusma_jax.serial_chain.shape import ChainShape
 
 Memories = tuple[tuple[SpringState, ...], ...]  # of every segment, of every spring
 
@@ -99,16 +101,20 @@ def unknowns_of(solved: Solved) -> Array:
     return jnp.stack([segment.unknowns for segment in solved.segments])
 
 
-@eqx.filter_jit
 def states_of(body: Body, pressure: Array, fractions: Array, memories: Memories) -> Solved:
     """Many states, each from rest; arrays of the result have a leading axis of rows."""
+    return Solved(body, pressure, *_states(body, pressure, fractions, memories))
+
+
+@stored_jit(pj.Equilibrium, Validity, SpringResponse, ChainEquilibrium, ChainShape)
+def _states(body: Body, pressure: Array, fractions: Array, memories: Memories) -> tuple:
+    """Segments, poses of the tip and chains."""
 
     def one(p: Array, x: Array) -> tuple:
         found = state_of(body, p, x, memories, first_guess(body))
         return found.segments, found.end_pose, found.chain
 
-    rows = jax.lax.map(lambda row: one(*row), (pressure, fractions), batch_size=64)
-    return Solved(body, pressure, *rows)
+    return jax.lax.map(lambda row: one(*row), (pressure, fractions), batch_size=64)
 
 
 def denser(count: int) -> np.ndarray:

@@ -9,7 +9,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
-from scipy.stats import qmc
 
 import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved
@@ -18,12 +17,15 @@ from fitting.design.optimise import ALLOWED, Ends, Outcome, Problem, best_of, op
 from fitting.design.quantities import QUANTITIES
 from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
+from pneusma_jax.late import Late
 from pneusma_jax.units import to_si, unit_of_column
 
 from .csv_file import number, records
 from .forward import Memories, first_guess, fresh, state_of
 from .run import Inverse
 from .search import Box
+
+stats = Late("scipy.stats")
 
 POINTS = 12
 """Number of points on every segment whose clearance is constrained: 5 mm apart on a segment of 56 mm."""
@@ -274,7 +276,7 @@ def _starts(inverse: Inverse, line: tuple[Array, Array]) -> list[np.ndarray]:
     away = np.asarray(_offsets(inverse.body, line, part))
     order = some[np.argsort(np.where(np.isfinite(away), away, np.inf))]
     places = [np.asarray(box.place(jnp.asarray(atlas.drives[k]))) for k in order[: STARTS - 2]]
-    even = qmc.Sobol(len(places[0]), seed=np.random.default_rng(inverse.seed)).random(2)
+    even = stats.qmc.Sobol(len(places[0]), seed=np.random.default_rng(inverse.seed)).random(2)
     return [*(np.clip(p, 0.0, 1.0) for p in places), *even]
 
 

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from fitting.design.bodies import Body
+from fitting.inference.program_cache import stored_jit
 
 from .derivatives import values_with_slope
 from .forward import Memories
@@ -155,7 +156,7 @@ def search(
     return Found(place, size, values, effort, slope.T @ miss, unknowns, steps)
 
 
-@eqx.filter_jit
+@stored_jit(Found)
 def search_all(
     body: Body,
     goals: tuple[str, ...],

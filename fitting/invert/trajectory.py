@@ -9,7 +9,6 @@ found row by row with the exact memory, least heating first; then the whole hist
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -17,6 +16,7 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved
+from fitting.inference.program_cache import stored_jit
 from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
 
@@ -73,7 +73,7 @@ class Trajectory(Result):
         return words
 
 
-@eqx.filter_jit
+@stored_jit()
 def _followed(
     body: Body,
     goals: tuple[str, ...],
