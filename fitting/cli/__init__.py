@@ -9,6 +9,7 @@ import errno
 import gc
 import importlib
 import os
+import re
 import sys
 import warnings
 from typing import Any
@@ -111,6 +112,8 @@ COMMANDS = {
     ),
 }
 UNUSABLE_INPUT = 2  # exit code
+LONG_WORD = r"\S{400,}"
+"""Words that a message tells by their ends; the names of most file systems have at most 255 letters."""
 
 
 class LazyGroup(click.Group):
@@ -180,8 +183,14 @@ class LazyGroup(click.Group):
 
 def _leave(message: str, code: int = UNUSABLE_INPUT) -> None:
     """Say one line on stderr and end."""
-    click.echo(f"pneusma: {' '.join(line.strip() for line in message.splitlines())}", err=True)
+    line = " ".join(part.strip() for part in message.splitlines())
+    click.echo(f"pneusma: {re.sub(LONG_WORD, _ends, line)}", err=True)
     sys.exit(code)
+
+
+def _ends(word: re.Match) -> str:
+    """Both ends of a word that would fill the screen, such as a path of thousands of letters."""
+    return f"{word[0][:100]}[...]{word[0][-100:]}"
 
 
 def _usage_line(error: click.ClickException) -> str:

@@ -58,6 +58,18 @@ class Box(eqx.Module):
         return jnp.where(wide, (drives - self.low) / jnp.where(wide, self.high - self.low, 1.0), 0.5)
 
 
+@eqx.filter_jit
+def places_of(box: Box, drives: Array) -> Array:
+    """Places of many drives, shape (rows, drives)."""
+    return jax.vmap(box.place)(drives)
+
+
+@eqx.filter_jit
+def drives_of(box: Box, places: Array) -> Array:
+    """Drives at many places, shape (rows, drives)."""
+    return jax.vmap(box.drives)(places)
+
+
 class Found(eqx.Module):
     """Result of a search.
 

@@ -23,7 +23,7 @@ from pneusma_jax.errors import InputError
 from .forward import Memories, fresh, state_of
 from .goals import GOALS, misses
 from .run import Inverse, Inversion, _goal_values, electrical
-from .search import Box, search
+from .search import Box, places_of, search
 
 STARTS = 2
 """Number of states of the atlas from which a row is tried, beside the row before."""
@@ -132,7 +132,7 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
         raise InputError("without springs nothing is remembered; leave out the column time_s")
     atlas, box = inverse.atlas, inverse.box()
     near = atlas.nearest(goals, wanted, STARTS)
-    begin = jax.vmap(jax.vmap(box.place))(jnp.asarray(atlas.drives[near]))
+    begin = jax.vmap(places_of, (None, 0))(box, jnp.asarray(atlas.drives[near]))
     rows = _followed(
         inverse.body,
         goals,
