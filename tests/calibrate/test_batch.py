@@ -160,13 +160,27 @@ def batch(tmp_path_factory):
     return characterise_batch(paths, starts=1)
 
 
-def test_one_bad_specimen_stops_no_other(batch):
+def test_one_bad_specimen_stops_no_other(tmp_path):
+    for seed in (1, 2):
+        write_synthetic(synthesise("elastomer", seed=seed), tmp_path / f"strip_{seed}")
+    (tmp_path / "empty").mkdir()
+    paths = [tmp_path / name for name in ("strip_1", "empty", "strip_2")]
+    found = characterise_batch(paths, law="neo_hookean")
+    assert [member.result is not None for member in found.members] == [True, False, True]
+    assert "no recording" in found.members[1].problem
+    said = " ".join(found.report().split())
+    assert "2 of 3 campaigns were characterised" in said and "empty was not" in said
+
+
+@pytest.mark.slow
+def test_one_bad_wire_stops_no_other(batch):
     assert [member.result is not None for member in batch.members] == [True, False, True, True]
     assert "no recording" in batch.members[1].problem
     said = " ".join(batch.report().split())
     assert "3 of 4 campaigns were characterised" in said and "empty was not" in said
 
 
+@pytest.mark.slow
 def test_a_batch_is_summarised_across_specimens(batch):
     middle = batch.pooled["T_mid"]
     assert middle.names == ("wire_1", "wire_2", "wire_3")

@@ -53,6 +53,7 @@ def test_without_noise_the_model_is_reproduced_with_its_memory():
     assert residual[-1] == pytest.approx(residual.min())  # cooling has not brought it back
 
 
+@pytest.mark.slow
 def test_reading_through_the_smoother_beats_reading_sample_by_sample():
     recording = heated_recording()
     rmse = [

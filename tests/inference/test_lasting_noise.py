@@ -23,7 +23,7 @@ def campaign(random, drift, offset):
     return found / np.sqrt(np.diag(np.linalg.inv(normal))), lasting(left, PRECISION, found)
 
 
-@pytest.mark.parametrize("drift, offset, plain", [(1.0, 0.0, 0.65), (2.0, 1.0, 0.5)])
+@pytest.mark.parametrize("drift, offset, plain", [pytest.param(1.0, 0.0, 0.65, marks=pytest.mark.slow), (2.0, 1.0, 0.5)])
 def test_beside_zeros_that_last_errors_hold(drift, offset, plain):
     """Of 90 % intervals; those of white noise hold far less. A share of 64 has an error of 4 %."""
     random = np.random.default_rng(1)

@@ -1,5 +1,7 @@
 """Measured resistances: every equilibrium found, said to be several, and the way of a history followed."""
 
+import itertools
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -112,6 +114,7 @@ def test_a_history_fed_its_own_resistances_comes_back(body, pressure):
     assert several.any() == (pressure > 30e3)
 
 
+@pytest.mark.slow
 def test_derivatives_by_resistance_are_right_to_second_order(body):
     warm = pj.solve(body, 20e3, phases(0.9, 0.5))
 
@@ -137,10 +140,10 @@ def test_a_section_that_bends_anywhere_has_second_and_third_derivatives():
         force, moment = section.integrate(law, q[0], 180.0 * q[1:])
         return force + 200.0 * (moment[0] + 2.0 * moment[1])
 
+    orders = [jax.jit(f) for f in (jax.grad(pull), jax.hessian(pull), jax.jacfwd(jax.hessian(pull)))]
     for at in ([0.1, 0.2, 0.3], [0.1, 0.0, 0.0]):
         at, step = jnp.asarray(at), 1e-5 * np.eye(3)
-        for first, second in ((jax.grad(pull), jax.hessian(pull)), (jax.hessian(pull), jax.jacfwd(jax.hessian(pull)))):
-            first, second = jax.jit(first), jax.jit(second)
+        for first, second in itertools.pairwise(orders):
             differences = np.stack([(first(at + h) - first(at - h)) / 2e-5 for h in step], axis=-1)
             np.testing.assert_allclose(second(at), differences, atol=1e-6 * np.abs(differences).max())
 

@@ -110,6 +110,7 @@ value = 0.7
     assert np.all(np.abs(value - exact) < MARGIN * half), (value, exact, half)
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_exact_index_as_often_as_they_say(write, tmp_path):
     held = []
     for seed in range(40):

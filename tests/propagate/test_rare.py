@@ -32,6 +32,7 @@ def test_a_linear_gaussian_probability_is_met_by_both(write, probability):
     assert result.agree and result.without_result == 0 and result.rows < 200_000
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_exact_probability_as_often_as_they_say(write):
     exact = 1e-4
     limit = 1.0 + SPREAD * stats.norm.isf(exact)
