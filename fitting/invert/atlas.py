@@ -5,18 +5,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.spatial import cKDTree
-from scipy.stats import qmc
 
 from fitting.design.bodies import Body, Solved
+from fitting.inference.program_cache import stored_jit
+from pneusma_jax.late import Late
 from pneusma_jax.serial_chain.segments import chain_shape
 
 from .forward import denser, equal, fresh, padded, springs_of, states_of
 from .goals import GOALS, sizes
+
+stats = Late("scipy.stats")
 
 PRESSURES = 9
 ALONE, TOGETHER = 25, 12
@@ -93,7 +95,7 @@ def goal_values(solved: Solved, goals: tuple[str, ...]) -> np.ndarray:
     return np.asarray(_values(Solved(solved.body, *parts), goals))[:size]
 
 
-@eqx.filter_jit
+@stored_jit()
 def _values(solved: Solved, goals: tuple[str, ...]) -> jax.Array:
     def one(part: tuple) -> jax.Array:
         pressure, segments, end_pose, chain = part
@@ -117,7 +119,7 @@ def fractions_grid(springs: int, xi0_min: float, seed: int) -> np.ndarray:
         both[:, i], both[:, j] = (x.ravel() for x in np.meshgrid(axis, axis, indexing="ij"))
         rows.append(both)
     if springs > 2:
-        rows.append(1.0 - span * qmc.Sobol(springs, seed=np.random.default_rng(seed)).random(MANY))
+        rows.append(1.0 - span * stats.qmc.Sobol(springs, seed=np.random.default_rng(seed)).random(MANY))
     return np.concatenate(rows)
 
 
@@ -170,7 +172,7 @@ def _chain(body: Body, levels: np.ndarray, xi0_min: float, seed: int) -> Atlas:
 
 def _loaded(body: Body, pressure: tuple[float, float], xi0_min: float, seed: int) -> Atlas:
     count = len(springs_of(body))
-    even = qmc.Sobol(count + 1, seed=np.random.default_rng(seed)).random(LOADED)
+    even = stats.qmc.Sobol(count + 1, seed=np.random.default_rng(seed)).random(LOADED)
     loads = pressure[0] + even[:, 0] * (pressure[1] - pressure[0])
     fractions = 1.0 - (1.0 - xi0_min) * even[:, 1:] ** 2
     found = states_of(body, jnp.asarray(loads), jnp.asarray(fractions), fresh(body))

@@ -19,7 +19,7 @@ from .atlas import Atlas, atlas_of, goal_values
 from .by_tables import ByTables, tables_of
 from .forward import Memories, first_rows, fresh, padded, springs_of, states_of
 from .goals import GOALS, misses
-from .search import MOST_STEPS, Box, Found, search_all
+from .search import MOST_STEPS, Box, Found, drives_of, places_of, search_all
 
 FIRST_TRY = 25
 """Maximum of steps in the first try: side by side, all wait for the slowest. Of a chain's searches that met
@@ -205,7 +205,7 @@ class Inverse:
         targets, starts = near.shape
         box = self.box(heated)
         flat = near.ravel()
-        places = np.asarray(jax.vmap(box.place)(jnp.asarray(self.atlas.drives[flat])))
+        places = np.asarray(places_of(box, self.atlas.drives[flat]))
         rows = (np.repeat(wanted, starts, axis=0), places, self.atlas.unknowns[flat])
         lot, memories = FEW if flat.size <= FEW else LOT, fresh(self.body)
         boxes = jax.tree.map(lambda x: jnp.broadcast_to(x, (lot, *x.shape)), box)
@@ -272,7 +272,7 @@ class Inverse:
         self, goals: tuple[str, ...], wanted: np.ndarray, best: Found, ways: list[np.ndarray]
     ) -> Inversion:
         box = self.box()
-        drives = np.asarray(jax.vmap(box.drives)(jnp.asarray(best.place)))
+        drives = np.asarray(drives_of(box, best.place))
         solved = self.verified(drives)
         values = goal_values(solved, goals)
         found = {

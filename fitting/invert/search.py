@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Array
 
 from fitting.design.bodies import Body
+from fitting.inference.program_cache import stored_jit
 
 from .derivatives import values_of_tables, values_with_slope
 from .forward import Memories
@@ -69,6 +70,18 @@ class Box(eqx.Module):
         low, high = np.asarray(self.low), np.asarray(self.high)
         wide = high > low
         return np.where(wide, (drives - low) / np.where(wide, high - low, 1.0), 0.5)
+
+
+@eqx.filter_jit
+def places_of(box: Box, drives: Array) -> Array:
+    """Places of many drives, shape (rows, drives)."""
+    return jax.vmap(box.place)(drives)
+
+
+@eqx.filter_jit
+def drives_of(box: Box, places: Array) -> Array:
+    """Drives at many places, shape (rows, drives)."""
+    return jax.vmap(box.drives)(places)
 
 
 class Found(eqx.Module):
@@ -225,7 +238,7 @@ def search(
     )
 
 
-@eqx.filter_jit
+@stored_jit(Found)
 def search_all(
     body: Body,
     goals: tuple[str, ...],

@@ -9,7 +9,6 @@ found row by row with the exact memory, least heating first; then the whole hist
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -17,6 +16,7 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved
+from fitting.inference.program_cache import stored_jit
 from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
 
@@ -24,7 +24,7 @@ from .atlas import goal_values
 from .forward import Memories, fresh, state_of
 from .goals import GOALS, misses
 from .run import Inverse, Inversion, electrical
-from .search import Box, exact_look, search
+from .search import Box, exact_look, places_of, search
 
 STARTS = 2
 """Number of states of the atlas from which a row is tried, beside the row before."""
@@ -74,7 +74,7 @@ class Trajectory(Result):
         return words
 
 
-@eqx.filter_jit
+@stored_jit()
 def _followed(
     body: Body,
     goals: tuple[str, ...],
@@ -136,7 +136,7 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
         raise InputError("targets over time need a chain whose segments all bend in a plane, or none of them")
     atlas, box = inverse.atlas, inverse.box()
     near = atlas.nearest(goals, wanted, STARTS)
-    begin = jax.vmap(jax.vmap(box.place))(jnp.asarray(atlas.drives[near]))
+    begin = jax.vmap(places_of, (None, 0))(box, jnp.asarray(atlas.drives[near]))
     rows = _followed(
         inverse.body,
         goals,
