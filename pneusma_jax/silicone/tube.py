@@ -8,7 +8,6 @@ from jaxtyping import Array
 from ..precision import require_float64
 from .laws import SiliconeLaw
 
-
 LEAST, MOST = -0.9, 20.0
 """Axial strains between which the balance is looked for [1]."""
 
