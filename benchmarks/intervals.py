@@ -5,8 +5,12 @@
 KIND is wire, tube (walls known), tube_walls (walls open), spring (known alloy) or spring_open (everything
 open). With `_drift` at its end zeros wander by the size of the noise in every recording. Truths are drawn
 from the priors that the fits use. Every campaign is characterised with the defaults of the command. Two kinds
-of interval are compared in the same fits: the standard error's (a Gaussian bar, `before`), and those that are
-quoted (`after`).
+of interval are compared in the same fits: the standard error's (a Gaussian bar, `bar`), and those that are
+quoted (`quoted`).
+
+The constants of one campaign share their noise, so they are no independent trials: one direction of four
+constants that is two deviations off puts all four outside. The range behind a coverage is that of campaigns
+drawn anew with replacement (a cluster bootstrap), not the binomial one.
 
 Finished campaigns are kept in the file, so that an interrupted run goes on.
 """
@@ -23,6 +27,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 from posterior_coverage import clopper_pearson
 from recovery import truths
+from scipy.stats import chi2
 
 FIRST_SEED = 38_000
 DRIFT = "_drift"
@@ -34,6 +39,8 @@ KINDS = {
     "spring": ("spring", {"interval_s": 2.0}),
     "spring_open": ("spring", {"interval_s": 2.0, "spread": "prior"}),
 }
+DRAWN = 4000
+"""Draws of the cluster bootstrap."""
 Z = {50: 0.674490, 90: 1.644854}
 """Standard errors to either side that a Gaussian bar has."""
 
@@ -56,8 +63,9 @@ def one_campaign(kind: str, seed: int) -> dict:
         made = Path(folder) / "made"
         write_synthetic(synthesise(what, seed=seed, **wishes), made)
         record = json.loads((made / "truth.json").read_text())
+        spent = time.process_time()
         fit = characterise(made)
-    found = {}
+    spent, found = time.process_time() - spent, {}
     for name, truth in truths(record, list(fit.fitted)).items():
         estimate, entry = fit.parameters[name], fit.fitted[name]
         error = entry.standard_error
@@ -73,12 +81,37 @@ def one_campaign(kind: str, seed: int) -> dict:
     fitted = fit.joint if what == "spring" else fit.fit
     return {
         "combinations": combinations_of(fit, record) if what == "spring" else [],
+        "rise": rise_at_truth(fit, record) if what == "spring" else None,
         "seed": seed,
         "seconds": time.perf_counter() - began,
+        "processor_seconds": spent,
         "reduced_chi_square": float(fitted.reduced_chi_square),
         "ended": bool(fitted.result.success),
         "parameters": found,
     }
+
+
+def rise_at_truth(fit, record: dict) -> tuple[float, int]:
+    """Chi-square with priors at the truth, less that at the fit, and the number of free constants.
+
+    If the fit is the least and the likelihood is right, it is distributed like chi-square with as many
+    degrees of freedom. So one number of each campaign tells whether a direction is missed or the law is bent.
+    """
+    from fitting.calibrate.spring.problem import values_of
+    from fitting.specimens import residual_of
+    from fitting.specimens.spring_trajectory import decided, undecided
+    from pneusma_jax.units import to_si
+
+    problem, data = fit.joint.problem, fit.joint.problem.data()
+    truth = {n: float(to_si(v, fit.fitted[n].unit)) for n, v in truths(record, list(fit.fitted)).items()}
+
+    def cost(values: dict, rows) -> float:
+        point = values_of(problem.parameters, values)
+        misfit = np.asarray(residual_of("spring")(point, decided(point, rows)))
+        away = [(values[n] - p.prior.mean) / p.prior.sd for n, p in problem.parameters.items() if p.prior]
+        return float(np.sum(misfit**2) + np.sum(np.square(away)))
+
+    return cost(truth, undecided(data["rows"])) - cost(fit.joint.values, data["rows"]), len(truth)
 
 
 def combinations_of(fit, record: dict) -> list[dict]:
@@ -116,28 +149,58 @@ def error_of(one: dict, quoted: bool) -> float:
     return float(away / width) if width > 0.0 else float("nan" if away == 0.0 else np.copysign(np.inf, away))
 
 
-def counts(constants: list[dict], quoted: bool) -> dict[str, float]:
-    """Coverage in per cent with its 95 % range, and the worst error, of constants that have an interval."""
+def counts(campaigns: list[list[dict]], quoted: bool) -> dict[str, float]:
+    """Coverage in per cent with its 95 % range, and the worst error, of constants that have an interval.
+
+    Args:
+        campaigns: constants of each campaign.
+        quoted: true for the quoted intervals, false for those of the standard error.
+    """
     found: dict[str, float] = {}
     for percent in Z:
-        ends = [(one, intervals_of(one, percent, quoted)) for one in constants]
-        told = [low <= one["truth"] <= high for one, (low, high) in ((o, e) for o, e in ends if e)]
-        low, high = clopper_pearson(sum(told), len(told)) if told else (np.nan, np.nan)
-        found |= {f"held_{percent}": 100.0 * float(np.mean(told)) if told else np.nan}
-        found |= {f"low_{percent}": 100.0 * low, f"high_{percent}": 100.0 * high, "constants": len(told)}
-    errors = np.array([error_of(one, quoted) for one in constants])
+        held = np.zeros((len(campaigns), 2))
+        for k, constants in enumerate(campaigns):
+            ends = [(one, intervals_of(one, percent, quoted)) for one in constants]
+            told = [low <= one["truth"] <= high for one, (low, high) in ((o, e) for o, e in ends if e)]
+            held[k] = sum(told), len(told)
+        low, high = spread_of(held)
+        total = held.sum(axis=0)
+        found |= {f"held_{percent}": 100.0 * float(total[0] / total[1]) if total[1] else np.nan}
+        found |= {f"low_{percent}": 100.0 * low, f"high_{percent}": 100.0 * high, "constants": int(total[1])}
+    errors = np.array([error_of(one, quoted) for constants in campaigns for one in constants])
     found["worst"] = float(np.nanmax(np.abs(errors), initial=0.0))
     return found
+
+
+def spread_of(held: np.ndarray) -> tuple[float, float]:
+    """95 % range of a share, from numbers held and asked of each campaign, shape (campaigns, 2).
+
+    One constant a campaign has the exact binomial range; several, that of campaigns drawn anew.
+    """
+    total = held.sum(axis=0)
+    if not total[1]:
+        return np.nan, np.nan
+    if held[:, 1].max() <= 1:
+        return clopper_pearson(int(total[0]), int(total[1]))
+    drawn = np.random.default_rng(0).integers(len(held), size=(DRAWN, len(held)))
+    sums = held[drawn].sum(axis=1)
+    low, high = np.quantile(sums[:, 0] / np.maximum(sums[:, 1], 1.0), [0.025, 0.975])
+    return float(low), float(high)
 
 
 def report(kind: str, done: list[dict], parameters: bool) -> None:
     """Print the table of a kind: before, after, and by parameter on request."""
     seconds = np.median([entry["seconds"] for entry in done])
     stopped = sum(not entry["ended"] for entry in done)
-    print(f"{kind}: {len(done)} campaigns, {seconds:.0f} s each (median), {stopped} fits did not end well")
-    everything = [one for entry in done for one in entry["parameters"].values()]
-    for word, quoted in (("before", False), ("after", True)):
-        found = counts(everything, quoted)
+    spent = [entry["processor_seconds"] for entry in done if "processor_seconds" in entry] or [np.nan]
+    print(
+        f"{kind}: {len(done)} campaigns, {seconds:.0f} s each (median; processor time of the fit "
+        f"{np.median(spent):.0f} s, at most {np.max(spent):.0f}), {stopped} fits did not end well"
+    )
+    every = [list(entry["parameters"].values()) for entry in done]
+    everything = [one for constants in every for one in constants]
+    for word, quoted in (("bar", False), ("quoted", True)):
+        found = counts(every, quoted)
         print(
             f"  {word}: of {found['constants']} constants 50 % intervals hold {found['held_50']:.1f} % "
             f"({found['low_50']:.0f} to {found['high_50']:.0f}), 90 % intervals {found['held_90']:.1f} % "
@@ -147,13 +210,21 @@ def report(kind: str, done: list[dict], parameters: bool) -> None:
     if told:
         held = np.mean([one["ends"][0] <= one["truth"] <= one["ends"][1] for one in told])
         print(f"  of {len(told)} resistivities and stresses 90 % intervals hold {100.0 * held:.1f} %")
+    rises = [entry["rise"] for entry in done if entry.get("rise")]
+    if rises:
+        p = chi2.sf(*np.array(rises).T)
+        print(
+            f"  chi-square at the truth above the fit's: {', '.join(f'{rise:.0f}' for rise, _ in rises)} "
+            f"for {rises[0][1]} constants; p {np.min(p):.2g} to {np.max(p):.2g}, all together "
+            f"{chi2.sf(*np.sum(rises, axis=0)):.2g}"
+        )
     curved = np.mean([one["curved"] for one in everything])
     print(f"  {100.0 * curved:.0f} % of the profiles are no parabolas")
     if not parameters:
         return
     for name in done[0]["parameters"]:
         mine = [entry["parameters"][name] for entry in done if name in entry["parameters"]]
-        cells = [counts(mine, quoted) for quoted in (False, True)]
+        cells = [counts([[one] for one in mine], quoted) for quoted in (False, True)]
         shares = [one["of_prior"] for one in mine if one["of_prior"] is not None]
         print(
             f"    {name:22s} " + "; ".join(

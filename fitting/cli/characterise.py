@@ -44,8 +44,8 @@ def _fixed(context: click.Context, option: click.Parameter, given: tuple[str, ..
 @click.option("--base", "--alloy", "base", metavar="ALLOY", help="Alloy to start from, a name or a path.")
 @click.option(
     "--softer",
-    type=click.Choice(["martensite", "austenite"]),
-    help="The softer phase of an alloy that is to be found; martensite unless its tests contradict.",
+    type=click.Choice(["martensite", "austenite", "neither"]),
+    help="The softer phase of an alloy that is to be found; without it martensite, unless tests contradict.",
 )
 @click.option("--material", metavar="SILICONE", help="Silicone to start from, a name or a path.")
 @click.option("--model", metavar="FILE", help="Model to fit, as --model of simulate takes it.")

@@ -23,7 +23,12 @@ SOME_FAILED = 1  # exit code
 @click.option(
     "--cluster", metavar="ADDRESS", help="A running Dask scheduler, tcp://HOST:PORT (extra cluster)."
 )
-def characterise_batch_command(campaigns, out, seed, force, resume, workers, cluster) -> None:
+@click.option(
+    "--together",
+    is_flag=True,
+    help="Also sample the joint posterior of all specimens (tubes, wires, springs).",
+)
+def characterise_batch_command(campaigns, out, seed, force, resume, workers, cluster, together) -> None:
     """Characterise CAMPAIGNS (folders of recordings), and all of them together.
 
     Writes a folder of results for each campaign as it is done. A table over specimens has a hierarchical
@@ -60,5 +65,24 @@ def characterise_batch_command(campaigns, out, seed, force, resume, workers, clu
     click.echo(text(batch))
     click.echo()
     done(files)
+    if together:
+        folder = "together" if all(m.name != "together" for m in batch.members) else "all_together"
+        done(_together(batch, out / folder, seed, force, resume))
     if any(member.result is None for member in batch.members):
         click.get_current_context().exit(SOME_FAILED)
+
+
+def _together(batch, out: Path, seed: int, force: bool, resume: bool) -> list[Path]:
+    """Sample the joint posterior of all specimens that were fitted, say what it found, and write it."""
+    from fitting.report.results import save, text
+    from fitting.sample.hierarchy import sample_together
+
+    out.mkdir(parents=True, exist_ok=True)
+    chain = out / "chain.h5"
+    if force and not resume:
+        chain.unlink(missing_ok=True)
+    fits = {member.name: member.result for member in batch.done}
+    joint = sample_together(fits, file=chain, resume=resume and chain.exists(), seed=seed)
+    click.echo(text(joint))
+    click.echo()
+    return save(joint, out, force=True)

@@ -59,7 +59,8 @@ def invert_command(**options: Any) -> None:
     prepare()
     from fitting.data.publish import check_free
     from fitting.invert import Inverse, Limits
-    from fitting.invert.lumen import pass_through, read_lumen
+    from fitting.invert.lumen import read_lumen
+    from fitting.invert.passage import pass_through
     from fitting.invert.targets import read_targets, targets_of
     from fitting.invert.trajectory import follow
     from fitting.report.results import save, text

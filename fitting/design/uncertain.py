@@ -88,7 +88,7 @@ class Sampler:
         if "silicone" in given.priors:
             found = silicone.quantities.get("silicone_stiffness")
             self.stiffness = found.prior if found else None
-        self.posterior = _posterior(given.posterior) if given.posterior else {}
+        self.posterior = posterior_draws(given.posterior, given.specimen) if given.posterior else {}
 
     @property
     def names(self) -> list[str]:
@@ -143,8 +143,17 @@ def _from_prior(prior: Prior, even: np.ndarray) -> np.ndarray:
     return prior.mean + prior.sd * stats.truncnorm.ppf(even, low, high)
 
 
-def _posterior(path: Path) -> dict[str, np.ndarray]:
-    """Draws of a `posterior.nc` that the model knows, by name [SI], shape (draws,)."""
+def posterior_draws(path: Path, specimen: int | None = None) -> dict[str, np.ndarray]:
+    """Draws of a `posterior.nc` that the model knows, by name [SI], shape (draws,).
+
+    Args:
+        path: file.
+        specimen: number of the specimen whose own constants count, where the posterior is of several.
+
+    Raises:
+        InputError: if the file cannot be read, has nothing that the model knows, or is of several specimens
+            and none or an unknown one is named.
+    """
     try:
         with hdf5.opened(path, str(path), "the `posterior.nc` of `pneusma posterior`") as file:
             group = file["posterior"]
@@ -153,10 +162,21 @@ def _posterior(path: Path) -> dict[str, np.ndarray]:
             }
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
-    known = {}
+    numbers = sorted({int(n.partition("__")[2]) for n in found if n.partition("__")[2].isdigit()})
+    if len(numbers) > 1 and specimen is None:
+        raise InputError(f"{path}: it is of several specimens: add posterior_specimen = {numbers[0]}")
+    if specimen is not None and specimen not in numbers:
+        raise InputError(
+            f"{path}: posterior_specimen is {specimen}, known: {', '.join(map(str, numbers)) or 'none'}"
+        )
+    known: dict[str, np.ndarray] = {}
     for name, (values, unit) in found.items():
-        plain = name.rpartition(".")[2]
+        plain, _, own = name.rpartition(".")[2].partition("__")
+        if specimen is not None and own not in ("", str(specimen)):
+            continue
         plain = plain if plain in _KNOWN else plain.rpartition("_")[0]
+        if plain in known:
+            raise InputError(f"{path}: {plain} is there more than once")
         if plain in _KNOWN and unit in UNITS:
             known[plain] = to_si(values, unit, _KNOWN[plain] == TEMPERATURE_DIFFERENCE)
     if not known:

@@ -13,7 +13,7 @@ import hashlib
 import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,9 @@ UNUSED = 90 * 86400.0
 """Maximum age of an unused program [s]."""
 
 
-def cached_program(function: Callable, name: str, options: dict[str, bool] | None = None) -> Callable:
+def cached_program(
+    function: Callable, name: str, options: Mapping[str, bool | int] | None = None
+) -> Callable:
     """`jax.jit(function)`, traced once per source, structure and shapes, and not once per process.
 
     Without a compilation cache, or where a static part of the arguments has no lasting name, it is plain
@@ -223,7 +225,7 @@ def _write(path: Path, content: bytes) -> None:
 
 
 @functools.cache
-def _known(options: tuple[tuple[str, bool], ...]) -> dict[str, bool]:
+def _known(options: tuple[tuple[str, bool | int], ...]) -> dict[str, bool | int]:
     """Compiler options, or none where this version or device refuses them."""
     try:
         jax.jit(lambda x: x + 1.0, compiler_options=dict(options)).lower(0.0).compile()

@@ -24,12 +24,13 @@ REPORTS = {
     "fitting.design.result:DesignResult": "design.report:report_of",
     "fitting.diagnose.batch:Diagnoses": "diagnosis.batch:report_of",
     "fitting.diagnose.custom_model.result:Explained": "custom_model:report_of",
-    "fitting.invert.lumen:Passage": "invert.report:passage_report",
+    "fitting.invert.passage:Passage": "invert.report:passage_report",
     "fitting.invert.run:Inversion": "invert.report:inversion_report",
     "fitting.invert.trajectory:Trajectory": "invert.report:trajectory_report",
     "fitting.plan.plan:Plan": "plan.report:report_of",
     "fitting.propagate.result:Propagation": "propagate.report:report_of",
     "fitting.sample.campaign:CampaignPosterior": "posterior.report:report_of",
+    "fitting.sample.hierarchy:Together": "posterior.hierarchy:report_of",
     "fitting.wiring.choose:Wiring": "wiring.report:report_of",
 }
 """Module and name of each type of result -> module of `fitting.report` and function that makes its report."""

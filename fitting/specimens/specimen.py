@@ -187,7 +187,7 @@ class Specimen(Model):
     element: str
     wall_drivers: tuple[str, ...] = ()
     most_rows_with_effects: int = MOST_ROWS
-    compiler_options: Mapping[str, bool] | None = None
+    compiler_options: Mapping[str, bool | int] | None = None
 
     def __repr__(self) -> str:
         """Name by which traced programs are stored. A kind from outside this package has no lasting one: a

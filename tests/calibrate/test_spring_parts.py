@@ -8,12 +8,12 @@ import pytest
 
 from fitting.calibrate.profile_likelihood import WIDTH_90, lower_end
 from fitting.calibrate.spring import profiles as profiling
-from fitting.calibrate.spring import stand_tests
+from fitting.calibrate.spring import search, stand_tests
 from fitting.calibrate.spring.joint import Joint, Start, lead, spanned
 from fitting.calibrate.spring.modes import apart, other_modes
 from fitting.calibrate.spring.next_test import _reach, _sentence
 from fitting.calibrate.spring.profiles import profiles
-from fitting.calibrate.spring.search import order
+from fitting.calibrate.spring.search import Fitted, Reading, order
 from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameters
 from fitting.report import profile_likelihood as shown
@@ -30,12 +30,16 @@ def uncertainty(sd):
 def ended(x, chi_square, converged):
     """A fit that ended at x; one that stalled has no errors of its own."""
     errors = uncertainty(0.01) if converged else Uncertainty.none(NAMES)
-    return SimpleNamespace(values={"x": x, "y": 0.0}, chi_square=chi_square, success=converged, uncertainty=errors)
+    return SimpleNamespace(
+        values={"x": x, "y": 0.0}, chi_square=chi_square, success=converged, uncertainty=errors
+    )
 
 
 def joint_of(*results):
     starts = tuple(SimpleNamespace(name=f"start {n}", result=r) for n, r in enumerate(results))
-    result = SimpleNamespace(uncertainty=uncertainty(0.01))  # told from the model's curvature, whatever ended how
+    result = SimpleNamespace(
+        uncertainty=uncertainty(0.01)
+    )  # told from the model's curvature, whatever ended how
     return SimpleNamespace(starts=starts, result=result, problem=SimpleNamespace(parameters=NAMES))
 
 
@@ -55,7 +59,9 @@ def test_a_worse_fit_a_near_one_and_one_known_already_are_no_other_modes():
 
 def test_a_fit_that_differs_by_less_than_every_standard_error_is_no_other_mode():
     """Across a stiff direction such a fit is far off in the metric, and yet nobody's other parameter set."""
-    stiff = Uncertainty(dict.fromkeys(NAMES, 1.0), NAMES, np.array([[1.0, 1.0 - 1e-8], [1.0 - 1e-8, 1.0]]), np.eye(2), (), 1.0)
+    stiff = Uncertainty(
+        dict.fromkeys(NAMES, 1.0), NAMES, np.array([[1.0, 1.0 - 1e-8], [1.0 - 1e-8, 1.0]]), np.eye(2), (), 1.0
+    )
     joint = joint_of(ended(0.0, 10.0, True), ended(0.9, 10.0, True))
     joint.result.uncertainty = stiff
     assert apart(stiff, {"x": 0.0, "y": 0.0}, {"x": 0.9, "y": 0.0})[0] > 100.0
@@ -82,11 +88,23 @@ def test_the_next_test_names_each_constant_once():
     def candidate(text, name, gain):
         return SimpleNamespace(text=text, information=gain, shrinks=((name, 0.5),) if name else ())
 
-    found = [candidate("pull one", "a", 5.0), candidate("pull two", "b", 4.0), candidate("pull three", "b", 3.0)]
-    found += [candidate("pull four", "", 2.5), candidate("pull five", "a", 2.0), candidate("pull six", "c", 1.0)]
+    found = [
+        candidate("pull one", "a", 5.0),
+        candidate("pull two", "b", 4.0),
+        candidate("pull three", "b", 3.0),
+    ]
+    found += [
+        candidate("pull four", "", 2.5),
+        candidate("pull five", "a", 2.0),
+        candidate("pull six", "c", 1.0),
+    ]
     said = _sentence(found)
     assert said.startswith("Pull one") and said.count("For b") == said.count("For c") == 1
-    assert "pull two" in said and "pull six" in said and not any(f"pull {n}" in said for n in ("three", "four", "five"))
+    assert (
+        "pull two" in said
+        and "pull six" in said
+        and not any(f"pull {n}" in said for n in ("three", "four", "five"))
+    )
 
 
 class Names(list):
@@ -101,9 +119,14 @@ def profiled(monkeypatch):
     def of(chi_square):
         entry = SimpleNamespace(value=0.0, standard_error=1.0, min=-9.0, max=9.0, at_bound=False)
         errors = uncertainty(1.0)
-        problem = SimpleNamespace(parameters=Names(NAMES), data=lambda: {"rows": None}, at=lambda values: problem)
+        problem = SimpleNamespace(
+            parameters=Names(NAMES), data=lambda: {"rows": None}, at=lambda values: problem
+        )
         joint = SimpleNamespace(
-            problem=problem, parameters={"x": entry}, values={"x": 0.0, "y": 0.0}, result=SimpleNamespace(uncertainty=errors)
+            problem=problem,
+            parameters={"x": entry},
+            values={"x": 0.0, "y": 0.0},
+            result=SimpleNamespace(uncertainty=errors),
         )
 
         def pinned(problem, data, pins, known=None):
@@ -202,8 +225,47 @@ def test_stiffness_and_resistance_that_contradict_ask_for_two_readings(slopes, c
     assert not stand_tests.contradicts(stated)
 
 
+def fitted(softer, cost, whole=True):
+    return Fitted(Reading([], softer), {}, {}, [], joint_of(ended(0.0, cost, True)), whole)
+
+
 def test_of_two_readings_the_one_that_was_taken_is_named():
-    fit = lambda cost: SimpleNamespace(single=joint_of(ended(0.0, cost, True)))  # noqa: E731
-    said = order([fit(5000.0), fit(900.0)], 1)
-    assert "chi-square is 5000, with austenite 900" in said[0] and "--softer martensite" in said[0]
-    assert order([fit(5000.0)], 0) == []
+    said = order([fitted("martensite", 5000.0), fitted("austenite", 900.0)], 1)[0]
+    assert "With austenite as the softer phase the chi-square is 900, with martensite 5000." in said
+    assert "--softer martensite" in said and "stiffest test resists most" in said and "one start" not in said
+    assert order([fitted("martensite", 5000.0)], 0) == []
+    alike = order([fitted("martensite", 5000.0, False), fitted("neither", 900.0)], 1)[0]
+    assert "equally stiff" in alike and "one start only" in alike
+
+
+@pytest.mark.parametrize(
+    ("softer", "costs", "noise", "taken", "whole"),
+    [
+        ("austenite", (5000.0, 900.0), (), 1, (True, True)),
+        ("austenite", (5000.0, 900.0), (900.0,), 1, (False, True)),
+        ("neither", (960.0, 900.0), (960.0, 900.0), 0, (True, False)),  # free fractions fit noise, too
+        ("neither", (5000.0, 900.0), (900.0,), 1, (False, True)),
+    ],
+)
+def test_of_two_readings_the_better_one_is_fitted_in_full(monkeypatch, softer, costs, noise, taken, whole):
+    first = dict(zip(("martensite", softer), costs, strict=True))
+    begin = lambda campaign, reading, *_: fitted(reading.softer, first[reading.softer], False)  # noqa: E731
+    monkeypatch.setattr(search, "_begun", begin)
+    monkeypatch.setattr(search, "_completed", lambda begun, *_: replace(begun, whole=True))
+    monkeypatch.setattr(search, "_suspicious", lambda joint: joint.starts[0].result.chi_square not in noise)
+    readings = [Reading([], "martensite"), Reading([], softer)]
+    found, best = search.best_of_readings(None, readings, None, True, {}, 3, 0, print)
+    assert best == taken and tuple(one.whole for one in found) == whole
+
+
+def test_phases_that_are_equally_stiff_are_told_by_resistance():
+    found = readings((3.0, 20.1), (3.1, 18.5), (2.9, 17.3), (3.0, 17.31))
+    assert phases_of(found, "martensite") == ["cold"] * 4
+    assert phases_of(found, "neither") == ["cold", "intermediate", "hot", "intermediate"]
+    tests = [
+        SimpleNamespace(phase=phase, reason=reason, resistivity=r.resistivity)
+        for r, (phase, reason) in zip(found, stand_tests._phases(found, "martensite"), strict=True)
+    ]
+    assert stand_tests.equally_stiff(tests)
+    assert not stand_tests.equally_stiff(tests[2:])  # one phase, measured twice
+    assert not stand_tests.equally_stiff([SimpleNamespace(**{**vars(t), "reason": "x"}) for t in tests])

@@ -8,6 +8,7 @@ import pytest
 
 import pneusma_jax as pj
 from fitting.calibrate.spring.stand_tests import _phases, _Reading
+from fitting.specimens import spring_trajectory
 from fitting.specimens.spring_law import Law
 from fitting.synthesise import synthesise
 from pneusma_jax.nitinol import Spring, SpringGeometry, SpringState
@@ -141,3 +142,24 @@ def test_each_turning_point_is_decided_by_the_force(held):
         assert found <= 1.02 * min(others)
         better.append(found < 0.5 * min(others))
     assert sum(better) >= 2
+
+
+def test_a_test_that_is_held_cold_may_hold_a_little_austenite():
+    """Twelve widths below the transformation 6e-6 is austenite; the exponent makes a precise reading see it."""
+    made = synthesise("spring", seed=3, interval_s=4.0, tests=1)
+    cold = next(r for r in made.recordings if r.name == "cold")
+    base = pj.load_calibration("krl35", "alloy").values()
+    rows = spring_trajectory.rows_of(cold, base, held_at=1.0)
+    known = {name: jnp.asarray(base[name]) for name in ("G_m", "rho_mean")}
+    exact = jax.jit(lambda xi0: spring_trajectory.at_phase(known, rows, jnp.full(rows.time.shape, xi0)))
+    course = jax.jit(lambda rows: spring_trajectory.trajectory(known, rows).xi0)
+
+    def found(austenite, factor=1.0):
+        made = exact(1.0 - austenite)
+        measured = {"force": made.force, "resistance": factor * made.resistance}
+        return 1.0 - np.asarray(course(eqx.tree_at(lambda r: r.measured, rows, measured)))
+
+    for austenite in (0.0, 8e-6, 4e-5):
+        np.testing.assert_allclose(found(austenite), austenite, rtol=2e-3, atol=1e-12)
+    np.testing.assert_allclose(found(0.0, 0.9), spring_trajectory.NEARLY_COLD, rtol=1e-9)
+    assert not found(0.0, 1.1).any()  # more than a cold wire can resist is no austenite

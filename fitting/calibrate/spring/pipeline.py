@@ -34,9 +34,9 @@ from .next_test import NextTest, next_test
 from .plateaus import plateaus
 from .profiles import profiles, with_other_fits
 from .scores import Score, scores
-from .search import fitted_from, order, readings_of
+from .search import best_of_readings, order, readings_of
 from .stages import Stage
-from .stand_tests import SOFTER, Phase, Softer, StandTest
+from .stand_tests import Phase, Softer, StandTest
 from .zeros import zeros
 
 STARTS = 3
@@ -140,7 +140,7 @@ def characterise_spring(
         phases: `cold`, `hot` or `intermediate` for recordings, by name, whose phase is known better.
         softer: the phase whose wire is the softer one; the martensite by default. No nitinol resists less at
             rest when cold than when hot. If the tests say so, both phases are tried and the better fit
-            decides.
+            decides. `neither` reads the phases from the resistances at rest alone.
         adjust: changes to free parameters by name. Each is a mapping with any of `value`, `min`, `max` (in
             the unit of files), `vary` and `tie`. Example: `{"gR_decay": {"value": 5, "vary": False}}`.
         starts: joint fits in all, from different places.
@@ -156,10 +156,8 @@ def characterise_spring(
     quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
     known = None if identify else Alloy(**{name: q.value for name, q in quantities.items()})
     readings = readings_of(recordings, phases, known, softer)
-    options = base, identify, adjust or {}, starts, seed, progress
-    found = [fitted_from(campaign, tests, *options) for tests in readings]
-    best = min(range(len(found)), key=lambda k: found[k].single.starts[0].result.chi_square or np.inf)
-    tests = readings[best]
+    found, best = best_of_readings(campaign, readings, base, identify, adjust or {}, starts, seed, progress)
+    tests = found[best].reading.tests
     single, (profiled, last) = _profiled_to_the_end(found[best].single, profile, progress)
     fitted = [test for test in tests if test.fitted]
     told_best = plateaus(single, quantities, fitted, profiled)
@@ -188,7 +186,7 @@ def characterise_spring(
         real=all_real(recordings),
         notices=(*order(found, best), *notices_of(recordings)),
         seed=seed,
-        softer=(softer or SOFTER[best]) if identify else None,
+        softer=found[best].reading.softer,
         combinations=tuple(told_best),
         lasting=last,
     )

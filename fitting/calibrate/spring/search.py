@@ -1,7 +1,7 @@
 """The search for the best fit of an alloy: readings of the tests, stages, starts from everywhere."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from .joint import Joint, fit_jointly, loosened, retried, shifted, try_others
 from .memory_starts import memory_starts
 from .problem import Problem
 from .stages import Stage, run_stages
-from .stand_tests import LEVEL, SOFTER, Phase, Softer, StandTest, classify, contradicts
+from .stand_tests import LEVEL, SOFTER, Phase, Softer, StandTest, classify, contradicts, equally_stiff
 
 CHANCE, MORE = 3.5, 6
 """CHANCE: a known alloy is fitted from further starts if the reduced chi-square exceeds 1 by this number of
@@ -31,18 +31,38 @@ ROUNDS = 3
 
 
 @dataclass(frozen=True)
+class Reading:
+    """The tests with their phases, and the phase that was taken as the softer one for that; None if known."""
+
+    tests: list[StandTest]
+    softer: Softer | None
+
+
+@dataclass(frozen=True)
 class Fitted:
     """One reading of the tests, fitted.
 
     Attributes:
+        reading: the reading.
         start: values before any fit, SI.
+        staged: values after the stages.
         stages: results of the stages; empty for a known alloy.
-        single: the joint fit from all starts, with the errors of the best alone.
+        single: the joint fit, with the errors of the best start alone.
+        whole: true if it was fitted from all starts; false if only from the stages.
     """
 
+    reading: Reading
     start: dict[str, float]
+    staged: dict[str, float]
     stages: list[Stage]
     single: Joint
+    whole: bool
+
+    @property
+    def chi_square(self) -> float:
+        """Least chi-square of all starts; infinite where the model has no answer."""
+        found = self.single.starts[0].result.chi_square
+        return np.inf if found is None else float(found)
 
 
 def readings_of(
@@ -50,51 +70,104 @@ def readings_of(
     phases: Mapping[str, Phase] | None,
     known: Alloy | None,
     softer: Softer | None,
-) -> list[list[StandTest]]:
-    """Readings of the tests: one, or two if stiffness and resistance at rest contradict each other."""
-    first = classify(recordings, phases, known, softer or SOFTER[0])
-    if known is not None or softer is not None or not contradicts(first):
+) -> list[Reading]:
+    """Readings of the tests: one, or two where stiffness and resistance at rest do not agree.
+
+    They contradict each other, or resistance differs and stiffness does not.
+    """
+    first = Reading(classify(recordings, phases, known, softer or SOFTER[0]), softer or SOFTER[0])
+    if known is not None:
+        return [Reading(first.tests, None)]
+    if softer is not None:
         return [first]
-    return [first, classify(recordings, phases, None, SOFTER[1])]
+    if contradicts(first.tests):
+        return [first, Reading(classify(recordings, phases, None, "austenite"), "austenite")]
+    if equally_stiff(first.tests):
+        return [first, Reading(classify(recordings, phases, None, "neither"), "neither")]
+    return [first]
 
 
 def order(found: Sequence[Fitted], best: int) -> list[str]:
     """Notices that two readings of the tests were fitted, and which one was taken."""
     if len(found) < 2:
         return []
-    costs = [one.single.starts[0].result.chi_square for one in found]
+    taken, other = found[best], found[1 - best]
+    why = (
+        "All tests are equally stiff at the beginning, but they resist differently at rest. They are of one "
+        "phase, or both phases are equally stiff."
+        if "neither" in (taken.reading.softer, other.reading.softer)
+        else "The stiffest test resists most at rest. Of a nitinol the martensite is softer and resists "
+        "more, so one of the two does not hold here."
+    )
+    first = "" if other.whole else " The other was fitted from one start only: this one leaves only noise."
     return [
-        "The stiffest test resists most at rest. Of a nitinol the martensite is softer and resists more, so "
-        f"one of the two does not hold here. Both readings were fitted. With {SOFTER[0]} as the softer phase "
-        f"the chi-square is {costs[0]:.4g}, with {SOFTER[1]} {costs[1]:.4g}. The {SOFTER[best]} was taken as "
-        f"the softer phase; --softer {SOFTER[1 - best]} asks for the other."
+        f"{why} Both readings were fitted. With {taken.reading.softer} as the softer phase the chi-square is "
+        f"{taken.chi_square:.4g}, with {other.reading.softer} {other.chi_square:.4g}.{first} The former was "
+        f"taken; --softer {other.reading.softer} asks for the other."
     ]
 
 
-def fitted_from(
+def best_of_readings(
     campaign: Campaign,
-    tests: Sequence[StandTest],
+    readings: Sequence[Reading],
     base: Any,
     identify: bool,
     adjust: Mapping[str, Mapping[str, Any]],
     starts: int,
     seed: int,
     progress: Callable[[str], None],
+) -> tuple[list[Fitted], int]:
+    """Every reading fitted, and the index of the best.
+
+    All are fitted from the stages. The one that comes out best is then fitted from all starts. So are the
+    others if it leaves more than chance explains. Tests that are all of one phase come before a reading in
+    which most are between two, as long as they leave only noise: fractions that are free fit noise, too.
+    """
+    found = [_begun(campaign, reading, base, identify, adjust, progress) for reading in readings]
+    plain = readings[-1].softer == "neither" and not _suspicious(found[0].single)
+
+    def rank(k: int) -> tuple[bool, float]:
+        return plain and k > 0, found[k].chi_square
+
+    for k in sorted(range(len(found)), key=rank):
+        found[k] = _completed(found[k], identify, starts, seed, progress)
+        if not _suspicious(found[k].single):
+            break
+    whole = [k for k, one in enumerate(found) if one.whole]
+    return found, min(whole, key=rank)
+
+
+def _begun(
+    campaign: Campaign,
+    reading: Reading,
+    base: Any,
+    identify: bool,
+    adjust: Mapping[str, Mapping[str, Any]],
+    progress: Callable[[str], None],
 ) -> Fitted:
-    """Stages and the joint fit from all starts, of one reading of the tests."""
-    problem = _problem(campaign, tests, base, identify, adjust)
+    """Stages and the joint fit from their end."""
+    problem = _problem(campaign, reading.tests, base, identify, adjust)
     start = {name: entry.value for name, entry in problem.parameters.items()}
     staged, stages = run_stages(problem, progress) if identify else (start, [])
-    joint = fit_jointly(problem, staged, progress)
+    return Fitted(reading, start, staged, stages, fit_jointly(problem, staged, progress), False)
+
+
+def _completed(
+    begun: Fitted, identify: bool, starts: int, seed: int, progress: Callable[[str], None]
+) -> Fitted:
+    """The joint fit from all starts."""
+    joint, staged = begun.single, begun.staged
     if identify:
         again = memory_starts(joint.problem.inflated(1.0), staged, seed, progress)
         joint = retried(loosened(try_others(joint, again, progress), progress), progress)
-    others = _other_starts(joint, stages, identify, starts - 1, seed)
+    others = _other_starts(joint, begun.stages, identify, starts - 1, seed)
     single = try_others(joint, others, progress)
     if not identify and _suspicious(single):
         more = _draws(single, MORE, np.random.default_rng([seed, 1]), "further draw")
         single = try_others(single, more, progress)
-    return Fitted(start, stages, _remembered_anew(single, seed, progress) if identify else single)
+    if identify:
+        single = _remembered_anew(single, seed, progress)
+    return replace(begun, single=single, whole=True)
 
 
 def _remembered_anew(joint: Joint, seed: int, progress: Callable[[str], None]) -> Joint:

@@ -3,7 +3,8 @@
 near eight); stiffness tells hot wire apart, because austenite is the stiffer phase, unless somebody says
 otherwise. So the stiffness of the stiffest test marks the hot end, and the resistance at rest that is
 farthest from its own the cold one. Of nitinol the cold wire resists more. Where that contradicts, both
-readings are possible, and `contradicts` says so.
+readings are possible, and `contradicts` says so. Where all tests are equally stiff and differ in resistance,
+they are of one phase, or both phases are equally stiff; `equally_stiff` says so.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,8 +20,12 @@ from pneusma_jax.nitinol import Alloy
 
 Phase = Literal["cold", "hot", "intermediate"]
 PHASES: tuple[Phase, ...] = ("cold", "hot", "intermediate")
-Softer = Literal["martensite", "austenite"]
-SOFTER: tuple[Softer, ...] = ("martensite", "austenite")
+Softer = Literal["martensite", "austenite", "neither"]
+SOFTER: tuple[Softer, ...] = ("martensite", "austenite", "neither")
+SIGN: dict[Softer, float] = {"martensite": 1.0, "austenite": -1.0, "neither": 0.0}
+"""Sign of the stiffness of hot wire over that of cold wire; 0 where stiffness does not tell them apart."""
+ALIKE = "all tests are alike in stiffness; taken as cold"
+"""Reason for a phase that nothing tells apart."""
 STATED = "stated"
 """Reason for a phase that somebody knows better."""
 LEVEL: dict[Phase, float | None] = {"cold": 1.0, "hot": 0.0, "intermediate": None}
@@ -33,6 +38,8 @@ STIFFER = 1.2
 """Least ratio of the stiffest test's slope to the softest's for one of them to be hot and the other cold."""
 SAME_RESISTANCE = 0.02
 """Share of the phases' contrast within which a test is as cold as the coldest, as hot as the hottest."""
+ROUNDING = 1e-9
+"""Share of the phases' contrast that is one of rounding."""
 SAME_STIFFNESS = 0.03
 """Relative slope within which a test is as hot as the stiffest one."""
 COMES_BACK = 0.1
@@ -112,7 +119,8 @@ def classify(
         stated: phase of recordings, by name, that somebody knows better.
         alloy: the alloy if it is known, whose reading of the resistance at rest then decides; otherwise the
             tests are compared with each other.
-        softer: the phase whose wire is the softer one at the beginning of a pull.
+        softer: the phase whose wire is the softer one at the beginning of a pull. If neither is, the test
+            that resists most at rest is cold, and the one that resists least is hot.
 
     Raises:
         InputError: if a stated name or phase is unknown.
@@ -193,24 +201,36 @@ def contradicts(tests: Sequence[StandTest]) -> bool:
     return bool(np.median(known["hot"]) > (1.0 + CONTRAST) * np.median(known["cold"]))
 
 
+def equally_stiff(tests: Sequence[StandTest]) -> bool:
+    """True if all tests were taken as cold for their stiffness, although they resist differently at rest.
+
+    Args:
+        tests: classified by comparison with each other.
+    """
+    rho = np.array([test.resistivity for test in tests if test.reason == ALIKE])
+    rho = rho[np.isfinite(rho)]
+    return bool(rho.size and np.ptp(rho) > CONTRAST * rho.max())
+
+
 def _phases(readings: Sequence[_Reading], softer: Softer) -> list[tuple[Phase, str]]:
-    sign = 1.0 if softer == "martensite" else -1.0
+    sign = SIGN[softer]
     slopes = np.array([r.slope for r in readings])
     rho = np.array([r.resistivity for r in readings])
     if not (np.isfinite(slopes).any() and np.isfinite(rho).any()):
         return [
             ("cold", "nothing tells its phase; taken as cold, as the source takes what was not measured")
         ] * len(readings)
-    coldest, hottest = int(np.nanargmin(sign * slopes)), int(np.nanargmax(sign * slopes))
-    away = np.abs(rho - rho[hottest])
-    if np.isfinite(away).any():  # at rest resistance goes one way from hot to cold; stiffness has its noise
-        coldest = int(np.nanargmax(away))
+    if sign == 0.0:
+        coldest, hottest = int(np.nanargmax(rho)), int(np.nanargmin(rho))
+    else:
+        coldest, hottest = int(np.nanargmin(sign * slopes)), int(np.nanargmax(sign * slopes))
+        away = np.abs(rho - rho[hottest])
+        if np.isfinite(away).any():  # resistance goes one way from hot to cold; stiffness has its noise
+            coldest = int(np.nanargmax(away))
     contrast = rho[coldest] - rho[hottest]
-    apart = (slopes[hottest] / slopes[coldest]) ** sign > STIFFER
+    apart = sign == 0.0 or (slopes[hottest] / slopes[coldest]) ** sign > STIFFER
     if not apart or not abs(contrast) > CONTRAST * abs(rho[coldest]):
-        return [("cold", "all tests are alike in stiffness and resistance at rest; taken as cold")] * len(
-            readings
-        )
+        return [("cold", ALIKE)] * len(readings)
     ends = slopes[hottest], rho[coldest], contrast, sign
     return [_phase(s, r, *ends) for s, r in zip(slopes, rho, strict=True)]
 
@@ -237,7 +257,9 @@ def _phase(
             "cold",
             f"its resistance at rest is that of the coldest test (to {100.0 * abs(1.0 - share):.1f} %)",
         )
-    if sign * (slope - hottest) > -SAME_STIFFNESS * hottest and share < SAME_RESISTANCE:
+    if sign == 0.0 and share < ROUNDING:  # a small share is no proof: hot wire's resistance hardly tells
+        return "hot", "it resists least at rest, and no stiffness tells the phases apart"
+    if sign != 0.0 and sign * (slope - hottest) > -SAME_STIFFNESS * hottest and share < SAME_RESISTANCE:
         return (
             "hot",
             f"no test is {word} at the beginning, and its resistance at rest is that of the hottest",

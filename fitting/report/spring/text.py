@@ -14,7 +14,7 @@ from ..general.text import lasting_sentence, lasting_zeros, overstated_sentence
 OTHER_RULE = (
     " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
 )
-ORDER = " The tests were read with {} as the softer phase; --softer {} reads them the other way."
+ORDER = " The tests were read with {} as the softer phase; --softer {} reads them otherwise."
 CLOSE_CALL = 4.0
 """Maximum advantage in chi-square of a best fit that only one start found, up to which no sentence is
 needed."""
