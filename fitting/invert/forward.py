@@ -11,12 +11,15 @@ from jaxtyping import Array
 import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved
 from fitting.inference.parallel import run_parallel
+from fitting.inference.program_cache import stored_jit
 from pneusma_jax.actuator.balance import Problem, start
-from pneusma_jax.actuator.result import equilibrium_of
+from pneusma_jax.actuator.result import Validity, equilibrium_of
 from pneusma_jax.actuator.root_find import attached, newton
 from pneusma_jax.nitinol import SpringState
+from pneusma_jax.nitinol.spring import SpringResponse
 from pneusma_jax.serial_chain.kinematics import arc_frame
-from pneusma_jax.serial_chain.segments import chain_shape
+from pneusma_jax.serial_chain.segments import ChainEquilibrium, chain_shape
+from pneusma_jax.serial_chain.shape import ChainShape
 
 FEW, LOT = 16, 256
 """Number of rows that are solved together: few or many."""
@@ -176,7 +179,7 @@ def in_parallel(work: Callable, lots: list[tuple], count: int) -> tuple:
     return jax.tree.map(lambda *parts: np.concatenate(parts)[:count], *found)
 
 
-@eqx.filter_jit
+@stored_jit(pj.Equilibrium, Validity, SpringResponse, ChainEquilibrium, ChainShape)
 def _lot(body: Body, pressure: Array, fractions: Array, memories: Memories) -> tuple:
     def one(p: Array, x: Array) -> tuple:
         found = state_of(body, p, x, memories, first_guess(body))

@@ -263,7 +263,7 @@ def exact_look(body: Body, goals: tuple[str, ...], box: Box, memories: Memories)
     return lambda place, guess: values_with_slope(body, goals, box.drives, place, memories, guess)
 
 
-@eqx.filter_jit
+@stored_jit(Found)
 def search_tables(
     body: Body,
     tables: tuple[Table, ...],

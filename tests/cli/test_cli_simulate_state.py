@@ -96,7 +96,7 @@ def test_no_equilibrium_is_null_with_a_sentence_and_exit_code_1(run):
     [
         ((), "--pressure-kPa is missing"),
         (("--pressure-kPa", "much"), "not a valid float"),
-        (("--pressure-kPa", "nan"), "gauge pressure"),
+        (("--pressure-kPa", "nan"), "'--pressure-kPa': 'nan' is not a finite number"),
         (("--pressure-kPa", 20, "--xi0-2", 1.2), "from 0 (hot) to 1 (cold)"),
         (("--pressure-kPa", 20, "--xi0-2", -0.1), "from 0 (hot) to 1 (cold)"),
         (("--pressure-kPa", 20, "--resistance-2-ohm", 0), "positive"),

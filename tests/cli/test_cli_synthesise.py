@@ -47,7 +47,7 @@ def test_a_blind_campaign_has_no_truth(run, tmp_path):
         (("tube", "--truth", "wall"), "must be NAME=VALUE"),
         (("tube", "--truth", "a=1", "--truth", "a=2"), "given twice"),
         (("tube", "--noise", "length=0.1"), "did you mean 'length_mm'?"),
-        (("tube", "--seed", -1), "0 or more"),
+        (("tube", "--seed", -1), "-1 is not in the range x>=0"),
         (("actuator", "--design", "pneusma9"), "pneusma"),
         (("wire", "--alloy", "nowhere.toml"), "no such file"),
     ],
