@@ -90,6 +90,7 @@ def process(words: list[str], folder: Path, cache: Path | None = None) -> Second
         RuntimeError: if it fails.
     """
     environment = dict(os.environ) | ({"PNEUSMA_CACHE": str(cache)} if cache else {})
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # an installed package has its bytecode
     before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     words = [sys.executable, *words]
     done = subprocess.run(words, cwd=folder, capture_output=True, text=True, env=environment)
@@ -115,7 +116,7 @@ def prepare(folder: Path) -> None:
     (folder / "RAW.csv").write_text(RAW)
     band = (ROOT / "calibration_data" / "examples" / "studies" / "pneusma2_band.toml").read_text()
     (folder / "band.toml").write_text(
-        band.replace("rows = 20000", "rows = 64").replace("chunk = 10000", "chunk = 64")
+        band.replace("rows = 20000", "rows = 100").replace("chunk = 10000", "chunk = 100")
     )
     page = (ROOT / "docs" / "design.md").read_text()
     (folder / "study.toml").write_text(re.search(r"```toml\n(.*?)```", page, flags=re.S)[1])

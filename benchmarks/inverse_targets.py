@@ -5,7 +5,8 @@ lumens.
 
 Targets are states of random drives, so that they can be reached. Unreachable ones lie beyond: curvatures up
 to four times the largest, tips of the chain pushed outwards by 20 to 60 %. The nearest point is compared
-with a search over 200,000 random states for the actuator, 100,000 for the chain.
+with a search over 200,000 random states for the actuator. For the chain it is compared with 100,000 random
+states of the exact model, from the three nearest of which SciPy's `least_squares` goes on, ends verified.
 """
 
 import argparse
@@ -13,19 +14,33 @@ import json
 import time
 from pathlib import Path
 
+import equinox as eqx
+import jax
+import jax.numpy as jnp
 import numpy as np
+from scipy.optimize import least_squares, minimize
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 import pneusma_jax as pj
 from fitting.invert import Inverse, Limits
+from fitting.invert.derivatives import values_of_tables
 from fitting.invert.goals import sizes
-from fitting.invert.lumen import Lumen, pass_through
+from fitting.invert.lumen import Lumen, distances, refined
+from fitting.invert.passage import pass_through
+from fitting.invert.tables import looked_up
 from fitting.report.figures import save_figure, style
 from fitting.report.invert.figures import passage_figure
+from pneusma_jax.serial_chain.segments import chain_shape
 
 LIMITS = Limits((0.0, 50e3), 0.1)
-LUMENS = {"gentle": (0.5, 0.1), "bent": (0.9, 0.3), "tortuous": (1.4, 0.6)}
-"""Largest angles of the centre line against the straight chain, across and up [rad]."""
+SUITED = {"gentle": 8.0, "bent": 16.0, "tortuous": 24.0}
+"""Curvatures of lumens that suit the chain [1/m]; a segment reaches 70 1/m."""
+SWINGING = {"gentle": (0.5, 0.1), "bent": (0.9, 0.3), "tortuous": (1.4, 0.6)}
+"""Largest angles of the centre line against the straight chain, across and up [rad], of lumens that bend
+where the chain has no segment of that plane."""
+REFINED = 3
+"""Number of random states from which the brute-force search of a pose goes on."""
 
 
 def random_drives(random, count, springs):
@@ -36,18 +51,18 @@ def random_drives(random, count, springs):
 
 
 def timed(work):
-    """Result of a call and its seconds, compiled before."""
+    """Result of a call, its seconds, and its seconds of processor time; compiled before."""
     work()
-    began = time.perf_counter()
+    began, busy = time.perf_counter(), time.process_time()
     result = work()
-    return result, time.perf_counter() - began
+    return result, time.perf_counter() - began, time.process_time() - busy
 
 
 def single(count, unreachable, seed):
     """PneuSMA2 to curvatures."""
     random, inverse = np.random.default_rng(seed), Inverse("pneusma2", LIMITS)
     wanted = np.asarray(inverse.verified(random_drives(random, count, 2)).only.curvature)[:, None]
-    found, seconds = timed(lambda: inverse.solve(("curvature",), wanted))
+    found, seconds, busy = timed(lambda: inverse.solve(("curvature",), wanted))
     seen = np.asarray(inverse.verified(random_drives(random, 200_000, 2)).only.curvature)
     far = (
         random.uniform(1.05, 4.0, unreachable)
@@ -61,6 +76,7 @@ def single(count, unreachable, seed):
         "met": float(found.met.mean()),
         "worst_miss_1pm": float(found.misses["curvature"].max()),
         "per_second": count / seconds,
+        "per_second_of_processor_time": count / busy,
         "unreachable": unreachable,
         "recognised": float(np.mean(~lost.met)),
         "told_what_holds": float(np.mean([bool(words) for words in lost.held])),
@@ -74,14 +90,17 @@ def chain(count, unreachable, seed):
     goals = ("tip", "direction")
     pose = np.asarray(inverse.verified(random_drives(random, count, len(inverse.springs))).end_pose)
     wanted = np.column_stack([pose[:, :3, 3], pose[:, :3, 2]])
-    found, seconds = timed(lambda: inverse.solve(goals, wanted))
+    found, seconds, busy = timed(lambda: inverse.solve(goals, wanted))
     some = wanted[:unreachable].copy()
     some[:, :3] *= (0.35 / np.linalg.norm(some[:, :3], axis=1) * random.uniform(1.2, 1.6, len(some)))[:, None]
-    lost = inverse.solve(goals, some)
+    print("met", found.met.mean(), "a second", count / seconds, "of the processor", count / busy, flush=True)
+    lost, spent, _ = timed(lambda: inverse.solve(goals, some))
     scale = np.asarray(sizes(goals))
-    seen = np.asarray(inverse.verified(random_drives(random, 100_000, len(inverse.springs))).end_pose)
+    drives = random_drives(random, 100_000, len(inverse.springs))
+    seen = np.asarray(inverse.verified(drives).end_pose)
     tree = cKDTree(np.column_stack([seen[:, :3, 3], seen[:, :3, 2]]) / scale)
-    nearest, _ = tree.query(some / scale)
+    nearest, which = tree.query(some / scale, k=REFINED)
+    refined = np.minimum(nearest[:, 0], brute_force(inverse, goals, some, drives[which]))
     ours = np.linalg.norm((lost.values - some) / scale, axis=1)
     return {
         "segments": len(inverse.body.segments),
@@ -89,42 +108,149 @@ def chain(count, unreachable, seed):
         "met": float(found.met.mean()),
         "median_miss_mm": float(1e3 * np.median(found.misses["tip"])),
         "per_second": count / seconds,
+        "per_second_of_processor_time": count / busy,
+        "mean_heat": float(np.mean(np.sum((1.0 - found.fractions) ** 2, axis=1))),
         "unreachable": len(some),
+        "unreachable_per_second": len(some) / spent,
         "recognised": float(np.mean(~lost.met)),
-        "largest_excess_over_random_search": float(np.max(ours / nearest) - 1.0),
+        "told_what_holds": float(np.mean(["at its" in words for words in lost.held])),
+        "largest_excess_over_random_states": float(np.max(ours / nearest[:, 0]) - 1.0),
+        "largest_excess_over_brute_force": float(np.max(ours / refined) - 1.0),
+        "within_1_percent_of_brute_force": float(np.mean(ours <= 1.01 * refined)),
+        "nearer_than_brute_force_by_at_most": float(np.max(1.0 - ours / refined)),
     }
 
 
-def bent_lumen(name, bends, diameter=30e-3, length=230e-3):
-    """A lumen along a smooth curve: two angles that swing along it."""
-    s = np.linspace(0.0, 1.0, 200)
-    across, up = bends[0] * np.sin(np.pi * s) ** 2, bends[1] * np.sin(2.0 * np.pi * s) * s
-    slope = np.stack([np.sin(up), np.sin(across) * np.cos(up), np.cos(across) * np.cos(up)], axis=1)
-    points = np.concatenate([np.zeros((1, 3)), np.cumsum(slope[:-1] * length / (len(s) - 1), axis=0)])
+def brute_force(inverse, goals, wanted, starts):
+    """Least distances from targets, in sizes of the goals, from many starts by SciPy, on the exact model at
+    the end."""
+    scale, box, tables = np.asarray(sizes(goals)), inverse.box(), inverse.by_tables.tables
+
+    @eqx.filter_jit
+    def look(place):
+        values, slope, _ = values_of_tables(inverse.body, tables, goals, box.drives, place)
+        return values / scale, slope / scale[:, None]
+
+    ends = []
+    for target, begun in zip(wanted / scale, starts, strict=True):
+        for place in box.places(begun):
+            ended = least_squares(
+                lambda x, t=target: np.asarray(look(x)[0]) - t,
+                np.clip(place, 1e-6, 1.0 - 1e-6),
+                jac=lambda x: np.asarray(look(x)[1]),
+                bounds=(0.0, 1.0),
+                max_nfev=40,
+            )
+            ends.append(np.asarray(box.drives(ended.x)))
+    pose = np.asarray(inverse.verified(np.array(ends)).end_pose)
+    values = np.column_stack([pose[:, :3, 3], pose[:, :3, 2]]) / scale
+    away = np.linalg.norm(values.reshape(len(wanted), -1, len(scale)) - (wanted / scale)[:, None], axis=-1)
+    return away.min(axis=1)
+
+
+def lumen_along(name, slope, diameter, length):
+    """A lumen whose centre line has given directions, shape (points, 3)."""
+    steps = slope[:-1] * length / (len(slope) - 1)
+    points = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
     return Lumen(name, points, np.full(len(points), diameter))
 
 
+def swinging_lumen(name, bends, diameter=18e-3, length=230e-3):
+    """A lumen along a smooth curve: two angles that swing along it, wherever the chain's segments are."""
+    s = np.linspace(0.0, 1.0, 200)
+    across, up = bends[0] * np.sin(np.pi * s) ** 2, bends[1] * np.sin(2.0 * np.pi * s) * s
+    slope = np.stack([np.sin(up), np.sin(across) * np.cos(up), np.cos(across) * np.cos(up)], axis=1)
+    return lumen_along(name, slope, diameter, length)
+
+
+def suited_lumen(name, curvature, diameter=18e-3, length=230e-3):
+    """A lumen that turns by turns in the two planes of the chain's segments, 60 mm each, smoothed over 20 mm.
+
+    Its curvature is part of what a segment reaches, so that a chain with such planes can follow it.
+    """
+    s = np.linspace(0.0, length, 460)
+    part, half = np.minimum(s // 60e-3, 3).astype(int), 20
+    planes = curvature * np.array([[0.0, 1.0], [1.0, 0.0], [0.0, -1.0], [-1.0, 0.0]])[part]
+    soft = np.stack([np.convolve(np.pad(k, half, "edge"), np.ones(2 * half + 1) / (2 * half + 1), "valid")
+                     for k in planes.T], axis=1)  # fmt: skip
+    frame, slope = np.eye(3), []
+    for bend in soft:
+        slope.append(frame[:, 2])
+        turn = np.array([-bend[1], bend[0], 0.0]) * length / len(s)
+        frame = frame @ Rotation.from_rotvec(turn).as_matrix()
+    return lumen_along(name, np.array(slope), diameter, length)
+
+
+def narrowest(inverse, lumen, starts=24):
+    """Least diameter [mm] of a lumen along a line that the chain would pass, by brute force, and that of the
+    best random state.
+
+    SciPy's SLSQP minimises the largest distance from the line in tables, from the nearest of 240,000 random
+    states and from others of them.
+    """
+    line = tuple(jnp.asarray(x) for x in refined(lumen))
+    box, random = inverse.box(), np.random.default_rng(0)
+    more = box.places(random_drives(random, 200_000, len(inverse.springs)))
+    places = np.clip(np.concatenate([more, box.places(inverse.atlas.drives)]), 0.0, 1.0)
+
+    def away(place):
+        found = looked_up(inverse.by_tables.tables, box.drives(place))
+        shape = chain_shape(inverse.body.chain, found[:, :2], found[:, 2])
+        return 1e3 * distances(shape.polyline(12), line)[0]
+
+    largest = jax.jit(lambda x: jax.lax.map(lambda p: jnp.max(away(p)), x, batch_size=256))
+    far = np.asarray(largest(jnp.asarray(places)))
+    order = np.argsort(np.where(np.isfinite(far), far, np.inf))
+    values, slopes = jax.jit(away), jax.jit(jax.jacfwd(away))
+    ends = []
+    for place in places[
+        np.append(order[: starts // 2], order[np.linspace(100, 50_000, starts // 2).astype(int)])
+    ]:
+        ended = minimize(
+            lambda x: x[-1], np.append(place, values(place).max()), jac=lambda x: np.eye(x.size)[-1],
+            bounds=[(0.0, 1.0)] * place.size + [(0.0, 1e3)],
+            constraints={
+                "type": "ineq",
+                "fun": lambda x: x[-1] - np.asarray(values(x[:-1])),
+                "jac": lambda x: np.pad(-np.asarray(slopes(x[:-1])), ((0, 0), (0, 1)), constant_values=1.0),
+            },
+            method="SLSQP", options={"maxiter": 60, "ftol": 1e-5},
+        )  # fmt: skip
+        ends.append(float(np.max(values(np.clip(ended.x[:-1], 0.0, 1.0)))))
+    radius = 1e3 * max(float(s.section.radius) for s in inverse.body.segments)
+    return 2.0 * (min(ends) + radius), 2.0 * (float(far[order[0]]) + radius)
+
+
 def lumens(out):
-    """The chain of four through three lumens."""
-    inverse = Inverse("orthogonal_chain", LIMITS)
-    passages, seconds = [], []
-    for name, bends in LUMENS.items():
-        began = time.perf_counter()
-        passages.append(pass_through(inverse, bent_lumen(name, bends)))
-        seconds.append(time.perf_counter() - began)
-    with style():
-        save_figure(passage_figure(passages), out / "lumens.png")
-    return [
-        {
-            "name": p.lumen.name,
-            "tortuosity": p.lumen.tortuosity,
-            "passes": p.passes,
-            "clearance_mm": 1e3 * p.clearance,
-            "offset_mm": 1e3 * p.offset,
-            "seconds": spent,
-        }
-        for p, spent in zip(passages, seconds, strict=True)
-    ]
+    """The chain of four through three lumens that suit its planes, and three that do not."""
+    inverse, found = Inverse("orthogonal_chain", LIMITS), []
+    suited = [suited_lumen(name, curvature) for name, curvature in SUITED.items()]
+    swinging = [swinging_lumen(name, bends) for name, bends in SWINGING.items()]
+    for name, group in (("lumens", suited), ("swinging_lumens", swinging)):
+        passages = []
+        for lumen in group:
+            began = time.perf_counter()
+            passages.append(pass_through(inverse, lumen))
+            spent = time.perf_counter() - began
+            one = passages[-1]
+            least, random = (None, None) if one.passes else narrowest(inverse, lumen)
+            found.append(
+                {
+                    "name": lumen.name,
+                    "tortuosity": lumen.tortuosity,
+                    "diameter_mm": 1e3 * lumen.diameter[0],
+                    "passes": one.passes,
+                    "clearance_mm": 1e3 * one.clearance,
+                    "offset_mm": 1e3 * one.offset,
+                    "seconds": spent,
+                    "narrowest_by_brute_force_mm": least,
+                    "narrowest_of_random_states_mm": random,
+                }
+            )
+            print(found[-1], flush=True)
+        with style():
+            save_figure(passage_figure(passages), out / f"{name}.png")
+    return found
 
 
 def main():

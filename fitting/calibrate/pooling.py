@@ -10,7 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.stats import t as student
+
+from pneusma_jax.late import Late
+
+stats = Late("scipy.stats")
 
 LEVEL = 0.9
 """Probability of the quoted intervals."""
@@ -102,7 +105,7 @@ def pool(names: Sequence[str], values: Sequence[float], sd: Sequence[float], uni
     shrunk = mean + share * (x - mean)
     shrunk_sd = np.sqrt(share * s**2 + ((1.0 - share) * mean_sd) ** 2)
     freedom = max(len(x) - 2, 1)  # of a further specimen; Higgins et al., J. R. Stat. Soc. A 172 (2009) 137
-    reach = float(student.ppf(0.5 + 0.5 * LEVEL, freedom) * np.hypot(tau, mean_sd))
+    reach = float(stats.t.ppf(0.5 + 0.5 * LEVEL, freedom) * np.hypot(tau, mean_sd))
     differ = _alike(x, s)
     return Pooled(
         tuple(names), x, s, mean, mean_sd, float(tau), shrunk, shrunk_sd, mean - reach, mean + reach, differ,

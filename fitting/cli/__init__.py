@@ -6,8 +6,10 @@ error that a user can cause ends here, as one line on stderr and exit code 2.
 
 import difflib
 import errno
+import gc
 import importlib
 import os
+import re
 import sys
 import warnings
 from typing import Any
@@ -110,6 +112,8 @@ COMMANDS = {
     ),
 }
 UNUSABLE_INPUT = 2  # exit code
+LONG_WORD = r"\S{400,}"
+"""Words that a message tells by their ends; the names of most file systems have at most 255 letters."""
 
 
 class LazyGroup(click.Group):
@@ -129,6 +133,9 @@ class LazyGroup(click.Group):
         # Read when JAX is loaded. XLA reports compilations of more than a minute or two as alarms that ask
         # for a bug report; errors still end in exceptions.
         os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+        # Imports and traced programs are millions of objects that stay. The usual threshold of 700 has them
+        # looked through again and again, which takes a tenth of a command's time.
+        gc.set_threshold(50_000, 20, 50)
         module, function, _ = COMMANDS[name]
         return locked(getattr(importlib.import_module(module), function), name)
 
@@ -176,8 +183,14 @@ class LazyGroup(click.Group):
 
 def _leave(message: str, code: int = UNUSABLE_INPUT) -> None:
     """Say one line on stderr and end."""
-    click.echo(f"pneusma: {' '.join(line.strip() for line in message.splitlines())}", err=True)
+    line = " ".join(part.strip() for part in message.splitlines())
+    click.echo(f"pneusma: {re.sub(LONG_WORD, _ends, line)}", err=True)
     sys.exit(code)
+
+
+def _ends(word: re.Match) -> str:
+    """Both ends of a word that would fill the screen, such as a path of thousands of letters."""
+    return f"{word[0][:100]}[...]{word[0][-100:]}"
 
 
 def _usage_line(error: click.ClickException) -> str:

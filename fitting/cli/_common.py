@@ -1,6 +1,7 @@
 """Shared parts of the commands: getting ready to compute, results on disk, words on the terminal."""
 
 import difflib
+import math
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -9,6 +10,26 @@ from typing import Any
 import click
 
 DESIGNS = ("pneusma1", "pneusma2", "pneuflex_s", "pneuflex_t", "pneuflex_w", "triad")
+
+
+class FiniteNumber(type(click.FLOAT)):  # type: ignore[misc]
+    """A finite number; `nan` and `inf` are none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number; the error of an option names it."""
+        found = super().convert(value, param, ctx)
+        if not math.isfinite(found):
+            self.fail(f"{value!r} is not a finite number.", param, ctx)
+        return found
+
+
+class Finite(FiniteNumber, click.FloatRange):
+    """A finite number within limits."""
+
+
+FINITE = FiniteNumber()
+SEED = click.IntRange(0)
+COUNT = click.IntRange(1)
 
 
 def prepare() -> None:

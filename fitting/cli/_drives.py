@@ -8,6 +8,8 @@ from typing import Any
 
 import click
 
+from ._common import FINITE
+
 _PLACE = re.compile(r"(?:(\d+)\.)?(\d+)")
 STEMS = {"xi0": "", "resistance": "-ohm"}
 
@@ -39,9 +41,9 @@ def spring_options(command: Callable) -> Callable:
         )(command)  # fmt: skip
     for k in (3, 2, 1):
         xi0 = click.option(
-            f"--xi0-{k}", f"xi0_{k}", type=float, help=f"Martensite fraction of spring {k} (1: cold)."
+            f"--xi0-{k}", f"xi0_{k}", type=FINITE, help=f"Martensite fraction of spring {k} (1: cold)."
         )
-        ohm = click.option(f"--resistance-{k}-ohm", f"resistance_{k}", type=float, help="Or its resistance.")
+        ohm = click.option(f"--resistance-{k}-ohm", f"resistance_{k}", type=FINITE, help="Or its resistance.")
         command = xi0(ohm(command))
     return command
 

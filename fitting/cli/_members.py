@@ -1,6 +1,6 @@
 """Commands over many campaigns: the store of an earlier run, and a bar that shows how many are done."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,16 @@ from fitting.engine import Store
 from fitting.inference.progress import PlainLines
 
 Watch = tuple[Callable[[str], None], Callable[[Any], None], Callable[[Any], None]]
+
+
+def check_campaigns(paths: Sequence[Path]) -> None:
+    """Refuse campaigns none of which exists. One that is missing beside others is reported with the results.
+
+    Raises:
+        click.UsageError: if there is none.
+    """
+    if not any(path.exists() for path in paths):
+        raise click.UsageError(f"{paths[0]}: there is no such file or folder")
 
 
 def free_store(folder: Path, what: str, force: bool, resume: bool) -> Store:

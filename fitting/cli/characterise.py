@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from ._common import FINITE, SEED
+
 
 def _fixed(context: click.Context, option: click.Parameter, given: tuple[str, ...]) -> dict[str, dict] | None:
     """`NAME=VALUE` of `--fix` as changes to constants."""
@@ -26,7 +28,7 @@ def _fixed(context: click.Context, option: click.Parameter, given: tuple[str, ..
     help="Law of an elastomer; all of them are compared by default.",
 )
 @click.option("--terms", type=click.IntRange(1, 3), help="Terms of Ogden's law; 1 to 3 are tried by default.")
-@click.option("--max-strain", type=float, help="Leave out samples beyond this engineering strain.")
+@click.option("--max-strain", type=FINITE, help="Leave out samples beyond this engineering strain.")
 @click.option(
     "--weighting",
     type=click.Choice(["absolute", "relative"]),
@@ -48,7 +50,7 @@ def _fixed(context: click.Context, option: click.Parameter, given: tuple[str, ..
 @click.option("--material", metavar="SILICONE", help="Silicone to start from, a name or a path.")
 @click.option("--model", metavar="FILE", help="Model to fit, as --model of simulate takes it.")
 @click.option("--starts", type=click.IntRange(min=1), help="Fits in all, from different places.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of scattered starting points.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Of scattered starting points.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
 def characterise_command(
     campaign, out, law, terms, max_strain, weighting, fix, base, softer, material, model, starts, seed, force
@@ -63,10 +65,10 @@ def characterise_command(
     """
     from fitting.calibrate.registry import characterise, pipeline_of
     from fitting.cli._common import done, notice, prepare, table_argument
-    from fitting.cli._results import save, text
     from fitting.data.publish import check_free
     from fitting.data.recordings import read_campaign
     from fitting.inference.progress import Steps
+    from fitting.report.results import save, text
     from fitting.specimens.saved_models import load_model
 
     recordings = read_campaign(campaign)

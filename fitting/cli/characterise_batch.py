@@ -4,13 +4,15 @@ from pathlib import Path
 
 import click
 
+from ._common import SEED
+
 SOME_FAILED = 1  # exit code
 
 
 @click.command("characterise-batch")
 @click.argument("campaigns", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of scattered starting points.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Of scattered starting points.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
 @click.option(
     "--resume", is_flag=True, help="Go on with what an earlier run has fitted, if nothing of it changed."
@@ -35,10 +37,11 @@ def characterise_batch_command(campaigns, out, seed, force, resume, workers, clu
     """
     from fitting.calibrate.batch import Member, characterise_batch
     from fitting.cli._common import done, notice, prepare, scheduler
-    from fitting.cli._members import free_store, watched
-    from fitting.cli._results import save, text
+    from fitting.cli._members import check_campaigns, free_store, watched
     from fitting.data.publish import check_free
+    from fitting.report.results import save, text
 
+    check_campaigns(campaigns)
     check_free(out, force or resume)
     store = free_store(out / "fitted", "fits", force, resume)
     prepare()
@@ -71,7 +74,7 @@ def characterise_batch_command(campaigns, out, seed, force, resume, workers, clu
 
 def _together(batch, out: Path, seed: int, force: bool, resume: bool) -> list[Path]:
     """Sample the joint posterior of all specimens that were fitted, say what it found, and write it."""
-    from fitting.cli._results import save, text
+    from fitting.report.results import save, text
     from fitting.sample.hierarchy import sample_together
 
     out.mkdir(parents=True, exist_ok=True)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from ._common import design_argument, done, prepare
+from ._common import SEED, design_argument, done, prepare
 
 
 @click.command("control")
@@ -15,7 +15,7 @@ from ._common import design_argument, done, prepare
 @click.option(
     "--model", type=click.Path(path_type=Path), help="A model on disk as the plant; else five effects."
 )
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the noise.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Of the noise.")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for results.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
 def control_command(design: str, model: Path | None, seed: int, out: Path, force: bool) -> None:
@@ -26,10 +26,10 @@ def control_command(design: str, model: Path | None, seed: int, out: Path, force
     """
     design = design_argument(design)
     prepare()
-    from fitting.cli._results import save, text
     from fitting.control.sweep import run_model, run_sweep
     from fitting.data.publish import check_free
     from fitting.inference.progress import Steps
+    from fitting.report.results import save, text
     from fitting.specimens.saved_models import load_model
 
     check_free(out, force)

@@ -21,8 +21,8 @@ def design_command(study: Path, out: Path, force: bool) -> None:
     from fitting.inference.progress import Steps
 
     prepare()
-    from fitting.cli._results import save, text
     from fitting.design import read_study, run_study
+    from fitting.report.results import save, text
 
     wanted = read_study(study)
     check_free(out, force)

@@ -5,13 +5,15 @@ from typing import Any
 
 import click
 
+from ._common import SEED
+
 SOME_FAILED = 1  # exit code
 
 
 @click.command("diagnose")
 @click.argument("campaigns", type=click.Path(path_type=Path), nargs=-1, required=True, metavar="CAMPAIGN...")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Of everything random.")
 @click.option("--alloy", metavar="ALLOY", help="Alloy to compare with, a name or a path; fit identifies it.")
 @click.option("--material", metavar="SILICONE", help="Silicone to compare with, a name or a path, or fit.")
 @click.option("--model", metavar="FILE", help="Model to start from, as --model of simulate takes it.")
@@ -90,18 +92,19 @@ def _one(campaign: Path, out: Path, options: dict[str, Any]) -> None:
 
 def _several(campaigns: tuple[Path, ...], out: Path, options: dict[str, Any]) -> None:
     from fitting.cli._common import check_places, done, notice, prepare, scheduler
-    from fitting.cli._members import free_store, watched
+    from fitting.cli._members import check_campaigns, free_store, watched
     from fitting.data.publish import MARK, check_free, publish
 
     force, resume = options["force"], options["resume"]
     check_places(options["workers"], options["cluster"])
+    check_campaigns(campaigns)
     check_free(out, force or resume)
     store = free_store(out / "diagnosed", "diagnoses", force, resume)
     prepare()
 
-    from fitting.cli._results import save, text
     from fitting.diagnose.batch import Diagnosed, diagnose_batch, job_of
     from fitting.report.diagnosis.batch import present
+    from fitting.report.results import save, text
 
     asked = _asked(options)
     asked.start()  # a model that is not there is refused at once, and not by every campaign

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from ._common import FINITE
+
 
 @click.command("import", epilog="Formats are recognised by content; `pneusma import --formats` lists them.")
 @click.argument("sources", nargs=-1, type=click.Path(path_type=Path), metavar="SOURCE...")
@@ -67,7 +69,7 @@ import click
     help="Circuit of a raw voltage: adjust_V and set_ohm of Eq. 2.50; gain, offset_V of an amplifier.",
 )
 @click.option(
-    "--interval", "interval_s", type=float, metavar="S", help="Seconds between rows of a file without clock."
+    "--interval", "interval_s", type=FINITE, metavar="S", help="Seconds between rows of a file without clock."
 )
 @click.option("--licence", help="Who may use these numbers, and how; not needed for numbers of your own.")
 @click.option("--citation", help="Who measured them.")

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from ._common import design_argument, done, prepare, table_argument
+from ._common import FINITE, SEED, Finite, design_argument, done, prepare, table_argument
 
 SINGLE = ("curvature_1pm", "bend_angle_deg", "length_mm")
 PLACE = ("tip_mm", "direction")
@@ -15,31 +15,31 @@ PLACE = ("tip_mm", "direction")
 @click.option(
     "--design", default="pneusma2", show_default=True, metavar="NAME|FILE.toml", help="Actuator or chain."
 )
-@click.option("--curvature-1pm", type=float, help="Wanted curvature of an actuator.")
-@click.option("--bend-angle-deg", type=float, help="Wanted bend angle of an actuator.")
-@click.option("--length-mm", type=float, help="Wanted length of the centre line of an actuator.")
-@click.option("--tip-mm", type=float, nargs=3, metavar="X Y Z", help="Wanted place of the tip.")
-@click.option("--direction", type=float, nargs=3, metavar="X Y Z", help="Wanted direction of the tip.")
+@click.option("--curvature-1pm", type=FINITE, help="Wanted curvature of an actuator.")
+@click.option("--bend-angle-deg", type=FINITE, help="Wanted bend angle of an actuator.")
+@click.option("--length-mm", type=FINITE, help="Wanted length of the centre line of an actuator.")
+@click.option("--tip-mm", type=FINITE, nargs=3, metavar="X Y Z", help="Wanted place of the tip.")
+@click.option("--direction", type=FINITE, nargs=3, metavar="X Y Z", help="Wanted direction of the tip.")
 @click.option(
     "--targets", type=click.Path(path_type=Path), help="CSV of targets; with time_s, one after the other."
 )
 @click.option("--lumen", type=click.Path(path_type=Path), help="CSV of a centre line with a diameter.")
 @click.option(
-    "--clearance-mm", type=click.FloatRange(0.0), default=0.0, show_default=True, help="To the lumen's wall."
+    "--clearance-mm", type=Finite(0.0), default=0.0, show_default=True, help="To the lumen's wall."
 )
 @click.option(
-    "--pressure-kPa-max", "most", type=float, default=50.0, show_default=True, help="Highest gauge pressure."
+    "--pressure-kPa-max", "most", type=FINITE, default=50.0, show_default=True, help="Highest gauge pressure."
 )
 @click.option(
-    "--pressure-kPa-min", "least", type=float, default=0.0, show_default=True, help="Lowest gauge pressure."
+    "--pressure-kPa-min", "least", type=FINITE, default=0.0, show_default=True, help="Lowest gauge pressure."
 )
 @click.option(
-    "--xi0-min", type=click.FloatRange(0.0, 1.0, max_open=True), default=0.1, show_default=True,
+    "--xi0-min", type=Finite(0.0, 1.0, max_open=True), default=0.1, show_default=True,
     help="Martensite fraction of the hottest spring.",
 )  # fmt: skip
 @click.option("--alloy", help="Name or path of an alloy table; the design's own by default.")
 @click.option("--material", help="Name or path of a silicone table; the design's own by default.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the starts of chains.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Of the starts of chains.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for results.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
 def invert_command(**options: Any) -> None:
@@ -57,12 +57,13 @@ def invert_command(**options: Any) -> None:
         )
     design = design_argument(options["design"])
     prepare()
-    from fitting.cli._results import save, text
     from fitting.data.publish import check_free
     from fitting.invert import Inverse, Limits
-    from fitting.invert.lumen import pass_through, read_lumen
+    from fitting.invert.lumen import read_lumen
+    from fitting.invert.passage import pass_through
     from fitting.invert.targets import read_targets, targets_of
     from fitting.invert.trajectory import follow
+    from fitting.report.results import save, text
 
     if options["out"] is not None:
         check_free(options["out"], options["force"])

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from ._common import COUNT, FINITE, SEED
 from .synthesise import numbers_of
 
 
@@ -11,7 +12,7 @@ from .synthesise import numbers_of
 @click.argument("specimen", required=False)
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the protocol.")
 @click.option("--geometry", type=click.Path(path_type=Path), help="TOML with a [geometry] table.")
-@click.option("--tests", type=int, default=9, show_default=True, help="At most; one for validation on top.")
+@click.option("--tests", type=COUNT, default=9, show_default=True, help="At most; one for validation on top.")
 @click.option(
     "--for", "wanted", multiple=True, metavar="NAME", help="A constant that matters; repeat for several."
 )
@@ -19,10 +20,10 @@ from .synthesise import numbers_of
     "--noise", multiple=True, metavar="force_N=0.004", callback=numbers_of, help="An instrument's 1-sigma."
 )
 @click.option(
-    "--misfit", type=float, default=0.02, show_default=True, help="Share by which the law itself errs."
+    "--misfit", type=FINITE, default=0.02, show_default=True, help="Share by which the law itself errs."
 )
-@click.option("--draws", type=int, default=8, show_default=True, help="Alloys to take the expectation over.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of these alloys.")
+@click.option("--draws", type=COUNT, default=8, show_default=True, help="Alloys to average over.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Of these alloys.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
 def plan_command(specimen, out, geometry, tests, wanted, noise, misfit, draws, seed, force) -> None:
     """Plan the first campaign for a laboratory with a new alloy: tests, strains, set-points, speeds, repeats.
@@ -36,10 +37,10 @@ def plan_command(specimen, out, geometry, tests, wanted, noise, misfit, draws, s
     from tqdm import tqdm
 
     from fitting.cli._common import done, prepare
-    from fitting.cli._results import save, text
     from fitting.data.publish import check_free
     from fitting.plan import plan_campaign
     from fitting.plan.specimen import described
+    from fitting.report.results import save, text
 
     check_free(out, force)
     alloy, dimensions = described(specimen, geometry)

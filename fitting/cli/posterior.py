@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from ._common import COUNT, SEED
+
 
 @click.command("posterior")
 @click.argument("campaign", type=click.Path(path_type=Path))
@@ -22,12 +24,14 @@ import click
     "ensembles that start from the prior, for several modes, with evidence; auto: a pilot chooses one of the "
     "first two.",
 )
-@click.option("--walkers", type=int, help="Of each ensemble; by default 32, or four times the parameters.")
-@click.option("--ensembles", type=int, default=4, show_default=True, help="Independent ensembles, for R-hat.")
 @click.option(
-    "--max-steps", type=int, default=20000, show_default=True, help="Budget of steps of each ensemble."
+    "--walkers", type=click.IntRange(2), help="Of each ensemble; by default 32, or four times the parameters."
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Of everything random.")
+@click.option("--ensembles", type=COUNT, default=4, show_default=True, help="Independent ones, for R-hat.")
+@click.option(
+    "--max-steps", type=COUNT, default=20000, show_default=True, help="Budget of steps of each ensemble."
+)
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Of everything random.")
 @click.option("--resume", is_flag=True, help="Continue the chains in --out with the same data and settings.")
 @click.option("--law", help="Elastomers: the law to fit and sample; by default the one that predicts best.")
 @click.option("--force", is_flag=True, help="Replace results and chains that are in the folder already.")
@@ -42,9 +46,9 @@ def posterior_command(
     with --resume.
     """
     from fitting.cli._common import done, notice, prepare, table_argument
-    from fitting.cli._results import save, text
     from fitting.data.publish import check_free
     from fitting.data.recordings import read_campaign
+    from fitting.report.results import save, text
     from fitting.sample.campaign import sample_problem
     from fitting.sample.command import chain_file, problem_for
 

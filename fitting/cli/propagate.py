@@ -32,11 +32,11 @@ def propagate_command(study, out, resume, force, devices, workers, cluster, chec
 
     check_places(workers, cluster)
     _prepare(1 if workers or cluster else devices)
-    from fitting.cli._results import save, text
     from fitting.data.publish import check_free
     from fitting.engine import Rate
     from fitting.propagate import begun, build_problem, propagate, read_study
     from fitting.report.propagate import plan_text, speed
+    from fitting.report.results import save, text
 
     problem = build_problem(read_study(study))
     check_free(out, force or begun(out))  # of what has begun, `propagate` says how to go on

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from ._common import design_argument, prepare
+from ._common import FINITE, design_argument, prepare
 from ._drives import said_of_springs, spring_options
 
 POINT_ONLY = "--pressure-kPa, --xi0-K and --resistance-K-ohm"
@@ -18,7 +18,7 @@ POINT_ONLY = "--pressure-kPa, --xi0-K and --resistance-K-ohm"
     "--design", metavar="NAME|FILE.toml",
     help="A design by name, or the table of an actuator or chain (docs/actuators.md). Default: pneusma2.",
 )  # fmt: skip
-@click.option("--pressure-kPa", "pressure", type=float, help="Gauge pressure.")
+@click.option("--pressure-kPa", "pressure", type=FINITE, help="Gauge pressure.")
 @spring_options
 @click.option("--protocol", metavar="NAME|FILE.toml", help="What is done over time (docs/protocols.md).")
 @click.option(

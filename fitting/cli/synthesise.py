@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from ._common import COUNT, FINITE, SEED
+
 
 def numbers_of(context: click.Context, option: click.Parameter, given: tuple[str, ...]) -> dict[str, float]:
     """`NAME=VALUE`, any number of times."""
@@ -23,7 +25,7 @@ def numbers_of(context: click.Context, option: click.Parameter, given: tuple[str
 @click.command("synthesise")
 @click.argument("kind")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the campaign.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Same seed, same files.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Same seed, same files.")
 @click.option("--alloy", metavar="NAME", help="Nominal alloy, a name or a file; krl35 (wire: niti_wire).")
 @click.option("--design", metavar="NAME", help="Of an actuator; pneusma2 by default.")
 @click.option(
@@ -42,11 +44,11 @@ def numbers_of(context: click.Context, option: click.Parameter, given: tuple[str
 @click.option(
     "--noise", multiple=True, metavar="force_N=0.004", callback=numbers_of, help="An instrument's 1-sigma."
 )
-@click.option("--noise-time", "noise_time_s", type=float, default=0.0, help="Correlation time of noise [s].")
-@click.option("--drift", type=float, default=0.0, help="Wander of a zero over a test [sigmas].")
-@click.option("--tests", type=int, help="Set-points (spring), stresses (wire), pulls or runs.")
-@click.option("--interval", "interval_s", type=float, metavar="S", help="Seconds between samples.")
-@click.option("--ambient", "ambient_degC", type=float, metavar="DEGC", help="Temperature of the laboratory.")
+@click.option("--noise-time", "noise_time_s", type=FINITE, default=0.0, help="Correlation time of noise [s].")
+@click.option("--drift", type=FINITE, default=0.0, help="Wander of a zero over a test [sigmas].")
+@click.option("--tests", type=COUNT, help="Set-points (spring), stresses (wire), pulls or runs.")
+@click.option("--interval", "interval_s", type=FINITE, metavar="S", help="Seconds between samples.")
+@click.option("--ambient", "ambient_degC", type=FINITE, metavar="DEGC", help="Temperature of the laboratory.")
 @click.option("--hide-truth", is_flag=True, help="For blind cases: no truth.json, no seed in the files.")
 @click.option("--force", is_flag=True, help="Replace files that are in the folder already.")
 def synthesise_command(kind: str, out: Path, hide_truth: bool, force: bool, **wishes: object) -> None:

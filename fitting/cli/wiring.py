@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from ._common import design_argument, done, prepare
+from ._common import FINITE, Finite, design_argument, done, prepare
 
 
 @click.command("wiring")
@@ -13,21 +13,21 @@ from ._common import design_argument, done, prepare
     "--design", default="pneusma2", show_default=True, metavar="NAME|FILE.toml", help="Whose springs."
 )
 @click.option("--springs", type=click.IntRange(2, 40), help="How many; as many as fit if left out.")
-@click.option("--from-kHz", "low", type=float, default=10.0, show_default=True, help="Lowest frequency.")
-@click.option("--to-kHz", "high", type=float, default=100.0, show_default=True, help="Highest frequency.")
+@click.option("--from-kHz", "low", type=FINITE, default=10.0, show_default=True, help="Lowest frequency.")
+@click.option("--to-kHz", "high", type=FINITE, default=100.0, show_default=True, help="Highest frequency.")
 @click.option(
-    "--inductance-uH-max", "coil", type=float, default=1000.0, show_default=True, help="Largest coil."
+    "--inductance-uH-max", "coil", type=FINITE, default=1000.0, show_default=True, help="Largest coil."
 )
 @click.option(
     "--crosstalk-percent",
     "allowed",
-    type=click.FloatRange(0.0, 100.0, min_open=True, max_open=True),
+    type=Finite(0.0, 100.0, min_open=True, max_open=True),
     default=1.0,
     show_default=True,
     help="Allowed heating of another spring.",
 )
 @click.option(
-    "--voltage", type=float, default=3.0, show_default=True, help="Of the supply, root mean square [V]."
+    "--voltage", type=FINITE, default=3.0, show_default=True, help="Of the supply, root mean square [V]."
 )
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for results.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
@@ -39,8 +39,8 @@ def wiring_command(**options: Any) -> None:
     """
     design = design_argument(options["design"])
     prepare()
-    from fitting.cli._results import save, text
     from fitting.data.publish import check_free
+    from fitting.report.results import save, text
     from fitting.wiring.choose import Bounds, choose_filters, most_segments
     from fitting.wiring.springs import springs_of_design
 

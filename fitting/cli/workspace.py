@@ -9,7 +9,7 @@ import click
 from fitting.data.csv_text import csv_text
 from fitting.report.table import Table, table_text
 
-from ._common import design_argument, done, notice, prepare, table_argument
+from ._common import FINITE, SEED, Finite, design_argument, done, notice, prepare, table_argument
 
 
 @click.command("workspace", short_help="Curvature and bend angle over pressure and activation.")
@@ -22,7 +22,7 @@ from ._common import design_argument, done, notice, prepare, table_argument
 @click.option(
     "--pressure-kPa-max",
     "pressure_max",
-    type=float,
+    type=FINITE,
     default=60.0,
     show_default=True,
     help="Highest gauge pressure.",
@@ -30,7 +30,7 @@ from ._common import design_argument, done, notice, prepare, table_argument
 @click.option(
     "--pressure-kPa-min",
     "pressure_min",
-    type=float,
+    type=FINITE,
     default=0.0,
     show_default=True,
     help="Lowest gauge pressure.",
@@ -39,7 +39,7 @@ from ._common import design_argument, done, notice, prepare, table_argument
     "--pressures", type=click.IntRange(2, 2000), default=31, show_default=True, help="Steps of pressure."
 )
 @click.option(
-    "--xi0-min", type=click.FloatRange(0.0, 1.0, max_open=True), default=0.1, show_default=True,
+    "--xi0-min", type=Finite(0.0, 1.0, max_open=True), default=0.1, show_default=True,
     help="Martensite fraction of the hottest spring; the coldest is at 1.",
 )  # fmt: skip
 @click.option(
@@ -49,7 +49,7 @@ from ._common import design_argument, done, notice, prepare, table_argument
     "--samples", type=click.IntRange(1, 100_000), default=500, show_default=True,
     help="Of a chain: combinations of its segments' states at each pressure.",
 )  # fmt: skip
-@click.option("--seed", type=int, default=0, show_default=True, help="Of those combinations.")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Of those combinations.")
 @click.option("--alloy", help="Name or path of an alloy table; the design's own by default.")
 @click.option("--material", help="Name or path of a silicone table; the design's own by default.")
 @click.option("--model", type=click.Path(path_type=Path), help="A model on disk, instead of the base model.")

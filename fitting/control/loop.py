@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Array
 
 import pneusma_jax as pj
+from fitting.inference.program_cache import stored_jit
 from pneusma_jax.errors import InputError
 
 from .plant import Memory, Plant, Seen
@@ -183,7 +184,7 @@ def _limited(square: Array, converter: Converter) -> Array:
     return jnp.round(current / converter.current * converter.steps) / converter.steps * converter.current
 
 
-@eqx.filter_jit
+@stored_jit(Seen)
 def _plan(
     model: Plant, time: Array, wanted: Array, pressure: Array, gains: Gains, converter: Converter
 ) -> tuple[Array, Seen]:
@@ -210,7 +211,7 @@ def _plan(
     return jax.lax.scan(step, first, (time, interval, wanted))[1]
 
 
-@eqx.filter_jit
+@stored_jit(Seen)
 def _drive(
     plant: Plant, model: Plant, time: Array, real_pressure: Array, pressure: Array, squares: Array,
     targets: Array, noise: Array, gains: Gains, converter: Converter,

@@ -8,6 +8,8 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from pneusma_jax.errors import InputError
 
+from .files import check_folder
+
 MARK = "report.json"
 """Name of the file that marks a folder as results."""
 
@@ -23,15 +25,11 @@ def check_free(folder: str | Path, force: bool = False) -> Path:
         InputError: if it is a file, holds results already, or no folder can be made there.
     """
     folder = Path(folder)
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"{folder}: this is a file, but a folder for results is needed")
     if (folder / MARK).exists() and not force:
         raise InputError(
             f"{folder}: results are here already; choose another folder, or replace them with --force"
         )
-    nearest = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
-    if not nearest.is_dir() or not os.access(nearest, os.W_OK):
-        raise InputError(f"{folder}: results cannot be written here (no permission in {nearest})")
+    check_folder(folder)
     return folder
 
 

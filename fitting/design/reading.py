@@ -87,9 +87,12 @@ def _study(document: dict[str, Any], path: Path) -> Study:
     designs, alloys, materials = (_tables(document, key, path) for key in ("design", "alloy", "material"))
     if len(designs) * len(alloys) * len(materials) > MOST_CHOICES:
         raise InputError(f"{path}: more than {MOST_CHOICES} combinations of design, alloy and material")
-    plans = [plan_of(d, a, m) for d in designs for a in alloys for m in materials]
-    for plan in plans:
-        plan.materials()
+    try:
+        plans = [plan_of(d, a, m) for d in designs for a in alloys for m in materials]
+        for plan in plans:
+            plan.materials()
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     states, driven = read_states(document.get("state", {}), plans, str(path))
     free = (*read_free(document.get("free", {}), plans, str(path)), *driven)
     if not free:

@@ -9,11 +9,11 @@ from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import qmc
 
 import pneusma_jax as pj
 from pneusma_jax.calibration import load_calibration, named_table
 from pneusma_jax.errors import InputError
+from pneusma_jax.late import Late
 from pneusma_jax.units import from_si
 
 from .bodies import Plan, material_of, plan_of
@@ -26,6 +26,8 @@ from .program import Model
 from .result import Chance, Choice, Design, DesignResult, Front
 from .study import Study
 from .uncertain import NOMINAL, Draws, Sampler, interval
+
+stats = Late("scipy.stats")
 
 LEAST_SIZE = 8
 """Least number of places that go through the program at once."""
@@ -129,7 +131,7 @@ def start_places(study: Study, model: Model) -> list[np.ndarray]:
     base = base_place(model)
     count = study.starts - (base is not None)
     size = 2 ** int(np.ceil(np.log2(max(count, 1))))
-    spread = qmc.Sobol(len(model.space), seed=np.random.default_rng(study.seed)).random(size)[:count]
+    spread = stats.qmc.Sobol(len(model.space), seed=np.random.default_rng(study.seed)).random(size)[:count]
     return [*([np.clip(base, 0.0, 1.0)] if base is not None else []), *spread]
 
 

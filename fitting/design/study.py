@@ -161,6 +161,7 @@ class Uncertainty:
     Attributes:
         tolerances: tolerances of dimensions.
         posterior: `posterior.nc` that `pneusma posterior` wrote, or None.
+        specimen: number of the specimen whose posterior counts, where it is of several; else None.
         priors: kinds of tables (`alloy`, `silicone`) whose own priors count.
         objective: `mean`, `mean_plus_sigma`, `cvar` or `failure`.
         constraints: `mean` or `cvar`.
@@ -171,6 +172,7 @@ class Uncertainty:
 
     tolerances: tuple[Tolerance, ...] = ()
     posterior: Path | None = None
+    specimen: int | None = None
     priors: tuple[str, ...] = ()
     objective: str = "mean"
     constraints: str = "cvar"

@@ -14,17 +14,19 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
-from scipy.stats import beta, qmc, truncnorm, uniform
 
 from fitting.data import hdf5
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.calibration.records import Prior
 from pneusma_jax.errors import InputError
+from pneusma_jax.late import Late
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.units import TEMPERATURE_DIFFERENCE, UNITS, to_si
 
 from .study import Tolerance, Uncertainty
+
+stats = Late("scipy.stats")
 
 SOFTNESS = 0.02
 """Width over which a smooth failure counts from none to one, in units of a constraint's scale [1]. A tenth
@@ -86,7 +88,7 @@ class Sampler:
         if "silicone" in given.priors:
             found = silicone.quantities.get("silicone_stiffness")
             self.stiffness = found.prior if found else None
-        self.posterior = _posterior(given.posterior) if given.posterior else {}
+        self.posterior = posterior_draws(given.posterior, given.specimen) if given.posterior else {}
 
     @property
     def names(self) -> list[str]:
@@ -110,7 +112,7 @@ class Sampler:
         own = self.stiffness is not None and "silicone_stiffness" not in self.posterior
         wide = len(self.given.tolerances) + len(priors) + own
         if spread_out and wide:
-            even = qmc.Sobol(wide, seed=random).random(2 ** math.ceil(math.log2(count)))[:count]
+            even = stats.qmc.Sobol(wide, seed=random).random(2 ** math.ceil(math.log2(count)))[:count]
         else:
             even = random.random((count, wide))
         columns = iter(np.clip(even, 1e-12, 1.0 - 1e-12).T)
@@ -132,17 +134,26 @@ class Sampler:
 
 def _spread(tolerance: Tolerance, even: np.ndarray) -> np.ndarray:
     if tolerance.half_width:
-        return uniform.ppf(even, -tolerance.half_width, 2.0 * tolerance.half_width)
-    return truncnorm.ppf(even, -4.0, 4.0) * tolerance.sd
+        return stats.uniform.ppf(even, -tolerance.half_width, 2.0 * tolerance.half_width)
+    return stats.truncnorm.ppf(even, -4.0, 4.0) * tolerance.sd
 
 
 def _from_prior(prior: Prior, even: np.ndarray) -> np.ndarray:
     low, high = (prior.min - prior.mean) / prior.sd, (prior.max - prior.mean) / prior.sd
-    return prior.mean + prior.sd * truncnorm.ppf(even, low, high)
+    return prior.mean + prior.sd * stats.truncnorm.ppf(even, low, high)
 
 
-def _posterior(path: Path) -> dict[str, np.ndarray]:
-    """Draws of a `posterior.nc` that the model knows, by name [SI], shape (draws,)."""
+def posterior_draws(path: Path, specimen: int | None = None) -> dict[str, np.ndarray]:
+    """Draws of a `posterior.nc` that the model knows, by name [SI], shape (draws,).
+
+    Args:
+        path: file.
+        specimen: number of the specimen whose own constants count, where the posterior is of several.
+
+    Raises:
+        InputError: if the file cannot be read, has nothing that the model knows, or is of several specimens
+            and none or an unknown one is named.
+    """
     try:
         with hdf5.opened(path, str(path), "the `posterior.nc` of `pneusma posterior`") as file:
             group = file["posterior"]
@@ -151,10 +162,21 @@ def _posterior(path: Path) -> dict[str, np.ndarray]:
             }
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
-    known = {}
+    numbers = sorted({int(n.partition("__")[2]) for n in found if n.partition("__")[2].isdigit()})
+    if len(numbers) > 1 and specimen is None:
+        raise InputError(f"{path}: it is of several specimens: add posterior_specimen = {numbers[0]}")
+    if specimen is not None and specimen not in numbers:
+        raise InputError(
+            f"{path}: posterior_specimen is {specimen}, known: {', '.join(map(str, numbers)) or 'none'}"
+        )
+    known: dict[str, np.ndarray] = {}
     for name, (values, unit) in found.items():
-        plain = name.rpartition(".")[2]
+        plain, _, own = name.rpartition(".")[2].partition("__")
+        if specimen is not None and own not in ("", str(specimen)):
+            continue
         plain = plain if plain in _KNOWN else plain.rpartition("_")[0]
+        if plain in known:
+            raise InputError(f"{path}: {plain} is there more than once")
         if plain in _KNOWN and unit in UNITS:
             known[plain] = to_si(values, unit, _KNOWN[plain] == TEMPERATURE_DIFFERENCE)
     if not known:
@@ -205,6 +227,6 @@ def soft_failure(margins: Array) -> Array:
 def interval(failures: int, draws: int) -> tuple[float, float]:
     """Clopper and Pearson's interval of a probability of which so many draws failed."""
     tail = 0.5 * (1.0 - CONFIDENCE)
-    low = 0.0 if failures == 0 else float(beta.ppf(tail, failures, draws - failures + 1))
-    high = 1.0 if failures == draws else float(beta.ppf(1.0 - tail, failures + 1, draws - failures))
+    low = 0.0 if failures == 0 else float(stats.beta.ppf(tail, failures, draws - failures + 1))
+    high = 1.0 if failures == draws else float(stats.beta.ppf(1.0 - tail, failures + 1, draws - failures))
     return low, high

@@ -14,7 +14,8 @@ from .bodies import Plan
 from .study import Tolerance, Uncertainty
 
 KEYS = (
-    "objective", "constraints", "k", "level", "draws", "fresh_draws", "posterior", "priors", "tolerance",
+    "objective", "constraints", "k", "level", "draws", "fresh_draws", "posterior", "posterior_specimen",
+    "priors", "tolerance",
 )  # fmt: skip
 OBJECTIVE = ("mean", "mean_plus_sigma", "cvar")
 CONSTRAINTS = ("mean", "cvar", "counted")
@@ -38,9 +39,15 @@ def read_uncertainty(table: Any, plans: Sequence[Plan], path: Path) -> Uncertain
     k = finite_number(table.get("k", 1.0), f"{where}: k")
     if k < 0.0:
         raise InputError(f"{where}: k must not be negative, but it is {k:g}")
+    specimen = None
+    if "posterior_specimen" in table:
+        specimen = fields.whole(table, "posterior_specimen", 1, 1, 10_000, where)
+        if "posterior" not in table:
+            raise InputError(f"{where}: posterior_specimen needs a posterior")
     return Uncertainty(
         tolerances=_tolerances(table.get("tolerance", {}), plans, where),
         posterior=fields.file_of(table, "posterior", path.parent, where) if "posterior" in table else None,
+        specimen=specimen,
         priors=priors,
         objective=fields.word(table, "objective", OBJECTIVE, where, "mean"),
         constraints=fields.word(table, "constraints", CONSTRAINTS, where, "cvar"),

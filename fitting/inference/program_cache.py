@@ -7,15 +7,19 @@ version.
 """
 
 import contextlib
+import dataclasses
 import functools
 import hashlib
+import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+import equinox as eqx
 import jax
+import numpy as np
 from jax import export
 
 import pneusma_jax
@@ -29,7 +33,9 @@ UNUSED = 90 * 86400.0
 """Maximum age of an unused program [s]."""
 
 
-def cached_program(function: Callable, name: str, options: dict[str, bool] | None = None) -> Callable:
+def cached_program(
+    function: Callable, name: str, options: Mapping[str, bool | int] | None = None
+) -> Callable:
     """`jax.jit(function)`, traced once per source, structure and shapes, and not once per process.
 
     Without a compilation cache, or where a static part of the arguments has no lasting name, it is plain
@@ -60,13 +66,115 @@ def cached_program(function: Callable, name: str, options: dict[str, bool] | Non
         key = (folder, structure, *shapes)
         if key not in ready:
             words = f"{name}|{structure}|{shapes}"
-            if not folder or " at 0x" in words:
+            if not folder or " at 0x" in words or "..." in words:  # or a long array that is not told in full
                 return plain()(*arguments)
-            program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
+            try:
+                program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
+            except NotImplementedError:  # a check inside the program that calls back cannot be stored
+                ready[key] = lambda *leaves: plain()(*jax.tree.unflatten(structure, leaves))
+                return ready[key](*leaves)
             ready[key] = jax.jit(program.call, compiler_options=usable())
         return ready[key](*leaves)
 
     return call
+
+
+def stored_jit(*returns: type) -> Callable[[Callable], Callable]:
+    """Decorator in place of `eqx.filter_jit`: a program is traced once per source, and not once per process.
+
+    Arrays among the arguments are traced; all else is static and a part of the program's name. Under another
+    transformation, such as `jax.grad`, the function is `eqx.filter_jit`.
+
+        >>> @stored_jit(Found)
+        ... def search(body: Body, goals: tuple[str, ...], start: jax.Array) -> Found: ...
+
+    Args:
+        returns: types of Equinox modules and named tuples in the result.
+    """
+    kinds = {kind.__name__: kind for kind in returns}
+
+    def decorate(function: Callable) -> Callable:
+        name = f"{function.__module__}.{function.__qualname__}"
+        traced = eqx.filter_jit(function)
+        programs: dict[Any, Callable] = {}
+
+        @functools.wraps(function)
+        def call(*arguments: Any, **words: Any) -> Any:
+            arrays, rest = eqx.partition((arguments, words), _is_array)
+            if any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(arrays)):
+                return traced(*arguments, **words)
+            leaves, structure = jax.tree.flatten(rest)
+            key = (structure, *leaves, *map(type, leaves))
+            if key not in programs:
+                programs[key] = cached_program(
+                    functools.partial(_called, function, rest, kinds), f"{name}|{structure}|{leaves}"
+                )
+            return _typed(programs[key](arrays), kinds)
+
+        return call
+
+    return decorate
+
+
+def _called(function: Callable, rest: Any, kinds: dict[str, type], arrays: Any) -> Any:
+    """Result of a function as a stored program returns it, from its arguments' arrays and their rest."""
+    arguments, words = eqx.combine(arrays, rest)
+    return _plain(function(*arguments, **words), kinds)
+
+
+def _is_array(leaf: Any) -> bool:
+    return isinstance(leaf, jax.Array | np.ndarray | np.generic)
+
+
+def _plain(tree: Any, kinds: dict[str, type]) -> Any:
+    """A tree with its modules and named tuples as dictionaries, which a stored program can return.
+
+    Raises:
+        TypeError: if a type is not among `kinds`, or a static field is more than words, numbers and tuples.
+    """
+    if isinstance(tree, eqx.Module) or hasattr(tree, "_fields"):
+        name, fields, static = type(tree).__name__, _fields(tree), _static(tree)
+        if kinds.get(name) is not type(tree) or _tuples(json.loads(json.dumps(static))) != static:
+            raise TypeError(f"a stored program cannot return {name} with {static}")
+        return {json.dumps([name, static]): {key: _plain(getattr(tree, key), kinds) for key in fields}}
+    if isinstance(tree, dict):
+        return {key: _plain(value, kinds) for key, value in tree.items()}
+    if isinstance(tree, list | tuple):
+        return type(tree)(_plain(value, kinds) for value in tree)
+    return tree
+
+
+def _typed(tree: Any, kinds: dict[str, type]) -> Any:
+    """The inverse of `_plain`."""
+    if isinstance(tree, dict):
+        (first, *others) = tree or [""]
+        if first.startswith("[") and not others:
+            name, static = json.loads(first)
+            return kinds[name](**_typed(tree[first], kinds), **_tuples(static))
+        return {key: _typed(value, kinds) for key, value in tree.items()}
+    if isinstance(tree, list | tuple):
+        return type(tree)(_typed(value, kinds) for value in tree)
+    return tree
+
+
+def _static(tree: Any) -> dict[str, Any]:
+    """Static fields of a module."""
+    if not isinstance(tree, eqx.Module):
+        return {}
+    return {f.name: getattr(tree, f.name) for f in dataclasses.fields(tree) if f.metadata.get("static")}
+
+
+def _fields(tree: Any) -> list[str]:
+    """Names of the fields that hold arrays."""
+    names = getattr(tree, "_fields", None) or [field.name for field in dataclasses.fields(tree)]
+    return [name for name in names if name not in _static(tree)]
+
+
+def _tuples(value: Any) -> Any:
+    """A JSON value with tuples for lists."""
+    if isinstance(value, dict):
+        return {key: _tuples(inner) for key, inner in value.items()}
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
 def _program(
@@ -117,7 +225,7 @@ def _write(path: Path, content: bytes) -> None:
 
 
 @functools.cache
-def _known(options: tuple[tuple[str, bool], ...]) -> dict[str, bool]:
+def _known(options: tuple[tuple[str, bool | int], ...]) -> dict[str, bool | int]:
     """Compiler options, or none where this version or device refuses them."""
     try:
         jax.jit(lambda x: x + 1.0, compiler_options=dict(options)).lower(0.0).compile()

@@ -7,11 +7,12 @@ delegates to both. So a layer that computes never imports one that shows.
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any
 
 from fitting.data.publish import publish
+
+if TYPE_CHECKING:  # matplotlib takes a third of a second to load
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -27,16 +28,16 @@ class Presenter:
 
     verdict: Callable[[Any], list[str]]
     text: Callable[[Any], str]
-    figures: Callable[[Any], dict[str, Figure]]
+    figures: Callable[[Any], dict[str, "Figure"]]
     documents: Callable[[Any], dict[str, str | bytes]]
 
 
-_PRESENTERS: dict[type, Presenter] = {}
-_SAMPLERS: dict[type, Callable[..., Any]] = {}
+_PRESENTERS: dict[type | str, Presenter] = {}
+_SAMPLERS: dict[type | str, Callable[..., Any]] = {}
 
 
-def register_presenter(kind: type, presenter: Presenter) -> None:
-    """Register the presentation of results of a type."""
+def register_presenter(kind: type | str, presenter: Presenter) -> None:
+    """Register the presentation of results of a type, or of the type at `module:name`, imported or not."""
     _PRESENTERS[kind] = presenter
 
 
@@ -54,10 +55,11 @@ def sampler_of(result: "Result") -> Callable[..., Any]:
     return _registered(_SAMPLERS, result, "fitting.sample.campaign")
 
 
-def _registered(table: dict[type, Any], result: "Result", layer: str) -> Any:
+def _registered(table: dict[type | str, Any], result: "Result", layer: str) -> Any:
     for kind in type(result).__mro__:
-        if kind in table:
-            return table[kind]
+        for key in (kind, f"{kind.__module__}:{kind.__qualname__}"):
+            if key in table:
+                return table[key]
     raise RuntimeError(f"{type(result).__name__}: import {layer} first, or use fitting.characterise")
 
 
@@ -77,7 +79,7 @@ class Result:
         """The whole result as plain text."""
         return self._presenter.text(self)
 
-    def plot(self) -> dict[str, Figure]:
+    def plot(self) -> "dict[str, Figure]":
         """Figures by name; nothing is fitted or drawn on a screen."""
         return self._presenter.figures(self)
 

@@ -1,20 +1,24 @@
 """States all over what the drives can do, from which searches start."""
 
 import itertools
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.spatial import cKDTree
-from scipy.stats import qmc
 
 from fitting.design.bodies import Body, Solved
+from fitting.inference.program_cache import stored_jit
+from pneusma_jax.late import Late
 from pneusma_jax.serial_chain.segments import chain_shape
 
-from .forward import denser, fresh, springs_of, states_of
+from .forward import denser, equal, fresh, padded, springs_of, states_of
 from .goals import GOALS, sizes
+
+stats = Late("scipy.stats")
 
 PRESSURES = 9
 ALONE, TOGETHER = 25, 12
@@ -34,19 +38,22 @@ class Atlas:
 
     Attributes:
         drives: pressure [Pa] and fractions [1], shape (states, drives).
-        unknowns: scaled unknowns of the segments, shape (states, segments, freedoms).
+        unknowns: scaled unknowns of the segments, filled up with zeros where one has fewer freedoms, shape
+            (states, segments, freedoms).
         solved: all states, arrays with a leading axis.
+        trees: of `nearest`, kept by goals.
     """
 
     drives: np.ndarray
     unknowns: np.ndarray
     solved: Solved
+    trees: dict = field(default_factory=dict, repr=False, compare=False)
 
     def values(self, goals: tuple[str, ...]) -> np.ndarray:
         """Values of goals in all states, SI, shape (states, columns)."""
-        return np.asarray(_values(self.solved, goals))
+        return goal_values(self.solved, goals)
 
-    @property
+    @cached_property
     def lean(self) -> np.ndarray:
         """True if at most one spring is heated in every segment, shape (states,)."""
         warm, at = self.drives[:, 1:] < 1.0, 0
@@ -58,18 +65,37 @@ class Atlas:
         return good
 
     def nearest(
-        self, goals: tuple[str, ...], wanted: np.ndarray, count: int, lean: bool = False
+        self, goals: tuple[str, ...], wanted: np.ndarray, ranks: int | Sequence[int], lean: bool = False
     ) -> np.ndarray:
-        """Indices of the states nearest to targets, of `lean` ones alone if wanted, shape (targets,
-        count)."""
-        values, scale = self.values(goals), np.asarray(sizes(goals))
-        good = np.flatnonzero(np.all(np.isfinite(values), axis=1) & (self.lean if lean else True))
-        count = min(count, good.size)
-        _, found = cKDTree(values[good] / scale).query(wanted / scale, k=list(range(1, count + 1)))
+        """Indices of the states nearest to targets, shape (targets, ranks).
+
+        Args:
+            goals: names; wanted: values [SI], shape (targets, columns).
+            ranks: how many, or which: 1 is the nearest.
+            lean: of `lean` states alone.
+        """
+        good, tree = self._tree(goals, lean)
+        ranks = range(1, ranks + 1) if isinstance(ranks, int) else ranks
+        some = [k for k in ranks if k <= good.size]
+        _, found = tree.query(wanted / np.asarray(sizes(goals)), k=some)
         return good[found]
 
+    def _tree(self, goals: tuple[str, ...], lean: bool) -> tuple[np.ndarray, cKDTree]:
+        """Indices of the states that have all values, and a tree of these; made once."""
+        if (goals, lean) not in self.trees:
+            values = self.values(goals)
+            good = np.flatnonzero(np.all(np.isfinite(values), axis=1) & (self.lean if lean else True))
+            self.trees[goals, lean] = good, cKDTree(values[good] / np.asarray(sizes(goals)))
+        return self.trees[goals, lean]
 
-@eqx.filter_jit
+
+def goal_values(solved: Solved, goals: tuple[str, ...]) -> np.ndarray:
+    """Values of goals in many states, SI, shape (states, columns)."""
+    parts, size = padded((solved.pressure, solved.segments, solved.end_pose, solved.chain))
+    return np.asarray(_values(Solved(solved.body, *parts), goals))[:size]
+
+
+@stored_jit()
 def _values(solved: Solved, goals: tuple[str, ...]) -> jax.Array:
     def one(part: tuple) -> jax.Array:
         pressure, segments, end_pose, chain = part
@@ -93,7 +119,7 @@ def fractions_grid(springs: int, xi0_min: float, seed: int) -> np.ndarray:
         both[:, i], both[:, j] = (x.ravel() for x in np.meshgrid(axis, axis, indexing="ij"))
         rows.append(both)
     if springs > 2:
-        rows.append(1.0 - span * qmc.Sobol(springs, seed=np.random.default_rng(seed)).random(MANY))
+        rows.append(1.0 - span * stats.qmc.Sobol(springs, seed=np.random.default_rng(seed)).random(MANY))
     return np.concatenate(rows)
 
 
@@ -121,12 +147,15 @@ def _single(body: Body, levels: np.ndarray, xi0_min: float, seed: int) -> Atlas:
 
 
 def _chain(body: Body, levels: np.ndarray, xi0_min: float, seed: int) -> Atlas:
-    """Random combinations of states of the segments, each solved alone."""
+    """Random combinations of states of the segments, each solved alone; equal segments are solved once."""
     random = np.random.default_rng(seed)
     at = random.integers(len(levels), size=COMBINATIONS)
-    drives, picked = [levels[at]], []
+    drives, picked, known = [levels[at]], [], []
     for segment in body.segments:
-        own, found = _grid(Body((segment,), None), levels, xi0_min, seed)
+        own, found = next((g for other, g in known if equal(other, segment)), (None, None))
+        if own is None:
+            own, found = _grid(Body((segment,), None), levels, xi0_min, seed)
+            known.append((segment, (own, found)))
         each = len(own) // len(levels)
         index = at * each + random.integers(each, size=COMBINATIONS)
         picked.append(jax.tree.map(lambda x, i=index: x[i], found.only))
@@ -134,14 +163,16 @@ def _chain(body: Body, levels: np.ndarray, xi0_min: float, seed: int) -> Atlas:
     bends = jnp.stack([x.bend for x in picked], axis=1)
     lengths = jnp.stack([x.length for x in picked], axis=1)
     shape = jax.jit(chain_shape)(body.chain, bends, lengths)
-    unknowns = np.stack([np.asarray(x.unknowns) for x in picked], axis=1)
+    most = max(segment.freedoms for segment in body.segments)
+    filled = [np.pad(x.unknowns, ((0, 0), (0, most - x.unknowns.shape[1]))) for x in picked]
+    unknowns = np.stack(filled, axis=1)
     solved = Solved(body, jnp.asarray(drives[0]), tuple(picked), shape.end_pose, None)
     return Atlas(np.column_stack(drives), unknowns, solved)
 
 
 def _loaded(body: Body, pressure: tuple[float, float], xi0_min: float, seed: int) -> Atlas:
     count = len(springs_of(body))
-    even = qmc.Sobol(count + 1, seed=np.random.default_rng(seed)).random(LOADED)
+    even = stats.qmc.Sobol(count + 1, seed=np.random.default_rng(seed)).random(LOADED)
     loads = pressure[0] + even[:, 0] * (pressure[1] - pressure[0])
     fractions = 1.0 - (1.0 - xi0_min) * even[:, 1:] ** 2
     found = states_of(body, jnp.asarray(loads), jnp.asarray(fractions), fresh(body))

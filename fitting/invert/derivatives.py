@@ -17,6 +17,7 @@ from pneusma_jax.serial_chain.shape import place_segments
 
 from .forward import Memories, segments_of, springs_of, state_of, unknowns_of
 from .goals import GOALS
+from .tables import Table, looked_up
 
 Drives = Callable[[Array], Array]
 """Drives at a place in the box."""
@@ -52,21 +53,42 @@ def _goals(goals: tuple[str, ...], solved: Solved) -> Array:
     return jnp.concatenate([GOALS[name].function(solved) for name in goals])
 
 
+Shape = Callable[[Array], tuple[tuple[Array, Array], Array]]
+"""Bends and lengths of all segments at a place in the box, and their scaled unknowns."""
+
+
 def _of_chain(
     body: Body, goals: tuple[str, ...], drives: Drives, place: Array, memories: Memories, guess: Array
 ) -> tuple[Array, Array, Array]:
+    def shape(place: Array) -> tuple[tuple[Array, Array], Array]:
+        x = drives(place)
+        found = segments_of(body, x[0], x[1:], memories, guess)
+        both = jnp.stack([s.bend for s in found]), jnp.stack([s.length for s in found])
+        return both, jnp.stack([s.unknowns for s in found])
+
+    return _carried(body, goals, shape, place)
+
+
+def values_of_tables(
+    body: Body, tables: tuple[Table, ...], goals: tuple[str, ...], drives: Drives, place: Array
+) -> tuple[Array, Array, Array]:
+    """The same as `values_with_slope` of a chain without loads and memory, from tables of its segments."""
+
+    def shape(place: Array) -> tuple[tuple[Array, Array], Array]:
+        found = looked_up(tables, drives(place))
+        return (found[:, :2], found[:, 2]), jnp.zeros((len(tables), 1))
+
+    return _carried(body, goals, shape, place)
+
+
+def _carried(body: Body, goals: tuple[str, ...], shape: Shape, place: Array) -> tuple[Array, Array, Array]:
+    """Derivatives of the segments' shapes, taken to the tip by the chain's kinematics."""
     springs = springs_of(body)
     order = [sum(s == segment for s, _ in springs[:k]) for k, (segment, _) in enumerate(springs)]
     directions = np.zeros((2 + max(order, default=-1), place.size))
     directions[0, 0] = 1.0
     for k, own in enumerate(order):
         directions[1 + own, 1 + k] = 1.0
-
-    def shape(place: Array) -> tuple[tuple[Array, Array], Array]:
-        x = drives(place)
-        found = segments_of(body, x[0], x[1:], memories, guess)
-        both = jnp.stack([s.bend for s in found]), jnp.stack([s.length for s in found])
-        return both, jnp.stack([s.unknowns for s in found])
 
     push = lambda tangent: jax.jvp(shape, (place,), (tangent,), has_aux=True)  # noqa: E731
     (bends, lengths), moved, unknowns = jax.vmap(push, out_axes=(None, 0, None))(jnp.asarray(directions))

@@ -1,6 +1,6 @@
 """Fast states from drives: Newton's method from a state nearby, exact derivatives."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import equinox as eqx
 import jax
@@ -10,12 +10,16 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved
+from fitting.inference.parallel import run_parallel
 from pneusma_jax.actuator.balance import Problem, start
 from pneusma_jax.actuator.result import equilibrium_of
 from pneusma_jax.actuator.root_find import attached, newton
 from pneusma_jax.nitinol import SpringState
 from pneusma_jax.serial_chain.kinematics import arc_frame
 from pneusma_jax.serial_chain.segments import chain_shape
+
+FEW, LOT = 16, 256
+"""Number of rows that are solved together: few or many."""
 
 Memories = tuple[tuple[SpringState, ...], ...]  # of every segment, of every spring
 
@@ -94,21 +98,91 @@ def _alike(rows: Sequence[tuple], pressure: Array) -> list[pj.Equilibrium]:
     return [jax.tree.map(lambda leaf, k=k: leaf[k], found) for k in range(len(rows))]
 
 
+def equal(a: pj.Actuator, b: pj.Actuator) -> bool:
+    """True if two actuators are the same in structure and in all numbers."""
+    return bool(eqx.tree_equal(a, b))
+
+
 def unknowns_of(solved: Solved) -> Array:
     """Scaled unknowns of every segment, shape (segments, freedoms)."""
     return jnp.stack([segment.unknowns for segment in solved.segments])
 
 
-@eqx.filter_jit
 def states_of(body: Body, pressure: Array, fractions: Array, memories: Memories) -> Solved:
-    """Many states, each from rest; arrays of the result have a leading axis of rows."""
+    """Many states, each from rest; arrays of the result have a leading axis of rows.
 
+    The segments of a chain without loads are solved one by one, by the program of a single actuator.
+
+    Args:
+        body: the body that is driven.
+        pressure: gauge [Pa], shape (rows,).
+        fractions: martensite fractions of all springs, segment by segment, shape (rows, springs).
+        memories: memories of the springs.
+    """
+    pressure, fractions = jnp.asarray(pressure), jnp.asarray(fractions)
+    if body.chain is None or body.chain.loaded:
+        return Solved(body, pressure, *_in_lots(body, pressure, fractions, memories))
+    found, at = [], 0
+    for segment, own in zip(body.segments, memories, strict=True):
+        of_it, at = fractions[:, at : at + len(own)], at + len(own)
+        found += _in_lots(Body((segment,), None), pressure, of_it, (own,))[0]
+    segments = tuple(found)
+    bends, lengths = np.stack([x.bend for x in segments], 1), np.stack([x.length for x in segments], 1)
+    (bends, lengths), size = padded((bends, lengths))
+    shape = first_rows(_placed(body.chain, bends, lengths), size)
+    return Solved(body, pressure, segments, shape.end_pose, pj.ChainEquilibrium(segments, shape))
+
+
+def padded(tree: tuple) -> tuple[tuple, int]:
+    """Arrays filled up to a power of two of rows with the last one, so that few programs serve all numbers of
+    rows; their number."""
+    size = jax.tree.leaves(tree)[0].shape[0]
+    more = max(FEW, 1 << max(size - 1, 0).bit_length()) - size
+    fill = lambda x: np.concatenate([x, np.broadcast_to(np.asarray(x)[-1:], (more, *x.shape[1:]))])  # noqa: E731
+    return jax.tree.map(fill, tree), size
+
+
+def first_rows(tree: tuple, size: int) -> tuple:
+    """The first rows of arrays, as arrays of NumPy."""
+    return jax.tree.map(lambda x: np.asarray(x)[:size], tree)
+
+
+_placed = eqx.filter_jit(chain_shape)
+
+
+def _in_lots(body: Body, pressure: Array, fractions: Array, memories: Memories) -> tuple:
+    """States in lots of `FEW` or `LOT` rows, so that two programs serve all numbers of rows."""
+    lots = lots_of((np.asarray(pressure), np.asarray(fractions)), FEW, LOT)
+    return in_parallel(lambda row: _lot(body, *row, memories), *lots)
+
+
+def lots_of(rows: tuple, few: int, many: int) -> tuple[list[tuple], int]:
+    """Rows in lots of one of two sizes, the last one filled up with its last row; the number of rows."""
+    count = len(rows[0])
+    lot, lots = (few if count <= few else many), []
+    for first in range(0, count, lot):
+        some = [x[first : first + lot] for x in rows]
+        lots.append(tuple(np.concatenate([x, np.repeat(x[-1:], lot - len(x), axis=0)]) for x in some))
+    return lots, count
+
+
+def in_parallel(work: Callable, lots: list[tuple], count: int) -> tuple:
+    """Results of all lots joined, one thread for each core; the order is that of the lots.
+
+    The first lot goes alone, so that its program is compiled once.
+    """
+    done = lambda row: jax.tree.map(np.asarray, work(row))  # noqa: E731
+    found = [done(lots[0]), *run_parallel(done, lots[1:])]
+    return jax.tree.map(lambda *parts: np.concatenate(parts)[:count], *found)
+
+
+@eqx.filter_jit
+def _lot(body: Body, pressure: Array, fractions: Array, memories: Memories) -> tuple:
     def one(p: Array, x: Array) -> tuple:
         found = state_of(body, p, x, memories, first_guess(body))
         return found.segments, found.end_pose, found.chain
 
-    rows = jax.lax.map(lambda row: one(*row), (pressure, fractions), batch_size=64)
-    return Solved(body, pressure, *rows)
+    return jax.lax.map(lambda row: one(*row), (pressure, fractions), batch_size=64)
 
 
 def denser(count: int) -> np.ndarray:

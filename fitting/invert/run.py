@@ -15,16 +15,20 @@ from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si
 
-from .atlas import Atlas, atlas_of
-from .forward import Memories, fresh, springs_of, states_of
+from .atlas import Atlas, atlas_of, goal_values
+from .by_tables import ByTables, tables_of
+from .forward import Memories, first_rows, fresh, padded, springs_of, states_of
 from .goals import GOALS, misses
-from .search import MOST_STEPS, Box, Found, search_all
+from .search import MOST_STEPS, Box, Found, drives_of, places_of, search_all
 
 FIRST_TRY = 25
 """Maximum of steps in the first try: side by side, all wait for the slowest. Of a chain's searches that met
 their target, three quarters had done so after 19 steps (1,500 of 2,048 searches)."""
 MORE_STARTS = (3, 12)
 """Number of the nearest states that a target is tried from which no start has met so far, all in all."""
+SPREAD = (1, 2, 3, 5, 8, 13, 22, 36, 60, 100, 170, 280, 460, 770, 1300, 2100, 3500, 6000)
+"""Ranks of the states, by distance, from which a chain is tried where the nearest ones did not help; each is
+about 1.7 times the one before. Neighbours end in the same place, and another place may be nearer."""
 FEW, LOT = 16, 256
 """Number of searches that go through the program together: few or many, so that two programs serve all."""
 APART = 0.02
@@ -119,6 +123,12 @@ class Inverse:
         """States to start from."""
         return atlas_of(self.body, self.limits.pressure, self.limits.xi0_min, self.seed)
 
+    @cached_property
+    def by_tables(self) -> ByTables | None:
+        """Searches in tables, for a chain whose segments are independent of each other."""
+        tables = tables_of(self.body, self.limits.pressure, self.limits.xi0_min)
+        return None if tables is None else ByTables(self.body, self.atlas, tables, self.box())
+
     def box(self, heated: Sequence[int] | None = None) -> Box:
         """Ranges of the drives; springs beyond those of `heated` (indices) stay cold."""
         count = len(self.springs)
@@ -157,19 +167,23 @@ class Inverse:
         """
         goals, wanted = tuple(goals), np.atleast_2d(np.asarray(wanted, dtype=float))
         self.check(goals)
-        near = self.atlas.nearest(goals, wanted, 1, lean=True)
-        tried = 0
-        if self.body.chain is None:  # an actuator's search costs little: from two states, for less heat
+        near, tried = self.atlas.nearest(goals, wanted, 1, lean=True), 0
+        # where a search costs little, it starts from the nearest state, too, for less heat
+        if self.body.chain is None or self.by_tables is not None:
             near, tried = np.concatenate([near, self.atlas.nearest(goals, wanted, 1)], axis=1), 1
-        best = _best(self._searched(goals, wanted, near, most=FIRST_TRY))
-        for count in MORE_STARTS:
+        best = self._exact(goals, wanted, _best(self._searched(goals, wanted, near, most=FIRST_TRY)))
+        more = [
+            range(first + 1, last + 1)
+            for first, last in zip((tried, *MORE_STARTS), MORE_STARTS, strict=False)
+        ]
+        for ranks in [*more, *([SPREAD] if self.by_tables is not None else [])]:
             lost = np.flatnonzero(~self._met(goals, np.asarray(best.values), wanted))
             if not lost.size:
                 break
-            again = self.atlas.nearest(goals, wanted[lost], count)[:, tried:]
-            found = self._searched(goals, wanted[lost], again)
-            both = jax.tree.map(lambda a, b, k=lost: np.concatenate([a[k][:, None], b], axis=1), best, found)
-            best, tried = jax.tree.map(lambda a, b, k=lost: _replaced(a, b, k), best, _best(both)), count
+            again = self.atlas.nearest(goals, wanted[lost], ranks)
+            found = self._exact(goals, wanted[lost], _best(self._searched(goals, wanted[lost], again)))
+            both = jax.tree.map(lambda a, b, k=lost: np.stack([a[k], b], axis=1), best, found)
+            best = jax.tree.map(lambda a, b, k=lost: _replaced(a, b, k), best, _best(both))
         ways = (
             self._ways(goals, wanted, best)
             if all_ways
@@ -186,10 +200,12 @@ class Inverse:
         most: int = MOST_STEPS,
     ) -> Found:
         """Searches from states of the atlas, arrays of shape (targets, starts, ...)."""
+        if self.by_tables is not None and heated is None:
+            return self.by_tables.searched(goals, wanted, near, most)
         targets, starts = near.shape
         box = self.box(heated)
         flat = near.ravel()
-        places = np.asarray(jax.vmap(box.place)(jnp.asarray(self.atlas.drives[flat])))
+        places = np.asarray(places_of(box, self.atlas.drives[flat]))
         rows = (np.repeat(wanted, starts, axis=0), places, self.atlas.unknowns[flat])
         lot, memories = FEW if flat.size <= FEW else LOT, fresh(self.body)
         boxes = jax.tree.map(lambda x: jnp.broadcast_to(x, (lot, *x.shape)), box)
@@ -205,6 +221,16 @@ class Inverse:
         joined = jax.tree.map(lambda *parts: np.concatenate(parts), *found)
         return jax.tree.map(lambda x: x.reshape(targets, starts, *x.shape[1:]), joined)
 
+    def _exact(self, goals: tuple[str, ...], wanted: np.ndarray, found: Found) -> Found:
+        """Ends of searches on the exact model, arrays of shape (targets, ...) or (targets, starts, ...)."""
+        if self.by_tables is None:
+            return found
+        lead = found.miss.shape
+        many = np.repeat(wanted, found.miss.size // len(wanted), axis=0)
+        flat = jax.tree.map(lambda x: x.reshape(len(many), *x.shape[len(lead) :]), found)
+        exact = self.by_tables.corrected(goals, many, flat)
+        return jax.tree.map(lambda x: x.reshape(*lead, *x.shape[1:]), exact)
+
     def _met(self, goals: tuple[str, ...], values: np.ndarray, wanted: np.ndarray) -> np.ndarray:
         found = misses(goals, jnp.asarray(values), jnp.asarray(wanted))
         return np.all([np.asarray(m) <= GOALS[name].tolerance for name, m in found.items()], axis=0)
@@ -219,9 +245,8 @@ class Inverse:
                     near = self.atlas.nearest(goals, wanted, 1, lean=True)
                     candidates.append(self._searched(goals, wanted, near, heated))
         else:
-            candidates.append(
-                self._searched(goals, wanted, self.atlas.nearest(goals, wanted, MORE_STARTS[-1]))
-            )
+            many = self._searched(goals, wanted, self.atlas.nearest(goals, wanted, MORE_STARTS[-1]))
+            candidates.append(self._exact(goals, wanted, many))
         box, ways = self.box(), []
         scale = np.where(np.asarray(box.high > box.low), np.asarray(box.high - box.low), 1.0)
         for t, target in enumerate(wanted):
@@ -247,9 +272,9 @@ class Inverse:
         self, goals: tuple[str, ...], wanted: np.ndarray, best: Found, ways: list[np.ndarray]
     ) -> Inversion:
         box = self.box()
-        drives = np.asarray(jax.vmap(box.drives)(jnp.asarray(best.place)))
+        drives = np.asarray(drives_of(box, best.place))
         solved = self.verified(drives)
-        values = _goal_values(solved, goals)
+        values = goal_values(solved, goals)
         found = {
             name: np.asarray(m) for name, m in misses(goals, jnp.asarray(values), jnp.asarray(wanted)).items()
         }
@@ -264,10 +289,7 @@ class Inverse:
     def verified(self, drives: np.ndarray, memories: Memories | None = None) -> Solved:
         """States of drives on the exact model, each solved from rest, shape (targets, drives)."""
         memories = fresh(self.body) if memories is None else memories
-        (pressure, fractions), size = _padded((jnp.asarray(drives[:, 0]), jnp.asarray(drives[:, 1:])))
-        found = states_of(self.body, pressure, fractions, memories)
-        parts = (found.pressure, found.segments, found.end_pose, found.chain)
-        return Solved(self.body, *jax.tree.map(lambda x: x[:size], parts))
+        return states_of(self.body, drives[:, 0], drives[:, 1:], memories)
 
     def _held(self, best: Found, k: int) -> str:
         """Bounds that hold an unmet target, in words."""
@@ -299,19 +321,6 @@ def _best(found: Found) -> Found:
     return jax.tree.map(lambda x: np.asarray(x)[rows, which], found)
 
 
-def _padded(tree: tuple) -> tuple[tuple, int]:
-    """Rows filled up to a power of two with the last one, so that few programs serve all numbers; their
-    number."""
-    size = jax.tree.leaves(tree)[0].shape[0]
-    wanted = 1 << max(size - 1, 0).bit_length()
-    fill = lambda x: jnp.concatenate([x, jnp.broadcast_to(x[-1:], (wanted - size, *x.shape[1:]))])  # noqa: E731
-    return jax.tree.map(fill, tree), size
-
-
-def _goal_values(solved: Solved, goals: tuple[str, ...]) -> np.ndarray:
-    return Atlas(np.zeros((0, 0)), np.zeros(0), solved).values(goals)
-
-
 def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:
     """Resistance of every spring [ohm], and the current that holds its temperature in air of 22 degC [A].
 
@@ -336,5 +345,5 @@ def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:
         blank = jnp.zeros(0)
         return (jnp.stack(resistances), jnp.stack(currents)) if resistances else (blank, blank)
 
-    found = jax.jit(jax.vmap(one))((solved.pressure, solved.segments, solved.end_pose, solved.chain))
-    return tuple(np.asarray(x) for x in found)
+    parts, size = padded((solved.pressure, solved.segments, solved.end_pose, solved.chain))
+    return first_rows(jax.jit(jax.vmap(one))(parts), size)

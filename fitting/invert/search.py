@@ -5,16 +5,23 @@ towards cold, and fades when the steps are short. A drive at an end of its range
 would make it go further.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array
 
 from fitting.design.bodies import Body
+from fitting.inference.program_cache import stored_jit
 
-from .derivatives import values_with_slope
+from .derivatives import values_of_tables, values_with_slope
 from .forward import Memories
 from .goals import sizes
+from .tables import Table
 
 MOST_STEPS = 40
 """Maximum of steps from a start; 4 to 12 are taken where the target can be reached."""
@@ -31,6 +38,8 @@ WEIGHT, LAST_WEIGHT = 1e-3, 1e-9
 first, a curvature is missed by about 1e-5 1/m, and the heating is the least to a few thousandths."""
 NEAR = 3e-3
 """Step in the box from which on only the miss is closed [1]."""
+LONGEST = 0.3
+"""Longest step of a drive in the box [1]: beyond it the linear model says little."""
 COLD_PRESSURE = 0.1
 """Weight of pressure beside that of a spring's heat [1]: pressure costs little, heat is slow."""
 
@@ -56,6 +65,24 @@ class Box(eqx.Module):
         wide = self.high > self.low
         return jnp.where(wide, (drives - self.low) / jnp.where(wide, self.high - self.low, 1.0), 0.5)
 
+    def places(self, drives: np.ndarray) -> np.ndarray:
+        """`place` of many drives at once, without JAX, shape (rows, drives)."""
+        low, high = np.asarray(self.low), np.asarray(self.high)
+        wide = high > low
+        return np.where(wide, (drives - low) / np.where(wide, high - low, 1.0), 0.5)
+
+
+@eqx.filter_jit
+def places_of(box: Box, drives: Array) -> Array:
+    """Places of many drives, shape (rows, drives)."""
+    return jax.vmap(box.place)(drives)
+
+
+@eqx.filter_jit
+def drives_of(box: Box, places: Array) -> Array:
+    """Drives at many places, shape (rows, drives)."""
+    return jax.vmap(box.drives)(places)
+
 
 class Found(eqx.Module):
     """Result of a search.
@@ -79,83 +106,139 @@ class Found(eqx.Module):
     steps: Array
 
 
+Look = Callable[[Array, Array], tuple[Array, Array, Array]]
+"""Values of the goals [SI], their derivative by the place, and unknowns of the state, from a place in the box
+and the unknowns of a state nearby."""
+
+
+class _Seen(NamedTuple):
+    """What is known of a place: the miss in sizes of the goals and its slope [1], values [SI], unknowns."""
+
+    miss: Array
+    slope: Array
+    values: Array
+    unknowns: Array
+
+
+class _Stage(NamedTuple):
+    """Stage of a search: place in the box, what is known of it, damping and weight of heating [1], steps."""
+
+    place: Array
+    seen: _Seen
+    damping: Array
+    weight: Array
+    steps: Array
+    done: Array
+
+
+@dataclass(frozen=True)
+class _Task:
+    """One inverse problem; arguments as those of `search`."""
+
+    look: Look
+    goals: tuple[str, ...]
+    box: Box
+    wanted: Array
+    most: Array | int
+
+    @property
+    def wide(self) -> Array:
+        """Drives that are not held."""
+        return self.box.high > self.box.low
+
+    @property
+    def rest(self) -> Array:
+        """Place in the box that costs nothing."""
+        return jnp.clip(self.box.place(self.box.rest), 0.0, 1.0)
+
+    @property
+    def cost(self) -> Array:
+        """Weight of every drive in the effort [1]."""
+        return jnp.concatenate([jnp.full(1, COLD_PRESSURE), jnp.ones(self.box.low.size - 1)])
+
+    def seen(self, place: Array, guess: Array) -> _Seen:
+        """What is known of a place."""
+        scale = sizes(self.goals)
+        values, slope, unknowns = self.look(place, guess)
+        return _Seen((values - self.wanted) / scale, slope / scale[:, None], values, unknowns)
+
+    def effort(self, place: Array) -> Array:
+        """Square of the distance from rest [1]."""
+        return jnp.sum(self.cost * (place - self.rest) ** 2)
+
+    def total(self, miss: Array, place: Array, weight: Array) -> Array:
+        """Half the squared miss, and half the effort with its weight."""
+        return 0.5 * miss @ miss + 0.5 * weight * self.effort(place)
+
+
+def _trial(task: _Task, at: _Stage) -> Array:
+    """Place after a damped Gauss-Newton step of the drives that no end of their range holds."""
+    place, seen, weight = at.place, at.seen, at.weight
+    gradient = seen.slope.T @ seen.miss + weight * task.cost * (place - task.rest)
+    held = ~task.wide | ((place <= 0.0) & (gradient > 0.0)) | ((place >= 1.0) & (gradient < 0.0))
+    free = jnp.where(held, 0.0, 1.0)
+    damped = at.damping * jnp.maximum(jnp.sum(seen.slope**2, axis=0), 1e-8)
+    matrix = seen.slope.T @ seen.slope + jnp.diag(weight * task.cost + damped)
+    matrix = matrix * free[:, None] * free[None, :] + jnp.diag(1.0 - free)
+    step = -jnp.linalg.solve(matrix, free * gradient)
+    return jnp.clip(place + jnp.clip(step, -LONGEST, LONGEST), 0.0, 1.0)
+
+
+def _advance(task: _Task, at: _Stage) -> _Stage:
+    """One step: taken where it helps; where it does not, the damping grows."""
+    trial = _trial(task, at)
+    after = task.seen(trial, at.seen.unknowns)
+    better = task.total(after.miss, trial, at.weight) < task.total(at.seen.miss, at.place, at.weight)
+    better = better & jnp.all(jnp.isfinite(after.miss)) & jnp.all(jnp.isfinite(after.slope))
+    place, seen = jax.tree.map(lambda new, old: jnp.where(better, new, old), (trial, after), at[:2])
+    moved, faint = jnp.max(jnp.abs(trial - at.place)), at.weight <= LAST_WEIGHT
+    near = (better & (moved < NEAR)) | (at.damping > 1e3) | (at.steps > SEARCHING)
+    # where no step helps any more, however short, the search has come to its end
+    still = jnp.where(better, moved < STILL, at.damping > 1e6) & faint
+    grown = 10.0 * jnp.maximum(at.damping, 1e-6)
+    damping = jnp.where(better, jnp.maximum(0.1 * at.damping, 1e-12), grown)
+    damping = jnp.where(near & ~faint, 1e-6, damping)
+    small = (jnp.linalg.norm(seen.miss) < CLOSE) & faint
+    done = small | still | (at.steps + 1 >= task.most)
+    return _Stage(place, seen, damping, jnp.where(near, LAST_WEIGHT, at.weight), at.steps + 1, done)
+
+
 def search(
-    body: Body,
+    look: Look,
     goals: tuple[str, ...],
     box: Box,
     wanted: Array,
     begin: Array,
-    memories: Memories,
     guess: Array,
     most: Array | int = MOST_STEPS,
+    weight: Array | float = WEIGHT,
 ) -> Found:
     """One inverse problem from one start.
 
     Args:
-        body: the body that is driven.
+        look: model of the body that is driven.
         goals: static; names.
         box: ranges of the drives.
         wanted: values of the goals in SI, shape (columns,).
         begin: place in the box, shape (drives,).
-        memories: memories of the springs.
         guess: unknowns of a state near the start.
         most: maximum of steps.
+        weight: of heating while the way is looked for [1].
     """
-    scale, count = sizes(goals), begin.size
-    cost = jnp.concatenate([jnp.full(1, COLD_PRESSURE), jnp.ones(count - 1)])
-    rest = jnp.clip(box.place(box.rest), 0.0, 1.0)
-    wide = box.high > box.low
-
-    def look(place: Array, guess: Array) -> tuple:
-        values, slope, unknowns = values_with_slope(body, goals, box.drives, place, memories, guess)
-        return (values - wanted) / scale, slope / scale[:, None], values, unknowns
-
-    def total(miss: Array, place: Array, weight: Array) -> Array:
-        return 0.5 * miss @ miss + 0.5 * weight * jnp.sum(cost * (place - rest) ** 2)
-
-    def go_on(carry: tuple) -> Array:
-        return ~carry[-1]
-
-    def advance(carry: tuple) -> tuple:
-        place, seen, damping, weight, steps, _ = carry
-        miss, slope, _, unknowns = seen
-        gradient = slope.T @ miss + weight * cost * (place - rest)
-        held = ~wide | ((place <= 0.0) & (gradient > 0.0)) | ((place >= 1.0) & (gradient < 0.0))
-        free = jnp.where(held, 0.0, 1.0)
-        matrix = slope.T @ slope + jnp.diag(
-            weight * cost + damping * jnp.maximum(jnp.sum(slope**2, axis=0), 1e-8)
-        )
-        matrix = matrix * free[:, None] * free[None, :] + jnp.diag(1.0 - free)
-        step = -jnp.linalg.solve(matrix, free * gradient)
-        trial = jnp.clip(place + jnp.clip(step, -0.3, 0.3), 0.0, 1.0)
-        after = look(trial, unknowns)
-        better = total(after[0], trial, weight) < total(miss, place, weight)
-        better = better & jnp.all(jnp.isfinite(after[0])) & jnp.all(jnp.isfinite(after[1]))
-        keep = lambda new, old: jnp.where(better, new, old)  # noqa: E731
-        moved = jnp.max(jnp.abs(trial - place))
-        place, seen = keep(trial, place), jax.tree.map(keep, after, seen)
-        small = jnp.linalg.norm(seen[0]) < CLOSE
-        faint = weight <= LAST_WEIGHT
-        near = (better & (moved < NEAR)) | (damping > 1e3) | (steps > SEARCHING)
-        # where no step helps any more, however short, the search has come to its end
-        still = jnp.where(better, moved < STILL, damping > 1e6) & faint
-        damping = jnp.where(better, jnp.maximum(0.1 * damping, 1e-12), 10.0 * jnp.maximum(damping, 1e-6))
-        damping = jnp.where(near & ~faint, 1e-6, damping)
-        done = (small & faint) | still | (steps + 1 >= most)
-        weight = jnp.where(near, LAST_WEIGHT, weight)
-        return place, seen, damping, weight, steps + 1, done
-
-    begin = jnp.where(wide, jnp.clip(begin, 0.0, 1.0), 0.5)
-    seen = look(begin, guess)
-    bad = ~jnp.all(jnp.isfinite(seen[0]))
-    carry = (begin, seen, jnp.asarray(1e-3), jnp.asarray(WEIGHT), jnp.asarray(0), bad)
-    place, (miss, slope, values, unknowns), _, _, steps, _ = jax.lax.while_loop(go_on, advance, carry)
-    size = jnp.where(bad, jnp.inf, jnp.linalg.norm(miss))
-    effort = jnp.sum(cost * (place - rest) ** 2)
-    return Found(place, size, values, effort, slope.T @ miss, unknowns, steps)
+    task = _Task(look, goals, box, wanted, most)
+    begin = jnp.where(task.wide, jnp.clip(begin, 0.0, 1.0), 0.5)
+    seen = task.seen(begin, guess)
+    bad = ~jnp.all(jnp.isfinite(seen.miss))
+    first = _Stage(begin, seen, jnp.asarray(1e-3), jnp.asarray(weight), jnp.asarray(0), bad)
+    last = jax.lax.while_loop(lambda at: ~at.done, lambda at: _advance(task, at), first)
+    size = jnp.where(bad, jnp.inf, jnp.linalg.norm(last.seen.miss))
+    slope = last.seen.slope.T @ last.seen.miss
+    return Found(
+        last.place, size, last.seen.values, task.effort(last.place), slope, last.seen.unknowns, last.steps
+    )
 
 
-@eqx.filter_jit
+@stored_jit(Found)
 def search_all(
     body: Body,
     goals: tuple[str, ...],
@@ -167,5 +250,47 @@ def search_all(
     most: Array,
 ) -> Found:
     """Many searches; all arrays but the memories and the number of steps have a leading axis of searches."""
-    one = lambda row: search(body, goals, *row[:3], memories, row[3], most)  # noqa: E731
+
+    def one(row: tuple) -> Found:
+        box, wanted, begin, guess = row
+        return search(exact_look(body, goals, box, memories), goals, box, wanted, begin, guess, most)
+
     return jax.lax.map(one, (boxes, wanted, begin, guess), batch_size=BLOCK)
+
+
+def exact_look(body: Body, goals: tuple[str, ...], box: Box, memories: Memories) -> Look:
+    """The exact model of a body for `search`."""
+    return lambda place, guess: values_with_slope(body, goals, box.drives, place, memories, guess)
+
+
+@eqx.filter_jit
+def search_tables(
+    body: Body,
+    tables: tuple[Table, ...],
+    goals: tuple[str, ...],
+    box: Box,
+    wanted: Array,
+    begin: Array,
+    weight: Array,
+    most: Array,
+) -> Found:
+    """Many searches of a chain without loads in the tables of its segments.
+
+    Args:
+        body: the chain.
+        tables: table of each segment.
+        goals: static; names.
+        box: ranges of the drives.
+        wanted: values of the goals [SI], shape (searches, columns).
+        begin: places in the box, shape (searches, drives).
+        weight: of heating while the way is looked for [1].
+        most: maximum of steps.
+    """
+
+    def one(row: tuple) -> Found:
+        wanted, begin = row
+        look = lambda place, _: values_of_tables(body, tables, goals, box.drives, place)  # noqa: E731
+        guess = jnp.zeros((len(tables), 1))  # a table needs no start
+        return search(look, goals, box, wanted, begin, guess, most, weight)
+
+    return jax.lax.map(one, (wanted, begin), batch_size=BLOCK)

@@ -9,7 +9,6 @@ found row by row with the exact memory, least heating first; then the whole hist
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -17,13 +16,15 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved
+from fitting.inference.program_cache import stored_jit
 from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
 
+from .atlas import goal_values
 from .forward import Memories, fresh, state_of
 from .goals import GOALS, misses
-from .run import Inverse, Inversion, _goal_values, electrical
-from .search import Box, search
+from .run import Inverse, Inversion, electrical
+from .search import Box, exact_look, places_of, search
 
 STARTS = 2
 """Number of states of the atlas from which a row is tried, beside the row before."""
@@ -73,7 +74,7 @@ class Trajectory(Result):
         return words
 
 
-@eqx.filter_jit
+@stored_jit()
 def _followed(
     body: Body,
     goals: tuple[str, ...],
@@ -90,7 +91,8 @@ def _followed(
         wanted, begin, guess = row
         starts = jnp.concatenate([place[None], begin])
         guesses = jnp.concatenate([unknowns[None], guess])
-        found = jax.vmap(lambda x, g: search(body, goals, box, wanted, x, memories, g))(starts, guesses)
+        look = exact_look(body, goals, box, memories)
+        found = jax.vmap(lambda x, g: search(look, goals, box, wanted, x, g))(starts, guesses)
         miss = jnp.where(found.miss < 1e-3, 0.0, found.miss)
         which = jnp.lexsort((found.effort, miss))[0]
         found = jax.tree.map(lambda x: x[which], found)
@@ -130,9 +132,11 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
     inverse.check(goals)
     if not inverse.springs:
         raise InputError("without springs nothing is remembered; leave out the column time_s")
+    if len({segment.freedoms for segment in inverse.body.segments}) > 1:
+        raise InputError("targets over time need a chain whose segments all bend in a plane, or none of them")
     atlas, box = inverse.atlas, inverse.box()
     near = atlas.nearest(goals, wanted, STARTS)
-    begin = jax.vmap(jax.vmap(box.place))(jnp.asarray(atlas.drives[near]))
+    begin = jax.vmap(places_of, (None, 0))(box, jnp.asarray(atlas.drives[near]))
     rows = _followed(
         inverse.body,
         goals,
@@ -144,7 +148,7 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
     )
     drives, values, slopes, places, least = (np.asarray(x) for x in rows)
     solved = _history(inverse.body, drives, time)
-    exact = _goal_values(solved, goals)
+    exact = goal_values(solved, goals)
     sizes = np.array([GOALS[n].size for n in goals for _ in GOALS[n].columns])
     off = float(np.nanmax(np.abs(exact - values) / sizes))
     missed = {n: np.asarray(m) for n, m in misses(goals, jnp.asarray(exact), jnp.asarray(wanted)).items()}

@@ -14,6 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 import pneusma_jax as pj
+from fitting.inference.program_cache import stored_jit
 
 from .candidates import COLD, HEATED, HOT, LATENT_ROWS, Courses
 
@@ -44,7 +45,7 @@ def phase_course(alloy: pj.Alloy, gamma: Array, test: Courses) -> Array:
     return jnp.where(test.hold == HEATED, 1.0 - test.warmth, course)
 
 
-@eqx.filter_jit
+@stored_jit()
 def information(
     constants: Mapping[str, Float[Array, "draws"]],
     names: tuple[str, ...],

@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
+from fitting.inference.program_cache import stored_jit
 from fitting.specimens.priors import NEW_ALLOY, PER_LENGTH, REFERENCE_WIRE
 from pneusma_jax.calibration import Calibration, load_calibration, unknown
 from pneusma_jax.calibration.records import Prior
@@ -131,7 +131,7 @@ def _prior(table: Calibration, anything: Calibration, name: str) -> Prior:
     return Prior(quantity.value, scale * usual.sd, low, high)
 
 
-@eqx.filter_jit
+@stored_jit()
 def _possible(values: dict[str, jax.Array]) -> jax.Array:
     """Mask of possible alloys, shape (alloys,): stress rises with strain, the cold wire resists more."""
 

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
+from fitting.inference.program_cache import stored_jit
 from fitting.synthesise.controller import (
     TRICKLE,
     build_stand,
@@ -97,7 +97,7 @@ def _held_rates(spring: pj.Spring, tests: list[Candidate], seed: int, read_noise
     return [max((v for v, ok in zip(speeds, row, strict=True) if ok), default=speeds[-1]) for row in good]
 
 
-@eqx.filter_jit
+@stored_jit()
 def _ideal_phase(spring: pj.Spring, elongation: jax.Array, share: jax.Array) -> jax.Array:
     """Martensite fraction that would hold the resistance, 0 or 1 where none does, shape (cases, rows)."""
     return jax.vmap(lambda x, s: held_phase(spring.alloy, spring.shear_strain(x), s))(elongation, share)

@@ -1,65 +1,39 @@
-"""Presentation of any result: `save(result, folder)`, `text(result)`. Importing this module registers all
-types."""
+"""Presentation of any result: `save(result, folder)`, `text(result)`. An import of it registers all types.
 
+Types and functions are named here and imported when a result is at hand: a command needs the report of one
+type, and to import all of them takes a second.
+"""
+
+import importlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fitting.calibrate.batch import Batch
-from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
-from fitting.calibrate.general.pipeline import GeneralCharacterisation
-from fitting.calibrate.spring.pipeline import SpringCharacterisation
-from fitting.control.sweep import Sweep
 from fitting.data.publish import publish
-from fitting.design.result import DesignResult
-from fitting.diagnose.batch import Diagnoses
-from fitting.diagnose.custom_model import Explained
 from fitting.inference.results import Presenter, Result, register_presenter
-from fitting.invert.lumen import Passage
-from fitting.invert.run import Inversion
-from fitting.invert.trajectory import Trajectory
-from fitting.plan.plan import Plan
-from fitting.propagate import Propagation
-from fitting.sample.campaign import CampaignPosterior
-from fitting.sample.hierarchy import Together
-from fitting.wiring.choose import Wiring
 
 from . import render
-from .batch import report_of as batch_report
-from .control.report import report_of as control_report
-from .custom_model import report_of as custom_model_report
-from .design.report import report_of as design_report
-from .diagnosis.batch import report_of as diagnoses_report
-from .elastomer.report import report_of as elastomer_report
-from .general.report import report_of as general_report
-from .invert.report import inversion_report, passage_report, trajectory_report
-from .plan.report import report_of as plan_report
-from .posterior.hierarchy import report_of as together_report
-from .posterior.report import report_of as posterior_report
-from .propagate.report import report_of as propagate_report
 from .report import Report
-from .spring.report import report_of as spring_report
-from .wiring.report import report_of as wiring_report
 
-REPORTS: dict[type, Callable[[Any], Report]] = {
-    ElastomerCharacterisation: elastomer_report,
-    SpringCharacterisation: spring_report,
-    GeneralCharacterisation: general_report,
-    Batch: batch_report,
-    CampaignPosterior: posterior_report,
-    Together: together_report,
-    Plan: plan_report,
-    Explained: custom_model_report,
-    DesignResult: design_report,
-    Propagation: propagate_report,
-    Inversion: inversion_report,
-    Trajectory: trajectory_report,
-    Passage: passage_report,
-    Sweep: control_report,
-    Wiring: wiring_report,
-    Diagnoses: diagnoses_report,
+REPORTS = {
+    "fitting.calibrate.batch:Batch": "batch:report_of",
+    "fitting.calibrate.elastomer.pipeline:ElastomerCharacterisation": "elastomer.report:report_of",
+    "fitting.calibrate.general.pipeline:GeneralCharacterisation": "general.report:report_of",
+    "fitting.calibrate.spring.pipeline:SpringCharacterisation": "spring.report:report_of",
+    "fitting.control.sweep:Sweep": "control.report:report_of",
+    "fitting.design.result:DesignResult": "design.report:report_of",
+    "fitting.diagnose.batch:Diagnoses": "diagnosis.batch:report_of",
+    "fitting.diagnose.custom_model.result:Explained": "custom_model:report_of",
+    "fitting.invert.passage:Passage": "invert.report:passage_report",
+    "fitting.invert.run:Inversion": "invert.report:inversion_report",
+    "fitting.invert.trajectory:Trajectory": "invert.report:trajectory_report",
+    "fitting.plan.plan:Plan": "plan.report:report_of",
+    "fitting.propagate.result:Propagation": "propagate.report:report_of",
+    "fitting.sample.campaign:CampaignPosterior": "posterior.report:report_of",
+    "fitting.sample.hierarchy:Together": "posterior.hierarchy:report_of",
+    "fitting.wiring.choose:Wiring": "wiring.report:report_of",
 }
-"""Function that makes the report of each type of result."""
+"""Module and name of each type of result -> module of `fitting.report` and function that makes its report."""
 
 
 def presenter(report_of: Callable[[Any], Report]) -> Presenter:
@@ -72,8 +46,14 @@ def presenter(report_of: Callable[[Any], Report]) -> Presenter:
     )
 
 
-for _kind, _report_of in REPORTS.items():
-    register_presenter(_kind, presenter(_report_of))
+def named(function: str) -> Callable[[Any], Report]:
+    """Function of `REPORTS` that makes a report; its module is imported at the first call."""
+    module, name = function.split(":")
+    return lambda result: getattr(importlib.import_module(f"{__package__}.{module}"), name)(result)
+
+
+for _kind, _function in REPORTS.items():
+    register_presenter(_kind, presenter(named(_function)))
 
 
 def text(result: Result) -> str:

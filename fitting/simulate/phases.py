@@ -8,7 +8,6 @@ solution.
 
 from collections.abc import Mapping, Sequence
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -16,6 +15,7 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.inference.noise import robust_noise
+from fitting.inference.program_cache import stored_jit
 from pneusma_jax.actuator.balance import Problem, configuration, spring_responses
 from pneusma_jax.actuator.root_find import attached
 
@@ -116,7 +116,7 @@ def _with_fractions(
     return tuple(fractions)
 
 
-@eqx.filter_jit
+@stored_jit()
 def _predicted_resistances(
     actuator: pj.Actuator,
     pressure: Array,

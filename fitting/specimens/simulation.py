@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from fitting.data.recordings import Campaign, Recording
+from fitting.inference.program_cache import stored_jit
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.pipeline import Effect
@@ -71,7 +71,7 @@ def simulated(
     return Simulation(rows, cut(outputs), cut(drivers))
 
 
-@eqx.filter_jit
+@stored_jit()
 def _answer(
     specimen: Specimen, values: Mapping[str, jax.Array], stacked: Rows, effects: tuple[Effect, ...]
 ) -> Any:

@@ -187,7 +187,14 @@ class Specimen(Model):
     element: str
     wall_drivers: tuple[str, ...] = ()
     most_rows_with_effects: int = MOST_ROWS
-    compiler_options: Mapping[str, bool] | None = None
+    compiler_options: Mapping[str, bool | int] | None = None
+
+    def __repr__(self) -> str:
+        """Name by which traced programs are stored. A kind from outside this package has no lasting one: a
+        change of its source would not be seen."""
+        if type(self).__module__.partition(".")[0] != "fitting":
+            return super().__repr__()
+        return f"{type(self).__qualname__}({vars(self)})"
 
     @property
     def kind(self) -> str:

@@ -101,7 +101,7 @@ class Tube(Specimen):
             track = track_history(body, pressure, (), (), rows.time, effects)
             length, seen = track.rows.length, {n: x for n, x in track.seen.items() if n not in BENT}
         else:
-            length = jax.vmap(lambda p: tube_length(p, *sizes.values(), law))(pressure)
+            length = jax.vmap(lambda p: tube_length(p, *sizes.values(), law, throw=False))(pressure)
             seen = {"length": length}
         return seen, {"pressure": pressure, "pressure_rate": rate, "strain": length / sizes["length"] - 1.0}
 

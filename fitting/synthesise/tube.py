@@ -7,6 +7,7 @@ from fitting.data.recordings.nominal import nominal_geometry
 from fitting.specimens import TUBE
 from fitting.specimens.silicones import FACTOR
 from fitting.specimens.simulation import simulated
+from pneusma_jax.errors import InputError
 
 from .instruments import Instruments
 from .truth import Unknowns
@@ -49,6 +50,8 @@ def synthesise_tube(wishes: Wishes) -> Synthetic:
         columns = {"pressure_kPa": pressure}
         true = Recording("true", None, "tube", geometry=geometry, columns={"time_s": time, **columns})
         columns["length_mm"] = 1e3 * simulated(TUBE, true, values={FACTOR: factor}).outputs["length"]
+        if not np.all(np.isfinite(columns["length_mm"])):
+            raise InputError(f"the wall of this tube cannot balance {peak:g} kPa; its silicone is too soft")
         recordings.append(
             bench.recording(f"inflation_{k}", role, specimen, time, columns, nominal, unknowns.tolerance)
         )

@@ -10,6 +10,7 @@ import numpy as np
 
 from fitting.design.log import Evaluation
 from fitting.design.optimise import Outcome, Problem, best_of, optimise
+from fitting.inference.program_cache import stored_jit
 from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
 
@@ -113,34 +114,51 @@ def circuit_of(springs: Springs, bounds: Bounds, resonance: np.ndarray, inductan
     )
 
 
-class _Numbers:
-    """Bound of the crosstalk, and how far every pair is above it: places in the box are resonances, coils,
-    the bound.
+@stored_jit()
+def _values_and_slopes(
+    places: jax.Array, springs: Springs, bounds: Bounds, count: int
+) -> tuple[jax.Array, jax.Array]:
+    """Bound of the crosstalk, how far each pair is above it, gaps between resonances; and derivatives.
 
     Resonances ascend: each is a share of the way that is left to the end of the band.
+
+    Args:
+        places: in the box; resonances, coils, the bound; shape (places, 2 count + 1).
+        springs, bounds, count: static; springs, bounds of the filters, number of springs.
+
+    Returns:
+        Shapes (places, numbers) and (places, numbers, 2 count + 1).
     """
+    low, high = bounds.inductance
+    apart = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    near = (apart > 0) & (apart <= NEIGHBOURS)
 
-    def __init__(self, springs: Springs, bounds: Bounds, count: int):
-        low, high = bounds.inductance
-        apart = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
-        near = (apart > 0) & (apart <= NEIGHBOURS)
+    def numbers(place: jax.Array) -> jax.Array:
+        spot, coils, bound = place[:count], place[count : 2 * count], place[-1]
+        resonance = bounds.low * (bounds.high / bounds.low) ** spot
+        inductance = low * (high / low) ** coils
+        table = crosstalk(circuit_of(springs, bounds, resonance, inductance))
+        level = -10.0 * bound  # natural logarithm of the worst crosstalk, from 1 down to 5e-5
+        return jnp.concatenate([level[None], jnp.log(table[near]) - level, spot[:-1] - spot[1:] + 1e-3])
 
-        def numbers(place):
-            spot, coils, bound = place[:count], place[count : 2 * count], place[-1]
-            resonance = bounds.low * (bounds.high / bounds.low) ** spot
-            inductance = low * (high / low) ** coils
-            table = crosstalk(circuit_of(springs, bounds, resonance, inductance))
-            level = -10.0 * bound  # natural logarithm of the worst crosstalk, from 1 down to 5e-5
-            return jnp.concatenate([level[None], jnp.log(table[near]) - level, spot[:-1] - spot[1:] + 1e-3])
+    def one(place: jax.Array) -> tuple[jax.Array, jax.Array]:
+        values, push = jax.linearize(numbers, place)
+        return values, jax.vmap(push)(jnp.eye(place.size)).T
 
-        def one(place):
-            values, push = jax.linearize(numbers, place)
-            return values, jax.vmap(push)(jnp.eye(place.size)).T
+    return jax.vmap(one)(places)
 
-        self.both = eqx.filter_jit(jax.vmap(one))
+
+@dataclass(frozen=True)
+class _Numbers:
+    """What the optimiser asks for, see `_values_and_slopes`."""
+
+    springs: Springs
+    bounds: Bounds
+    count: int
 
     def __call__(self, places: Sequence[np.ndarray]) -> list[Evaluation]:
-        values, slopes = (np.asarray(x) for x in self.both(jnp.asarray(np.stack(places))))
+        found = _values_and_slopes(jnp.asarray(np.stack(places)), self.springs, self.bounds, self.count)
+        values, slopes = (np.asarray(x) for x in found)
         return [Evaluation(np.array(p), v, s) for p, v, s in zip(places, values, slopes, strict=True)]
 
 

@@ -9,6 +9,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from fitting.inference.program_cache import stored_jit
+
 VACUUM = 4e-7 * jnp.pi
 """Permeability of vacuum, and nearly that of nitinol [H/m]."""
 
@@ -68,6 +70,7 @@ def spring_inductance(active_coils: Array, coil_diameter: Array, length: Array) 
     return VACUUM * active_coils**2 * 0.25 * jnp.pi * coil_diameter**2 / length
 
 
+@stored_jit()
 def heating(circuit: Circuit, frequency: Float[Array, "*f"]) -> Float[Array, "*f branches"]:
     """Power that heats every spring when the supply is at a frequency [W]."""
     impedance = circuit.impedance(frequency)
@@ -77,12 +80,14 @@ def heating(circuit: Circuit, frequency: Float[Array, "*f"]) -> Float[Array, "*f
     return jnp.abs(current) ** 2 * circuit.resistance
 
 
+@stored_jit()
 def crosstalk(circuit: Circuit) -> Float[Array, "branches branches"]:
     """Heating of branch j when branch k is selected, over that of k [1]: row k, column j."""
     power = heating(circuit, circuit.resonance)
     return power / jnp.diagonal(power)[:, None]
 
 
+@stored_jit()
 def sensing(circuit: Circuit, frequencies: Float[Array, "f"]) -> Float[Array, "branches f"]:
     """Amplification of errors of measured admittances in the resistances.
 

@@ -2,12 +2,15 @@
 
 import re
 
+import h5py
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from study_files import SMALL, changed, write_study
 
 from fitting.cli import main
 from fitting.design import read_study
+from fitting.design.uncertain import posterior_draws
 from pneusma_jax.errors import InputError
 
 WALL = 'wall_thickness = {made = "continuous", from = 0.7, to = 1.6, unit = "mm"}'
@@ -38,7 +41,7 @@ BAD = {
     ),
     "choice among the free": (COILS, 'alloy = {made = "choice"}', "a choice stands above"),
     "unknown design": ('"pneusma2"', '"pneusma3"', "did you mean 'pneusma2'"),
-    "unknown alloy": ('starts = 3', 'alloy = ["krl35", "krl99"]', "krl99"),
+    "unknown alloy": ('starts = 3', 'alloy = ["krl35", "krl99"]', "study.toml: no table of constants is called 'krl99'"),
     "no objective": ("[objective.bend]\n" + BEND, "", "there is no objective"),
     "unknown objective": ('"curvature"', '"curvatur"', "did you mean 'curvature'"),
     "unknown goal": ('"maximise"', '"more"', "goal is 'more'"),
@@ -81,6 +84,7 @@ def test_a_bad_study_is_refused_in_one_line(name, tmp_path):
         ('posterior = "nowhere.nc"', "there is no such file"),
         ('priors = "steel"', "priors has 'steel'"),
         ("draws = 8", "names nothing that is uncertain"),
+        ('posterior_specimen = 1\npriors = "alloy"', "posterior_specimen needs a posterior"),
         ("[uncertainty.tolerance]\nwall_thickness = {sd = 0.1}", "unit is missing"),
         ('[uncertainty.tolerance]\nwall = {sd = 0.1, unit = "mm"}', "no such dimension"),
     ],
@@ -88,6 +92,25 @@ def test_a_bad_study_is_refused_in_one_line(name, tmp_path):
 def test_a_bad_uncertainty_is_refused_in_one_line(lines, words, tmp_path):
     with pytest.raises(InputError, match=re.escape(words)):
         read_study(write_study(tmp_path, UNCERTAIN + lines))
+
+
+def _posterior(path, names):
+    with h5py.File(path, "w") as file:
+        for k, name in enumerate(names):
+            data = file.create_dataset(f"posterior/{name}", data=np.full((2, 3), 1e-3 + 1e-4 * k))
+            data.attrs["unit"] = "m"
+    return path
+
+
+def test_of_a_posterior_of_several_specimens_one_has_to_be_named(tmp_path):
+    two = _posterior(tmp_path / "two.nc", ["wall_thickness__1", "wall_thickness__2"])
+    with pytest.raises(InputError, match="several specimens: add posterior_specimen = 1"):
+        posterior_draws(two)
+    with pytest.raises(InputError, match="posterior_specimen is 3, known: 1, 2"):
+        posterior_draws(two, 3)
+    assert posterior_draws(two, 2)["wall_thickness"] == pytest.approx(1.1e-3)
+    one = posterior_draws(_posterior(tmp_path / "one.nc", ["wall_thickness__1"]))
+    assert list(one) == ["wall_thickness"] and one["wall_thickness"] == pytest.approx(1e-3)
 
 
 def test_the_command_says_it_on_one_line_and_writes_nothing(tmp_path):

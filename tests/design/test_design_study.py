@@ -76,6 +76,16 @@ def test_constraints_that_contradict_each_other_are_named(tmp_path):
         run_study(read_study(write_study(tmp_path, both)))
 
 
+@pytest.mark.slow
+def test_two_constraints_that_contradict_each_other_are_named_and_no_third(tmp_path):
+    more = '[constraint.long]\nquantity = "length"\nat_least = {value = 58.6, unit = "mm"}\n[constraint.shear]'
+    with pytest.raises(InputError) as caught:
+        run_study(read_study(write_study(tmp_path, changed("[constraint.shear]", more))))
+    said = str(caught.value)
+    assert "'length' (length at most 58.3 mm) and 'long' (length at least 58.6 mm) contradict" in said
+    assert "shear" not in said and "\n" not in said
+
+
 def test_an_objective_that_is_not_a_number_is_said(tmp_path):
     (tmp_path / "mine.py").write_text(
         "def bend(states, parameters):\n    return states['hot'].pressure * float('nan')\n"

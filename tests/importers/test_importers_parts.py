@@ -196,11 +196,21 @@ def german():
     return "Probenbreite;6;mm\nProbendicke;3,0;mm\nL0;25;mm\n" + body
 
 
-@pytest.mark.parametrize("shape", [bluehill_dimensions, zwick_text, prose_above, units_in_the_names, german])
+def with_symbols():
+    return german().replace("Probenbreite", "Probenbreite b0").replace("Probendicke", "Probendicke a0").replace("L0", "Einspannlänge L0")
+
+
+@pytest.mark.parametrize("shape", [bluehill_dimensions, zwick_text, prose_above, units_in_the_names, german, with_symbols])
 def test_a_block_of_dimensions_is_read(put, shape):
     recording = import_file(put("a.csv", shape()))
     assert recording.kind == "elastomer" and modulus(recording) == pytest.approx(300.0, rel=1e-6)
     assert any("as the file states" in notice for notice in recording.notices)
+
+
+def test_a_letter_that_is_no_symbol_of_a_size_makes_no_size_of_it(put):
+    other = with_symbols().replace("Probenbreite b0", "Probenbreite x")
+    with pytest.raises(InputError, match="the cross-section is missing"):
+        import_file(put("a.csv", other))
 
 
 def test_what_the_person_states_wins_over_the_file(put):

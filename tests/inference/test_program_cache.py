@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.inference.program_cache import FOLDER, _known, cached_program
+from fitting.inference.program_cache import FOLDER, _known, cached_program, stored_jit
 from fitting.specimens.actuator_history import COMPILER_OPTIONS
 
 
@@ -72,3 +73,59 @@ def test_options_that_the_compiler_does_not_know_are_left_out(cache: Path) -> No
 
 def test_an_actuators_options_are_those_of_this_compiler() -> None:
     assert _known(tuple(COMPILER_OPTIONS.items())) == COMPILER_OPTIONS
+
+
+class Pair(eqx.Module):
+    left: jax.Array
+    right: tuple
+    side: tuple = eqx.field(static=True)
+
+
+def _stored(traces: list[int], *returns: type, side: tuple = (1.0, ("up",))):
+    @stored_jit(*returns)
+    def pair(x: jax.Array, factor: float, names: tuple[str, ...] = ()) -> dict:
+        traces.append(1)
+        return {"found": Pair(factor * x, (None, x), side), "count": jnp.asarray(len(names))}
+
+    return pair
+
+
+def test_a_stored_program_returns_modules_and_traces_once(cache: Path) -> None:
+    traces: list[int] = []
+    for _ in range(2):  # what two processes would build
+        found = _stored(traces, Pair)(np.arange(3.0), 2.0, names=("a", "b"))
+        assert isinstance(found["found"], Pair) and found["found"].side == (1.0, ("up",))
+        assert found["found"].right[0] is None and int(found["count"]) == 2
+        np.testing.assert_array_equal(found["found"].left, [0.0, 2.0, 4.0])
+    assert len(traces) == 1
+
+
+def test_what_is_no_array_is_a_part_of_the_name(cache: Path) -> None:
+    traces: list[int] = []
+    pair = _stored(traces, Pair)
+    for factor in (2.0, 3.0, 2, True):
+        np.testing.assert_array_equal(pair(jnp.ones(1), factor)["found"].left, [float(factor)])
+    assert len(traces) == 4
+
+
+def test_a_stored_program_inside_a_transformation_is_plain(cache: Path) -> None:
+    pair = _stored([], Pair)
+    assert jax.grad(lambda x: jnp.sum(pair(x, 3.0)["found"].left))(jnp.ones(1))[0] == 3.0
+    assert not cache.exists()
+
+
+@pytest.mark.parametrize("returns, side", [((), (1.0,)), ((Pair,), (jnp.sin,)), ((Pair,), ([1.0],))])
+def test_a_stored_program_refuses_to_return_what_it_cannot_tell(cache: Path, returns: tuple, side: tuple) -> None:
+    with pytest.raises(TypeError):
+        _stored([], *returns, side=side)(jnp.ones(1), 2.0)
+
+
+def test_a_program_with_a_check_inside_is_not_stored_but_runs(cache: Path) -> None:
+    checked = stored_jit()(lambda x: eqx.error_if(2.0 * x, jnp.any(x < 0.0), "negative"))
+    for _ in range(2):
+        np.testing.assert_array_equal(checked(jnp.ones(2)), [2.0, 2.0])
+
+
+def test_an_array_that_the_name_does_not_tell_in_full_is_not_stored(cache: Path) -> None:
+    cached_program(_counted([]), f"with {np.arange(5000)}")({"a": jnp.zeros(1)}, jnp.ones(1))
+    assert not cache.exists()

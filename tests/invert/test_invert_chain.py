@@ -1,13 +1,15 @@
 """A chain of four driven to tip poses, and through a lumen."""
 
 import equinox as eqx
+import jax
 import numpy as np
 import pytest
 
 from fitting.invert import Inverse, Limits
 from fitting.invert.derivatives import values_with_slope
 from fitting.invert.forward import first_guess, fresh
-from fitting.invert.lumen import Lumen, distances, pass_through, refined
+from fitting.invert.lumen import Lumen, distances, refined
+from fitting.invert.passage import pass_through
 
 LIMITS = Limits((0.0, 50e3), 0.1)
 
@@ -37,13 +39,38 @@ def test_derivatives_along_few_directions_are_those_of_every_drive(inverse):
 def test_poses_of_random_drives_are_met(inverse):
     random = np.random.default_rng(5)
     drives = np.column_stack(
-        [random.uniform(0.0, 50e3, 30), random.uniform(0.3, 1.0, (30, len(inverse.springs)))]
+        [random.uniform(0.0, 50e3, 60), random.uniform(0.3, 1.0, (60, len(inverse.springs)))]
     )
     pose = np.asarray(inverse.verified(drives).end_pose)
     found = inverse.solve(("tip", "direction"), np.column_stack([pose[:, :3, 3], pose[:, :3, 2]]))
-    assert found.met.mean() >= 0.9
+    assert found.met.mean() >= 0.98
     far = inverse.solve(("tip",), np.array([[0.0, 0.0, 0.9]]))
     assert not far.met[0] and "pressure at its highest" in far.held[0]
+
+
+@pytest.mark.slow
+def test_the_nearest_pose_is_as_near_as_a_long_search_finds(inverse):
+    wanted = np.array([[0.0, 0.2, 0.3], [0.25, -0.2, 0.25], [-0.1, 0.0, -0.4]])
+    found = inverse.solve(("tip",), wanted)
+    assert not found.met.any()
+    random = np.random.default_rng(6)
+    drives = np.column_stack([random.uniform(0.0, 50e3, 20_000), random.uniform(0.1, 1.0, (20_000, 8))])
+    tips = np.asarray(inverse.verified(drives).end_pose)[:, :3, 3]
+    for k, target in enumerate(wanted):
+        assert found.misses["tip"][k] <= 1.01 * np.min(np.linalg.norm(tips - target, axis=1))
+
+
+@pytest.mark.slow
+def test_ends_of_a_search_in_tables_are_those_of_the_exact_model(inverse):
+    goals, wanted = ("tip",), np.array([[0.02, -0.03, 0.2], [0.0, 0.05, 0.19]])
+    near = inverse.atlas.nearest(goals, wanted, 1)
+    ended = jax.tree.map(lambda x: x[:, 0], inverse.by_tables.searched(goals, wanted, near))
+    exact = inverse.by_tables.corrected(goals, wanted, ended)
+    drives = np.array([inverse.box().drives(x) for x in exact.place])
+    tips = np.asarray(inverse.verified(drives).end_pose)[:, :3, 3]
+    np.testing.assert_allclose(exact.values, tips, atol=1e-12)
+    np.testing.assert_allclose(exact.miss, np.linalg.norm(tips - wanted, axis=1) / 1e-3, rtol=1e-9)
+    assert np.all(exact.miss < 0.02)
 
 
 @pytest.mark.slow

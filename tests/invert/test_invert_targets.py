@@ -8,8 +8,10 @@ import pytest
 from click.testing import CliRunner
 
 from fitting.cli import main
-from fitting.invert.lumen import distances, read_lumen
+from fitting.invert.lumen import Lumen, distances, read_lumen
+from fitting.invert.passage import Passage
 from fitting.invert.targets import read_targets
+from fitting.report.invert.words import passage_verdict
 from pneusma_jax.errors import InputError
 
 
@@ -65,6 +67,22 @@ def test_distances_from_a_bent_line():
     away, room = distances(points, (line, diameter))
     np.testing.assert_allclose(away, [1.0, 0.5, 1.0])
     np.testing.assert_allclose(room, [1.5, 2.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("clearance", "wanted", "passes", "words"),
+    [
+        (0.6e-3, 0.5e-3, True, "passes with 0.60 mm to the wall"),
+        (0.4e-3, 0.5e-3, False, "comes within 0.40 mm of the wall; a lumen 0.20 mm wider would let it"),
+        (-1.7e-3, 0.0, False, "overlaps the wall by 1.70 mm; a lumen 3.40 mm wider would let it"),
+        (0.5e-3 - 1e-8, 0.5e-3, True, "passes with 0.50 mm"),
+    ],
+)
+def test_a_chain_passes_where_it_keeps_the_wanted_clearance(clearance, wanted, passes, words):
+    lumen = Lumen("straight", np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.1]]), np.full(2, 12e-3))
+    found = Passage("c", lumen, ((1, 1),), 1e4, np.ones(1), 1e-3, clearance, wanted, np.zeros((2, 3)), None)
+    assert found.passes is passes
+    assert words in passage_verdict(found)[0]
 
 
 def test_the_command_wants_one_thing(tmp_path):

@@ -136,16 +136,17 @@ def run(words: list[str], folder: Path) -> float:
     return time.monotonic() - begun
 
 
-def killed(words: list[str], folder: Path, after: float) -> bool:
-    """Start a command and kill it after some seconds; whether it was still running then."""
+def killed(words: list[str], folder: Path, after: float) -> float | None:
+    """Start a command and kill it after some seconds; if it ended before, the seconds that it took."""
+    begun = time.monotonic()
     process = subprocess.Popen(words, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         process.wait(timeout=after)
-        return False
+        return time.monotonic() - begun
     except subprocess.TimeoutExpired:
         process.kill()
         process.wait()
-        return True
+        return None
 
 
 def broken(out: Path, command: Command) -> list[str]:
@@ -212,25 +213,32 @@ def without(value: object, keys: tuple[str, ...]) -> object:
     return [without(inner, keys) for inner in value] if isinstance(value, list) else value
 
 
-def one(command: Command, folder: Path, reference: Path, seconds: float, rng: np.random.Generator) -> tuple[int, str]:
-    """Kill a run once or more, then let it end; the number of kills, and what is not well."""
+def one(
+    command: Command, folder: Path, reference: Path, seconds: float, rng: np.random.Generator
+) -> tuple[int, str, float]:
+    """Kill a run once or more, then let it end; the number of kills, what is not well, and the seconds of a run.
+
+    Kills fall within these seconds. A run that ends before its kill shows that they are fewer than was known.
+    """
     out, kills = folder / "out", 0
     shutil.rmtree(out, ignore_errors=True)
     for _ in range(int(rng.integers(1, command.kills + 1))):
         after = float(rng.uniform(0.03, 1.0)) * seconds
-        if not killed([*command.words, "--out", "out", *command.again(out)], folder, after):
+        begun_anew = not out.exists()
+        if took := killed([*command.words, "--out", "out", *command.again(out)], folder, after):
+            seconds = min(seconds, took) if begun_anew else seconds
             break
         kills += 1
         if wrong := broken(out, command):
-            return kills, f"killed after {after:.1f} s: {'; '.join(wrong)}"
+            return kills, f"killed after {after:.1f} s: {'; '.join(wrong)}", seconds
     if kills == 0:
-        return 0, ""
+        return 0, "", seconds
     try:
         run([*command.words, "--out", "out", *command.again(out)], folder)
     except RuntimeError as error:
-        return kills, f"killed after {after:.1f} s, and then: {error}"
+        return kills, f"killed after {after:.1f} s, and then: {error}", seconds
     wrong = difference(out, reference, command)
-    return kills, f"killed after {after:.1f} s, other bytes: {', '.join(wrong)}" if wrong else ""
+    return kills, f"killed after {after:.1f} s, other bytes: {', '.join(wrong)}" if wrong else "", seconds
 
 
 def references(folder: Path, names: list[str]) -> dict[str, float]:
@@ -272,7 +280,9 @@ def main() -> int:
     while sum(found["kills"].values()) < given.kills and time.monotonic() - begun < 60.0 * given.minutes:
         rng = np.random.default_rng([given.seed, found["rounds"]])
         name = min(names, key=lambda name: found["kills"].get(name, 0))  # as many of each
-        kills, wrong = one(COMMANDS[name], work, work / f"reference_{name}", seconds[name], rng)
+        kills, wrong, seconds[name] = one(
+            COMMANDS[name], work, work / f"reference_{name}", seconds[name], rng
+        )
         found["rounds"] += 1
         found["kills"][name] = found["kills"].get(name, 0) + kills
         found["runs"][name] = found["runs"].get(name, 0) + 1

@@ -290,8 +290,11 @@ def test_a_clock_that_is_set_costs_no_more_than_time(tmp_path, monkeypatch, now)
 
 
 def test_a_folder_that_may_not_be_written_to_is_one_line(tmp_path, monkeypatch):
-    monkeypatch.setattr(os, "access", lambda *_: False)  # the superuser may write everywhere
-    with pytest.raises(InputError, match="no permission in"):
+    def refused(*_, **__):  # the superuser may write everywhere
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", refused)
+    with pytest.raises(InputError, match=r"results cannot be written here \(.*: permission denied\)"):
         publish(tmp_path / "out", {"report.json": "{}"}, force=False)
     assert list(tmp_path.iterdir()) == []
 

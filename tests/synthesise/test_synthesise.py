@@ -290,6 +290,7 @@ def test_a_blind_campaign_tells_nothing(tmp_path):
     [
         ("coil", {}, "no campaign of kind 'coil'"),
         ("spring", {"truth": {"Gm": 3.0}}, "did you mean 'G_m'"),
+        ("tube", {"truth": {"silicone_stiffness": 1e-4}}, "cannot balance 20 kPa"),
         ("tube", {"truth": {"wall_thickness": 1.0}}, "did you mean 'wall_thickness_mm'"),
         ("elastomer", {"truth": {"mu": 1.0}}, "no such number"),
         ("spring", {"tolerance": {"g_m": 0.1}}, "no such parameter"),

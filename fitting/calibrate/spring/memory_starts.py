@@ -11,13 +11,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
-from scipy.stats import norm, qmc
 
 from fitting.specimens import residual_of
 from fitting.specimens.spring_trajectory import decided, undecided
+from pneusma_jax.late import Late
 
 from .problem import Problem, values_of
 from .stages import COLD, UNLOADING
+
+stats = Late("scipy.stats")
 
 TRIALS = 64
 KEPT = 2
@@ -91,9 +93,9 @@ def _from_cold(
 def _draws(problem: Problem, names: Sequence[str], seed: int) -> np.ndarray:
     """Trials from the priors, shape (trials, names)."""
     entries = [problem.parameters[n] for n in names]
-    shares = qmc.Sobol(len(names), rng=np.random.default_rng(seed)).random(TRIALS)
+    shares = stats.qmc.Sobol(len(names), rng=np.random.default_rng(seed)).random(TRIALS)
     mean, sd = (np.array([getattr(e.prior, key) for e in entries]) for key in ("mean", "sd"))
-    drawn = mean + sd * norm.ppf(shares)
+    drawn = mean + sd * stats.norm.ppf(shares)
     return np.clip(drawn, [e.min for e in entries], [e.max for e in entries])
 
 

@@ -68,6 +68,11 @@ _WORDS: dict[str, tuple[str, ...]] = {
     "stress_MPa": ("constant stress", "applied stress", "hung stress", "stress applied", "bias stress"),
 }  # fmt: skip
 _KEY = {word: key for key, words in _WORDS.items() for word in words}
+_SYMBOLS = {
+    "gauge_length_mm": "l", "length": "lh", "area_mm2": "as", "diameter_mm": "d", "width_mm": "bw",
+    "thickness_mm": "athds",
+}  # fmt: skip
+"""Letters that machines write behind the name of a size, with or without a 0: `Probenbreite b0`."""
 _CONSTANTS = ("temperature_degC", "stress_MPa")
 _NUMBER = r"[+-]?(?:\d[\d.,'’ ]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?"
 _IN_ONE = re.compile(
@@ -154,8 +159,18 @@ def _of_text(text: str) -> tuple[str, Size] | None:
     )
 
 
+def _key_of(name: str) -> str | None:
+    """Size that a heading names, with its symbol behind it or not."""
+    words = plain(re.sub(r"[,.-]", " ", name))
+    key = _KEY.get(name) or _KEY.get(words)
+    if key is None and (found := re.match(r"(.+) ([a-z])[_ ]?[0o]?$", words)):
+        key = _KEY.get(found[1])
+        return key if key in _SYMBOLS and found[2] in _SYMBOLS[key] else None
+    return key
+
+
 def _size(name: str, number: str, unit: str | None, said: str) -> tuple[str, Size] | None:
-    key = _KEY.get(name) or _KEY.get(plain(re.sub(r"[,.-]", " ", name)))
+    key = _key_of(name)
     value = to_number(number.strip(), ".")
     value = to_number(number.strip(), ",") if value is None else value
     if key is None or value is None or math.isnan(value):
@@ -202,10 +217,7 @@ def table_of_sizes(rows: Sequence[Sequence[str]]) -> dict[str, Sizes]:
     filled = [[cell.strip().strip('"') for cell in row] for row in rows if any(cell.strip() for cell in row)]
     for at, header in enumerate(filled[:_MOST_ROWS]):
         names = [parse_heading(text) for text in header]
-        keys = [
-            _KEY.get(heading.name) or _KEY.get(plain(re.sub(r"[,.-]", " ", heading.name)))
-            for heading in names
-        ]
+        keys = [_key_of(heading.name) for heading in names]
         sized = [c for c, key in enumerate(keys) if key is not None and key not in _CONSTANTS]
         labels = [c for c, h in enumerate(names) if h.name and keys[c] is None and _names_specimens(h.name)]
         if len(header) < 2 or not sized or (len(sized) < 2 and not labels):

@@ -66,7 +66,7 @@ class Compiled:
 
             return jax.vmap(along, out_axes=(None, 0, None))(along_base, along_own, along_trajectories)
 
-        name = f"diagnosis of {specimen.kind}: {' '.join(unknowns.slugs)}"
+        name = f"diagnosis of {specimen!r}: {' '.join(unknowns.slugs)}"
         self._evaluate = cached_program(evaluate, name, specimen.compiler_options)
 
     @property

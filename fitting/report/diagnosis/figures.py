@@ -6,7 +6,18 @@ from matplotlib.figure import Figure
 
 from fitting.data.recordings import schema
 from fitting.diagnose.verdict.conclusion import Conclusion
-from fitting.report.figures import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, axis_label, style
+from fitting.report.figures import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    SKY,
+    VERMILION,
+    axis_label,
+    legend_over,
+    style,
+)
 from fitting.specimens import specimen_of
 from pneusma_jax.units import from_si
 
@@ -36,8 +47,7 @@ def recordings_figure(conclusion: Conclusion) -> Figure:
         known = {}
         for panel in axes[::2].flat:
             known |= {text: line for line, text in zip(*panel.get_legend_handles_labels(), strict=True)}
-        # one entry for each panel across, so that the legend is no wider than the figure
-        figure.legend(known.values(), known, loc="outside upper center", ncols=columns, frameon=False)
+        legend_over(figure, known.values(), known, len(known))
     return figure
 
 

@@ -4,13 +4,15 @@ Figures are made from results and never fit anything. No global state of matplot
 """
 
 import io
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fitting.data.files import write_whole
@@ -133,12 +135,34 @@ def legend_above(axes: Axes, columns: int = 3) -> None:
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2)
 
 
+def legend_over(
+    figure: Figure, handles: Iterable[Artist], labels: Iterable[str] | None = None, columns: int = 3,
+    place: str = "outside upper center",
+) -> None:  # fmt: skip
+    """One legend above all panels, in as many columns as fit into the width of the figure.
+
+    Args:
+        handles: lines and patches.
+        labels: their texts; the handles' own by default.
+        columns: largest number of columns.
+        place: `loc` of matplotlib.
+    """
+    handles = list(handles)
+    texts = [str(handle.get_label()) for handle in handles] if labels is None else list(labels)
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    for count in range(max(1, min(columns, len(handles))), 0, -1):
+        legend = figure.legend(handles, texts, loc=place, ncols=count)
+        if count == 1 or legend.get_window_extent(renderer).width < 0.97 * figure.bbox.width:
+            return
+        legend.remove()
+
+
 def shared_legend(figure: Figure) -> None:
     """One legend above all panels, with every label once."""
     known = {}
     for axes in figure.axes:
         known |= {text: line for line, text in zip(*axes.get_legend_handles_labels(), strict=True)}
-    figure.legend(known.values(), known, loc="outside upper left", ncols=len(known))
+    legend_over(figure, known.values(), known, len(known), "outside upper left")
 
 
 def recording_figure(

@@ -12,7 +12,7 @@ from fitting.simulate.workspace import ChainReach, Workspace
 from fitting.specimens.cautions import CLEARANCE_DEG
 from pneusma_jax.units import from_si
 
-from . import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, style
+from . import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, legend_over, style
 
 LOOKS = {
     "pneuflex_s": ("PneuFLEX s", GREEN),
@@ -48,7 +48,7 @@ def workspace_figure(workspaces: Sequence[Workspace]) -> Figure:
             panels[name].margins(x=0.0)
             panels[name].axhline(0.0, color="black", linewidth=0.8)
         handles, labels = panels["curvature"].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=count)
+        legend_over(figure, handles, labels, count)
         views = [panels[f"shape {k}"] for k in range(count)]
         for axes, workspace in zip(views, workspaces, strict=True):
             _shapes(axes, workspace)
@@ -92,7 +92,7 @@ def activation_figure(workspaces: Sequence[Workspace], levels: int = 4) -> Figur
         panels[0, 0].set_ylabel("curvature [1/m]")
         panels[1, 0].set_ylabel("bend angle [deg]")
         handles, labels = panels[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=levels)
+        legend_over(figure, handles, labels, levels)
     return figure
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from fitting.data.csv_text import csv_text
 from fitting.invert.goals import GOALS
-from fitting.invert.lumen import Passage
+from fitting.invert.passage import Passage
 from fitting.invert.run import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
 from pneusma_jax.units import from_si
@@ -75,6 +75,7 @@ def passage_summary(result: Passage) -> dict[str, Any]:
         "tortuosity": result.lumen.tortuosity,
         "passes": result.passes,
         "clearance_mm": from_si(result.clearance, "mm"),
+        "clearance_wanted_mm": from_si(result.wanted, "mm"),
         "offset_mm": from_si(result.offset, "mm"),
         "pressure_kPa": from_si(result.pressure, "kPa"),
         "xi0": {spring_name(result.springs, k): float(x) for k, x in enumerate(result.fractions)},

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fitting.invert.goals import GOALS
-from fitting.invert.lumen import Passage
+from fitting.invert.passage import Passage
 from fitting.invert.run import Inversion
 from pneusma_jax.units import from_si, unit_of_column
 
@@ -85,8 +85,7 @@ def passage_figure(results: Sequence[Passage]) -> Figure:
             draw_tube(axes, 1e3 * one.line[:, [axis, 2]], radius, VERMILION, "chain", 0.3)
             axes.set(xlabel=f"{'xy'[axis]} [mm]", ylabel="z [mm]", aspect="equal")
         gap = from_si(one.clearance, "mm")
-        above.set_title(
-            f"{one.lumen.name}\ntortuosity {one.lumen.tortuosity:.2f}, {gap:.1f} mm free", fontsize=10
-        )
+        room = f"{gap:.1f} mm free" if gap >= 0.0 else f"{-gap:.1f} mm of overlap"
+        above.set_title(f"{one.lumen.name}\ntortuosity {one.lumen.tortuosity:.2f}, {room}", fontsize=10)
     panels[0, 0].legend(loc="best")
     return figure

@@ -1,6 +1,6 @@
 """Reports of inverse problems: drives for targets, drives over time, a chain in a lumen."""
 
-from fitting.invert.lumen import Passage
+from fitting.invert.passage import Passage
 from fitting.invert.run import Inversion
 from fitting.invert.trajectory import Trajectory
 

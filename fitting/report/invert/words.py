@@ -3,7 +3,7 @@
 import numpy as np
 
 from fitting.invert.goals import GOALS
-from fitting.invert.lumen import Passage
+from fitting.invert.passage import Passage
 from fitting.invert.run import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
 from pneusma_jax.units import from_si, unit_of_column
@@ -115,11 +115,12 @@ def agreement(result: Trajectory) -> str:
 def passage_verdict(result: Passage) -> list[str]:
     """Sentence on the passage of a chain through a lumen, and on its drives."""
     gap = from_si(result.clearance, "mm")
-    fit = (
-        f"passes with {gap:.2f} mm to the wall"
-        if result.passes
-        else f"does not pass: it overlaps the wall by {-gap:.2f} mm"
-    )
+    if result.passes:
+        fit = f"passes with {gap:.2f} mm to the wall"
+    else:
+        how = f"overlaps the wall by {-gap:.2f} mm" if gap < 0.0 else f"comes within {gap:.2f} mm of the wall"
+        wider = 2.0 * from_si(result.wanted - result.clearance, "mm")
+        fit = f"does not pass: it {how}; a lumen {wider:.2f} mm wider would let it"
     springs = [f"xi0_{spring_name(result.springs, k)} {x:.3f}" for k, x in enumerate(result.fractions)]
     pressure = f"{from_si(result.pressure, 'kPa'):.3f} kPa"
     return [

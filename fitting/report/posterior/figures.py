@@ -21,6 +21,7 @@ from ..figures import (
     SKY,
     VERMILION,
     axis_label,
+    legend_over,
     panel_grid,
     unit_of,
 )
@@ -99,8 +100,11 @@ def corner_figure(result: CampaignPosterior) -> Figure:
         Line2D([], [], color=BLUE, lw=1.6, label="draws: one and two sigma"),
         Line2D([], [], color=VERMILION, lw=1.4, ls="--", label="Laplace approximation"),
     ]
-    corner_of_page = grid[0, -1] if len(names) > 1 else grid[0, 0]
-    corner_of_page.legend(handles=handles, loc="upper right", bbox_to_anchor=(1.0, 1.0), fontsize=9)
+    if len(names) > 1:  # above the diagonal there is room
+        grid[0, -1].legend(handles=handles, loc="upper right", bbox_to_anchor=(1.0, 1.0), fontsize=9)
+    else:
+        figure.subplots_adjust(top=0.8)
+        figure.legend(handles=handles, loc="upper center", fontsize=9)
     return figure
 
 
@@ -159,7 +163,7 @@ def trace_figure(result: CampaignPosterior) -> Figure:
         axes.margins(x=0.0)
     panels[-1].set_xlabel("step (grey: burn-in, left out)")
     handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=min(len(handles), 6))
+    legend_over(figure, handles, labels, 6)
     figure.align_ylabels()
     return figure
 
@@ -180,7 +184,7 @@ def predictive_figure(result: CampaignPosterior) -> Figure:
         for axes in (panels[2 * (k // columns), k % columns], panels[2 * (k // columns) + 1, k % columns]):
             axes.set_visible(False)
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=4)
+    legend_over(figure, handles, labels, 4)
     return figure
 
 
@@ -218,7 +222,7 @@ def prior_figure(result: CampaignPosterior) -> Figure:
         Line2D([], [], color=GREEN, lw=1.8, label="prior"),
         Line2D([], [], color=VERMILION, lw=1.4, ls="--", label="Laplace approximation"),
     ]
-    figure.legend(handles=handles, loc="outside upper center", ncols=3)
+    legend_over(figure, handles)
     return figure
 
 

@@ -1,0 +1,245 @@
+"""A chain in a lumen: as close to the centre line as it can be, without touching the lumen's wall."""
+
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+from scipy.stats import qmc
+
+import pneusma_jax as pj
+from fitting.design.bodies import Body, Solved
+from fitting.design.log import Evaluation
+from fitting.design.optimise import ALLOWED, Ends, Outcome, Problem, best_of, optimise
+from fitting.design.quantities import QUANTITIES
+from fitting.inference.results import Result
+from pneusma_jax.serial_chain.segments import chain_shape
+
+from .forward import Memories, first_guess, fresh, state_of
+from .lumen import Lumen, distances, refined
+from .run import Inverse
+from .search import Box
+from .tables import Table, looked_up
+
+POINTS = 12
+"""Number of points on every segment whose clearance is constrained: 5 mm apart on a segment of 56 mm."""
+STARTS = 8
+"""Number of starting points of the search, and of evaluations side by side."""
+IN_TABLES = 24
+"""Number of starting points where tables of the segments make an evaluation cheap."""
+CORRECTIONS = 3
+"""Maximum of times that the clearance is widened by what the exact model lacks."""
+ENDS = Ends(precision=1e-5)
+"""Stopping rule of a search. The objective is a mean square distance in radii of the tube, so 1e-5 is 0.02 mm
+for a tube of 10 mm. Smallest distances have kinks, on which an exact search goes to and fro."""
+CLOSE = 1e-6
+"""Distance up to which a wanted clearance counts as kept [m]."""
+PICKED = 8_000
+"""Number of states of the atlas that are compared with the line; the search starts from the nearest ones."""
+
+
+@dataclass(frozen=True)
+class Passage(Result):
+    """A chain in a lumen.
+
+    Attributes:
+        design: name of the chain.
+        lumen: the lumen.
+        springs: segment and number of every spring.
+        pressure: gauge pressure [Pa]; fractions: martensite fractions of all springs [1].
+        offset: root mean square distance of the chain's centre line from the lumen's [m].
+        clearance: least distance between the walls [m], negative where they would overlap.
+        wanted: least distance to keep [m].
+        line: points of the chain's centre line [m], shape (points, 3).
+        solved: the solved state of the chain.
+    """
+
+    design: str
+    lumen: Lumen
+    springs: tuple[tuple[int, int], ...]
+    pressure: float
+    fractions: np.ndarray
+    offset: float
+    clearance: float
+    wanted: float
+    line: np.ndarray
+    solved: Solved
+
+    @property
+    def passes(self) -> bool:
+        """True if the chain keeps the wanted distance from the lumen's wall everywhere."""
+        return self.clearance >= self.wanted - CLOSE
+
+
+class _Task(eqx.Module):
+    """The task of passing a lumen.
+
+    Attributes:
+        body, box, memories: the driven body, the box of its drives, and the memories of its springs.
+        line: points and diameters of the lumen [m].
+        clearance: least distance to keep between the walls [m].
+        tables: tables of the segments of a chain without loads, or None.
+    """
+
+    body: Body
+    box: Box
+    memories: Memories
+    line: tuple[Array, Array]
+    clearance: Array
+    tables: tuple[Table, ...] | None
+
+    def state(self, place: Array) -> Solved:
+        """State at a place in the box; from tables it has a shape and no segments."""
+        x = self.box.drives(place)
+        if self.tables is None:
+            return state_of(self.body, x[0], x[1:], self.memories, first_guess(self.body))
+        found = looked_up(self.tables, x)
+        shape = chain_shape(self.body.chain, found[:, :2], found[:, 2])
+        return Solved(self.body, x[0], (), shape.end_pose, pj.ChainEquilibrium((), shape))
+
+
+def _numbers(task: _Task, place: Array) -> Array:
+    """Mean square distance, then violations of the clearances to the lumen and of the chain to itself, in
+    radii of the tube [1]."""
+    radius = jnp.max(jnp.stack([s.section.radius for s in task.body.segments]))
+    solved = task.state(place)
+    away, room = distances(_line(solved), task.line)
+    own = QUANTITIES["clearance"].function(solved, 0)
+    return jnp.concatenate(
+        [
+            jnp.mean(away**2)[None] / radius**2,
+            (away + radius + task.clearance - room) / radius,
+            -own[None] / radius,
+        ]
+    )
+
+
+@eqx.filter_jit
+def _evaluated(task: _Task, places: Array) -> tuple[Array, Array]:
+    """The numbers and their exact derivatives; one program for all lumens of as many points."""
+
+    def one(place: Array) -> tuple[Array, Array]:
+        push = lambda tangent: jax.jvp(lambda u: _numbers(task, u), (place,), (tangent,))  # noqa: E731
+        return jax.vmap(push, out_axes=(None, 1))(jnp.eye(place.size))
+
+    return jax.lax.map(one, places, batch_size=STARTS)
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    """Evaluates places for the optimiser."""
+
+    task: _Task
+
+    def __call__(self, places: list[np.ndarray]) -> list[Evaluation]:
+        filled = np.stack([*places, *[places[-1]] * (-len(places) % STARTS)])
+        found = [np.asarray(x) for x in _evaluated(self.task, jnp.asarray(filled))]
+        return [Evaluation(np.array(p), found[0][k], found[1][k]) for k, p in enumerate(places)]
+
+
+def _line(solved: Solved) -> Array:
+    """Points along a chain [m]."""
+    if solved.chain is not None:
+        return solved.chain.shape.polyline(POINTS)
+    one = solved.only
+    share = jnp.linspace(0.0, 1.0, POINTS)
+    return pj.serial_chain.kinematics.arc_points(one.bend, one.length, share)
+
+
+def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Passage:
+    """Drives that keep a chain along a lumen.
+
+    The mean square distance of the centre lines is minimised by SLSQP from several starts, with the
+    clearances of all points as inequalities. Where they cannot be kept, the least overlap is looked for.
+    A chain without loads is searched in tables of its segments; what is reported is the exact model's.
+
+    Args:
+        inverse: inverse of a chain, or of one actuator.
+        lumen: lumen to pass through; the chain begins at its first point, along z.
+        clearance: least distance to keep between the walls [m].
+    """
+    searches = inverse.by_tables
+    tables = None if searches is None else searches.tables
+    line = tuple(jnp.asarray(x) for x in refined(lumen))
+    task = _Task(inverse.body, inverse.box(), fresh(inverse.body), line, jnp.asarray(clearance), tables)
+    starts = _starts(inverse, line, STARTS if tables is None else IN_TABLES)
+    best = _searched(task, starts)
+    found = _passage(inverse, lumen, clearance, line, best.evaluation.place)
+    for _ in range(CORRECTIONS if tables is not None and best.kept else 0):
+        short = clearance - found.clearance
+        if short <= CLOSE:
+            break
+        # the tables promise more room than the exact model has
+        wider = eqx.tree_at(lambda t: t.clearance, task, task.clearance + 1.1 * short)
+        again = _searched(wider, [best.evaluation.place])
+        task, new = wider, _passage(inverse, lumen, clearance, line, again.evaluation.place)
+        best, found = (again, new) if new.clearance > found.clearance else (best, found)
+    return found
+
+
+def _searched(task: _Task, starts: list[np.ndarray]) -> Outcome:
+    """The best of all starts: close to the line with the clearances kept, else with the least overlap."""
+    evaluate = _Numbers(task)
+    size = evaluate(starts[:1])[0].values.size
+    rows = np.arange(1, size)
+    problem = Problem(np.eye(size)[0], rows, np.zeros(rows.size), np.ones(rows.size))
+    outcomes: list[Outcome] = optimise([problem] * len(starts), starts, evaluate, ends=ENDS)
+    best = best_of(outcomes)
+    if not best.kept:
+        slack = Problem(np.eye(size)[0], rows, np.zeros(rows.size), np.ones(rows.size), slack=True)
+        best = best_of(optimise([slack] * len(starts), starts, evaluate, ends=ENDS))
+        if best.objective <= ALLOWED:  # it can be kept after all: from there
+            again = optimise([problem], [best.evaluation.place], evaluate, ends=ENDS)
+            best = best_of([*again, *([] if best_of(again).kept else [best])])
+    return best
+
+
+def _passage(
+    inverse: Inverse, lumen: Lumen, wanted: float, line: tuple[Array, Array], place: np.ndarray
+) -> Passage:
+    """The passage of a place in the box, on the exact model."""
+    drives = np.asarray(inverse.box().drives(jnp.asarray(place)))
+    state = jax.tree.map(lambda x: x[0], _parts(inverse.verified(drives[None])))
+    state = Solved(inverse.body, *state)
+    drawn = np.asarray(_line(state))
+    away, room = distances(jnp.asarray(drawn), line)
+    radius = max(float(s.section.radius) for s in inverse.body.segments)
+    return Passage(
+        inverse.design, lumen, inverse.springs, float(drives[0]), drives[1:],
+        float(np.sqrt(np.mean(np.asarray(away) ** 2))),
+        float(np.min(np.asarray(room - away)) - radius), wanted, drawn, state,
+    )  # fmt: skip
+
+
+def _parts(solved: Solved) -> tuple:
+    return solved.pressure, solved.segments, solved.end_pose, solved.chain
+
+
+def _starts(inverse: Inverse, line: tuple[Array, Array], count: int) -> list[np.ndarray]:
+    """Places in the box: states of the atlas whose segments' ends lie nearest to the line, spread out."""
+    atlas, box = inverse.atlas, inverse.box()
+    some = np.linspace(0, len(atlas.drives) - 1, min(PICKED, len(atlas.drives))).astype(int)
+    part = jax.tree.map(lambda x: x[some], (atlas.solved.segments, atlas.solved.end_pose))
+    away = np.asarray(_offsets(inverse.body, line, part))
+    order = some[np.argsort(np.where(np.isfinite(away), away, np.inf))]
+    places = [np.asarray(box.place(jnp.asarray(atlas.drives[k]))) for k in order[: count - 2]]
+    even = qmc.Sobol(len(places[0]), seed=np.random.default_rng(inverse.seed)).random(2)
+    return [*(np.clip(p, 0.0, 1.0) for p in places), *even]
+
+
+@eqx.filter_jit
+def _offsets(body: Body, line: tuple[Array, Array], states: tuple) -> Array:
+    """Mean square distance of states from a line [m2]."""
+
+    def offset(segments: tuple, end_pose: Array) -> Array:
+        if body.chain is None:
+            points = _line(Solved(body, jnp.zeros(()), segments, end_pose, None))
+        else:
+            bends = jnp.stack([x.bend for x in segments])
+            lengths = jnp.stack([x.length for x in segments])
+            points = pj.serial_chain.segments.chain_shape(body.chain, bends, lengths).polyline(4)
+        return jnp.mean(distances(points, line)[0] ** 2)
+
+    return jax.lax.map(lambda row: offset(*row), states, batch_size=256)

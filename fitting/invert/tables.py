@@ -1,0 +1,109 @@
+"""Tables of a segment's shape over its drives, interpolated: what a search in a chain needs at each step.
+
+In a chain without loads every segment is in equilibrium by itself. Its shape is a smooth function of the
+pressure and of its own springs' fractions, so a few thousand equilibria tell it. A cubic through the four
+nearest values on each axis costs a hundredth of an equilibrium. The tables only find the way: drives are
+verified, and what they still miss is corrected, on the exact model.
+"""
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jaxtyping import Array
+
+from fitting.design.bodies import Body
+from pneusma_jax import Actuator
+
+from .forward import denser, fresh, states_of
+
+PRESSURES = 25
+"""Number of pressures of a table."""
+FRACTIONS = {0: 1, 1: 33, 2: 21, 3: 11}
+"""Number of fractions of each spring, by the number of springs; with more, a table would be too large."""
+NARROW = 1e3
+"""Range of pressures [Pa] of the table where the pressure is held."""
+
+
+class Table(eqx.Module):
+    """Shapes of one segment.
+
+    Attributes:
+        pressures: [Pa], evenly spaced, shape (pressures,).
+        fractions: [1], ascending, denser towards 1, shape (fractions,).
+        shapes: bend angle vector [rad] and length [m] of every state, shape (3, pressures, fractions, ...),
+            with an axis of fractions for every spring.
+    """
+
+    pressures: Array
+    fractions: Array
+    shapes: Array
+
+    @property
+    def springs(self) -> int:
+        """Number of springs."""
+        return self.shapes.ndim - 2
+
+    def at(self, pressure: Array, fractions: Array) -> Array:
+        """Bend and length between the points, shape (3,).
+
+        Args:
+            pressure: [Pa].
+            fractions: of the segment's springs [1], shape (springs,).
+        """
+        axes = [(self.pressures, pressure), *((self.fractions, fractions[k]) for k in range(self.springs))]
+        firsts, weights = zip(*(_four(nodes, at) for nodes, at in axes), strict=True)
+        size = (self.shapes.shape[0], *(4 for _ in axes))
+        values = lax.dynamic_slice(self.shapes, (0, *firsts), size)
+        for own in reversed(weights):
+            values = values @ own
+        return values
+
+
+def looked_up(tables: tuple[Table, ...], drives: Array) -> Array:
+    """Bend and length of every segment of a chain, shape (segments, 3).
+
+    Args:
+        tables: table of each segment.
+        drives: pressure [Pa] and fractions of all springs [1], shape (drives,).
+    """
+    rows, at = [], 1
+    for table in tables:
+        rows.append(table.at(drives[0], drives[at : at + table.springs]))
+        at += table.springs
+    return jnp.stack(rows)
+
+
+def _four(nodes: Array, at: Array) -> tuple[Array, Array]:
+    """Index of the first of the four nodes about a place on an axis, and the weights of their values in the
+    cubic through them (Lagrange), shape (4,)."""
+    first = jnp.clip(jnp.sum(nodes <= lax.stop_gradient(at)) - 2, 0, nodes.size - 4)
+    four = lax.dynamic_slice(nodes, (first,), (4,))
+    away = at - four
+    apart = four[:, None] - four[None, :] + jnp.eye(4)
+    across = jnp.where(jnp.eye(4, dtype=bool), 1.0, away[None, :])
+    return first, jnp.prod(across, axis=1) / jnp.prod(apart, axis=1)
+
+
+def table_of(segment: Actuator, pressure: tuple[float, float], xi0_min: float) -> Table | None:
+    """Table of one segment; None where it has too many springs, or a state of it no equilibrium.
+
+    Args:
+        segment: the actuator.
+        pressure: lowest and highest, gauge [Pa].
+        xi0_min: least fraction [1].
+    """
+    count = len(segment.springs)
+    if count not in FRACTIONS:
+        return None
+    low, high = pressure
+    levels = np.linspace(low, max(high, low + NARROW), PRESSURES)
+    nodes = np.sort(1.0 - max(1.0 - xi0_min, 1e-3) * (1.0 - denser(FRACTIONS[count])))
+    grid = np.meshgrid(levels, *[nodes] * count, indexing="ij")
+    rows = np.stack([x.ravel() for x in grid], axis=1)
+    body = Body((segment,), None)
+    found = states_of(body, jnp.asarray(rows[:, 0]), jnp.asarray(rows[:, 1:]), fresh(body)).only
+    shapes = np.column_stack([found.bend, found.length])
+    if not np.all(np.isfinite(shapes)):
+        return None
+    return Table(*(jnp.asarray(x) for x in (levels, nodes, shapes.T.reshape(-1, *grid[0].shape))))

@@ -1,0 +1,75 @@
+"""Wrong usage of commands: one clear line that names what is wrong, exit code 2, and nothing left behind."""
+
+from pathlib import Path
+
+import pytest
+
+SILICONE = Path(__file__).parents[2] / "calibration_data" / "examples" / "pulled_silicone"
+
+
+@pytest.fixture
+def refused(run, tmp_path, monkeypatch):
+    """The line that a command ends with, in an empty folder that stays empty."""
+    monkeypatch.chdir(tmp_path)
+
+    def line(*words: str) -> str:
+        result = run(*map(str, words))
+        assert result.exit_code == 2 and result.output == result.stderr, result.output
+        assert result.stderr.count("\n") == 1 and not list(tmp_path.iterdir())
+        return result.stderr
+
+    return line
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("simulate", "--design", "pneusma2", "--pressure-kPa", "nan"),
+        ("invert", "--curvature-1pm", "inf"),
+        ("invert", "--curvature-1pm", "40", "--clearance-mm", "nan"),
+        ("plan", "--misfit", "nan", "--out", "o"),
+        ("wiring", "--voltage", "inf", "--out", "o"),
+        ("synthesise", "tube", "--drift", "nan", "--out", "o"),
+    ],
+)
+def test_a_number_that_is_none_is_refused(refused, words):
+    assert "is not a finite number" in refused(*words)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("diagnose", SILICONE, "--seed", "-1", "--out", "o"),
+        ("synthesise", "tube", "--seed", "-1", "--out", "o"),
+        ("posterior", SILICONE, "--max-steps", "-4", "--out", "o"),
+        ("plan", "--draws", "0", "--out", "o"),
+    ],
+)
+def test_a_count_that_cannot_be_is_refused_at_once(refused, words):
+    assert "is not in the range" in refused(*words)
+
+
+@pytest.mark.parametrize("command", ["characterise-batch", "diagnose"])
+def test_a_campaign_named_twice_is_refused(refused, command):
+    assert "this campaign is named twice" in refused(command, SILICONE, f"{SILICONE}/../pulled_silicone", "--out", "o")
+
+
+@pytest.mark.parametrize("command", ["characterise-batch", "diagnose"])
+def test_campaigns_none_of_which_is_there_are_refused(refused, command):
+    assert "there is no such file or folder" in refused(command, "nowhere", "neither", "--out", "o")
+
+
+def test_a_place_that_cannot_be_written_is_refused_before_the_work(refused):
+    if not Path("/proc/self").exists():
+        pytest.skip("no /proc here")
+    assert "/proc/x: results cannot be written here (/proc: " in refused("diagnose", SILICONE, "--out", "/proc/x")
+
+
+def test_a_very_long_path_is_told_by_its_ends(refused):
+    deep = "/".join(["d" * 100] * 45)
+    said = refused("diagnose", SILICONE, "--out", deep)
+    assert "[...]" in said and len(said) < 350
+
+
+def test_a_name_that_is_only_begun_is_completed(refused):
+    assert "did you mean 'mullins_softening'?" in refused("effects", "mulins")
