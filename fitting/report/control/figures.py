@@ -34,11 +34,13 @@ def course_figure(result: Sweep) -> Figure:
             )
         axes.set_title(case.name.replace("_", " "), fontsize=10, loc="left")
     for axes in panels[count:]:
-        axes.set_visible(False)
-    for axes in panels[::2]:
+        axes.remove()
+    for axes in panels[:count:2]:
         axes.set_ylabel("curvature [1/m]")
-    for axes in panels[-2:]:
+    for axes in panels[max(count - 2, 0) : count]:  # the lowest of each column
         axes.set_xlabel("time [s]")
+        axes.xaxis.label.set_visible(True)
+        axes.tick_params(labelbottom=True)
     handles, labels = panels[1 if count > 1 else 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper left", ncols=3)
     return figure

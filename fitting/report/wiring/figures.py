@@ -35,5 +35,5 @@ def wiring_figure(circuit: Circuit) -> Figure:
     right.set(xlabel="heated segment", ylabel="selected segment")
     for axis in (right.xaxis, right.yaxis):
         axis.set_ticks(range(len(table)), [str(k + 1) for k in range(len(table))])
-    figure.colorbar(shown, ax=right, label="log10 of heating over that of the selected one")
+    figure.colorbar(shown, ax=right, label="heating over that of the selected one, log10 [1]")
     return figure
