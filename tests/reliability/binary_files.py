@@ -17,7 +17,7 @@ import numpy as np
 
 from fitting.data.recordings import read_recording
 from fitting.data.sealed import SEAL, sealed
-from fitting.design.uncertain import _posterior as read_design_posterior
+from fitting.design.uncertain import posterior_draws as read_design_posterior
 from fitting.engine import objects
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.propagate import build_problem, read_study

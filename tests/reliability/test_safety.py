@@ -310,16 +310,16 @@ def test_a_read_only_disk_is_one_line(tmp_path, monkeypatch):
 
 
 PUBLISH = """
-import importlib.util, sys, types
+import importlib, sys, types
 errors = types.ModuleType("pneusma_jax.errors")
 errors.InputError = ValueError
 sys.modules["pneusma_jax"], sys.modules["pneusma_jax.errors"] = types.ModuleType("pneusma_jax"), errors
-spec = importlib.util.spec_from_file_location("publish", sys.argv[1])
-publish = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(publish)
+sys.modules["fitting"], sys.modules["fitting.data"] = types.ModuleType("fitting"), types.ModuleType("fitting.data")
+sys.modules["fitting.data"].__path__, sys.modules["pneusma_jax"].__path__ = [sys.argv[1]], [sys.argv[2]]
+publish = importlib.import_module("fitting.data.publish")
 print("ready", flush=True)
 for version in range(10**6):
-    publish.publish(sys.argv[2], {name: str(version) for name in ("a.png", "b.csv", "report.json")}, True)
+    publish.publish(sys.argv[3], {name: str(version) for name in ("a.png", "b.csv", "report.json")}, True)
 """
 
 
@@ -328,7 +328,7 @@ def test_a_kill_leaves_whole_results_of_one_version_or_none(tmp_path):
     whole = 0
     for _ in range(40):
         with subprocess.Popen(
-            [sys.executable, "-c", PUBLISH, ROOT / "fitting" / "data" / "publish.py", out],
+            [sys.executable, "-c", PUBLISH, ROOT / "fitting" / "data", ROOT / "pneusma_jax", out],
             stdout=subprocess.PIPE,
         ) as process:
             assert process.stdout.readline() == b"ready\n"
