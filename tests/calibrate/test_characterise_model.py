@@ -162,7 +162,7 @@ def test_a_model_that_says_nothing_of_a_kind_is_refused(pulls):
     [
         ("tube", "wrap_friction", "wall_thickness"),
         ("wire", "transformation_hysteresis", "T_width"),
-        ("spring", "series_resistance", "G_m"),
+        pytest.param("spring", "series_resistance", "G_m", marks=pytest.mark.slow),
     ],
 )
 def test_every_kind_runs_through_its_effects(kind, slug, number):

@@ -45,6 +45,7 @@ def test_actuator_follows_its_own_model_to_the_noise(run, heated, tmp_path):
     assert states[0] == "time_s,status,xi0_1,gamma_R_1,xi0_2,gamma_R_2" and ",converged,1," in states[1]
 
 
+@pytest.mark.slow
 def test_without_noise_the_model_is_reproduced_with_its_memory():
     recording = heated_recording(noise=False)
     prediction = predict(recording, denoise=False)

@@ -87,6 +87,7 @@ def test_connectors_and_mounting_angles_by_hand():
     assert np.linalg.norm(np.diff(side, axis=0), axis=1).sum() == pytest.approx(LENGTH + RADIUS * np.pi / 2, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_turning_the_mounting_turns_the_pose():
     body, drives = pj.make_actuator("pneusma2"), (phases(1.0, 0.4), phases(0.5, 1.0))
     angle = 0.7
