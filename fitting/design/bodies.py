@@ -127,6 +127,11 @@ class Solved(eqx.Module):
         """The first segment."""
         return self.segments[0]
 
+    @property
+    def parts(self) -> tuple:
+        """All but the body: of many states, what has a leading axis of rows."""
+        return self.pressure, self.segments, self.end_pose, self.chain
+
 
 def build_body(
     plan: Plan,

@@ -173,7 +173,7 @@ class Model:
         parameters = self.space.parameters(place)
         own = tuple(m.with_draw(draw["alloy"], draw.get("stiffness")) for m in materials)
         body = build_body(self.plan, parameters, own, draw["added"])
-        solve = lambda p, x: (lambda s: (s.pressure, s.segments, s.end_pose, s.chain))(solve_body(body, p, x))  # noqa: E731
+        solve = lambda p, x: solve_body(body, p, x).parts  # noqa: E731
         parts = jax.vmap(solve)(*self.states.at(parameters))
         seen = _Seen(self, body, parts, parameters)
         rows = [jnp.ravel(seen.violation(one)) for one in self.study.constraints]

@@ -15,7 +15,7 @@ from fitting.inference.program_cache import stored_jit
 from pneusma_jax.late import Late
 from pneusma_jax.serial_chain.segments import chain_shape
 
-from .forward import denser, equal, fresh, padded, springs_of, states_of
+from .forward import denser, fresh, made_once, padded, springs_of, states_of
 from .goals import GOALS, sizes
 
 stats = Late("scipy.stats")
@@ -91,7 +91,7 @@ class Atlas:
 
 def goal_values(solved: Solved, goals: tuple[str, ...]) -> np.ndarray:
     """Values of goals in many states, SI, shape (states, columns)."""
-    parts, size = padded((solved.pressure, solved.segments, solved.end_pose, solved.chain))
+    parts, size = padded(solved.parts)
     return np.asarray(_values(Solved(solved.body, *parts), goals))[:size]
 
 
@@ -102,7 +102,7 @@ def _values(solved: Solved, goals: tuple[str, ...]) -> jax.Array:
         state = Solved(solved.body, pressure, segments, end_pose, chain)
         return jnp.concatenate([GOALS[name].function(state) for name in goals])
 
-    return jax.vmap(one)((solved.pressure, solved.segments, solved.end_pose, solved.chain))
+    return jax.vmap(one)(solved.parts)
 
 
 def fractions_grid(springs: int, xi0_min: float, seed: int) -> np.ndarray:
@@ -150,12 +150,9 @@ def _chain(body: Body, levels: np.ndarray, xi0_min: float, seed: int) -> Atlas:
     """Random combinations of states of the segments, each solved alone; equal segments are solved once."""
     random = np.random.default_rng(seed)
     at = random.integers(len(levels), size=COMBINATIONS)
-    drives, picked, known = [levels[at]], [], []
-    for segment in body.segments:
-        own, found = next((g for other, g in known if equal(other, segment)), (None, None))
-        if own is None:
-            own, found = _grid(Body((segment,), None), levels, xi0_min, seed)
-            known.append((segment, (own, found)))
+    drives, picked = [levels[at]], []
+    alone = lambda segment: _grid(Body((segment,), None), levels, xi0_min, seed)  # noqa: E731
+    for own, found in made_once(body.segments, alone):
         each = len(own) // len(levels)
         index = at * each + random.integers(each, size=COMBINATIONS)
         picked.append(jax.tree.map(lambda x, i=index: x[i], found.only))

@@ -9,7 +9,7 @@ import numpy as np
 from fitting.design.bodies import Body
 
 from .atlas import Atlas, goal_values
-from .forward import equal, fresh, in_parallel, lots_of, states_of
+from .forward import fresh, in_parallel, lots_of, made_once, states_of
 from .goals import sizes
 from .search import LAST_WEIGHT, MOST_STEPS, WEIGHT, Box, Found, search_tables
 from .tables import Table, table_of
@@ -35,14 +35,10 @@ def tables_of(body: Body, pressure: tuple[float, float], xi0_min: float) -> tupl
     """
     if body.chain is None or body.chain.loaded:
         return None
-    known: list[tuple] = []
     tables = []
-    for segment in body.segments:
-        own = next((table for other, table in known if equal(other, segment)), None)
-        own = table_of(segment, pressure, xi0_min) if own is None else own
+    for own in made_once(body.segments, lambda segment: table_of(segment, pressure, xi0_min)):
         if own is None:
             return None
-        known.append((segment, own))
         tables.append(own)
     return tuple(tables)
 

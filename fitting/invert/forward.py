@@ -1,6 +1,7 @@
 """Fast states from drives: Newton's method from a state nearby, exact derivatives."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -104,6 +105,17 @@ def _alike(rows: Sequence[tuple], pressure: Array) -> list[pj.Equilibrium]:
 def equal(a: pj.Actuator, b: pj.Actuator) -> bool:
     """True if two actuators are the same in structure and in all numbers."""
     return bool(eqx.tree_equal(a, b))
+
+
+def made_once(segments: Sequence[pj.Actuator], make: Callable[[pj.Actuator], Any]) -> Iterator[Any]:
+    """What is made of each segment, in order; equal segments share it, and it is made once."""
+    known: list[tuple] = []
+    for segment in segments:
+        own = next((made for other, made in known if equal(other, segment)), None)
+        if own is None:
+            own = make(segment)
+            known.append((segment, own))
+        yield own
 
 
 def unknowns_of(solved: Solved) -> Array:

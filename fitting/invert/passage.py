@@ -7,7 +7,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
-from scipy.stats import qmc
 
 import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved
@@ -15,6 +14,7 @@ from fitting.design.log import Evaluation
 from fitting.design.optimise import ALLOWED, Ends, Outcome, Problem, best_of, optimise
 from fitting.design.quantities import QUANTITIES
 from fitting.inference.results import Result
+from pneusma_jax.late import Late
 from pneusma_jax.serial_chain.segments import chain_shape
 
 from .forward import Memories, first_guess, fresh, state_of
@@ -22,6 +22,8 @@ from .lumen import Lumen, distances, progress, refined
 from .run import Inverse
 from .search import Box
 from .tables import Table, looked_up
+
+stats = Late("scipy.stats")
 
 POINTS = 12
 """Number of points on every segment whose clearance is constrained: 5 mm apart on a segment of 56 mm."""
@@ -215,7 +217,7 @@ def _passage(
 ) -> Passage:
     """The passage of a place in the box, on the exact model."""
     drives = np.asarray(inverse.box().drives(jnp.asarray(place)))
-    state = jax.tree.map(lambda x: x[0], _parts(inverse.verified(drives[None])))
+    state = jax.tree.map(lambda x: x[0], inverse.verified(drives[None]).parts)
     state = Solved(inverse.body, *state)
     drawn = np.asarray(_line(state))
     away, room = distances(jnp.asarray(drawn), line)
@@ -228,10 +230,6 @@ def _passage(
     )  # fmt: skip
 
 
-def _parts(solved: Solved) -> tuple:
-    return solved.pressure, solved.segments, solved.end_pose, solved.chain
-
-
 def _starts(inverse: Inverse, line: tuple[Array, Array], count: int) -> list[np.ndarray]:
     """Places in the box: states of the atlas that lie nearest to the line and reach far, and spread ones."""
     atlas, box = inverse.atlas, inverse.box()
@@ -240,7 +238,7 @@ def _starts(inverse: Inverse, line: tuple[Array, Array], count: int) -> list[np.
     away = np.asarray(_offsets(inverse.body, line, part))
     order = some[np.argsort(np.where(np.isfinite(away), away, np.inf))]
     places = [np.asarray(box.place(jnp.asarray(atlas.drives[k]))) for k in order[: count - 2]]
-    even = qmc.Sobol(len(places[0]), seed=np.random.default_rng(inverse.seed)).random(2)
+    even = stats.qmc.Sobol(len(places[0]), seed=np.random.default_rng(inverse.seed)).random(2)
     return [*(np.clip(p, 0.0, 1.0) for p in places), *even]
 
 

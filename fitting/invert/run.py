@@ -345,5 +345,5 @@ def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:
         blank = jnp.zeros(0)
         return (jnp.stack(resistances), jnp.stack(currents)) if resistances else (blank, blank)
 
-    parts, size = padded((solved.pressure, solved.segments, solved.end_pose, solved.chain))
+    parts, size = padded(solved.parts)
     return first_rows(jax.jit(jax.vmap(one))(parts), size)

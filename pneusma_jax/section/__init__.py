@@ -156,14 +156,12 @@ class Section(eqx.Module):
         n = jnp.where(bent, frozen / jnp.where(bent, slope, 1.0), jnp.asarray([0.0, 1.0]))
         along, aside = gradient @ n, gradient @ across(n)  # `aside` is zero; only its derivatives are not
         rule = self.rule(n, _places_of(law.cuts, strain, along, self.radius))
-        force = moment_n = moment_t = 0.0
+        sums = jnp.zeros(3)
         for k, sigma in enumerate(_derivatives(law, strain + along * rule.s, orders)):
             factor = aside**k / math.factorial(k)
             weights = jnp.stack([rule.across[k], rule.across[k] * rule.s, rule.across[k + 1]])
-            part = weights @ sigma
-            force = force + factor * part[0]
-            moment_n = moment_n + factor * part[1]
-            moment_t = moment_t + factor * part[2]
+            sums = sums + factor * (weights @ sigma)
+        force, moment_n, moment_t = sums
         return force, moment_n * n + moment_t * across(n)
 
     def integrate_in_plane(
@@ -194,7 +192,12 @@ def _sums(
     """
     rule = section.rule(direction, _places_of(law.cuts, strain, gradient, section.radius))
     sigma = _stress(law, strain + gradient * rule.s)
-    return tuple(jnp.stack([rule.area, rule.area * rule.s, rule.first]) @ sigma)
+    return tuple(_weights(rule) @ sigma)
+
+
+def _weights(rule: Rule) -> Array:
+    """Weights of force and of both moments at the nodes of a rule, shape (3, nodes)."""
+    return jnp.stack([rule.area, rule.area * rule.s, rule.first])
 
 
 @eqx.filter_custom_jvp
@@ -214,15 +217,11 @@ def _in_plane_jvp(primals: tuple, tangents: tuple) -> tuple[tuple, tuple]:
         return eqx.filter_jvp(lambda *given: _sums(*given, direction), primals[:4], tangents[:4])
     rule = section.rule(direction, _places_of(law.cuts, strain, gradient, section.radius))
     sigma, slope = _slope(law, strain + gradient * rule.s)
-    area, first = rule.area, rule.first
-    along, across_s = area * rule.s, first * rule.s
-    values = jnp.stack([area, along, first]) @ sigma
-    stiffness = jnp.stack([area, along, first, along, along * rule.s, across_s]) @ slope
-    tangent = jnp.zeros_like(values)
-    for part, by in ((stiffness[:3], by_strain), (stiffness[3:], by_gradient)):
+    weights, tangent = _weights(rule), jnp.zeros(3)
+    for lever, by in ((weights, by_strain), (weights * rule.s, by_gradient)):
         if by is not None:
-            tangent = tangent + part * by
-    return tuple(values), tuple(tangent)
+            tangent = tangent + (lever @ slope) * by
+    return tuple(weights @ sigma), tuple(tangent)
 
 
 @eqx.filter_custom_jvp
