@@ -26,6 +26,19 @@ outputs = {y = "a + 2*b"}
 a = {mean = 1.0, sd = 0.5}
 b = {mean = 0.0, sd = 1.0}
 """
+EXAMPLES = Path(__file__).resolve().parents[2] / "calibration_data" / "examples"
+
+
+def tube_study(points: int, more: str) -> str:
+    """A study through the recording of a shipped tube at so many points, and further tables."""
+    return f"""
+schema = "pneusma-study/1"
+[model]
+through = "recording"
+recording = "{EXAMPLES / "tube" / "inflation_1.csv"}"
+points = {points}
+{more}
+"""
 
 
 @pytest.fixture

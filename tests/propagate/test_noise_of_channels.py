@@ -1,27 +1,15 @@
 """White noise along channels: as large as stated, new at every point, and picked by one input."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from conftest import tube_study
 
 import pneusma_jax as pj
 from fitting.propagate import build_problem, propagate, read_study
 from fitting.propagate.responses import NOISE
 from fitting.propagate.responses.noise import WhiteNoise, noise_of
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "calibration_data" / "examples"
-TUBE = f"""
-schema = "pneusma-study/1"
-[model]
-through = "recording"
-recording = "{EXAMPLES / "tube" / "inflation_1.csv"}"
-points = 9
-[noise]
-pressure_kPa = 0.2
-[sampling]
-rows = 4000
-"""
+TUBE = tube_study(9, "[noise]\npressure_kPa = 0.2\n[sampling]\nrows = 4000")
 
 
 @pytest.fixture(scope="module")

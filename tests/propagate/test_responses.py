@@ -1,11 +1,11 @@
 """Rows of a study are what the model itself says, whatever they go through."""
 
 import dataclasses
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from conftest import EXAMPLES, tube_study
 
 import pneusma_jax as pj
 from fitting.control import Converter, Plant, usual_loop
@@ -18,7 +18,6 @@ from fitting.simulate.state import described_actuator
 from fitting.specimens.registry import specimen_of
 from pneusma_jax.errors import InputError
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "calibration_data" / "examples"
 STATE = """
 schema = "pneusma-study/1"
 [model]
@@ -132,16 +131,7 @@ name = "tip_z_mm"
 
 
 def test_a_recording_of_a_tube_has_its_tolerances_and_its_fit(write):
-    text = f"""
-schema = "pneusma-study/1"
-[model]
-through = "recording"
-recording = "{EXAMPLES / "tube" / "inflation_1.csv"}"
-points = 9
-[vary]
-priors = true
-"""
-    problem = problem_of(write, text)
+    problem = problem_of(write, tube_study(9, "[vary]\npriors = true"))
     tube = specimen_of("tube")
     rows = tube.rows_for(read_campaign(EXAMPLES / "tube" / "inflation_1.csv"))[0]
     expected = 1e3 * np.asarray(tube.predict({}, rows)["length"])
@@ -150,18 +140,7 @@ priors = true
 
 
 def test_derivatives_through_a_tube_are_those_of_differences(write):
-    problem = problem_of(
-        write,
-        f"""
-schema = "pneusma-study/1"
-[model]
-through = "recording"
-recording = "{EXAMPLES / "tube" / "inflation_1.csv"}"
-points = 3
-[vary]
-priors = true
-""",
-    )
+    problem = problem_of(write, tube_study(3, "[vary]\npriors = true"))
     here = problem.inputs.values(np.full((1, len(problem.inputs.names)), 0.3))
     value, slope = problem.evaluator.with_gradient(lambda y: y[1], here, "middle")
     step = 1e-6 * here[0]
@@ -211,15 +190,9 @@ def test_draws_of_a_posterior_and_inputs_of_the_study_do_not_name_the_same_numbe
         problem_of(write, POSTERIOR)
 
 
-TUBE_POSTERIOR = f"""
-schema = "pneusma-study/1"
-[model]
-through = "recording"
-recording = "{EXAMPLES / "tube" / "inflation_1.csv"}"
-points = 3
-[vary]
+TUBE_POSTERIOR = tube_study(3, """[vary]
 posterior = "own"
-"""
+""")
 
 
 def test_a_posterior_of_several_specimens_gives_the_numbers_of_the_one_that_is_meant(write, tmp_path):

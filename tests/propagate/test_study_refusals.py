@@ -30,6 +30,7 @@ segment_1 = {xi0_1 = 0.2}
 priors = ["silicone"]
 """
 GRID = STATE.replace("pressure_kPa = 30.0", "pressure_kPa = {from = 0.0, to = 50.0, points = 5}")
+LOOP = STATE.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", "")
 CASES = {
     "no file": (None, "there is no such file"),
     "no TOML": ("schema = ", "not a TOML file"),
@@ -100,12 +101,11 @@ CASES = {
         GRID.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", ""), "the pressure of a closed loop is one number",
     ),
     "a loop without springs": (
-        STATE.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", "").replace("pneusma2", "pneuflex_s"),
+        LOOP.replace("pneusma2", "pneuflex_s"),
         "by two springs",
     ),
     "a loop by FORM": (
-        STATE.replace('"state"', '"closed_loop"').replace("xi0_2 = 0.4", "")
-        + "[[output]]\nname = 'rmse_1pm'\n[[limit]]\non = 'rmse_1pm'\nabove = 1.0\n[rare]\n",
+        LOOP + "[[output]]\nname = 'rmse_1pm'\n[[limit]]\non = 'rmse_1pm'\nabove = 1.0\n[rare]\n",
         "methods = ['subset']",
     ),
     "a loop that knows everything": (
