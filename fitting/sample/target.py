@@ -24,6 +24,7 @@ from jaxtyping import Array, Float, PyTree
 
 from fitting.inference.parameters import Layout, Parameters
 from pneusma_jax.errors import InputError
+from pneusma_jax.numerics.safe import as_array
 from pneusma_jax.precision import require_float64
 
 from .likelihood import GivenLikelihood, KnownNoise, Residual, UnknownNoise
@@ -124,15 +125,15 @@ class Target(eqx.Module):
             raise InputError("no parameter is free; set vary=True and no tie for those to be sampled")
         parameters.valuesdict()
         names = tuple(name for name, p in parameters.items() if p.prior is not None and (p.free or p.tie))
-        lower, upper = parameters.box()
+        lower, upper = (as_array(side) for side in parameters.box())
         return cls(
             likelihood=likelihood,
-            data=jax.tree.map(jnp.asarray, data),  # Python floats would be compiled in as constants
-            stored=parameters.stored(),
+            data=jax.tree.map(as_array, data),  # Python floats would be compiled in as constants
+            stored=as_array(parameters.stored()),
             lower=lower,
             upper=upper,
-            prior_mean=jnp.asarray([parameters[name].prior.mean for name in names], float),
-            prior_sd=jnp.asarray([parameters[name].prior.sd for name in names], float),
+            prior_mean=as_array(np.array([parameters[name].prior.mean for name in names], float)),
+            prior_sd=as_array(np.array([parameters[name].prior.sd for name in names], float)),
             layout=layout,
             prior_names=names,
         )

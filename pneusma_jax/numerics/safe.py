@@ -10,7 +10,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, PyTree
+from jaxtyping import Array, ArrayLike, PyTree
 
 TINY = 1e-12
 
@@ -92,6 +92,13 @@ def frozen(tree: PyTree) -> PyTree:
 def is_concrete(*values: object) -> bool:
     """True if none of the values is being traced, so that a check may look at them."""
     return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
+
+
+def as_array(value: ArrayLike) -> Array:
+    """A value as an array of JAX. `jnp.asarray` compiles a program for every new shape of known numbers; this
+    does not."""
+    plain = isinstance(value, np.ndarray | np.generic | bool | int | float)
+    return jax.device_put(np.asarray(value)) if plain else jnp.asarray(value)
 
 
 def evaluated() -> contextlib.AbstractContextManager:
