@@ -72,7 +72,7 @@ def reduced(recording: Recording, most: int) -> Recording:
     text = (
         f"{recording.name}: reduced from {len(recording)} rows to {len(rows)}{of}, kept as they were read, "
         "closer where readings change, turning points among them; nothing is averaged"
-    )
+    ) + ("; effects with a memory do not see the cycles left out" if cycles else "")
     columns = {name: column[rows] for name, column in table.items()}
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, text))
 
