@@ -254,7 +254,7 @@ def _solved(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tu
     apart = ("springs", "validity", "side_direction")
     others = {name: 0.0 for name in _names(pj.Equilibrium) if name not in apart}
     like = pj.Equilibrium(
-        **others, springs=(response,) * len(actuator.springs), validity=pj.Validity(0.0, 0.0, 0.0),
+        **others, springs=(response,) * len(actuator.springs), validity=pj.Validity(0.0, 0.0, 0.0, 0.0),
         side_direction=tuple(float(x) for x in actuator.side_direction),
     )  # fmt: skip
     return jax.tree.unflatten(jax.tree.structure(like), [np.asarray(leaf) for leaf in leaves])

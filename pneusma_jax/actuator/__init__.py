@@ -171,6 +171,10 @@ def build_actuator(
     )
 
 
+SLACK = 0.02
+"""Part of the free length by which the attached length may be smaller [1]; priors of lengths are so wide."""
+
+
 def _check_dimensions(geometry: Geometry, spring: SpringGeometry | None, fibre: bool) -> None:
     """Refuse dimensions that cannot be, where their numbers are known.
 
@@ -193,7 +197,12 @@ def _check_dimensions(geometry: Geometry, spring: SpringGeometry | None, fibre: 
         raise ValueError(f"Argument `prestrain` must not be negative, but it is {geometry.prestrain}.")
     with evaluated():  # known dimensions, perhaps in a traced function
         wire = np.asarray(spring.wire_length)
-    attached = np.asarray(geometry.attached_length)
+    attached, free = np.asarray(geometry.attached_length), np.asarray(spring.free_length)
+    if np.any(attached < free * (1.0 - SLACK)):
+        raise ValueError(
+            f"Argument `attached_length` must be at least the free length of the spring, "
+            f"{np.max(free) * 1e3:.4g} mm, but it is {np.min(attached) * 1e3:.4g} mm."
+        )
     if np.any(attached >= wire):
         raise ValueError(
             f"Argument `attached_length` must be below the {np.min(wire) * 1e3:.4g} mm of wire "

@@ -131,6 +131,12 @@ class Alloy(eqx.Module):
         weight = self.mixing_fraction(xi0, gamma)
         return resistivity.mixed_resistivity(weight, self.rho_m(gamma), self.rho_a(gamma))
 
+    def resistivity_and_contrast(self, xi0: Array, gamma: Array) -> tuple[Array, Array]:
+        """`resistivity`, and that of martensite less that of austenite [ohm/m]."""
+        rho_m, rho_a = self.rho_m(gamma), self.rho_a(gamma)
+        mixed = resistivity.mixed_resistivity(self.mixing_fraction(xi0, gamma), rho_m, rho_a)
+        return mixed, rho_m - rho_a
+
     def martensite_fraction(self, rho: Array, gamma: Array) -> PhaseReading:
         """Onset martensite fraction from the resistivity [ohm/m], Eq. 2.48."""
         exponents = self._exponents(gamma)

@@ -192,6 +192,20 @@ class Spring(eqx.Module):
         """The force of `respond` alone [N]."""
         return self._loaded(elongation, activation, state, chain)[0]["force"]
 
+    def plain_pull(self, elongation: Array, xi0: Array, state: SpringState) -> Array:
+        """Pull at a fraction [N], without effects."""
+        gamma = self.shear_strain(elongation)
+        gamma_R = self.alloy.residual_strain(state, xi0)
+        return self.geometry.force(self.alloy.shear_stress(gamma, xi0, gamma_R))
+
+    def plain_pull_and_resistance(
+        self, elongation: Array, xi0: Array, state: SpringState
+    ) -> tuple[Array, Array, Array]:
+        """Pull [N], resistance [ohm] and `contrast` [ohm] at a fraction, without effects."""
+        wire = self.geometry.wire_length
+        ohms, contrast = self.alloy.resistivity_and_contrast(xi0, self.shear_strain(elongation))
+        return self.plain_pull(elongation, xi0, state), ohms * wire, contrast * wire
+
     def _loaded(
         self, elongation: Array, activation: Activation, state: SpringState, chain: Chain
     ) -> tuple[dict[str, Array], Chain]:
