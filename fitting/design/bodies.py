@@ -11,12 +11,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 import pneusma_jax as pj
-from fitting.inference.program_cache import stored_jit
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS, SECTION_KEYS
 from pneusma_jax.actuator.result import Validity
 from pneusma_jax.calibration import Calibration, load_calibration, named_table
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol.spring import SpringResponse
+from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.designs import ChainDesign, describes_chain, load_chain, make_chain
 from pneusma_jax.serial_chain.kinematics import arc_frame
 from pneusma_jax.serial_chain.segments import ChainEquilibrium

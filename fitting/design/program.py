@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from fitting.inference.program_cache import cached_program
+from pneusma_jax.program_cache import cached_program
 from pneusma_jax.units import to_si
 
 from .bodies import Body, Materials, Plan, Solved, build_body, solve_body, solve_states

@@ -26,6 +26,7 @@ from fitting.inference.parameters import Layout, Parameters
 from pneusma_jax.errors import InputError
 from pneusma_jax.numerics.safe import as_array
 from pneusma_jax.precision import require_float64
+from pneusma_jax.program_cache import stored_jit
 
 from .likelihood import GivenLikelihood, KnownNoise, Residual, UnknownNoise
 
@@ -189,10 +190,10 @@ class Target(eqx.Module):
 
     def all_values(self, coordinates: Float[Array, "... n"]) -> dict[str, np.ndarray]:
         """All parameters that depend on the coordinates, at many points: arrays of the points' shape."""
-        points = jnp.reshape(jnp.asarray(coordinates), (-1, self.dimension))
+        points = np.reshape(np.asarray(coordinates), (-1, self.dimension))
         shape = np.shape(coordinates)[:-1]
         tied = [name for name, _ in self.layout.ties]
-        values = jax.vmap(self.values)(points)
+        values = _values(self.layout, self.stored, points)
         return {name: np.asarray(values[name]).reshape(shape) for name in (*self.names, *tied)}
 
     def fingerprint(self) -> str:
@@ -205,6 +206,12 @@ class Target(eqx.Module):
             digest.update(f"{array.shape} {array.dtype}".encode())
             digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()
+
+
+@stored_jit()
+def _values(layout: Layout, stored: Array, points: Array) -> dict[str, Array]:
+    """Every parameter at many points."""
+    return jax.vmap(lambda vector: layout.values(vector, stored))(points)
 
 
 @functools.lru_cache(maxsize=64)

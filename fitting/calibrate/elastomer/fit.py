@@ -11,13 +11,16 @@ from jaxtyping import Array
 from fitting.inference.least_squares import FitResult
 from fitting.inference.noise import correlation_time, lag_one
 from fitting.inference.parameters import Parameters
-from fitting.inference.program_cache import stored_jit
-from fitting.specimens.rows import bucket, padded
+from fitting.specimens.rows import padded
+from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.units import from_si
 
 from .laws import LAWS, CurveLaw
 from .model import FACTOR, Zero
 from .samples import Samples
+
+SHORTEST = 128
+"""Minimum number of strains that a program is compiled for, and next four times as many, and so on."""
 
 
 @dataclass(frozen=True)
@@ -77,8 +80,10 @@ class LawFit:
 
     def _along(self, program: Callable, strain: np.ndarray) -> np.ndarray:
         """A program of the law at every strain; strains are padded, so that few lengths are compiled."""
-        count = len(strain)
-        full = padded(np.asarray(strain, float), bucket(count), fill=0.0)
+        count, size = len(strain), SHORTEST
+        while size < count:
+            size *= 4
+        full = padded(np.asarray(strain, float), size, fill=0.0)
         return np.asarray(program(self.law.name, full, self.values))[:count]
 
     def shear_modulus(self) -> tuple[float, float]:

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Array
 
 import pneusma_jax as pj
-from fitting.inference.program_cache import stored_jit
 from pneusma_jax.errors import InputError
+from pneusma_jax.program_cache import stored_jit
 
 STEPS = (1.15, 2.30, 3.45, 4.60, 5.75)
 """Spring strains that it was stretched to, Section 2.4.2."""

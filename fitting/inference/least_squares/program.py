@@ -11,9 +11,9 @@ import optimistix as optx
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from pneusma_jax.errors import InputError
+from pneusma_jax.program_cache import stored_jit
 
 from ..parameters import Layout
-from ..program_cache import stored_jit
 from .engine import BoxedTrustRegion
 from .trust_region import Box
 

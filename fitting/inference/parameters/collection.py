@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.numerics.safe import as_array
 
 from .parameter import Parameter
 from .table import render
@@ -154,7 +155,7 @@ class Parameters(Mapping[str, Parameter]):
                 every real vector is within the bounds (see `fitting.inference.parameters.transforms`).
         """
         free = [p for p in self._entries.values() if p.free]
-        vector = jnp.asarray([math.log(p.value) if p.scale == "log" else p.value for p in free], float)
+        vector = as_array(np.array([math.log(p.value) if p.scale == "log" else p.value for p in free], float))
         return to_unconstrained(vector, *self.box(), self._softness()) if unconstrained else vector
 
     def unpack(self, vector: Float[Array, " n"], unconstrained: bool = False) -> dict[str, Array]:
