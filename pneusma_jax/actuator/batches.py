@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, PyTree
 
 from ..nitinol.spring import MartensiteFraction, Resistance
+from ..numerics.rows import filled, first_rows
 from . import Actuator
 from .balance import Problem, measured, start
 from .phase_map import PhaseMap, as_map, grid_points
@@ -144,18 +145,12 @@ def _in_chunks(rows: Rows, guess: np.ndarray, before: np.ndarray) -> Solved:
     whole = None
     for first in range(0, len(rows), CHUNK):
         size = min(CHUNK, len(rows) - first)
-        part = jax.tree.map(lambda x: _padded(x[first : first + size]), (rows.each, guess, before))  # noqa: B023
-        found = _chunk(rows.actuator, *part, np.asarray(size))
-        found = jax.tree.map(lambda x: np.asarray(x)[:size], found)  # noqa: B023
+        part = taken((rows.each, guess, before), slice(first, first + size))
+        found = first_rows(_chunk(rows.actuator, *filled(part, CHUNK), np.asarray(size)), size)
         if whole is None:
             whole = jax.tree.map(lambda x: np.empty((len(rows), *x.shape[1:]), x.dtype), found)
         jax.tree.map(lambda all_rows, some: put(all_rows, slice(first, first + size), some), whole, found)  # noqa: B023
     return whole
-
-
-def _padded(array: np.ndarray) -> np.ndarray:
-    """An array of `CHUNK` rows."""
-    return np.concatenate([array, np.repeat(array[-1:], CHUNK - len(array), axis=0)])
 
 
 def put(whole: np.ndarray, where: Any, part: np.ndarray) -> None:
