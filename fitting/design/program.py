@@ -4,7 +4,7 @@ All starts, states and draws go through one program. The derivatives are those o
 theorem at every equilibrium.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,9 +14,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from pneusma_jax.program_cache import cached_program
 from pneusma_jax.units import to_si
 
-from .bodies import Body, Materials, Plan, Solved, build_body, solve_body
+from .bodies import Body, Materials, Plan, Solved, build_body, solve_body, solve_states
 from .functions import load_function
 from .quantities import QUANTITIES, STILL
 from .space import Space
@@ -203,11 +204,16 @@ class Model:
             return spread
         return jnp.concatenate([spread, reduced(groups, given.constraints, given.k, given.level)])
 
+    def _stored(self, function: Callable, size: int) -> Callable:
+        """A program of this study, traced once and not in every process; of a user's functions it is not."""
+        if self._functions:
+            return eqx.filter_jit(function)
+        return cached_program(function, f"{function.__qualname__} {size} {self.study!r} {self.plan!r}")
+
     @cached_property
     def _compiled(self) -> object:
         size = max(1, ROWS // (len(self.states.names) * self.draws.count))
 
-        @eqx.filter_jit
         def evaluate(places: Array, draws: dict, materials: tuple) -> tuple[Array, Array]:
             def one(place: Array) -> tuple[Array, Array]:
                 values, push = jax.linearize(lambda u: self._reduced(u, draws, materials), place)
@@ -215,7 +221,7 @@ class Model:
 
             return jax.lax.map(one, places, batch_size=min(size, places.shape[0]))
 
-        return evaluate
+        return self._stored(evaluate, size)
 
     def evaluate(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values and their Jacobians at places in the box.
@@ -234,12 +240,11 @@ class Model:
     def _spread(self) -> object:
         size = max(1, ROWS // len(self.states.names))
 
-        @eqx.filter_jit
         def spread(place: Array, draws: dict, materials: tuple) -> tuple[Array, Array]:
             one = lambda draw: self.outputs(place, draw, materials)  # noqa: E731
             return jax.lax.map(one, draws, batch_size=size)
 
-        return spread
+        return self._stored(spread, size)
 
     def spread(self, place: np.ndarray, draws: Draws) -> tuple[np.ndarray, np.ndarray]:
         """Objectives and constraint rows of every draw at one place, see `outputs`."""
@@ -251,8 +256,9 @@ class Model:
         parameters = {n: float(x) for n, x in self.space.parameters(place).items()}
         body = build_body(self.plan, parameters, self.materials)
         pressure, fractions = self.states.at(parameters)
-        found = eqx.filter_jit(jax.vmap(lambda p, x: solve_body(body, p, x)))(pressure, fractions)
-        return body, [jax.tree.map(lambda x, k=k: x[k], found) for k in range(len(self.states.names))]
+        found = jax.tree.map(np.asarray, solve_states(body, pressure, fractions))  # NumPy compiles nothing
+        rows = [jax.tree.map(lambda x, k=k: x[k], found) for k in range(len(self.states.names))]
+        return body, [Solved(body, *row) for row in rows]
 
 
 class _Seen:

@@ -12,11 +12,11 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording, check_recording, resistance_range, schema, sidecar
-from fitting.inference.program_cache import cached_program
 from fitting.specimens.cautions import actuator_cautions
 from fitting.specimens.model_objects import BASE, actuator_of, full_geometry, gravity_of, place
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.nitinol import SpringResponse
+from pneusma_jax.program_cache import cached_program
 from pneusma_jax.units import from_si
 
 from .unmodelled import marked

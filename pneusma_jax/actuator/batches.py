@@ -13,11 +13,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
-from ..nitinol.spring import MartensiteFraction, Resistance
+from ..nitinol.spring import MartensiteFraction, Resistance, SpringResponse
+from ..program_cache import stored_jit
 from . import Actuator
 from .balance import Problem, measured, start
 from .phase_map import PhaseMap, as_map, grid_points
-from .result import Equilibrium, at_phases_told, equilibrium_of
+from .result import Equilibrium, Validity, at_phases_told, equilibrium_of
 from .root_find import LOAD_STEPS, MOST_STEPS, Ended, newton_many
 
 BLOCK = 64
@@ -80,7 +81,7 @@ class Solved(eqx.Module):
     contrasts: Array
 
 
-@eqx.filter_jit
+@stored_jit(Solved, Equilibrium, Validity, SpringResponse)
 def _chunk(
     actuator: Actuator, each: tuple, guess: Array, before: Array, held: Array, count: Array, most: Array
 ) -> Solved:

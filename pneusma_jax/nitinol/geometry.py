@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..numerics.safe import is_concrete
+from ..numerics.safe import as_array, as_numpy, is_concrete, namespace_of
 
 POISSON_RATIO = 0.33  # Poisson's ratio of nitinol, used throughout the source
 MOST_STEPS = 60
@@ -253,7 +253,8 @@ def shear_stress_of_force(force: Array, coil_diameter: Array, wire_diameter: Arr
 
 def wire_length(active_coils: Array, coil_diameter: Array, initial_pitch: Array) -> Array:
     """Length of the wire that is measured electrically, Eqs. 2.1 and 2.2 [m]."""
-    return active_coils * jnp.sqrt((jnp.pi * coil_diameter) ** 2 + initial_pitch**2)
+    xp = namespace_of(active_coils, coil_diameter, initial_pitch)
+    return active_coils * xp.sqrt((xp.pi * coil_diameter) ** 2 + initial_pitch**2)
 
 
 class SpringGeometry(eqx.Module):
@@ -267,11 +268,11 @@ class SpringGeometry(eqx.Module):
         helix: static; slope convention, see `coil_slope`.
     """
 
-    wire_diameter: Array = eqx.field(converter=jnp.asarray)
-    mandrel_diameter: Array = eqx.field(converter=jnp.asarray)
-    initial_pitch: Array = eqx.field(converter=jnp.asarray)
-    active_coils: Array = eqx.field(converter=jnp.asarray)
-    free_length: Array = eqx.field(converter=jnp.asarray)
+    wire_diameter: Array = eqx.field(converter=as_array)
+    mandrel_diameter: Array = eqx.field(converter=as_array)
+    initial_pitch: Array = eqx.field(converter=as_array)
+    active_coils: Array = eqx.field(converter=as_array)
+    free_length: Array = eqx.field(converter=as_array)
     helix: str = eqx.field(static=True, default="printed")
 
     def __check_init__(self) -> None:
@@ -290,12 +291,14 @@ class SpringGeometry(eqx.Module):
     @property
     def coil_diameter(self) -> Array:
         """Mean coil diameter D = D_mandrel + d [m]."""
-        return self.mandrel_diameter + self.wire_diameter
+        own = as_numpy(self) if is_concrete(self) else self
+        return own.mandrel_diameter + own.wire_diameter
 
     @property
     def wire_length(self) -> Array:
         """Length of active wire [m], Eq. 2.2."""
-        return wire_length(self.active_coils, self.coil_diameter, self.initial_pitch)
+        own = as_numpy(self) if is_concrete(self) else self
+        return wire_length(own.active_coils, own.coil_diameter, own.initial_pitch)
 
     def shear_strain(self, elongation: Array, poisson_ratio: Array = POISSON_RATIO) -> Array:
         """Shear strain of the wire at an elongation from the free length [m], Eq. 2.17."""
