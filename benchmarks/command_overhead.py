@@ -6,7 +6,9 @@ Each command does its smallest complete job twice in one process. The second cal
 and program in memory: its time is the job's own work. What the process takes beyond two such calls is the
 overhead: the interpreter, imports, tracing, and programs that are compiled or loaded. `warm` has the programs
 on disk, `cold` an empty cache. Times are those of the processor, with those of the clock in brackets: on a
-busy machine the clock says little. Three rows stand apart: two imports, and `pneusma --help`.
+busy machine the clock says little. There, processor times are too large as well. So each run is followed by
+an `import pneusma_jax`, and the median of their ratio is told: multiply it by the time of that import on a
+quiet machine. Three rows stand apart: two imports, and `pneusma --help`.
 """
 
 import argparse
@@ -19,6 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -137,11 +140,22 @@ def measured(name: str, folder: Path, repeats: int, cold: int) -> dict[str, dict
     help_ = ["-m", "fitting.cli", JOBS[name].split()[0], "--help"]
     row = {"help": middle([process(help_, folder) for _ in range(repeats)])}
     twice(JOBS[name], folder, False)  # compiles what is not on disk
-    overhead, work = zip(*(twice(JOBS[name], folder, False) for _ in range(repeats)), strict=True)
-    row |= {"warm": middle(overhead), "work": middle(work)}
+    overhead, work, imports = zip(*(beside(JOBS[name], folder, False) for _ in range(repeats)), strict=True)
+    row |= {"warm": middle(overhead), "work": middle(work), "imports": ratio(overhead, imports)}
     if cold:
-        row["cold"] = middle([twice(JOBS[name], folder, True)[0] for _ in range(cold)])
+        overhead, _, imports = zip(*(beside(JOBS[name], folder, True) for _ in range(cold)), strict=True)
+        row |= {"cold": middle(overhead), "cold imports": ratio(overhead, imports)}
     return row
+
+
+def beside(words: str, folder: Path, empty: bool) -> tuple[Seconds, Seconds, Seconds]:
+    """What `twice` returns, and the time of an `import pneusma_jax` right after it."""
+    return *twice(words, folder, empty), process(SHORT["import pneusma_jax"], folder)
+
+
+def ratio(found: Sequence[Seconds], imports: Sequence[Seconds]) -> dict[str, float]:
+    """Median of overheads over the imports beside them, of the processor [1]."""
+    return {"cpu": statistics.median(a.cpu / b.cpu for a, b in zip(found, imports, strict=True))}
 
 
 def main() -> int:
@@ -166,19 +180,24 @@ def main() -> int:
                 continue
             table[name] = measured(name, folder, given.repeats, given.cold)
             book.write_text(json.dumps(table, indent=1))
-            said = {key: f"{one['cpu']:.2f} ({one['wall']:.2f})" for key, one in table[name].items()}
-            print(name, said, flush=True)
+            print(name, {key: shown(one) for key, one in table[name].items()}, flush=True)
     print(markdown(table))
     return 0
 
 
+def shown(one: dict[str, float] | None) -> str:
+    """A median of the processor, that of the clock in brackets."""
+    wall = f" ({one['wall']:.2f})" if one and "wall" in one else ""
+    return f"{one['cpu']:.2f}{wall}" if one else ""
+
+
 def markdown(table: dict[str, dict]) -> str:
-    """Medians of the processor, those of the clock in brackets."""
-    lines = ["| command | `--help` | overhead, warm | overhead, cold | own work |", "|---|---|---|---|---|"]
+    """The table; "imports" are overheads in units of an `import pneusma_jax`."""
+    keys = ("help", "warm", "imports", "cold", "cold imports", "work")
+    heads = ("`--help`", "overhead, warm", "imports", "overhead, cold", "imports", "own work")
+    lines = [f"| command | {' | '.join(heads)} |", "|---" * (len(heads) + 1) + "|"]
     for name, row in table.items():
-        known = [row.get(key) for key in ("help", "warm", "cold", "work")]
-        cells = (f"{one['cpu']:.2f} ({one['wall']:.2f})" if one else "" for one in known)
-        lines.append(f"| {name} | {' | '.join(cells)} |")
+        lines.append(f"| {name} | {' | '.join(shown(row.get(key)) for key in keys)} |")
     return "\n".join(lines)
 
 

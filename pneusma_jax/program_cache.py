@@ -134,6 +134,9 @@ def _ours(value: Any) -> bool:
         return all(map(_ours, value))
     if isinstance(value, dict):
         return all(map(_ours, value.values()))
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        if not all(_ours(getattr(value, field.name)) for field in dataclasses.fields(value)):
+            return False
     named = isinstance(value, type) or callable(value)
     return str(getattr(value if named else type(value), "__module__", "")).partition(".")[0] in KNOWN
 
