@@ -126,8 +126,6 @@ def _spread(x: np.ndarray, s: np.ndarray) -> float:
 
 
 def _alike(x: np.ndarray, s: np.ndarray) -> float:
-    from scipy.stats import chi2
-
     weight = s**-2.0
     mean = weight @ x / weight.sum()
-    return float(chi2.sf(weight @ (x - mean) ** 2, len(x) - 1))
+    return float(stats.chi2.sf(weight @ (x - mean) ** 2, len(x) - 1))

@@ -5,10 +5,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from fitting.inference.parameters import Parameters
+from pneusma_jax.late import Late
 
+interpolate = Late("scipy.interpolate")
 ALIKE = 1.0
 """Chi-square within which two fits are as good."""
 CURVED = 0.3
@@ -119,7 +120,7 @@ class Profile:
         if len(root) < 2 or root[-1] < (1.0 - NEAR) * limit:
             return side * np.inf, False
         if root[-1] >= limit:
-            end = float(PchipInterpolator(root, value)(limit))
+            end = float(interpolate.PchipInterpolator(root, value)(limit))
         else:  # as the last two points go on, where that is not far
             further = (limit - root[-1]) * (value[-1] - value[-2]) / (root[-1] - root[-2])
             if abs(further) > 2.0 * NEAR * abs(value[-1] - value[0]):

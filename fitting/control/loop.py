@@ -17,8 +17,8 @@ import numpy as np
 from jaxtyping import Array
 
 import pneusma_jax as pj
-from fitting.inference.program_cache import stored_jit
 from pneusma_jax.errors import InputError
+from pneusma_jax.program_cache import stored_jit
 
 from .plant import Memory, Plant, Seen
 

@@ -6,15 +6,21 @@ from types import MappingProxyType
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 import pneusma_jax as pj
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS, SECTION_KEYS
+from pneusma_jax.actuator.result import Validity
 from pneusma_jax.calibration import Calibration, load_calibration, named_table
 from pneusma_jax.errors import InputError
+from pneusma_jax.nitinol.spring import SpringResponse
+from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.designs import ChainDesign, describes_chain, load_chain, make_chain
 from pneusma_jax.serial_chain.kinematics import arc_frame
+from pneusma_jax.serial_chain.segments import ChainEquilibrium
+from pneusma_jax.serial_chain.shape import ChainShape
 from pneusma_jax.silicone import SiliconeLaw
 
 
@@ -199,6 +205,12 @@ def solve_body(body: Body, pressure: Array, fractions: Array) -> Solved:
         return Solved(body, pressure, (found,), arc_frame(found.bend, found.length), None)
     whole = pj.solve_chain(body.chain, pressure, drives, throw=False)
     return Solved(body, pressure, whole.segments, whole.end_pose, whole)
+
+
+@stored_jit(pj.Equilibrium, Validity, SpringResponse, ChainEquilibrium, ChainShape)
+def solve_states(body: Body, pressure: Array, fractions: Array) -> tuple:
+    """Parts of many states of a body, see `Solved.parts`, each with a leading axis of rows."""
+    return jax.vmap(lambda p, x: solve_body(body, p, x).parts)(pressure, fractions)
 
 
 def material_of(plan: Plan, k: int) -> Any:

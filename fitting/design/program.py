@@ -16,8 +16,9 @@ import numpy as np
 from jaxtyping import Array
 
 from pneusma_jax.numerics.rows import filled, first_rows
+from pneusma_jax.program_cache import cached_program
 
-from .bodies import Body, Materials, Plan, Solved, build_body, solve_body
+from .bodies import Body, Materials, Plan, Solved, build_body, solve_body, solve_states
 from .every_state import states_of
 from .functions import load_function
 from .quantities import QUANTITIES
@@ -137,11 +138,16 @@ class Model:
             return spread
         return jnp.concatenate([spread, reduced(groups, given.constraints, given.k, given.level)])
 
+    def _stored(self, function: Callable, size: int) -> Callable:
+        """A program of this study, traced once and not in every process; of a user's functions it is not."""
+        if self.functions:
+            return eqx.filter_jit(function)
+        return cached_program(function, f"{function.__qualname__} {size} {self.study!r} {self.plan!r}")
+
     @cached_property
     def _compiled(self) -> object:
         width = max(1, TOGETHER // (len(self.states.names) * self.draws.count))
 
-        @eqx.filter_jit
         def evaluate(places: Array, count: Array, draws: dict, materials: tuple) -> tuple[Array, Array]:
             def one(place: Array) -> tuple[Array, Array]:
                 values, push = jax.linearize(lambda u: self._reduced(u, draws, materials), place)
@@ -149,7 +155,7 @@ class Model:
 
             return first_of(one, places, count, width)
 
-        return evaluate
+        return self._stored(evaluate, width)
 
     def evaluate(self, places: np.ndarray, size: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Values and their Jacobians at places in the box.
@@ -171,14 +177,13 @@ class Model:
     def _values(self) -> object:
         width = max(1, TOGETHER // (len(self.states.names) * self.draws.count))
 
-        @eqx.filter_jit
         def values(places: Array, count: Array, draws: dict, materials: tuple) -> Array:
             return first_of(lambda u: self._reduced(u, draws, materials), places, count, width)
 
-        return values
+        return self._stored(values, width)
 
     def values(self, places: np.ndarray, size: int | None = None) -> np.ndarray:
-        """Objectives and constraints as those of `evaluate`, without derivatives; a third of its time."""
+        """Objectives and constraints as those of `evaluate`, without derivatives."""
         count = len(places)
         full = jnp.asarray(filled(places, size or count))
         return first_rows(self._values(full, jnp.asarray(count), self.draws.tree(), self.materials), count)
@@ -187,12 +192,11 @@ class Model:
     def _spread(self) -> object:
         size = max(1, ROWS // len(self.states.names))
 
-        @eqx.filter_jit
         def spread(place: Array, draws: dict, materials: tuple) -> tuple[Array, Array]:
             one = lambda draw: self.outputs(place, draw, materials)  # noqa: E731
             return jax.lax.map(one, draws, batch_size=size)
 
-        return spread
+        return self._stored(spread, size)
 
     def spread(self, place: np.ndarray, draws: Draws) -> tuple[np.ndarray, np.ndarray]:
         """Objectives and constraint rows of every draw at one place, see `outputs`."""
@@ -204,14 +208,9 @@ class Model:
         parameters = {n: float(x) for n, x in self.space.parameters(place).items()}
         body = build_body(self.plan, parameters, self.materials)
         pressure, fractions = self.states.at(parameters)
-        found = _solved(body, pressure, fractions)
-        return body, [jax.tree.map(lambda x, k=k: x[k], found) for k in range(len(self.states.names))]
-
-
-@eqx.filter_jit
-def _solved(body: Body, pressure: Array, fractions: Array) -> Solved:
-    """States of a body; one program for all designs of a study."""
-    return jax.vmap(lambda p, x: solve_body(body, p, x))(pressure, fractions)
+        found = jax.tree.map(np.asarray, solve_states(body, pressure, fractions))  # NumPy compiles nothing
+        rows = [jax.tree.map(lambda x, k=k: x[k], found) for k in range(len(self.states.names))]
+        return body, [Solved(body, *row) for row in rows]
 
 
 def first_of(one: Callable[[Array], Any], places: Array, count: Array, width: int) -> Any:

@@ -15,7 +15,10 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+from pneusma_jax.late import Late
+
+linalg = Late("scipy.linalg")
 
 BINS = 32
 """Maximum number of blocks of rows that a recording is averaged to; drifts are slow."""
@@ -146,12 +149,12 @@ def _log_evidence(
     for one in series:
         covariance = scale**2 * np.eye(len(one.misfit)) + _slow(one, drift, offset)
         factor = np.linalg.cholesky(covariance)
-        whitened = solve_triangular(factor, np.column_stack([one.misfit, one.slopes]), lower=True)
+        whitened = linalg.solve_triangular(factor, np.column_stack([one.misfit, one.slopes]), lower=True)
         r, slopes = whitened[:, 0], whitened[:, 1:]
         normal, target = normal + slopes.T @ slopes, target + slopes.T @ r
         square, logs = square + float(r @ r), logs + 2.0 * float(np.log(np.diag(factor)).sum())
     size = np.sqrt(np.diag(normal))
     scaled = normal / np.outer(size, size) + 1e-12 * np.eye(len(size))
-    least = float(target / size @ cho_solve(cho_factor(scaled), target / size))
+    least = float(target / size @ linalg.cho_solve(linalg.cho_factor(scaled), target / size))
     determinant = float(np.linalg.slogdet(scaled)[1] + 2.0 * np.log(size).sum())
     return -0.5 * (logs + determinant + square - least)

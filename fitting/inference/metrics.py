@@ -6,8 +6,13 @@ score zero. It is kept as `rpd_signed` for comparison with published numbers. `r
 are differentiable where the differences are not zero.
 """
 
+from types import ModuleType
+
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
+
+from pneusma_jax.numerics.safe import is_concrete
 
 
 def mean_absolute_error(data: Float[Array, "..."], model: Float[Array, "..."]) -> Float[Array, ""]:
@@ -20,15 +25,15 @@ def mean_absolute_error(data: Float[Array, "..."], model: Float[Array, "..."]) -
     Raises:
         ValueError: if the shapes differ or there are no values.
     """
-    data, model = _checked(data, model)
-    return jnp.mean(jnp.abs(data - model))
+    xp, data, model = _checked(data, model)
+    return xp.mean(xp.abs(data - model))
 
 
 def root_mean_square_error(data: Float[Array, "..."], model: Float[Array, "..."]) -> Float[Array, ""]:
     """RMSE: root of the mean of (data - model)^2, in the unit of both; arguments as for
     `mean_absolute_error`."""
-    data, model = _checked(data, model)
-    return jnp.sqrt(jnp.mean((data - model) ** 2))
+    xp, data, model = _checked(data, model)
+    return xp.sqrt(xp.mean((data - model) ** 2))
 
 
 def relative_percent_difference(data: Float[Array, "..."], model: Float[Array, "..."]) -> Float[Array, ""]:
@@ -37,8 +42,8 @@ def relative_percent_difference(data: Float[Array, "..."], model: Float[Array, "
     A fraction between 0 and 2 (0.096 is 9.6 %); zero if data and model vanish everywhere. Arguments as for
     `mean_absolute_error`.
     """
-    data, model = _checked(data, model)
-    return _over_magnitude(jnp.sum(jnp.abs(data - model)), data, model)
+    xp, data, model = _checked(data, model)
+    return _over_magnitude(xp, xp.sum(xp.abs(data - model)), data, model)
 
 
 def relative_percent_difference_signed(
@@ -49,8 +54,8 @@ def relative_percent_difference_signed(
     A fraction between -2 and 2, positive where the model is low on the whole. Arguments as for
     `mean_absolute_error`.
     """
-    data, model = _checked(data, model)
-    return _over_magnitude(jnp.sum(data - model), data, model)
+    xp, data, model = _checked(data, model)
+    return _over_magnitude(xp, xp.sum(data - model), data, model)
 
 
 def metrics(data: Float[Array, "..."], model: Float[Array, "..."]) -> dict[str, Float[Array, ""]]:
@@ -63,17 +68,19 @@ def metrics(data: Float[Array, "..."], model: Float[Array, "..."]) -> dict[str, 
     }
 
 
-def _over_magnitude(total: Array, data: Array, model: Array) -> Array:
-    magnitude = jnp.sum(0.5 * (jnp.abs(data) + jnp.abs(model)))
+def _over_magnitude(xp: ModuleType, total: Array, data: Array, model: Array) -> Array:
+    magnitude = xp.sum(0.5 * (xp.abs(data) + xp.abs(model)))
     # Without any magnitude there is no difference either.
-    return jnp.where(magnitude > 0, total / jnp.where(magnitude > 0, magnitude, 1.0), 0.0)
+    return xp.where(magnitude > 0, total / xp.where(magnitude > 0, magnitude, 1.0), 0.0)
 
 
-def _checked(data: Array, model: Array) -> tuple[Array, Array]:
-    data, model = jnp.asarray(data), jnp.asarray(model)
+def _checked(data: Array, model: Array) -> tuple[ModuleType, Array, Array]:
+    """The namespace to compute in, NumPy for known numbers since it compiles nothing, and both as arrays."""
+    xp = np if is_concrete(data, model) else jnp
+    data, model = xp.asarray(data), xp.asarray(model)
     if data.shape != model.shape or data.size == 0:
         raise ValueError(
             f"Arguments `data` and `model` must have one shape and at least one value, "
             f"but have shapes {data.shape} and {model.shape}."
         )
-    return data, model
+    return xp, data, model

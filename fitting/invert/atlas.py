@@ -11,8 +11,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fitting.design.bodies import Body, Solved
-from fitting.inference.program_cache import stored_jit
 from pneusma_jax.late import Late
+from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.segments import chain_shape
 
 from .forward import denser, fresh, made_once, padded, springs_of, states_of

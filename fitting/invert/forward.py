@@ -12,13 +12,13 @@ from jaxtyping import Array
 import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved
 from fitting.inference.parallel import run_parallel
-from fitting.inference.program_cache import stored_jit
 from pneusma_jax.actuator.balance import Problem, start
 from pneusma_jax.actuator.result import Validity, equilibrium_of
 from pneusma_jax.actuator.root_find import attached, newton
 from pneusma_jax.nitinol import SpringState
 from pneusma_jax.nitinol.spring import SpringResponse
 from pneusma_jax.numerics.rows import filled, first_rows, joined, lots
+from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.kinematics import arc_frame
 from pneusma_jax.serial_chain.segments import ChainEquilibrium, chain_shape
 from pneusma_jax.serial_chain.shape import ChainShape

@@ -13,10 +13,10 @@ from fitting.design.bodies import Body, Solved
 from fitting.design.log import Evaluation
 from fitting.design.optimise import ALLOWED, Ends, Outcome, Problem, best_of, optimise
 from fitting.design.quantities import QUANTITIES
-from fitting.inference.program_cache import stored_jit
 from fitting.inference.results import Result
 from pneusma_jax.late import Late
 from pneusma_jax.numerics.rows import filled
+from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.segments import chain_shape
 
 from .forward import Memories, first_guess, fresh, state_of

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array
 
 from fitting.design.bodies import Body
-from fitting.inference.program_cache import stored_jit
+from pneusma_jax.program_cache import stored_jit
 
 from .derivatives import values_of_tables, values_with_slope
 from .forward import Memories

@@ -16,9 +16,9 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved
-from fitting.inference.program_cache import stored_jit
 from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
+from pneusma_jax.program_cache import stored_jit
 
 from .atlas import goal_values
 from .forward import Memories, fresh, state_of

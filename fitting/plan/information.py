@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 import pneusma_jax as pj
-from fitting.inference.program_cache import stored_jit
+from pneusma_jax.program_cache import stored_jit
 
 from .candidates import COLD, HEATED, HOT, LATENT_ROWS, Courses
 

@@ -11,11 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
-from fitting.inference.program_cache import stored_jit
 from fitting.specimens.priors import NEW_ALLOY, PER_LENGTH, REFERENCE_WIRE
 from pneusma_jax.calibration import Calibration, load_calibration, unknown
 from pneusma_jax.calibration.records import Prior
 from pneusma_jax.errors import InputError
+from pneusma_jax.program_cache import stored_jit
 
 CONSTANTS = tuple(field.name for field in dataclasses.fields(pj.Alloy) if field.name != "name")
 NOT_SEEN = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")

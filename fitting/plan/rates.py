@@ -3,11 +3,9 @@
 from collections.abc import Sequence
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
-from fitting.inference.program_cache import stored_jit
 from fitting.synthesise.controller import (
     TRICKLE,
     build_stand,
@@ -17,6 +15,7 @@ from fitting.synthesise.controller import (
     travel_profile,
 )
 from fitting.synthesise.spring import COLD_WIDTHS
+from pneusma_jax.program_cache import stored_jit
 
 from .candidates import HEATED, HELD, Candidate
 from .information import held_phase
@@ -71,7 +70,7 @@ def _held_rates(spring: pj.Spring, tests: list[Candidate], seed: int, read_noise
     if not tests:
         return []
     free = float(spring.geometry.free_length)
-    ambient = float(spring.alloy.T_mid - COLD_WIDTHS * spring.alloy.T_width)
+    ambient = float(spring.alloy.T_mid) - COLD_WIDTHS * float(spring.alloy.T_width)
     cold, hot = rest_resistances(spring)
     speeds = _rates(tests)
     cases = [(test, rate) for test in tests for rate in speeds]
@@ -87,8 +86,8 @@ def _held_rates(spring: pj.Spring, tests: list[Candidate], seed: int, read_noise
     stand = build_stand(spring, ambient, read_noise)
     resistance = run_stand(stand, elongation, setpoints, limits, noise).resistance
     rows = slice(steps_of(REST_S), None, steps_of(READ_S))
-    share = jnp.asarray([test.share for test, _ in cases])
-    ideal = np.asarray(_ideal_phase(spring, jnp.asarray(elongation[:, rows]), share))
+    share = np.array([test.share for test, _ in cases])
+    ideal = np.asarray(_ideal_phase(spring, elongation[:, rows], share))
     in_test = np.arange(longest)[rows] < np.array([len(travel) for travel in travels])[:, None]
     possible = in_test & (ideal > 0.0) & (ideal < 1.0)
     error = np.abs(np.asarray(resistance)[:, rows] - setpoints[:, None]) / abs(cold - hot)

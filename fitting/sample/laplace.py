@@ -10,8 +10,11 @@ import optimistix as optx
 from jaxtyping import Array, Float
 
 from fitting.inference.least_squares import Box, solve
+from fitting.inference.parameters import Layout
 from fitting.inference.parameters.transforms import to_bounded, to_unconstrained
 from pneusma_jax.errors import InputError
+from pneusma_jax.numerics.safe import as_array
+from pneusma_jax.program_cache import stored_jit
 
 from .likelihood import UnknownNoise
 from .target import Target
@@ -64,19 +67,19 @@ def laplace(target: Target, start: Float[Array, " n"]) -> Laplace:
     Raises:
         InputError: if the log-probability is not finite at the start or no mode is found.
     """
-    if not np.isfinite(float(eqx.filter_jit(target.log_probability)(jnp.asarray(start)))):
+    if not np.isfinite(float(eqx.filter_jit(target.log_probability)(as_array(start)))):
         raise InputError(
             "the model has no finite answer at the starting values; start elsewhere, or set bounds"
         )
     if target.likelihood.residual is None:
-        mode, precision = _by_curvature(target, jnp.asarray(start))
+        mode, precision = _by_curvature(target, as_array(start))
     else:
-        mode, precision = _by_least_squares(target, jnp.asarray(start))
+        mode, precision = _by_least_squares(target, as_array(start))
     return _describe(target, np.asarray(mode), np.asarray(precision))
 
 
 def _by_least_squares(target: Target, start: Array) -> tuple[Array, Array]:
-    likelihood, scale = target.likelihood, jnp.asarray(1.0)
+    likelihood, scale = target.likelihood, as_array(1.0)
     for _ in range(SCALE_ROUNDS if isinstance(likelihood, UnknownNoise) else 1):
         start, triangle, squares = _fit(target, start, scale)
         if not isinstance(likelihood, UnknownNoise):
@@ -84,6 +87,7 @@ def _by_least_squares(target: Target, start: Array) -> tuple[Array, Array]:
         previous, scale = scale, jnp.sqrt(squares / likelihood.observations)
         if abs(float(scale / previous) - 1.0) < 1e-6:
             break
+    triangle = np.asarray(triangle)
     return start, triangle.T @ triangle
 
 
@@ -131,13 +135,13 @@ def _describe(target: Target, mode: np.ndarray, precision: np.ndarray) -> Laplac
     slack = AT_BOUND * np.where(np.isfinite(width), width, np.abs(mode))
     at_bound = (mode - lower <= slack) | (upper - mode <= slack)
     covariance, known = _inverse(precision, ~at_bound)
-    slopes = {name: np.asarray(slope) for name, slope in _slopes(target, mode).items()}
+    slopes = {name: np.asarray(slope) for name, slope in _slopes(target.layout, target.stored, mode).items()}
     sd = {
         name: float(np.sqrt(slope @ covariance @ slope)) if np.all(known[slope != 0.0]) else np.nan
         for name, slope in slopes.items()
     }
     value = {name: float(values) for name, values in target.all_values(mode).items()}
-    log_probability = float(eqx.filter_jit(target.log_probability)(jnp.asarray(mode)))
+    log_probability = float(eqx.filter_jit(target.log_probability)(as_array(mode)))
     diagonal = np.diag(precision)
     alone = np.where(diagonal > 0.0, 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), np.inf)
     return Laplace(
@@ -145,8 +149,10 @@ def _describe(target: Target, mode: np.ndarray, precision: np.ndarray) -> Laplac
     )
 
 
-def _slopes(target: Target, mode: np.ndarray) -> dict[str, Array]:
-    return jax.jacfwd(target.values)(jnp.asarray(mode))
+@stored_jit()
+def _slopes(layout: Layout, stored: Array, mode: Array) -> dict[str, Array]:
+    """Derivatives of every parameter by the coordinates."""
+    return jax.jacfwd(lambda vector: layout.values(vector, stored))(mode)
 
 
 def _inverse(precision: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

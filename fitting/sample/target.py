@@ -25,7 +25,9 @@ from jaxtyping import Array, Float, PyTree
 from fitting.inference.parameters import Layout, Parameters
 from pneusma_jax.errors import InputError
 from pneusma_jax.numerics.rows import joined, lots
+from pneusma_jax.numerics.safe import as_array
 from pneusma_jax.precision import require_float64
+from pneusma_jax.program_cache import stored_jit
 
 from .likelihood import GivenLikelihood, KnownNoise, Residual, UnknownNoise
 
@@ -125,15 +127,15 @@ class Target(eqx.Module):
             raise InputError("no parameter is free; set vary=True and no tie for those to be sampled")
         parameters.valuesdict()
         names = tuple(name for name, p in parameters.items() if p.prior is not None and (p.free or p.tie))
-        lower, upper = parameters.box()
+        lower, upper = (as_array(side) for side in parameters.box())
         return cls(
             likelihood=likelihood,
-            data=jax.tree.map(jnp.asarray, data),  # Python floats would be compiled in as constants
-            stored=parameters.stored(),
+            data=jax.tree.map(as_array, data),  # Python floats would be compiled in as constants
+            stored=as_array(parameters.stored()),
             lower=lower,
             upper=upper,
-            prior_mean=jnp.asarray([parameters[name].prior.mean for name in names], float),
-            prior_sd=jnp.asarray([parameters[name].prior.sd for name in names], float),
+            prior_mean=as_array(np.array([parameters[name].prior.mean for name in names], float)),
+            prior_sd=as_array(np.array([parameters[name].prior.sd for name in names], float)),
             layout=layout,
             prior_names=names,
         )
@@ -189,10 +191,10 @@ class Target(eqx.Module):
 
     def all_values(self, coordinates: Float[Array, "... n"]) -> dict[str, np.ndarray]:
         """All parameters that depend on the coordinates, at many points: arrays of the points' shape."""
-        points = jnp.reshape(jnp.asarray(coordinates), (-1, self.dimension))
+        points = np.reshape(np.asarray(coordinates), (-1, self.dimension))
         shape = np.shape(coordinates)[:-1]
         tied = [name for name, _ in self.layout.ties]
-        values = jax.vmap(self.values)(points)
+        values = _values(self.layout, self.stored, points)
         return {name: np.asarray(values[name]).reshape(shape) for name in (*self.names, *tied)}
 
     def fingerprint(self) -> str:
@@ -205,6 +207,12 @@ class Target(eqx.Module):
             digest.update(f"{array.shape} {array.dtype}".encode())
             digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()
+
+
+@stored_jit()
+def _values(layout: Layout, stored: Array, points: Array) -> dict[str, Array]:
+    """Every parameter at many points."""
+    return jax.vmap(lambda vector: layout.values(vector, stored))(points)
 
 
 @functools.lru_cache(maxsize=64)

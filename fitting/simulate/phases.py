@@ -15,9 +15,9 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.inference.noise import robust_noise
-from fitting.inference.program_cache import stored_jit
 from pneusma_jax.actuator.balance import Problem, configuration, spring_responses
 from pneusma_jax.actuator.root_find import attached
+from pneusma_jax.program_cache import stored_jit
 
 ROUNDS = 12
 """Maximum number of linearisations. Most recordings take three to six."""

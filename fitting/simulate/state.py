@@ -12,11 +12,11 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording, check_recording, resistance_range, schema, sidecar
-from fitting.inference.program_cache import cached_program
 from fitting.specimens.cautions import actuator_cautions
 from fitting.specimens.model_objects import BASE, actuator_of, full_geometry, gravity_of, place
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.nitinol import SpringResponse
+from pneusma_jax.program_cache import cached_program
 from pneusma_jax.units import from_si
 
 from .unmodelled import marked
@@ -254,7 +254,7 @@ def _solved(actuator: pj.Actuator, pressure: Any, activations: tuple, states: tu
     apart = ("springs", "validity", "side_direction")
     others = {name: 0.0 for name in _names(pj.Equilibrium) if name not in apart}
     like = pj.Equilibrium(
-        **others, springs=(response,) * len(actuator.springs), validity=pj.Validity(0.0, 0.0, 0.0),
+        **others, springs=(response,) * len(actuator.springs), validity=pj.Validity(0.0, 0.0, 0.0, 0.0),
         side_direction=tuple(float(x) for x in actuator.side_direction),
     )  # fmt: skip
     return jax.tree.unflatten(jax.tree.structure(like), [np.asarray(leaf) for leaf in leaves])

@@ -19,7 +19,7 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.inference.latent_trajectory.denoise import smooth_walk
-from fitting.inference.program_cache import cached_program
+from pneusma_jax.program_cache import cached_program
 
 from .actuator_rows import Solved, body_of, trajectory
 from .rows import Rows, numbers, stack

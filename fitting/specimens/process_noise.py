@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from fitting.inference.program_cache import cached_program
+from pneusma_jax.program_cache import cached_program
 
 from .rows import Rows
 from .spring_trajectory import process_noise_evidence

@@ -16,7 +16,7 @@ from fitting.data.recordings import Campaign, Recording, Reduction, schema
 from fitting.inference.driven import predicted
 from fitting.inference.readings import read_rows, readings_of, share_full_scale
 
-from .block_means import PART, averaged, means_of, moving_channels
+from .block_means import PART, averaged, means_of, moving_channels, range_of_noise
 from .rows import MOST_ROWS
 
 ROW = "row"
@@ -72,7 +72,7 @@ def reduced(recording: Recording, most: int) -> Recording:
     text = (
         f"{recording.name}: reduced from {len(recording)} rows to {len(rows)}{of}, kept as they were read, "
         "closer where readings change, turning points among them; nothing is averaged"
-    )
+    ) + ("; effects with a memory do not see the cycles left out" if cycles else "")
     columns = {name: column[rows] for name, column in table.items()}
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, text))
 
@@ -116,7 +116,12 @@ def _selected_rows(
     recording: Recording, table: Mapping[str, np.ndarray], turns: np.ndarray, block: int, most: int
 ) -> tuple[np.ndarray, tuple[int, int] | None]:
     """Selected rows, ascending; and the counts of kept and of all cycles, where some are left out."""
-    count, channels = len(recording), moving_channels(table)
+    count = len(recording)
+    channels = [
+        name
+        for name in moving_channels(table)
+        if np.ptp(_finite(table[name])) > range_of_noise(recording, name)
+    ]
     means = averaged({ROW: np.arange(float(count)), **{n: table[n] for n in channels}}, min(block, FINE))
     usable, cycles = np.ones(count, bool), None
     if len(turns) * EACH_WAY > most:
@@ -132,9 +137,36 @@ def _selected_rows(
     candidates[[0, -1]] = True
     rows = np.flatnonzero(candidates)
     gone = np.interp(rows, np.flatnonzero(usable), np.cumsum(np.diff(path, prepend=0.0)[usable]))
-    wanted = np.linspace(gone[0], gone[-1], max(most - len(turns), 2))
-    near = rows[np.clip(np.searchsorted(gone, wanted), 0, len(rows) - 1)]
-    return np.unique(np.concatenate([near, turns]))[:most], cycles
+    return _along(rows, gone, turns, most), cycles
+
+
+def _along(rows: np.ndarray, gone: np.ndarray, turns: np.ndarray, most: int) -> np.ndarray:
+    """At most `most` rows at even distances along a path, turning points among them, ascending.
+
+    Where rows lie farther apart than the distance, several wanted places have one row. So the distance is
+    found by bisection.
+
+    Args:
+        rows: rows that may be chosen, ascending.
+        gone: way along the path to each.
+        turns: rows that are chosen in any case.
+        most: maximum number of rows.
+    """
+
+    def chosen(count: int) -> np.ndarray:
+        wanted = np.linspace(gone[0], gone[-1], count)
+        near = rows[np.clip(np.searchsorted(gone, wanted), 0, len(rows) - 1)]
+        return np.unique(np.concatenate([near, turns]))
+
+    few, many = 2, 64 * most
+    while many - few > 1:
+        middle = (few + many) // 2
+        few, many = (middle, many) if len(chosen(middle)) <= most else (few, middle)
+    return chosen(few)[:most]
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    return values[np.isfinite(values)]
 
 
 def _informative_rows(recording: Recording) -> np.ndarray:
@@ -158,7 +190,7 @@ def _turning_rows(recording: Recording, table: Mapping[str, np.ndarray], block: 
     for name in drivers:
         finite = np.isfinite(means[name])
         course, at = means[name][finite], means[ROW][finite]
-        sign, best, back = 0, 0, TURNS * np.ptp(course)
+        sign, best, back = 0, 0, max(TURNS * np.ptp(course), range_of_noise(recording, name))
         for k in range(len(course)):
             if sign == 0:
                 sign = int(np.sign(course[k] - course[0])) if abs(course[k] - course[0]) > back else 0

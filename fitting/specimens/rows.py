@@ -10,6 +10,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.numerics.safe import as_array
 
 MOST_ROWS = 1024
 """Maximum number of rows; longer recordings are reduced, see `reduction`. The laws change slowly over a
@@ -122,13 +123,14 @@ def stack(recordings: Sequence[Rows], like: Rows | None = None, coarse: bool = F
         wanted, rows = max(wanted, like.mask.shape[0]), max(rows, like.mask.shape[1])
     grown = [_grown(r, rows) for r in recordings]
     grown += [silenced(grown[0])] * (wanted - len(grown))
-    return jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf) for leaf in leaves]), *grown)
+    return jax.tree.map(lambda *leaves: as_array(np.stack([np.asarray(leaf) for leaf in leaves])), *grown)
 
 
 def silenced(rows: Rows) -> Rows:
     """The same recording or stack with all weights zero."""
     zero = jax.tree.map(lambda leaf: 0.0 * leaf, rows.weight)
-    return eqx.tree_at(lambda r: (r.mask, r.weight), rows, (jnp.zeros_like(jnp.asarray(rows.mask)), zero))
+    none = as_array(np.zeros(rows.mask.shape, rows.mask.dtype))
+    return eqx.tree_at(lambda r: (r.mask, r.weight), rows, (none, zero))
 
 
 def _grown(rows: Rows, size: int) -> Rows:

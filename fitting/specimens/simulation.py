@@ -10,10 +10,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.data.recordings import Campaign, Recording
-from fitting.inference.program_cache import stored_jit
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.pipeline import Effect
+from pneusma_jax.program_cache import stored_jit
 
 from .model_objects import BASE, named_table
 from .rows import Rows, stack, with_numbers

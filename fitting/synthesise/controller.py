@@ -13,6 +13,8 @@ from jaxtyping import Array, Float
 
 import pneusma_jax as pj
 from pneusma_jax.nitinol.thermal import duty_cycle_current, next_temperature, time_constant
+from pneusma_jax.numerics.safe import as_array
+from pneusma_jax.program_cache import stored_jit
 
 STEP_S = 0.05  # Time step of the controller and of the simulation
 TRICKLE = 1e-3  # Minimum duty cycle; without any current the resistance cannot be measured
@@ -58,31 +60,41 @@ class StandRun(eqx.Module):
 
 def rest_resistances(spring: pj.Spring) -> tuple[float, float]:
     """Resistance of the unstrained spring, cold and hot [ohm]."""
-    rho = [spring.alloy.resistivity(jnp.asarray(xi0), jnp.asarray(0.0)) for xi0 in (1.0, 0.0)]
-    return tuple(float(x * spring.geometry.wire_length) for x in rho)
+    cold, hot = np.asarray(_at_rest(spring))
+    return float(cold), float(hot)
+
+
+@stored_jit()
+def _at_rest(spring: pj.Spring) -> Array:
+    """Resistances of the unstrained spring, cold and hot, (2,) [ohm]."""
+    return spring.alloy.resistivity(jnp.asarray([1.0, 0.0]), jnp.zeros(2)) * spring.geometry.wire_length
 
 
 def build_stand(spring: pj.Spring, ambient: float, read_noise: float) -> Stand:
     """A stand whose supply can heat this spring through its transformation, and whose controller suits it."""
+    settings = _settings(spring, as_array(ambient))
+    return Stand(spring=spring, ambient=as_array(ambient), read_noise=as_array(read_noise), **settings)
+
+
+@stored_jit()
+def _settings(spring: pj.Spring, ambient: Array) -> dict[str, Array]:
+    """Fields of a `Stand` that its spring decides."""
     alloy, g = spring.alloy, spring.geometry
-    cold, hot = rest_resistances(spring)
-    rise = float(alloy.T_mid) + HOT_WIDTHS * float(alloy.T_width) + HOT_KELVIN - ambient
-    loss = float(alloy.convection * jnp.pi * g.wire_diameter * g.wire_length)
-    rate = rise / float(time_constant(alloy, g))
+    cold, hot = _at_rest(spring)
+    rise = alloy.T_mid + HOT_WIDTHS * alloy.T_width + HOT_KELVIN - ambient
+    loss = alloy.convection * jnp.pi * g.wire_diameter * g.wire_length
+    rate = rise / time_constant(alloy, g)
     temperatures = jnp.linspace(alloy.T_mid - 10 * alloy.T_width, alloy.T_mid + 5 * alloy.T_width, 400)
     weight = alloy.martensite_fraction_at(temperatures) ** alloy.a
-    sensitivity = float(jnp.max(jnp.abs(jnp.gradient(weight, temperatures))))
-    return Stand(
-        spring=spring,
-        ambient=jnp.asarray(ambient),
-        full_current=jnp.sqrt(rise * loss / hot),
-        proportional=jnp.asarray(BANDWIDTH / (rate * sensitivity)),
-        contrast=jnp.asarray(cold - hot),
-        read_noise=jnp.asarray(read_noise),
-    )
+    sensitivity = jnp.max(jnp.abs(jnp.gradient(weight, temperatures)))
+    return {
+        "full_current": jnp.sqrt(rise * loss / hot),
+        "proportional": BANDWIDTH / (rate * sensitivity),
+        "contrast": cold - hot,
+    }
 
 
-@eqx.filter_jit
+@stored_jit(StandRun)
 def run_stand(
     stand: Stand,
     elongation: Float[Array, "tests steps"],

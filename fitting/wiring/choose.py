@@ -10,9 +10,10 @@ import numpy as np
 
 from fitting.design.log import Evaluation
 from fitting.design.optimise import Outcome, Problem, best_of, optimise
-from fitting.inference.program_cache import stored_jit
 from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
+from pneusma_jax.numerics.safe import as_numpy
+from pneusma_jax.program_cache import stored_jit
 
 from .circuit import Circuit, crosstalk
 
@@ -104,10 +105,10 @@ def circuit_of(springs: Springs, bounds: Bounds, resonance: np.ndarray, inductan
     count = len(resonance)
     whole = inductance + springs.inductance
     return Circuit(
-        jnp.full(count, springs.resistance),
-        jnp.full(count, springs.inductance),
-        jnp.asarray(inductance),
-        1.0 / ((2.0 * jnp.pi * jnp.asarray(resonance)) ** 2 * whole),
+        np.full(count, springs.resistance),
+        np.full(count, springs.inductance),
+        inductance,
+        1.0 / ((2.0 * np.pi * resonance) ** 2 * whole),
         bounds.coil_time,
         bounds.lead_resistance,
         bounds.voltage,
@@ -157,7 +158,7 @@ class _Numbers:
     count: int
 
     def __call__(self, places: Sequence[np.ndarray]) -> list[Evaluation]:
-        found = _values_and_slopes(jnp.asarray(np.stack(places)), self.springs, self.bounds, self.count)
+        found = _values_and_slopes(np.stack(places), self.springs, self.bounds, self.count)
         values, slopes = (np.asarray(x) for x in found)
         return [Evaluation(np.array(p), v, s) for p, v, s in zip(places, values, slopes, strict=True)]
 
@@ -207,18 +208,16 @@ def choose_filters(springs: Springs, bounds: Bounds, count: int) -> Wiring:
 
 def _sold(circuit: Circuit) -> tuple[Circuit, Circuit]:
     """The circuit with capacitors of the series E24: coils trimmed to the resonances, and coils left."""
-    wanted = np.asarray(circuit.capacitance)
+    circuit = as_numpy(circuit)
+    wanted = circuit.capacitance
     decade = 10.0 ** np.floor(np.log10(wanted))
     series = np.array([*E24, 10.0])
     near = (
         series[np.argmin(np.abs(np.log(series[None] * decade[:, None] / wanted[:, None])), axis=1)] * decade
     )
-    whole = np.asarray(circuit.inductance + circuit.spring_inductance) * wanted / near
-    trimmed = whole - np.asarray(circuit.spring_inductance)
-    made = eqx.tree_at(
-        lambda c: (c.capacitance, c.inductance), circuit, (jnp.asarray(near), jnp.asarray(trimmed))
-    )
-    return made, eqx.tree_at(lambda c: c.capacitance, circuit, jnp.asarray(near))
+    trimmed = (circuit.inductance + circuit.spring_inductance) * wanted / near - circuit.spring_inductance
+    made = eqx.tree_at(lambda c: (c.capacitance, c.inductance), circuit, (near, trimmed))
+    return made, eqx.tree_at(lambda c: c.capacitance, circuit, near)
 
 
 def most_segments(springs: Springs, bounds: Bounds, allowed: float = 0.01) -> tuple[int, Wiring | None]:

@@ -7,9 +7,11 @@ frequency, heats it, and senses it or another one by a second, weak frequency on
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from fitting.inference.program_cache import stored_jit
+from pneusma_jax.numerics.safe import as_array, as_numpy, is_concrete, namespace_of
+from pneusma_jax.program_cache import stored_jit
 
 VACUUM = 4e-7 * jnp.pi
 """Permeability of vacuum, and nearly that of nitinol [H/m]."""
@@ -29,25 +31,27 @@ class Circuit(eqx.Module):
         voltage: voltage of the supply, root mean square [V].
     """
 
-    resistance: Float[Array, "branches"] = eqx.field(converter=jnp.asarray)
-    spring_inductance: Float[Array, "branches"] = eqx.field(converter=jnp.asarray)
-    inductance: Float[Array, "branches"] = eqx.field(converter=jnp.asarray)
-    capacitance: Float[Array, "branches"] = eqx.field(converter=jnp.asarray)
-    coil_time: Array = eqx.field(converter=jnp.asarray, default=1e-3)
-    lead_resistance: Array = eqx.field(converter=jnp.asarray, default=0.1)
-    voltage: Array = eqx.field(converter=jnp.asarray, default=3.0)
+    resistance: Float[Array, "branches"] = eqx.field(converter=as_array)
+    spring_inductance: Float[Array, "branches"] = eqx.field(converter=as_array)
+    inductance: Float[Array, "branches"] = eqx.field(converter=as_array)
+    capacitance: Float[Array, "branches"] = eqx.field(converter=as_array)
+    coil_time: Array = eqx.field(converter=as_array, default=1e-3)
+    lead_resistance: Array = eqx.field(converter=as_array, default=0.1)
+    voltage: Array = eqx.field(converter=as_array, default=3.0)
 
     @property
     def resonance(self) -> Float[Array, "branches"]:
         """Frequency that each branch lets pass [Hz]."""
-        whole = self.inductance + self.spring_inductance
-        return 1.0 / (2.0 * jnp.pi * jnp.sqrt(whole * self.capacitance))
+        own = as_numpy(self) if is_concrete(self) else self
+        whole = own.inductance + own.spring_inductance
+        return 1.0 / (2.0 * np.pi * namespace_of(whole, own.capacitance).sqrt(whole * own.capacitance))
 
     @property
     def quality(self) -> Float[Array, "branches"]:
         """Reactance of the coil at resonance over the branch's resistance [1]."""
-        whole = self.inductance + self.spring_inductance
-        return 2.0 * jnp.pi * self.resonance * whole / (self.resistance + self.inductance / self.coil_time)
+        own = as_numpy(self) if is_concrete(self) else self
+        whole = own.inductance + own.spring_inductance
+        return 2.0 * np.pi * own.resonance * whole / (own.resistance + own.inductance / own.coil_time)
 
     def impedance(self, frequency: Float[Array, "*f"]) -> Float[Array, "*f branches"]:
         """Complex impedance of every branch [ohm]."""

@@ -1,9 +1,12 @@
 """Resistance and inductance of a design's springs."""
 
 import jax.numpy as jnp
+from jaxtyping import Array
 
+import pneusma_jax as pj
 from fitting.design.bodies import build_body, plan_of
 from pneusma_jax.errors import InputError
+from pneusma_jax.program_cache import stored_jit
 
 from .choose import Springs
 from .circuit import spring_inductance
@@ -19,8 +22,14 @@ def springs_of_design(design: str) -> Springs:
     springs = [s for segment in build_body(plan, {}, plan.materials()).segments for s in segment.springs]
     if not springs:
         raise InputError(f"{design}: there is no spring to be heated")
-    one, zero = springs[0], jnp.zeros(())
-    geometry = one.geometry
-    resistance = one.alloy.resistivity(jnp.asarray(1.0), one.shear_strain(zero)) * geometry.wire_length
-    coil = spring_inductance(geometry.active_coils, geometry.coil_diameter, one.attached_length)
+    resistance, coil = _of_spring(springs[0])
     return Springs(float(resistance), float(coil))
+
+
+@stored_jit()
+def _of_spring(spring: pj.Spring) -> tuple[Array, Array]:
+    """Resistance [ohm] and inductance [H] of a cold spring at its attached length."""
+    geometry = spring.geometry
+    rho = spring.alloy.resistivity(jnp.ones(()), spring.shear_strain(jnp.zeros(())))
+    coil = spring_inductance(geometry.active_coils, geometry.coil_diameter, spring.attached_length)
+    return rho * geometry.wire_length, coil

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..nitinol import Alloy, Spring, SpringGeometry, SpringState
-from ..numerics.safe import evaluated, is_concrete
+from ..numerics.safe import as_array, evaluated, is_concrete
 from ..section import Section, annulus
 from ..section.placement import Layout, check_places, place_on, unit_vectors
 from ..silicone import SiliconeLaw
@@ -34,17 +34,17 @@ class Geometry(eqx.Module):
         fibre_stiffness: stiffness of a strain-limiting fibre that is not taken as inextensible [N/m].
     """
 
-    outer_diameter: Array = eqx.field(converter=jnp.asarray, default=10e-3)
-    wall_thickness: Array = eqx.field(converter=jnp.asarray, default=1e-3)
-    length: Array = eqx.field(converter=jnp.asarray, default=56e-3)
-    wire_diameter: Array = eqx.field(converter=jnp.asarray, default=0.25e-3)
-    mandrel_diameter: Array = eqx.field(converter=jnp.asarray, default=0.9e-3)
-    initial_pitch: Array = eqx.field(converter=jnp.asarray, default=0.269e-3)
-    active_coils: Array = eqx.field(converter=jnp.asarray, default=52.0)
-    free_length: Array = eqx.field(converter=jnp.asarray, default=14e-3)
-    attached_length: Array = eqx.field(converter=jnp.asarray, default=56e-3)
-    prestrain: Array = eqx.field(converter=jnp.asarray, default=0.1924)
-    fibre_stiffness: Array = eqx.field(converter=jnp.asarray, default=1e6)
+    outer_diameter: Array = eqx.field(converter=as_array, default=10e-3)
+    wall_thickness: Array = eqx.field(converter=as_array, default=1e-3)
+    length: Array = eqx.field(converter=as_array, default=56e-3)
+    wire_diameter: Array = eqx.field(converter=as_array, default=0.25e-3)
+    mandrel_diameter: Array = eqx.field(converter=as_array, default=0.9e-3)
+    initial_pitch: Array = eqx.field(converter=as_array, default=0.269e-3)
+    active_coils: Array = eqx.field(converter=as_array, default=52.0)
+    free_length: Array = eqx.field(converter=as_array, default=14e-3)
+    attached_length: Array = eqx.field(converter=as_array, default=56e-3)
+    prestrain: Array = eqx.field(converter=as_array, default=0.1924)
+    fibre_stiffness: Array = eqx.field(converter=as_array, default=1e6)
 
 
 class Actuator(eqx.Module):
@@ -75,7 +75,7 @@ class Actuator(eqx.Module):
     spring_numbers: tuple[int, ...] = eqx.field(static=True)
     bending_plane: float | None = eqx.field(static=True, default=90.0)
     loads: tuple[Load, ...] = ()
-    prestrain: Array = eqx.field(converter=jnp.asarray, default=0.1924)
+    prestrain: Array = eqx.field(converter=as_array, default=0.1924)
 
     @property
     def planar(self) -> bool:
@@ -171,6 +171,10 @@ def build_actuator(
     )
 
 
+SLACK = 0.02
+"""Part of the free length by which the attached length may be smaller [1]; priors of lengths are so wide."""
+
+
 def _check_dimensions(geometry: Geometry, spring: SpringGeometry | None, fibre: bool) -> None:
     """Refuse dimensions that cannot be, where their numbers are known.
 
@@ -193,7 +197,12 @@ def _check_dimensions(geometry: Geometry, spring: SpringGeometry | None, fibre: 
         raise ValueError(f"Argument `prestrain` must not be negative, but it is {geometry.prestrain}.")
     with evaluated():  # known dimensions, perhaps in a traced function
         wire = np.asarray(spring.wire_length)
-    attached = np.asarray(geometry.attached_length)
+    attached, free = np.asarray(geometry.attached_length), np.asarray(spring.free_length)
+    if np.any(attached < free * (1.0 - SLACK)):
+        raise ValueError(
+            f"Argument `attached_length` must be at least the free length of the spring, "
+            f"{np.max(free) * 1e3:.4g} mm, but it is {np.min(attached) * 1e3:.4g} mm."
+        )
     if np.any(attached >= wire):
         raise ValueError(
             f"Argument `attached_length` must be below the {np.min(wire) * 1e3:.4g} mm of wire "

@@ -7,7 +7,7 @@ fibre drops out. For two opposing springs this is Eqs. 3.35 and 3.36 with the si
 pull back, pressure pushes.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import equinox as eqx
 import jax
@@ -55,7 +55,23 @@ def spring_responses(problem: Problem, delta_centre: Array, bend: Array) -> tupl
 
 def spring_pulls(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Array, ...]:
     """Pull of every spring in a configuration [N]: `spring_responses` less what balance needs not."""
+    if _plain(problem):
+        return tuple(_each_plain(Spring.plain_pull, problem, delta_centre, bend))
     return _each_spring(Spring.pull, problem, delta_centre, bend)
+
+
+def _plain(problem: Problem) -> bool:
+    """True if no effect acts, and the phases of all springs are given fractions."""
+    given = all(isinstance(a, MartensiteFraction) for a in problem.activations)
+    return given and not problem.chain.effects
+
+
+def _each_plain(method: Callable, problem: Problem, delta_centre: Array, bend: Array) -> list:
+    """Results of a method for every spring of a plain row, from its elongation, fraction and state."""
+    body = problem.actuator
+    fractions = [a.value for a in problem.activations]
+    elongations = delta_centre + body.spring_places @ bend
+    return each(method, list(zip(body.springs, elongations, fractions, problem.states, strict=True)))
 
 
 def _each_spring(method: Callable, problem: Problem, delta_centre: Array, bend: Array) -> tuple:
@@ -71,7 +87,11 @@ def _each_spring(method: Callable, problem: Problem, delta_centre: Array, bend: 
 
 
 def imbalance(
-    problem: Problem, delta_centre: Array, bend: Array, orders: int = 3
+    problem: Problem,
+    delta_centre: Array,
+    bend: Array,
+    orders: int = 3,
+    pulls: Sequence[Array] | None = None,
 ) -> tuple[Array, Array]:
     """Unbalanced pull and moment about the section's centre, Eqs. 3.35 and 3.36.
 
@@ -80,6 +100,7 @@ def imbalance(
         delta_centre: elongation of the centre line [m].
         bend: bend angle vector [rad], shape (2,).
         orders: static; up to which derivatives by the configuration are exact, 1 to 3.
+        pulls: pulls of the springs [N], where they are known.
 
     Returns:
         Force [N] and first moments of the pulls [N m], shape (2,); both zero in equilibrium.
@@ -93,7 +114,8 @@ def imbalance(
         force, moment = body.section.integrate(body.silicone, strain, gradient, orders)
     push = problem.pressure * body.section.enclosed_area
     force, moment = force - push, moment - push * body.section.enclosed_centroid
-    for place, pull in zip(body.spring_places, spring_pulls(problem, delta_centre, bend), strict=True):
+    pulls = spring_pulls(problem, delta_centre, bend) if pulls is None else pulls
+    for place, pull in zip(body.spring_places, pulls, strict=True):
         force, moment = force + pull, moment + pull * place
     if body.fibre_stiffness is not None:
         pull = body.fibre_stiffness * (delta_centre + body.fibre_place @ bend)
@@ -125,10 +147,12 @@ def configuration(actuator: Actuator, unknowns: Array) -> tuple[Array, Array]:
     return scaled[0] * actuator.length, scaled[1:] * actuator.length / actuator.section.radius
 
 
-def residual(unknowns: Array, problem: Problem, orders: int = 3) -> Array:
+def residual(
+    unknowns: Array, problem: Problem, orders: int = 3, pulls: Sequence[Array] | None = None
+) -> Array:
     """Scaled imbalance in the free directions [1], phases as the activations read them; see `imbalance`."""
     actuator = problem.actuator
-    force, moment = imbalance(problem, *configuration(actuator, unknowns), orders)
+    force, moment = imbalance(problem, *configuration(actuator, unknowns), orders, pulls)
     radius = actuator.section.radius
     area, _, _ = actuator.section.moments()
     scaled = jnp.concatenate([force[None], moment / radius]) / (REFERENCE_MODULUS * area)
@@ -162,7 +186,11 @@ def at_phases(problem: Problem, phases: Array, kind: Callable = LocatedFraction)
 
 
 def joint_residual(
-    unknowns: Array, problem: Problem, orders: int = 3, held: tuple[Array, Array] | None = None
+    unknowns: Array,
+    problem: Problem,
+    orders: int = 3,
+    held: tuple[Array, Array] | None = None,
+    responses: tuple[SpringResponse, ...] | None = None,
 ) -> Array:
     """Scaled imbalance, and for every measured spring what its resistance misses [1].
 
@@ -176,43 +204,62 @@ def joint_residual(
         orders: see `imbalance`.
         held: fractions that are given whatever the resistances: whether each is, and at what, both of shape
             (measured,).
+        responses: responses of the springs at these unknowns, where they are known.
     """
-    actuator, count = problem.actuator, freedoms(problem)
-    unbalanced = residual(unknowns[:count], at_phases(problem, unknowns[count:], MartensiteFraction), orders)
+    count, given = freedoms(problem), at_phases(problem, unknowns[freedoms(problem) :], MartensiteFraction)
+    told = None
+    if responses is not None:
+        pairs = zip(problem.actuator.springs, responses, strict=True)
+        told = [(r.force, r.resistance, spring.contrast(r.gamma)) for spring, r in pairs]
+    elif measured(problem) and _plain(given):
+        at = configuration(problem.actuator, unknowns[:count])
+        told = _each_plain(Spring.plain_pull_and_resistance, given, *at)
+    pulls = None if told is None else [pull for pull, _, _ in told]
+    unbalanced = residual(unknowns[:count], given, orders, pulls)
     if not measured(problem):
         return unbalanced
-    missed = jnp.stack(_misread(unknowns, problem, actuator, count))
+    if told is not None and not problem.chain.effects:
+        missed = jnp.stack([
+            _missed(problem.actuator.springs[k], problem.activations[k], xi0, *told[k][1:])
+            for k, xi0 in zip(measured(problem), unknowns[count:], strict=True)
+        ])  # fmt: skip
+    else:
+        missed = jnp.stack(_misread(unknowns, problem, count))
     if held is not None:
         missed = jnp.where(held[0], unknowns[count:] - held[1], missed)
     return jnp.concatenate([unbalanced, missed])
 
 
-def _misread(unknowns: Array, problem: Problem, actuator: Actuator, count: int) -> list[Array]:
-    """The rows of `joint_residual` of the measured springs."""
+def _misread(unknowns: Array, problem: Problem, count: int) -> list[Array]:
+    """The rows of `joint_residual` of the measured springs, with effects."""
+    actuator = problem.actuator
     centre, bend = configuration(actuator, unknowns[:count])
     elongations = centre + actuator.spring_places @ bend
+    rows = []
+    for k, xi0 in zip(measured(problem), unknowns[count:], strict=True):
+        spring, activation = actuator.springs[k], problem.activations[k]
+        chain = problem.chain.knowing(number=actuator.spring_numbers[k])
+        excess, contrast = activation.excess(spring, elongations[k], xi0, chain)
+        rows.append(_missed(spring, activation, xi0, excess + activation.value, contrast))
+    return rows
 
-    def one(spring: Spring, activation: Resistance, elongation: Array, xi0: Array, chain: Chain) -> Array:
-        excess, contrast = activation.excess(spring, elongation, xi0, chain)
-        scale = jax.lax.stop_gradient(spring.contrast_at_rest)
-        missed = excess / scale
-        missed = missed * jax.lax.stop_gradient(jnp.where(contrast < 0.0, -1.0, 1.0))
-        surplus = jax.lax.stop_gradient(missed)
-        within = READING + WITHIN * activation.noise / scale
-        cold = (xi0 >= 1.0) & (surplus <= within)
-        hot = (xi0 <= 0.0) & (surplus >= -within)
-        end = jnp.where(cold, 1.0, 0.0)
-        return jnp.where(cold | hot, xi0 - end, missed)
 
-    which = measured(problem)
-    rows = [
-        (actuator.springs[k], problem.activations[k], elongations[k], xi0)
-        for k, xi0 in zip(which, unknowns[count:], strict=True)
-    ]
-    if not problem.chain.effects:
-        return each(lambda *row: one(*row, problem.chain), rows)
-    chains = [problem.chain.knowing(number=actuator.spring_numbers[k]) for k in which]
-    return [one(*row, chain) for row, chain in zip(rows, chains, strict=True)]
+def _missed(spring: Spring, activation: Resistance, xi0: Array, ohms: Array, contrast: Array) -> Array:
+    """What the resistance of a spring misses of the measured one [1].
+
+    Args:
+        spring, activation, xi0: spring, its reading and its fraction.
+        ohms, contrast: resistance that it has, and that of martensite over that of austenite [ohm].
+    """
+    scale = jax.lax.stop_gradient(spring.contrast_at_rest)
+    missed = (ohms - activation.value) / scale
+    missed = missed * jax.lax.stop_gradient(jnp.where(contrast < 0.0, -1.0, 1.0))
+    surplus = jax.lax.stop_gradient(missed)
+    within = READING + WITHIN * activation.noise / scale
+    cold = (xi0 >= 1.0) & (surplus <= within)
+    hot = (xi0 <= 0.0) & (surplus >= -within)
+    end = jnp.where(cold, 1.0, 0.0)
+    return jnp.where(cold | hot, xi0 - end, missed)
 
 
 def start(actuator: Actuator) -> Array:
@@ -223,17 +270,16 @@ def start(actuator: Actuator) -> Array:
 
 
 def all_finite(problem: Problem) -> Array:
-    """True if every number of the row is finite: zero times a number is zero only then."""
+    """True if every number of the row is finite: zero times their sum is zero only then."""
     leaves = jax.tree.leaves(eqx.filter(problem, eqx.is_inexact_array))
-    return sum(jnp.sum(0.0 * leaf) for leaf in leaves) == 0.0
+    return 0.0 * sum(jnp.sum(leaf) if jnp.ndim(leaf) else leaf for leaf in leaves) == 0.0
 
 
-def calm(problem: Problem, unknowns: Array) -> tuple[Problem, Array, Array]:
-    """The row with zeros for what is not finite, and whether it was finite.
+def calm(problem: Problem, unknowns: Array) -> tuple[Problem, Array]:
+    """The row with zeros for what is not finite.
 
     A NaN that is discarded later would still reach every reverse gradient.
     """
-    good = all_finite(problem) & jnp.all(jnp.isfinite(unknowns))
     safe = lambda x: jnp.where(jnp.isfinite(x), x, 0.0) if eqx.is_inexact_array(x) else x  # noqa: E731
     row = jax.tree.map(safe, (problem.pressure, problem.activations, problem.states, problem.chain))
-    return Problem(problem.actuator, *row), safe(unknowns), good
+    return Problem(problem.actuator, *row), safe(unknowns)

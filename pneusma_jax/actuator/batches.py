@@ -13,20 +13,21 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
-from ..nitinol.spring import MartensiteFraction, Resistance
+from ..nitinol.spring import MartensiteFraction, Resistance, SpringResponse
 from ..numerics.rows import filled, first_rows
+from ..program_cache import stored_jit
 from . import Actuator
 from .balance import Problem, measured, start
 from .phase_map import PhaseMap, as_map, grid_points
-from .result import Equilibrium, at_phases_told, equilibrium_of
-from .root_find import FEW_STEPS, LOAD_STEPS, MOST_STEPS, Ended, newton_many
+from .result import Equilibrium, Validity, at_phases_told, equilibrium_of
+from .root_find import LOAD_STEPS, MOST_STEPS, Ended, newton_many
 
 BLOCK = 64
 """Number of rows that are computed side by side. Larger blocks leave the processor's cache."""
 CHUNK = 1024
 """Maximum of rows of one call of a compiled program; it bounds the memory."""
 AT_ONCE = 6
-"""Maximum of Newton steps of one call of a program. Rows that need more go on in a later call, among
+"""Maximum of Newton steps of the first call of a program. Rows that need more go on in a second call, among
 themselves: the last few of a chunk would fill a block each time. From the grid, rows of PneuSMA2 take 3.0
 steps on average, and 0.3 % take 5 or more."""
 WORTHWHILE = 1000
@@ -81,25 +82,26 @@ class Solved(eqx.Module):
     contrasts: Array
 
 
-@eqx.filter_jit
-def _chunk(actuator: Actuator, each: tuple, guess: Array, before: Array, count: Array) -> Solved:
-    """The first `count` of `CHUNK` rows, which made `before` steps already."""
+@stored_jit(Solved, Equilibrium, Validity, SpringResponse)
+def _chunk(
+    actuator: Actuator, each: tuple, guess: Array, before: Array, held: Array, count: Array, most: Array
+) -> Solved:
+    """The first `count` of `CHUNK` rows, which made `before` steps already, after `most` more; see
+    `solved_from`."""
     usual = start(actuator)
     usual = jnp.concatenate([usual, jnp.ones(guess.shape[1] - usual.size)])
     begin = jnp.where(jnp.isnan(guess), usual, guess)
-    ended = newton_many(actuator, each, begin, before, jnp.arange(CHUNK) >= count, BLOCK, AT_ONCE)
+    ended = newton_many(actuator, each, begin, before, held, jnp.arange(CHUNK) >= count, BLOCK, most)
 
-    def finish(row: tuple, before: Array, ended: Ended) -> Solved:
+    def finish(row: tuple, before: Array, held: Array, ended: Ended) -> Solved:
         problem = Problem(actuator, *row)
         steps = before + ended.steps
         told = (1, ended.signs[1] > 0.0) if measured(problem) else at_phases_told(problem, ended)
-        result = equilibrium_of(problem, ended.unknowns, steps, *told)
+        result = equilibrium_of(problem, ended.unknowns, steps, *told, held)
         pairs = zip(actuator.springs, result.springs, strict=True)
         contrasts = [spring.contrast(response.gamma) for spring, response in pairs]
         contrasts = jnp.stack(contrasts) if contrasts else jnp.zeros(0)
-        moving = ~ended.good & jnp.all(jnp.isfinite(ended.unknowns)) & (ended.steps == AT_ONCE)
-        if measured(problem):  # from one of many starts
-            moving &= (steps < FEW_STEPS) | ended.closing
+        moving = ~ended.good & jnp.all(jnp.isfinite(ended.unknowns)) & (ended.steps == most)
         return Solved(
             result, ended.unknowns, ended.good, moving, ended.signs[1], ended.slope, contrasts
         )
@@ -109,7 +111,7 @@ def _chunk(actuator: Actuator, each: tuple, guess: Array, before: Array, count: 
         return jax.vmap(finish)(*cut)
 
     # traced once: for its shapes, and for the loop
-    rows = (each, before, ended)
+    rows = (each, before, held, ended)
     traced = eqx.filter_closure_convert(block, jnp.asarray(0), rows)
 
     def advance(k: Array, found: Solved) -> Solved:
@@ -120,33 +122,36 @@ def _chunk(actuator: Actuator, each: tuple, guess: Array, before: Array, count: 
     return jax.lax.fori_loop(0, -(-count // BLOCK), advance, blank)
 
 
-def solved_from(rows: Rows, guess: np.ndarray) -> Solved:
+def solved_from(rows: Rows, guess: np.ndarray, held: np.ndarray | bool = False) -> Solved:
     """Every row from its own start.
 
     Args:
         rows: the rows, at least one.
         guess: joint unknowns to start from, shape (rows, unknowns); the usual start where NaN.
+        held: true for fractions of measured springs that stay as guessed whatever was measured, shape (rows,
+            measured) or one for all.
 
     Returns:
         What was found, in NumPy arrays.
     """
-    found = _in_chunks(rows, guess, np.zeros(len(rows), int))
-    for _ in range(AT_ONCE, MOST_STEPS, AT_ONCE):
-        left = np.flatnonzero(found.moving)
-        if not left.size:
-            break
-        more = _in_chunks(rows.taken(left), found.unknowns[left], found.result.steps[left])
-        jax.tree.map(lambda all_rows, some: put(all_rows, left, some), found, more)  # noqa: B023
+    held = np.broadcast_to(held, (len(rows), guess.shape[1] - rows.actuator.freedoms))
+    found = _in_chunks(rows, guess, np.zeros(len(rows), int), held, AT_ONCE)
+    left = np.flatnonzero(found.moving)
+    if left.size:
+        before = found.unknowns[left], found.result.steps[left], held[left]
+        more = _in_chunks(rows.taken(left), *before, MOST_STEPS - AT_ONCE)
+        jax.tree.map(lambda all_rows, some: put(all_rows, left, some), found, more)
     return found
 
 
-def _in_chunks(rows: Rows, guess: np.ndarray, before: np.ndarray) -> Solved:
+def _in_chunks(rows: Rows, guess: np.ndarray, before: np.ndarray, held: np.ndarray, most: int) -> Solved:
     """One call of the program for every chunk of rows."""
     whole = None
     for first in range(0, len(rows), CHUNK):
         size = min(CHUNK, len(rows) - first)
-        part = taken((rows.each, guess, before), slice(first, first + size))
-        found = first_rows(_chunk(rows.actuator, *filled(part, CHUNK), np.asarray(size)), size)
+        part = taken((rows.each, guess, before, held), slice(first, first + size))
+        found = _chunk(rows.actuator, *filled(part, CHUNK), np.asarray(size), np.asarray(most))
+        found = first_rows(found, size)
         if whole is None:
             whole = jax.tree.map(lambda x: np.empty((len(rows), *x.shape[1:]), x.dtype), found)
         jax.tree.map(lambda all_rows, some: put(all_rows, slice(first, first + size), some), whole, found)  # noqa: B023
@@ -166,20 +171,29 @@ def taken(tree: PyTree, which: Any) -> PyTree:
 def map_of(rows: Rows, common: tuple) -> PhaseMap:
     """Grid of equilibria that spans the pressures of rows, see `phase_map`.
 
+    Where resistances are measured, the program that solves them makes the grid, too: it holds the fractions.
+
     Args:
         rows: rows of one actuator.
         common: memories of the springs on the grid.
     """
     low, high, points = grid_points(rows.each[0], len(rows.actuator.springs))
-    phases = tuple(MartensiteFraction(x) for x in points[:, 1:].T)
-    phases = jax.tree.map(np.asarray, phases)
+    phases, held = [], []
+    for activation, xi0 in zip(rows.each[1], points[:, 1:].T, strict=True):
+        if is_resistance(activation):
+            held.append(xi0)
+        phases.append(
+            jax.tree.map(np.ones_like, Resistance(xi0, xi0)) if is_resistance(activation)
+            else jax.tree.map(np.asarray, MartensiteFraction(xi0))
+        )  # fmt: skip
     states = jax.tree.map(lambda x: np.broadcast_to(np.asarray(x), (len(points), *np.shape(x))), common)
-    grid = Rows(rows.actuator, (points[:, 0], phases, states))
-    found = solved_from(grid, np.full((len(points), rows.actuator.freedoms), np.nan))
+    grid = Rows(rows.actuator, (points[:, 0], tuple(phases), states))
+    usual = np.full((len(points), rows.actuator.freedoms), np.nan)
+    found = solved_from(grid, np.column_stack([usual, *held]), held=True)
     springs = found.result.springs
     ohms = np.stack([s.resistance for s in springs], axis=1) if springs else np.zeros((len(points), 0))
     # where there is no equilibrium, neighbours are interpolated with what is nearest
-    unknowns = np.where(found.good[:, None], found.unknowns, 0.0)
+    unknowns = np.where(found.good[:, None], found.unknowns, 0.0)[:, : rows.actuator.freedoms]
     return as_map(low, high, unknowns, found.good, np.nan_to_num(ohms), np.nan_to_num(found.contrasts))
 
 

@@ -25,6 +25,9 @@ from .balance import (
 from .root_find import BALANCED, Ended
 
 SHORTEST = -0.95  # side strain below which a solution is no tube any more
+MOST_SUCTION = 10.0
+"""Suction, over the one at which a long round tube buckles, from which a state has no result [1]. End caps
+and springs stiffen a tube, by less than this. PneuSMA2 buckles at 1.9 kPa by that formula."""
 
 
 class Status(enum.IntEnum):
@@ -37,6 +40,7 @@ class Status(enum.IntEnum):
     collapsed = 4
     beyond_wire = 5
     fraction_out_of_range = 6
+    flattened = 7
 
     @property
     def sentence(self) -> str:
@@ -60,6 +64,7 @@ _SENTENCES = {
     Status.collapsed: "Force and moment only balance with a side shorter than 5 % of its length.",
     Status.beyond_wire: "Force and moment only balance with a spring longer than its wire.",
     Status.fraction_out_of_range: "A martensite fraction is not between 0 and 1.",
+    Status.flattened: "The pressure is so far below ambient that the wall would be sucked flat.",
 }
 
 
@@ -74,19 +79,22 @@ class Validity(eqx.Module):
 
     Attributes:
         silicone: some of the wall is strained beyond the silicone's tests.
-        shear: a wire is sheared beyond `gamma_max`, the largest strain of its alloy's tests, shape
-            (springs,).
+        shear: a wire is sheared beyond `gamma_max`, the largest strain of its alloy's tests, or its spring is
+            shorter than unloaded, shape (springs,).
+        suction: the pressure is so far below ambient that a long round tube of as much wall and bore would
+            buckle inwards. The model's section keeps its shape.
         contact: the tip has come round to the base, or the inner side meets itself. No force is modelled.
     """
 
     silicone: Array
     shear: Bool[Array, "springs"]
+    suction: Array
     contact: Array
 
     @property
     def good(self) -> Array:
         """True if none of these holds."""
-        return ~(self.silicone | jnp.any(self.shear, axis=-1) | self.contact)
+        return ~(self.silicone | jnp.any(self.shear, axis=-1) | self.suction | self.contact)
 
 
 class Equilibrium(eqx.Module):
@@ -170,7 +178,12 @@ class Equilibrium(eqx.Module):
 
 
 def equilibrium_of(
-    problem: Problem, unknowns: Array, steps: Array, equilibria: Array | int = 1, stable: Array | bool = True
+    problem: Problem,
+    unknowns: Array,
+    steps: Array,
+    equilibria: Array | int = 1,
+    stable: Array | bool = True,
+    held: Array | None = None,
 ) -> Equilibrium:
     """Result of a root, with its status; NaN where it is none.
 
@@ -180,17 +193,22 @@ def equilibrium_of(
         steps: number of steps of the root-find.
         equilibria: number of roots that are known.
         stable: see `Equilibrium`.
+        held: true for fractions of measured springs that are given, shape (measured,).
     """
     actuator, count, finite = problem.actuator, freedoms(problem), all_finite(problem)
-    problem, unknowns, real = calm(problem, unknowns)
-    # what is left unbalanced is a check: without tangents it costs a third less to differentiate a row
-    size = jnp.max(jnp.abs(joint_residual(*frozen((unknowns, problem)), 1)))  # type: ignore[call-arg]
-    problem = at_phases(problem, unknowns[count:])
+    real = finite & jnp.all(jnp.isfinite(unknowns))
+    problem, unknowns = calm(problem, unknowns)
+    row, problem = problem, at_phases(problem, unknowns[count:])
     delta_centre, bend = configuration(actuator, unknowns[:count])
     slimmest = (delta_centre - _reach(actuator, bend)) / actuator.length
     side_1, side_2 = actuator.section.sides(jnp.asarray(actuator.side_direction))
     elongations = delta_centre + actuator.spring_places @ bend
     responses = spring_responses(problem, delta_centre, bend)
+    # what is left unbalanced is a check: without tangents it costs a third less to differentiate a row
+    own, row, shown = frozen((unknowns, row, responses))
+    given = None if held is None else (held, own[count:])
+    size = jnp.max(jnp.abs(joint_residual(own, row, 1, given, shown)))
+    suction = _suction(*frozen((actuator, problem.pressure)))
     status = jnp.select(
         [
             ~finite,
@@ -198,6 +216,7 @@ def equilibrium_of(
             ~(real & (size < BALANCED)),
             slimmest < SHORTEST,
             _straight(actuator, elongations),
+            suction > MOST_SUCTION,
             jnp.asarray(equilibria) > 1,
         ],
         [
@@ -206,6 +225,7 @@ def equilibrium_of(
             int(Status.no_equilibrium),
             int(Status.collapsed),
             int(Status.beyond_wire),
+            int(Status.flattened),
             int(Status.several_equilibria),
         ],
         int(Status.converged),
@@ -224,7 +244,7 @@ def equilibrium_of(
         status=status,
         equilibria=equilibria,
         stable=stable,
-        validity=_validity(actuator, delta_centre, bend, responses),
+        validity=_validity(actuator, delta_centre, bend, responses, suction),
         side_direction=tuple(float(x) for x in actuator.side_direction),
     )
     good = solved(status)
@@ -258,7 +278,7 @@ def _straight(actuator: Actuator, elongations: Array) -> Array:
 
 
 def _validity(
-    actuator: Actuator, delta_centre: Array, bend: Array, springs: tuple[SpringResponse, ...]
+    actuator: Actuator, delta_centre: Array, bend: Array, springs: tuple[SpringResponse, ...], suction: Array
 ) -> Validity:
     """See `Validity`; without derivatives."""
     actuator, delta_centre, bend, springs = frozen((actuator, delta_centre, bend, springs))
@@ -267,12 +287,26 @@ def _validity(
     low, high = actuator.silicone.tested
     angle, length = safe_norm(bend), actuator.length + delta_centre
     pairs = zip(actuator.springs, springs, strict=True)
-    shear = [r.gamma > s.alloy.gamma_max for s, r in pairs]
+    shear = [(r.gamma > s.alloy.gamma_max) | (r.gamma < 0.0) for s, r in pairs]
     return Validity(
         silicone=(longest > high) | (shortest < low),
         shear=jnp.stack(shear) if shear else jnp.zeros(0, bool),
+        suction=suction > 1.0,
         contact=(angle > 2.0 * jnp.pi) | (_reach(actuator, bend) > length),
     )
+
+
+def _suction(actuator: Actuator, pressure: Array) -> Array:
+    """Suction over the one at which a long round tube of as much wall and bore buckles inwards [1].
+
+    That pressure is `E / (4 (1 - nu^2)) (t / R)^3` (M. Bresse), with `nu` one half, the stiffness `E` of the
+    unstrained silicone, and the mean radius `R` and thickness `t` of the tube.
+    """
+    area, bore = actuator.section.moments()[0], actuator.section.enclosed_area
+    inner, outer = jnp.sqrt(bore), jnp.sqrt(bore + area)
+    step = 1e-3
+    stiffness = (actuator.silicone(jnp.asarray(step)) - actuator.silicone(jnp.asarray(-step))) / (2.0 * step)
+    return -3.0 * pressure / (stiffness * (2.0 * (outer - inner) / (outer + inner)) ** 3)
 
 
 def _reach(actuator: Actuator, bend: Array) -> Array:

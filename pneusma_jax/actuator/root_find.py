@@ -108,12 +108,13 @@ def newton(
 
 def attached(problem: Problem, root: Array) -> Array:
     """The same root, with derivatives by the numbers of the problem: of any order in a plane, else three."""
-    problem, root, _ = calm(problem, root)
+    problem, root = calm(problem, root)
     return _attached(frozen(root), problem)
 
 
 def newton_many(
-    actuator: Actuator, each: tuple, guess: Array, before: Array, ended: Array, block: int, most_steps: int
+    actuator: Actuator, each: tuple, guess: Array, before: Array, held: Array, ended: Array, block: int,
+    most_steps: Array,
 ) -> Ended:
     """`newton` of many rows of one actuator, see `newton_rows`.
 
@@ -122,15 +123,23 @@ def newton_many(
         each: pressures, activations and states, arrays of shape (rows, ...).
         guess: joint unknowns to start from, shape (rows, unknowns).
         before: number of steps that were made already, shape (rows,).
+        held: true for fractions of measured springs that stay as guessed, shape (rows, measured).
         ended: rows that are left alone, shape (rows,).
         block: number of rows that are computed side by side; the number of rows is a multiple of it.
         most_steps: maximum number of steps of the attempt.
     """
     actuator, each, guess = frozen((actuator, each, guess))
     count = actuator.freedoms
-    missed = lambda y, row: joint_residual(y, Problem(actuator, *row), 1)  # noqa: E731
+
+
+    def missed(y: Array, row: tuple) -> Array:
+        row, held = row
+        return joint_residual(y, Problem(actuator, *row), 1, (held, jax.lax.stop_gradient(y[count:])))
+
     options = {"free": count, "count": before}
-    unknowns, state = newton_rows(missed, each, guess, options, ended, block, most_steps)
+    if guess.shape[1] > count:  # from one of many starts
+        options |= {"few": FEW_STEPS, "closing": CLOSING}
+    unknowns, state = newton_rows(missed, (each, held), guess, options, ended, block, most_steps)
     good = (state.moved <= BoundedNewton().close) & (state.excess < NEARLY)
     told = jax.vmap(lambda slope: (_signs(slope, count), _least_slope(slope, count)))(state.slope)
     return Ended(unknowns, state.count - before, good, state.excess < CLOSING, *told)
@@ -230,6 +239,38 @@ def in_between(roots: Array, real: Array, count: int) -> Array:
     return xp.concatenate([between[..., :count], xp.clip(between[..., count:], 0.0, 1.0)], axis=-1)
 
 
+COOLER = (0.0, 0.2, 5.0)
+"""Heats of a spring, over the one found, from which neighbours of an equilibrium are looked for [1]."""
+INSIDE = (1e-4, 1e-3, 1e-2)
+"""The same for a spring that was found cold [1]."""
+
+
+def beside_cold(roots: Array, real: Array, count: int) -> tuple[Array, np.ndarray]:
+    """Joint unknowns of equilibria, with one spring after the other cold or nearly so; for NumPy and JAX.
+
+    Where resistances hardly change with fractions, another equilibrium with a nearly cold spring may be so
+    near that no other start leads to it. The fraction of this spring is first held. Otherwise a spring that
+    is exactly cold would be heated while the rest still moves.
+
+    Args:
+        roots, real: see `Roots`; with any leading axes.
+        count: number of unknowns before the fractions.
+
+    Returns:
+        Unknowns, several for each root, and which fractions are to be held, shape (starts, measured).
+    """
+    xp = np if isinstance(roots, np.ndarray) else jnp
+    near = xp.where(real[..., None], roots, roots[..., :1, :])
+    size, starts = near.shape[-1], []
+    for k in range(count, size):
+        own = near[..., k]
+        for share, inside in zip(COOLER, INSIDE, strict=True):
+            heat = xp.clip(xp.where(own < 1.0, share * (1.0 - own), inside), 0.0, 1.0)
+            starts.append(xp.where(np.arange(size) == k, 1.0 - heat[..., None], near))
+    held = np.repeat(np.eye(size - count, dtype=bool), len(COOLER) * near.shape[-2], axis=0)
+    return xp.concatenate(starts, axis=-2), held
+
+
 class Roots(eqx.Module):
     """Equilibria of one row, the least heated first.
 
@@ -274,26 +315,53 @@ def all_roots(problem: Problem) -> Roots:
     """All equilibria of a row with measured springs, ordered by the phase of the hottest one.
 
     At given phases there is one equilibrium, so it is found for a grid of fractions. Newton's method for
-    configuration and fractions together starts from each of these. Then it starts between the equilibria.
+    configuration and fractions together starts from each of these. Then it starts between the equilibria, and
+    at last beside them, see `beside_cold`.
     """
     problem = frozen(problem)
     grid = jnp.asarray(trial_fractions(len(measured(problem))))
-    first, count = start(problem.actuator), freedoms(problem)
-    spread = lambda z: jnp.concatenate([jnp.broadcast_to(z, (len(grid), count)), grid], axis=1)  # noqa: E731
+    count = freedoms(problem)
+    first = jnp.broadcast_to(start(problem.actuator), (len(grid), count))
 
     def search(carry: tuple) -> tuple:
         # one loop for all, so that Newton's method is compiled once
-        stage, begin, known = carry
-        fixed = jnp.full(grid.shape[1], stage == 0)
-        found = jax.vmap(lambda y, at: newton(problem, y, held=(fixed, at), few=FEW_STEPS))(begin, grid)
-        seen = spread(jnp.where(found.good[:, None], found.unknowns[:, :count], first))
-        known = known.joined(found, stage > 0, count)
-        more = in_between(known.unknowns, known.real, count)
-        more = more[np.arange(len(grid)) % len(more)]
-        return stage + 1, jnp.where(stage == 0, seen, more), known
+        stage, (begin, fixed), known = carry
+        attempt = lambda y, fixed: newton(problem, y, held=(fixed, y[count:]), few=FEW_STEPS)  # noqa: E731
+        found = jax.vmap(attempt)(begin, fixed)
+        known = known.joined(found, ~holds_fractions(stage), count)
+        return stage + 1, next_starts(stage, begin, found, known, count), known
 
-    begun = (jnp.asarray(0), spread(first), no_roots(count + grid.shape[1]))
-    return jax.lax.while_loop(lambda c: c[0] < 3, search, begun)[2]
+    begun = jnp.concatenate([first, grid], axis=1), jnp.ones(grid.shape, bool)
+    carry = (jnp.asarray(0), begun, no_roots(count + grid.shape[1]))
+    return jax.lax.while_loop(lambda c: c[0] < STAGES, search, carry)[2]
+
+
+STAGES = 5
+"""Number of stages of `all_roots`: with the fractions of a grid held, from there, between the equilibria
+found, beside them with one fraction held, and from there."""
+
+
+def holds_fractions(stage: Array) -> Array:
+    """True if fractions are held in a stage of `all_roots`."""
+    return (stage == 0) | (stage == 3)
+
+
+def next_starts(stage: Array, begin: Array, found: Ended, known: Roots, count: int) -> tuple[Array, Array]:
+    """Joint unknowns from which the stage after one of `all_roots` starts, and which fractions are held.
+
+    Args:
+        stage: number of the stage that ended.
+        begin, found: its starts, shape (starts, unknowns), and how its attempts ended.
+        known: equilibria so far.
+        count: number of unknowns before the fractions.
+    """
+    width = np.arange(len(begin))
+    from_there = jnp.where(found.good[:, None], found.unknowns, begin)
+    between = in_between(known.unknowns, known.real, count)
+    beside, held = beside_cold(known.unknowns, known.real, count)
+    between, beside, held = (x[width % len(x)] for x in (between, beside, held))
+    later = jnp.where(stage == 1, between, beside)
+    return jnp.where(holds_fractions(stage), from_there, later), jnp.asarray(held) & (stage == 2)
 
 
 def distinct(found: Array, good: Array, count: int) -> tuple[Array, Array]:

@@ -16,7 +16,6 @@ import equinox as eqx
 import jax
 import numpy as np
 
-from ..nitinol.spring import MartensiteFraction
 from .balance import READING, WITHIN
 from .batches import (
     Rows,
@@ -33,7 +32,7 @@ from .batches import (
 from .cells import CellRanges, Reading, examined, fractions_beside, starts_in
 from .phase_map import PhaseMap
 from .result import Equilibrium, Status
-from .root_find import MOST_ROOTS, distinct, in_between, trial_fractions
+from .root_find import MOST_ROOTS, beside_cold, distinct, in_between, trial_fractions
 
 MOST_CELLS = 16
 """Maximum of cells in which equilibria of a row are looked for; rows with more get all starts."""
@@ -226,16 +225,19 @@ def _piece(rows: Rows, grid: PhaseMap, ranges: CellRanges) -> tuple[Equilibrium,
     flat |= sure & (found[0].equilibria == 1) & _beyond_cold(rows, found[0])
     if flat.any():
         which = np.flatnonzero(flat)
-        kept(which, _with_cold_ends(rows.taken(which), found[1][which], grid), np.ones(len(which), bool))
+        some = rows.taken(which)
+        known = _with_cold_ends(some, np.arange(len(which)), solved_from(some, found[1][which]))
+        kept(which, known.result(), np.ones(len(which), bool))
     again = np.flatnonzero(sound & ~sure)
     if again.size:
         missed = np.flatnonzero(possible & np.isin(row, again))
         before = np.isin(row[tried], again)
-        more, whose = [taken(every, before)], [row[tried][before]]
-        for shift in itertools.product((-1.0, 1.0), repeat=len(readings)):
-            more.append(solved(missed, fractions_beside(grid, cells[:, missed], np.asarray(shift)[:, None])))
-            whose.append(row[missed])
-        known = _known(rows.taken(again), np.searchsorted(again, np.concatenate(whose)), _joined(more))
+        ways = [np.asarray(way)[:, None] for way in itertools.product((-1.0, 1.0), repeat=len(readings))]
+        beside = np.concatenate([fractions_beside(grid, cells[:, missed], way) for way in ways], axis=1)
+        missed = np.tile(missed, len(ways))
+        more = _joined([taken(every, before), solved(missed, beside)])
+        whose = np.concatenate([row[tried][before], row[missed]])
+        known = _known(rows.taken(again), np.searchsorted(again, whose), more)
         kept(again, known.result(), known.whole)
     left = np.flatnonzero(~sure)
     if left.size:
@@ -243,35 +245,22 @@ def _piece(rows: Rows, grid: PhaseMap, ranges: CellRanges) -> tuple[Equilibrium,
     return found
 
 
-def _with_cold_ends(rows: Rows, root: np.ndarray, grid: PhaseMap) -> tuple[Equilibrium, np.ndarray]:
-    """The least heated one of an equilibrium and those found with one spring after the other nearly cold.
-
-    Where resistances hardly change with fractions, another equilibrium with a nearly cold spring may be so
-    near that no cell of the grid tells it apart.
+def _with_cold_ends(rows: Rows, owner: np.ndarray, every: Solved) -> Known:
+    """Equilibria that attempts found and those beside them, see `root_find.beside_cold`.
 
     Args:
-        rows: any.
-        root: joint unknowns of an equilibrium of each.
-        grid: of the actuator.
+        rows, owner, every: the same as those of `_known`.
     """
-    count = rows.actuator.freedoms
-    readings, measured = _readings(rows), [is_resistance(a) for a in rows.each[1]]
-    starts = [root]
-    heats = tuple(zip(COOLER, INSIDE, strict=True))
-    for k, (share, inside) in itertools.product(range(root.shape[1] - count), heats):
-        own = root[:, count:].copy()
-        own[:, k] = np.where(own[:, k] < 1.0, 1.0 - share * (1.0 - own[:, k]), 1.0 - inside)
-        fractions = np.stack([r.value for r in readings])
-        fractions[measured] = own.T
-        starts.append(np.concatenate([starts_at(grid, rows.each[0], fractions), own], axis=1))
-    every = [solved_from(rows, start) for start in starts]
-    return _known(rows, np.tile(np.arange(len(rows)), len(starts)), _joined(every)).result()
-
-
-COOLER = (0.0, 0.2, 5.0)
-"""Heats of a nearly cold spring, over the one found, from which neighbours are looked for [1]."""
-INSIDE = (1e-4, 1e-3, 1e-2)
-"""The same for a spring that was found cold [1]."""
+    known = _known(rows, owner, every)
+    roots = every.unknowns[known.which[known.real]]
+    if not len(roots):
+        return known
+    starts, held = beside_cold(roots[:, None], np.ones((len(roots), 1), bool), rows.actuator.freedoms)
+    others = np.repeat(np.flatnonzero(known.real) // known.real.shape[1], len(held))
+    many, starts, held = rows.taken(others), starts.reshape(len(others), -1), np.tile(held, (len(roots), 1))
+    seen = solved_from(many, starts, held)
+    more = solved_from(many, np.where(seen.good[:, None], seen.unknowns, starts))
+    return _known(rows, np.concatenate([owner, others]), _joined([every, more]))
 
 
 def _beyond_cold(rows: Rows, result: Equilibrium) -> np.ndarray:
@@ -312,26 +301,19 @@ def _known(rows: Rows, owner: np.ndarray, every: Solved) -> Known:
 
 def every_root(rows: Rows) -> Known:
     """All equilibria of usable rows by resistance, as `root_find.all_roots` finds those of one."""
-    pressure, activations, states = rows.each
     count, size = rows.actuator.freedoms, len(rows)
-    measured = [k for k, a in enumerate(activations) if is_resistance(a)]
-    grid = trial_fractions(len(measured))
+    grid = trial_fractions(sum(is_resistance(a) for a in rows.each[1]))
     owner = np.repeat(np.arange(size), len(grid))
-    fractions = np.tile(grid, (size, 1))
     many = rows.taken(owner)
-    held = list(many.each[1])
-    for k, own in zip(measured, fractions.T, strict=True):
-        held[k] = jax.tree.map(np.asarray, MartensiteFraction(own))
-    none = np.full((len(owner), count), np.nan)
-    seen = solved_from(Rows(rows.actuator, (many.each[0], tuple(held), many.each[2])), none)
-    first = np.where(seen.good[:, None], seen.unknowns, np.nan)
-    every = solved_from(many, np.concatenate([first, fractions], axis=1))
+    begin = np.concatenate([np.full((len(owner), count), np.nan), np.tile(grid, (size, 1))], axis=1)
+    seen = solved_from(many, begin, held=True)
+    every = solved_from(many, np.where(seen.good[:, None], seen.unknowns, begin))
     known = _known(rows, owner, every)
     roots = every.unknowns[known.which]
     between = in_between(np.where(known.real[..., None], roots, np.nan_to_num(roots)), known.real, count)
     others = np.repeat(np.arange(size), between.shape[1])
     more = solved_from(rows.taken(others), between.reshape(len(others), -1))
-    return _known(rows, np.concatenate([owner, others]), _joined([every, more]))
+    return _with_cold_ends(rows, np.concatenate([owner, others]), _joined([every, more]))
 
 
 def every_root_at_phases(rows: Rows) -> Known:

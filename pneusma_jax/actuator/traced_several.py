@@ -13,22 +13,24 @@ from jaxtyping import Array
 
 from ..nitinol.spring import MartensiteFraction, Resistance
 from . import Actuator
-from .balance import Problem, all_finite, configuration, start
+from .balance import READING, WITHIN, Problem, all_finite, at_phases, configuration, start
 from .batches import BLOCK, is_resistance
 from .cells import Reading, all_cells, examined
 from .phase_map import PhaseMap, as_map, fraction_at, grid_points
 from .root_find import (
     FEW_STEPS,
     MOST_ROOTS,
+    STAGES,
     Ended,
     Roots,
     distinct,
-    in_between,
+    holds_fractions,
     newton,
+    next_starts,
     no_roots,
     trial_fractions,
 )
-from .several import MOST_CELLS
+from .several import FLAT, MOST_CELLS
 
 
 class Answers(eqx.Module):
@@ -64,7 +66,8 @@ class _Loop(eqx.Module):
         grid, answers: results so far.
         doubtful: rows that may have several equilibria.
         open: rows that need all starts.
-        stage, begin, known: the pass of the row that has them now, its starts and its equilibria.
+        stage, begin, held, known: the pass of the row that has them now, its starts, which of their fractions
+            are held, and its equilibria.
     """
 
     block: Array
@@ -74,6 +77,7 @@ class _Loop(eqx.Module):
     open: Array
     stage: Array
     begin: Array
+    held: Array
     known: Roots
 
 
@@ -139,8 +143,8 @@ class _Search:
             jnp.zeros((rows, self.size)), jnp.zeros(rows, int), jnp.ones(rows, int), jnp.ones(rows, bool)
         )
         none = jnp.zeros(rows, bool)
-        begin, known = self.from_trials(self.first), no_roots(self.size)
-        return _Loop(jnp.asarray(0), grid, answers, none, none, jnp.asarray(0), begin, known)
+        zero = jnp.asarray(0)
+        return _Loop(zero, grid, answers, none, none, zero, *self.all_held(), no_roots(self.size))
 
     def unfinished(self, loop: _Loop) -> Array:
         """True if there is more to do."""
@@ -153,11 +157,13 @@ class _Search:
         grid = as_map(self.low, self.high, table, loop.grid.good, loop.grid.ohms, loop.grid.contrasts)
         looked = jnp.where(now.ahead, now.row, now.some[np.arange(self.width) % self.together])
         fractions, possible, sure, whole = self.looked(grid, looked)
-        ended, solved = self.solved(now, loop, self.starts(now, loop, grid, fractions))
+        begin = self.starts(now, loop, grid, fractions)
+        ended, lonely, solved = self.solved(now, loop, begin)
         loop = eqx.tree_at(lambda x: x.grid, loop, _set(loop.grid, now.grid, now.point, solved))
-        loop = self.after_ahead(now, loop, ended, sure)
-        loop = self.after_several(now, loop, ended, possible[: self.together], whole[: self.together])
-        loop = self.after_every(now, loop, ended)
+        loop = self.after_ahead(now, loop, ended, lonely, sure)
+        possible, whole = possible[: self.together], whole[: self.together]
+        loop = self.after_several(now, loop, ended, lonely, possible, whole)
+        loop = self.after_every(now, loop, ended, begin)
         more = (now.grid | now.ahead).astype(int)
         return eqx.tree_at(lambda x: x.block, loop, loop.block + more)
 
@@ -219,19 +225,20 @@ class _Search:
     def spread(self, configuration: Array) -> Array:
         return jnp.broadcast_to(configuration, (self.width, self.count))
 
-    def from_trials(self, configuration: Array) -> Array:
-        """Starts with all trial fractions."""
-        return jnp.concatenate([self.spread(configuration), self.trials], axis=1)
+    def all_held(self) -> tuple[Array, Array]:
+        """Starts with all trial fractions, which are held."""
+        starts = jnp.concatenate([self.spread(self.first), self.trials], axis=1)
+        return starts, jnp.ones(self.trials.shape, bool)
 
-    def solved(self, now: _Pass, loop: _Loop, begin: Array) -> tuple[Ended, _Grid]:
-        """Ends of a pass, and their part of the grid."""
-        fixed = jnp.full(self.trials.shape[1], now.grid | (now.every & (loop.stage == 0)))
-        targets = jnp.where(now.grid, self.held_at(now), self.trials)
-        springs = self.actuator.springs
+    def solved(self, now: _Pass, loop: _Loop, begin: Array) -> tuple[Ended, Array, _Grid]:
+        """Ends of a pass, whether no other equilibrium can be close by, and their part of the grid."""
+        fixed, springs = now.grid | (now.every & loop.held), self.actuator.springs
 
-        def one(row: tuple, begin: Array, at: Array, fractions: Array) -> tuple[Ended, _Grid]:
-            ended = newton(Problem(self.actuator, *row), begin, held=(fixed, at), few=FEW_STEPS)
-            here = ended.unknowns[: self.count]
+        def one(row: tuple, begin: Array, fixed: Array) -> tuple[Ended, Array, _Grid]:
+            problem = Problem(self.actuator, *row)
+            ended = newton(problem, begin, held=(fixed, begin[self.count :]), few=FEW_STEPS)
+            here, phases = ended.unknowns[: self.count], ended.unknowns[self.count :]
+            fractions = [a.value for a in at_phases(problem, phases, MartensiteFraction).activations]
             centre, bend = configuration(self.actuator, here)
             elongations = centre + self.actuator.spring_places @ bend
             gamma = [s.shear_strain(x) for s, x in zip(springs, elongations, strict=True)]
@@ -240,9 +247,14 @@ class _Search:
                 for s, xi0, g in zip(springs, fractions, gamma, strict=True)
             ]
             contrasts = [s.contrast(g) for s, g in zip(springs, gamma, strict=True)]
-            return ended, _Grid(here, ended.good, jnp.stack(read), jnp.stack(contrasts))
+            lonely = ended.slope >= FLAT
+            for k, activation in enumerate(problem.activations):
+                if isinstance(activation, Resistance):
+                    least = READING * springs[k].contrast_at_rest + WITHIN * activation.noise
+                    lonely &= (fractions[k] < 1.0) | (jnp.abs(read[k] - activation.value) <= least)
+            return ended, lonely, _Grid(here, ended.good, jnp.stack(read), jnp.stack(contrasts))
 
-        return jax.vmap(one)(self.problems(now), begin, targets, self.points[now.point][:, 1:])
+        return jax.vmap(one)(self.problems(now), begin, fixed)
 
     def problems(self, now: _Pass) -> tuple:
         """Points of the grid, or rows; the resistances of the former are not looked at."""
@@ -258,21 +270,27 @@ class _Search:
         remembered = jax.tree.map(lambda one, own: chosen(one, own[now.row]), self.common, states)
         return chosen(at[:, 0], pressure[now.row]), tuple(drive), remembered
 
-    def after_ahead(self, now: _Pass, loop: _Loop, ended: Ended, sure: Array) -> _Loop:
-        """Rows are certain where no other cell may hold an equilibrium."""
+    def after_ahead(
+        self, now: _Pass, loop: _Loop, ended: Ended, lonely: Array, sure: Array
+    ) -> _Loop:
+        """Rows are certain where no other cell may hold an equilibrium, nor their own another one."""
         found = Answers(
             ended.unknowns, ended.steps, jnp.ones(self.width, int), ended.signs[:, 1] > 0.0
         )
-        doubt = ~(ended.good & sure & self.shared) & self.usable[now.row]
+        sure &= ended.good & self.shared
+        doubt, left = ~sure & self.usable[now.row], sure & ~lonely
         return eqx.tree_at(
-            lambda x: (x.answers, x.doubtful), loop,
-            _set((loop.answers, loop.doubtful), now.ahead, now.row, (found, doubt)),
+            lambda x: (x.answers, x.doubtful, x.open), loop,
+            _set((loop.answers, loop.doubtful, loop.open), now.ahead, now.row, (found, doubt, left)),
         )  # fmt: skip
 
     def after_several(
-        self, now: _Pass, loop: _Loop, ended: Ended, possible: Array, whole: Array
+        self, now: _Pass, loop: _Loop, ended: Ended, lonely: Array, possible: Array, whole: Array
     ) -> _Loop:
-        """A few rows are certain where the signs of all their equilibria add up to one."""
+        """A few rows are certain where the signs of all their equilibria add up to one.
+
+        A single one must also be lonely.
+        """
         shape = (self.together, MOST_CELLS)
         apart = lambda x: x[: shape[0] * shape[1]].reshape(*shape, *x.shape[1:])  # noqa: E731
         unknowns, signs = apart(ended.unknowns), apart(ended.signs[:, 1])
@@ -282,6 +300,7 @@ class _Search:
         signs = jnp.where(real, jnp.take_along_axis(signs, best, axis=1), 0.0)
         number = jnp.sum(real, axis=1)
         sure = (jnp.sum(signs, axis=1) == 1.0) & (number < MOST_ROOTS) & whole & self.shared
+        sure &= (number > 1) | jnp.take_along_axis(apart(lonely), best[:, :1], axis=1)[:, 0]
         steps = jnp.sum(apart(ended.steps), axis=1)
         found = Answers(unknowns[:, 0], steps, number, signs[:, 0] > 0.0)
         there = now.several & loop.doubtful[now.some]
@@ -290,21 +309,18 @@ class _Search:
         doubtful, left = _set((loop.doubtful, loop.open), there, now.some, over)
         return eqx.tree_at(lambda x: (x.answers, x.doubtful, x.open), loop, (answers, doubtful, left))
 
-    def after_every(self, now: _Pass, loop: _Loop, ended: Ended) -> _Loop:
-        """The three passes of `root_find.all_roots` for one row."""
-        known = loop.known.joined(ended, loop.stage > 0, self.count)
-        between = in_between(known.unknowns, known.real, self.count)
-        between = between[np.arange(self.width) % len(between)]
-        seen = self.from_trials(jnp.where(ended.good[:, None], ended.unknowns[:, : self.count], self.first))
-        done = now.every & (loop.stage == 2)
+    def after_every(self, now: _Pass, loop: _Loop, ended: Ended, begin: Array) -> _Loop:
+        """The passes of `root_find.all_roots` for one row."""
+        known = loop.known.joined(ended, ~holds_fractions(loop.stage), self.count)
+        later = next_starts(loop.stage, begin, ended, known, self.count)
+        done = now.every & (loop.stage == STAGES - 1)
         found = Answers(known.unknowns[0], known.steps, known.count, known.signs[0] > 0.0)
         row = now.row[0]
         answers, left = _set((loop.answers, loop.open), done, row, (found, jnp.asarray(False)))
         goes_on = lambda new, old: jnp.where(now.every & ~done, new, old)  # noqa: E731
         return _Loop(
             loop.block, loop.grid, answers, loop.doubtful, left, goes_on(loop.stage + 1, 0),
-            goes_on(jnp.where(loop.stage == 0, seen, between), self.from_trials(self.first)),
-            jax.tree.map(goes_on, known, no_roots(self.size)),
+            *jax.tree.map(goes_on, (*later, known), (*self.all_held(), no_roots(self.size))),
         )  # fmt: skip
 
 

@@ -5,8 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from ..numerics.safe import is_concrete
-from ..section.shapes import as_numpy
+from ..numerics.safe import as_numpy, is_concrete
 from . import Actuator
 from .loads import Gravity
 

@@ -9,14 +9,14 @@ import numpy as np
 from jaxtyping import Array
 
 from ..calibration import Calibration, load_calibration
-from ..numerics.safe import is_concrete
+from ..numerics.safe import as_array, as_numpy, is_concrete
 from . import detwinning, residual_strain, resistivity, stress
 from .residual_strain import SpringState, hottest
 from .resistivity import PhaseReading
 
 
 def _number() -> Array:
-    return eqx.field(converter=jnp.asarray)
+    return eqx.field(converter=as_array)
 
 
 class Alloy(eqx.Module):
@@ -68,7 +68,7 @@ class Alloy(eqx.Module):
     density: Array = _number()
     heat_capacity: Array = _number()
     convection: Array = _number()
-    c: Array = eqx.field(converter=jnp.asarray, default=1.0)
+    c: Array = eqx.field(converter=as_array, default=1.0)
     name: str = eqx.field(static=True, default="")
 
     def __check_init__(self) -> None:
@@ -77,7 +77,7 @@ class Alloy(eqx.Module):
         for key in ("G_m", "G_a", "gamma_max", "a", "b", "c", "T_width"):
             if not np.all(np.asarray(getattr(self, key)) > 0.0):
                 raise ValueError(f"Alloy constant `{key}` must be positive, but it is {getattr(self, key)}.")
-        if np.any(np.asarray(_contrast_at_rest(self)) == 0.0):
+        if np.any(_contrast_at_rest(self) == 0.0):
             raise ValueError(
                 "The phases of the alloy must differ in resistivity at zero strain, but they do not."
             )
@@ -130,6 +130,12 @@ class Alloy(eqx.Module):
         """Resistivity of the wire, Eq. 2.40 [ohm/m]."""
         weight = self.mixing_fraction(xi0, gamma)
         return resistivity.mixed_resistivity(weight, self.rho_m(gamma), self.rho_a(gamma))
+
+    def resistivity_and_contrast(self, xi0: Array, gamma: Array) -> tuple[Array, Array]:
+        """`resistivity`, and that of martensite less that of austenite [ohm/m]."""
+        rho_m, rho_a = self.rho_m(gamma), self.rho_a(gamma)
+        mixed = resistivity.mixed_resistivity(self.mixing_fraction(xi0, gamma), rho_m, rho_a)
+        return mixed, rho_m - rho_a
 
     def martensite_fraction(self, rho: Array, gamma: Array) -> PhaseReading:
         """Onset martensite fraction from the resistivity [ohm/m], Eq. 2.48."""
@@ -191,10 +197,10 @@ class Alloy(eqx.Module):
         return SpringState(jnp.where(renew, gamma, heated.prestrain), jnp.where(renew, xi0, heated.xi_min))
 
 
-@eqx.filter_jit
 def _contrast_at_rest(alloy: Alloy) -> Array:
-    """Resistivity of martensite over that of austenite at zero strain [ohm/m]."""
-    return alloy.rho_m(0.0) - alloy.rho_a(0.0)
+    """Resistivity of martensite over that of austenite at zero strain [ohm/m], of known numbers."""
+    plain, none = as_numpy(alloy), np.zeros(())
+    return plain.rho_m(none) - plain.rho_a(none)
 
 
 def load_alloy(name_or_path: str | Path | Calibration) -> Alloy:

@@ -1,7 +1,8 @@
 """Detwinned martensite fraction as a function of shear strain: Table 2.2, rows 1 and 2."""
 
-import jax.numpy as jnp
 from jaxtyping import Array
+
+from ..numerics.safe import namespace_of
 
 
 def generalised_logistic(gamma: Array, beta_1: Array, beta_2: Array, beta_3: Array) -> Array:
@@ -14,17 +15,19 @@ def generalised_logistic(gamma: Array, beta_1: Array, beta_2: Array, beta_3: Arr
         gamma: shear strain [1].
         beta_1, beta_2, beta_3: shape constants [1].
     """
-    return jnp.exp(-beta_3 * jnp.logaddexp(0.0, -beta_1 * gamma - beta_2))
+    xp = namespace_of(gamma, beta_1, beta_2, beta_3)
+    return xp.exp(-beta_3 * xp.logaddexp(0.0, -beta_1 * gamma - beta_2))
 
 
 def signed_algebraic_sigmoid(x: Array, exponent: Array) -> Array:
     """`x / (1 + |x|^k)^(1/k)`, from -1 to 1, smooth in value and slope at x = 0 [1]."""
-    size = jnp.abs(x)
+    xp = namespace_of(x, exponent)
+    size = xp.abs(x)
     small = size < 1e-300
-    safe = jnp.where(small, 1.0, size)
+    safe = xp.where(small, 1.0, size)
     # log(1 + |x|^k) through logaddexp: |x|^k overflows for the steep sigmoids of Table 2.2
-    root = jnp.exp(-jnp.logaddexp(0.0, exponent * jnp.log(safe)) / exponent)
-    return x * jnp.where(small, 1.0, root)
+    root = xp.exp(-xp.logaddexp(0.0, exponent * xp.log(safe)) / exponent)
+    return x * xp.where(small, 1.0, root)
 
 
 def algebraic_sigmoid(gamma: Array, k_1: Array, k_2: Array, k_3: Array) -> Array:

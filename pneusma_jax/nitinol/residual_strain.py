@@ -2,8 +2,11 @@
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jax.scipy.special import erf
 from jaxtyping import Array
+
+from ..numerics.safe import as_array
 
 
 def residual_strain_limit(
@@ -36,14 +39,14 @@ class SpringState(eqx.Module):
         xi_min: smallest martensite fraction since then [1]; heating lowers it, cooling does not raise it.
     """
 
-    prestrain: Array = eqx.field(converter=jnp.asarray)
-    xi_min: Array = eqx.field(converter=jnp.asarray)
+    prestrain: Array = eqx.field(converter=as_array)
+    xi_min: Array = eqx.field(converter=as_array)
 
     @classmethod
     def fresh(cls, prestrain: Array) -> "SpringState":
         """A spring stretched cold to `prestrain` and not heated since."""
-        prestrain = jnp.asarray(prestrain)
-        return cls(prestrain, jnp.ones_like(prestrain))
+        prestrain = as_array(prestrain)
+        return cls(prestrain, np.ones(prestrain.shape, prestrain.dtype))
 
 
 def hottest(state: SpringState, xi0: Array) -> Array:

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from ..numerics.safe import is_concrete
+from ..numerics.safe import as_array, is_concrete
 from ..pipeline import PLAIN, Chain
 from .alloy import Alloy
 from .geometry import SpringGeometry
@@ -25,7 +25,7 @@ class Activation(Protocol):
 class MartensiteFraction(eqx.Module):
     """A given onset martensite fraction xi0: 1 is cold, 0 is fully austenitic [1]."""
 
-    value: Array = eqx.field(converter=jnp.asarray)
+    value: Array = eqx.field(converter=as_array)
 
     def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
         """The given fraction, which never clips."""
@@ -63,7 +63,7 @@ def check_fractions(numbers: tuple[int, ...], activations: tuple) -> None:
 class Temperature(eqx.Module):
     """A known temperature of the wire [degC]. The phase follows it on the one reversible curve."""
 
-    value: Array = eqx.field(converter=jnp.asarray)
+    value: Array = eqx.field(converter=as_array)
 
     def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
         """The fraction at the temperature, which never clips."""
@@ -82,8 +82,8 @@ class Resistance(eqx.Module):
             heat it.
     """
 
-    value: Array = eqx.field(converter=jnp.asarray)
-    noise: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    value: Array = eqx.field(converter=as_array)
+    noise: Array = eqx.field(converter=as_array, default=0.0)
 
     def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
         """The fraction by Eq. 2.48."""
@@ -153,7 +153,7 @@ class Spring(eqx.Module):
 
     geometry: SpringGeometry
     alloy: Alloy
-    attached_length: Array = eqx.field(converter=jnp.asarray)
+    attached_length: Array = eqx.field(converter=as_array)
 
     @property
     def contrast_at_rest(self) -> Array:
@@ -191,6 +191,20 @@ class Spring(eqx.Module):
     ) -> Array:
         """The force of `respond` alone [N]."""
         return self._loaded(elongation, activation, state, chain)[0]["force"]
+
+    def plain_pull(self, elongation: Array, xi0: Array, state: SpringState) -> Array:
+        """Pull at a fraction [N], without effects."""
+        gamma = self.shear_strain(elongation)
+        gamma_R = self.alloy.residual_strain(state, xi0)
+        return self.geometry.force(self.alloy.shear_stress(gamma, xi0, gamma_R))
+
+    def plain_pull_and_resistance(
+        self, elongation: Array, xi0: Array, state: SpringState
+    ) -> tuple[Array, Array, Array]:
+        """Pull [N], resistance [ohm] and `contrast` [ohm] at a fraction, without effects."""
+        wire = self.geometry.wire_length
+        ohms, contrast = self.alloy.resistivity_and_contrast(xi0, self.shear_strain(elongation))
+        return self.plain_pull(elongation, xi0, state), ohms * wire, contrast * wire
 
     def _loaded(
         self, elongation: Array, activation: Activation, state: SpringState, chain: Chain

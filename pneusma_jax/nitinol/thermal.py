@@ -8,6 +8,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from ..numerics.safe import as_array
 from .alloy import Alloy
 from .geometry import SpringGeometry
 
@@ -20,8 +21,8 @@ class Heating(eqx.Module):
         ambient: temperature of the air [degC], scalar or shape (rows,).
     """
 
-    current: Array = eqx.field(converter=jnp.asarray)
-    ambient: Array = eqx.field(converter=jnp.asarray, default=22.0)
+    current: Array = eqx.field(converter=as_array)
+    ambient: Array = eqx.field(converter=as_array, default=22.0)
 
 
 def duty_cycle_current(duty: Array, full_current: Array) -> Array:

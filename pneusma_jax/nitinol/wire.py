@@ -18,7 +18,7 @@ from jaxtyping import Array, Int
 
 from ..calibration import Calibration, load_calibration
 from ..numerics.newton import BoundedNewton
-from ..numerics.safe import is_concrete, safe_divide
+from ..numerics.safe import as_array, is_concrete, safe_divide
 from ..pipeline import PLAIN, Chain
 from . import detwinning, residual_strain, stress
 from .residual_strain import SpringState
@@ -81,7 +81,7 @@ class WireResponse(eqx.Module):
 
 
 def _number() -> Array:
-    return eqx.field(converter=jnp.asarray)
+    return eqx.field(converter=as_array)
 
 
 class WireAlloy(eqx.Module):

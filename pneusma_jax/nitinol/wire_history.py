@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from ..numerics.safe import begun_as, safe_divide
 from ..pipeline import Chain, Effect, Known, as_recorded
+from ..program_cache import stored_jit
 from .residual_strain import SpringState
 from .wire import WireAlloy, WireResponse, WireStatus
 
@@ -67,7 +68,7 @@ class _Drive(eqx.Module):
         return chain.through("phase", xi0)
 
 
-@eqx.filter_jit
+@stored_jit(WireHistory, WireResponse, SpringState)
 def _simulate(
     wire: WireAlloy,
     load: Array,

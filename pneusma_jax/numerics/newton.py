@@ -110,12 +110,12 @@ class BoundedNewton(optx.AbstractRootFinder):
 
 def newton_rows(
     function: Callable, rows: PyTree, begin: Float[Array, "rows n"], options: dict, ended: Array, block: int,
-    most: int,
+    most: Array,
 ) -> tuple[Array, _State]:
     """Steps of `BoundedNewton` for many systems, `block` of them side by side. No derivatives.
 
-    After every round of steps, systems that ended are put behind those that did not. So none waits for a
-    slower one, and a round costs what its systems cost.
+    After a round of steps, systems that ended are put behind those that did not, where that spares a block.
+    So none waits for a slower one, and a round costs what its systems cost.
 
     Args:
         function: function of the unknowns and a row.
@@ -131,12 +131,12 @@ def newton_rows(
         before the first step.
     """
     solver, size = BoundedNewton(), len(begin)
-    free = {"free": options["free"]}
+    of_all = {name: value for name, value in options.items() if name != "count"}
 
     def step(row: PyTree, y: Array, state: _State, ended: Array) -> tuple:
         evaluated = lambda y, _: (function(y, row), None)  # noqa: E731
-        after, now, _ = solver.step(evaluated, y, None, free, state, frozenset())
-        over, _ = solver.terminate(evaluated, after, None, free, now, frozenset())
+        after, now, _ = solver.step(evaluated, y, None, of_all, state, frozenset())
+        over, _ = solver.terminate(evaluated, after, None, of_all, now, frozenset())
         kept = jax.tree.map(lambda old, new: jnp.where(ended, old, new), (y, state), (after, now))
         return *kept, ended | over
 
@@ -149,9 +149,15 @@ def newton_rows(
             found = jax.vmap(step)(*jax.tree.map(cut, (rows, *moving)))
             return jax.tree.map(put, moving, list(found))
 
-        moving = jax.lax.fori_loop(0, -(-jnp.sum(~moving[-1]) // block), part, moving)
-        order = jnp.argsort(moving[-1], stable=True)
-        return count + 1, *jax.tree.map(lambda x: x[order], (place, rows, *moving))
+        blocks = -(-jnp.sum(~moving[-1]) // block)
+        moving = jax.lax.fori_loop(0, blocks, part, moving)
+
+        def in_order(carried: tuple) -> tuple:
+            order = jnp.argsort(carried[-1], stable=True)
+            return jax.tree.map(lambda x: x[order], carried)
+
+        spared = -(-jnp.sum(~moving[-1]) // block) < blocks
+        return count + 1, *jax.lax.cond(spared, in_order, lambda carried: carried, (place, rows, *moving))
 
     state = jax.vmap(lambda y, count: solver.init(None, y, None, {"count": count}, None, None, None))(
         begin, options["count"]

@@ -5,12 +5,14 @@ branch that is not taken cannot leak a NaN into a gradient.
 """
 
 import contextlib
+from types import ModuleType
+from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, PyTree
+from jaxtyping import Array, ArrayLike, PyTree
 
 TINY = 1e-12
 
@@ -94,11 +96,31 @@ def is_concrete(*values: object) -> bool:
     return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
 
 
+def namespace_of(*arrays: Any) -> ModuleType:
+    """`numpy` if all are NumPy arrays or scalars, `jax.numpy` otherwise."""
+    return np if all(isinstance(array, np.ndarray | np.generic) for array in arrays) else jnp
+
+
+M = TypeVar("M", bound=eqx.Module)
+
+
+def as_numpy(module: M) -> M:
+    """A module of concrete numbers with NumPy arrays, whose methods then compile nothing."""
+    return jax.tree.map(np.asarray, module)
+
+
+def as_array(value: ArrayLike) -> Array:
+    """A value as an array of JAX. `jnp.asarray` compiles a program for every new shape of known numbers; this
+    does not."""
+    plain = all(isinstance(x, np.ndarray | np.generic | bool | int | float) for x in jax.tree.leaves(value))
+    return jax.device_put(np.asarray(value)) if plain else jnp.asarray(value)
+
+
 def evaluated() -> contextlib.AbstractContextManager:
     """A context in which operations on known numbers are carried out, also inside of a traced function.
 
     `jax.ensure_compile_time_eval` does so, but where nothing is traced it makes compiling slow. Constants
     within a program are then computed one by one, by some hundred programs of their own.
     """
-    staged = not is_concrete(jax.lax.add(0.0, 0.0))
+    staged = not is_concrete(jax.device_put(np.zeros(())))  # which compiles nothing
     return jax.ensure_compile_time_eval() if staged else contextlib.nullcontext()

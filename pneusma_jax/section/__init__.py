@@ -21,8 +21,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..numerics.alike import each
-from ..numerics.safe import is_concrete, safe_norm
-from .shapes import Disc, Rule, Shape, across, as_numpy, namespace_of
+from ..numerics.safe import as_array, as_numpy, is_concrete, namespace_of, safe_norm
+from .shapes import Disc, Rule, Shape, across
 
 __all__ = ["NODES", "Disc", "Rule", "Section", "Shape", "annulus"]
 
@@ -308,8 +308,8 @@ def annulus(outer_diameter: Array, wall_thickness: Array, nodes: int = NODES) ->
     return Section(
         shapes=(Disc(outer), Disc(inner)),
         signs=(1, -1),
-        enclosed_area=jnp.asarray(_bore(inner, outer)),
-        enclosed_centroid=jnp.asarray(np.zeros(2)),
-        radius=jnp.asarray(outer),
+        enclosed_area=as_array(_bore(inner, outer)),
+        enclosed_centroid=as_array(np.zeros(2)),
+        radius=as_array(outer),
         nodes=nodes,
     )

@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..numerics.lines import first_crossing
-from ..numerics.safe import is_concrete
+from ..numerics.safe import as_numpy, is_concrete
 from . import NODES, Section
 from .outline import Outline
-from .shapes import Shape, as_numpy
+from .shapes import Shape
 
 STRAIGHT_NODES = 8
 """Number of Gauss nodes a panel of straight edges; exact for the default law, a blend of polynomials."""

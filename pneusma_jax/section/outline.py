@@ -7,13 +7,12 @@ nothing, but their derivatives do.
 """
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from ..numerics.lines import check_line, check_vertices, cross
-from ..numerics.safe import is_concrete
-from .shapes import Rule, Shape, across, as_numpy, frozen, namespace_of, panels
+from ..numerics.safe import as_array, as_numpy, is_concrete, namespace_of
+from .shapes import Rule, Shape, across, frozen, panels
 
 _ARC_POINTS = 33  # Number of points of an arc as a polyline, in checks of concrete numbers only
 _TOUCH = 1e-9  # Tolerance of an edge's parameter: a ray through a vertex hits both of its edges
@@ -33,8 +32,8 @@ class Outline(Shape):
             Also for an arc of more than half a circle, or a line that crosses itself.
     """
 
-    vertices: Float[Array, "n 2"] = eqx.field(converter=jnp.asarray)
-    bulges: Float[Array, "arcs"] = eqx.field(converter=jnp.asarray, default=())
+    vertices: Float[Array, "n 2"] = eqx.field(converter=as_array)
+    bulges: Float[Array, "arcs"] = eqx.field(converter=as_array, default=())
     curved: tuple[int, ...] = eqx.field(static=True, default=())
 
     def __check_init__(self) -> None:

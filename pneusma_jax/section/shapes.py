@@ -6,8 +6,6 @@ built, without compiling anything.
 """
 
 import abc
-from types import ModuleType
-from typing import Any, TypeVar
 
 import equinox as eqx
 import jax
@@ -15,6 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from ..numerics.lines import signed_distance
+from ..numerics.safe import as_array, namespace_of
 
 
 class Rule(eqx.Module):
@@ -67,19 +66,6 @@ class Shape(eqx.Module):
         return signed_distance(self.polyline(), place)
 
 
-def namespace_of(*arrays: Any) -> ModuleType:
-    """`numpy` if all are NumPy arrays or scalars, `jax.numpy` otherwise."""
-    return np if all(isinstance(array, np.ndarray | np.generic) for array in arrays) else jax.numpy
-
-
-M = TypeVar("M", bound=eqx.Module)
-
-
-def as_numpy(module: M) -> M:
-    """A module of concrete numbers with NumPy arrays, whose methods then compile nothing."""
-    return jax.tree.map(np.asarray, module)
-
-
 def across(direction: Array) -> Array:
     """Unit vector 90 degrees clockwise from a direction."""
     return namespace_of(direction).stack([direction[1], -direction[0]])
@@ -118,8 +104,8 @@ def panels(edges: Array, nodes: int) -> tuple[Array, Array]:
 class Disc(Shape):
     """A full disc: radius [m], centre [m] of shape (2,)."""
 
-    radius: Array = eqx.field(converter=jax.numpy.asarray)
-    centre: Array = eqx.field(converter=jax.numpy.asarray, default=(0.0, 0.0))
+    radius: Array = eqx.field(converter=as_array)
+    centre: Array = eqx.field(converter=as_array, default=(0.0, 0.0))
 
     def rule(self, direction: Array, cuts: Array, nodes: int) -> Rule:
         """See `Shape.rule`; `s = s_c + R sin(phi)`, which removes the chord's square-root ends."""

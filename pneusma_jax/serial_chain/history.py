@@ -13,11 +13,12 @@ from jaxtyping import Array, Float
 
 from ..actuator import Actuator
 from ..actuator.balance import Problem
-from ..actuator.result import Equilibrium
-from ..nitinol import SpringState
+from ..actuator.result import Equilibrium, Validity
+from ..nitinol import SpringResponse, SpringState
 from ..nitinol.spring import Activation
 from ..nitinol.thermal import Heating
 from ..numerics.safe import begun_as
+from ..program_cache import stored_jit
 from ..simulate.history import History, phases_of
 from .balance import ChainProblem, chain_root, described, rest_of
 
@@ -39,7 +40,7 @@ class _Carry(eqx.Module):
     before: ChainProblem
 
 
-@eqx.filter_jit
+@stored_jit(History, Equilibrium, Validity, SpringResponse, SpringState)
 def loaded_history(
     balance: ChainProblem,
     stacked: tuple[Stacked, ...],

@@ -16,18 +16,20 @@ from jaxtyping import Array, Float
 from ..actuator import Actuator
 from ..actuator.balance import Problem
 from ..actuator.equilibrium import solve
-from ..actuator.result import Equilibrium, Status, raise_unless_converged
-from ..nitinol import MartensiteFraction, Resistance, SpringState
+from ..actuator.result import Equilibrium, Status, Validity, raise_unless_converged
+from ..nitinol import MartensiteFraction, Resistance, SpringResponse, SpringState
 from ..nitinol.spring import Activation
 from ..nitinol.thermal import Heating
 from ..numerics.safe import is_concrete
 from ..precision import require_float64
+from ..program_cache import stored_jit
 from ..simulate.course import check_course
 from ..simulate.history import History, simulate_history
 from .balance import ChainProblem, chain_root, described, rest_of
 from .by_structure import by_segment, groups_of_equal_structure, map_by_structure, stack_rows
 from .history import loaded_history
 from .segments import ChainEquilibrium, ChainHistory, SegmentChain, chain_shape
+from .shape import ChainShape
 
 Drive = tuple[Activation | Heating, ...]
 """Activations of a segment, one per spring."""
@@ -95,14 +97,20 @@ def _solve_loaded(chain: SegmentChain, pressure: Array, rows: list[tuple]) -> Ch
 
 def _unloaded(problem: ChainProblem) -> tuple[ChainProblem, Array]:
     """The chain without loads, and its solution: every segment alone."""
-    alone = lambda part: solve(  # noqa: E731
+    return dataclasses.replace(problem, share=jnp.zeros_like(problem.share)), _alone(problem.parts)
+
+
+@stored_jit()
+def _alone(parts: tuple[Problem, ...]) -> Array:
+    """Unknowns of all segments, each in equilibrium without the others."""
+    one = lambda part: solve(  # noqa: E731
         part.actuator, part.pressure, part.activations, part.states, throw=False
     )
-    unknowns = [jax.vmap(alone)(part).unknowns[:, : part.actuator.freedoms].ravel() for part in problem.parts]
-    return dataclasses.replace(problem, share=jnp.zeros_like(problem.share)), jnp.concatenate(unknowns)
+    unknowns = [jax.vmap(one)(part).unknowns[:, : part.actuator.freedoms].ravel() for part in parts]
+    return jnp.concatenate(unknowns)
 
 
-@eqx.filter_jit
+@stored_jit(ChainEquilibrium, ChainShape, Equilibrium, Validity, SpringResponse)
 def _joint(chain: SegmentChain, problem: ChainProblem, begin: tuple[ChainProblem, Array]) -> ChainEquilibrium:
     """Equilibrium of a loaded chain from a start: one compiled program per kind of chain."""
     stand = chain_root(begin[0], problem, begin[1])

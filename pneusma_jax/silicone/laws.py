@@ -9,6 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from ..numerics.safe import as_array
 from . import hyperelastic
 
 
@@ -33,7 +34,7 @@ class SiliconeLaw(eqx.Module):
 class NeoHookean(SiliconeLaw):
     """`mu (lambda - 1/lambda^2)`; mu [Pa]."""
 
-    mu: Array = eqx.field(converter=jnp.asarray)
+    mu: Array = eqx.field(converter=as_array)
 
     def __call__(self, strain: Array) -> Array:
         """See `SiliconeLaw`."""
@@ -43,9 +44,9 @@ class NeoHookean(SiliconeLaw):
 class Yeoh(SiliconeLaw):
     """Yeoh's third-order law; c_10, c_20, c_30 [Pa]."""
 
-    c_10: Array = eqx.field(converter=jnp.asarray)
-    c_20: Array = eqx.field(converter=jnp.asarray)
-    c_30: Array = eqx.field(converter=jnp.asarray)
+    c_10: Array = eqx.field(converter=as_array)
+    c_20: Array = eqx.field(converter=as_array)
+    c_30: Array = eqx.field(converter=as_array)
 
     def __call__(self, strain: Array) -> Array:
         """See `SiliconeLaw`."""
@@ -55,8 +56,8 @@ class Yeoh(SiliconeLaw):
 class Gent(SiliconeLaw):
     """Gent's law; mu [Pa], j_m [1]."""
 
-    mu: Array = eqx.field(converter=jnp.asarray)
-    j_m: Array = eqx.field(converter=jnp.asarray)
+    mu: Array = eqx.field(converter=as_array)
+    j_m: Array = eqx.field(converter=as_array)
 
     def __call__(self, strain: Array) -> Array:
         """See `SiliconeLaw`."""
@@ -66,8 +67,8 @@ class Gent(SiliconeLaw):
 class Ogden(SiliconeLaw):
     """Ogden's law; mu [Pa] and alpha [1] of each term, shape (terms,)."""
 
-    mu: Array = eqx.field(converter=jnp.asarray)
-    alpha: Array = eqx.field(converter=jnp.asarray)
+    mu: Array = eqx.field(converter=as_array)
+    alpha: Array = eqx.field(converter=as_array)
 
     def __call__(self, strain: Array) -> Array:
         """See `SiliconeLaw`."""

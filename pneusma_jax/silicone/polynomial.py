@@ -4,6 +4,8 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from ..numerics.safe import as_array
+
 
 def polynomial_stress(strain: Array, coefficients: Array) -> Array:
     """`p_1 eps^n + ... + p_n eps + p_(n+1)` by Horner's rule [Pa].
@@ -28,9 +30,9 @@ class PolynomialFit(eqx.Module):
         strain_min, strain_max: range of strains of the test [1].
     """
 
-    coefficients: Array = eqx.field(converter=jnp.asarray)
-    strain_min: Array = eqx.field(converter=jnp.asarray)
-    strain_max: Array = eqx.field(converter=jnp.asarray)
+    coefficients: Array = eqx.field(converter=as_array)
+    strain_min: Array = eqx.field(converter=as_array)
+    strain_max: Array = eqx.field(converter=as_array)
 
     def __call__(self, strain: Array) -> Array:
         """Engineering stress [Pa] at an engineering strain [1]; not continued past the test's range."""

@@ -9,7 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array
 
-from ..numerics.safe import smoothstep
+from ..numerics.safe import as_array, smoothstep
 from .laws import SiliconeLaw
 from .polynomial import polynomial_slope, polynomial_stress
 
@@ -57,13 +57,13 @@ class RegularisedSilicone(SiliconeLaw):
     Attributes: see `regularised_stress`; `stiffness` multiplies the stress [1] (batch, strain range).
     """
 
-    tension: Array = eqx.field(converter=jnp.asarray)
-    compression: Array = eqx.field(converter=jnp.asarray)
-    half_width: Array = eqx.field(converter=jnp.asarray)
-    lower: Array = eqx.field(converter=jnp.asarray)
-    upper: Array = eqx.field(converter=jnp.asarray)
-    least_slope: Array = eqx.field(converter=jnp.asarray)
-    stiffness: Array = eqx.field(converter=jnp.asarray, default=1.0)
+    tension: Array = eqx.field(converter=as_array)
+    compression: Array = eqx.field(converter=as_array)
+    half_width: Array = eqx.field(converter=as_array)
+    lower: Array = eqx.field(converter=as_array)
+    upper: Array = eqx.field(converter=as_array)
+    least_slope: Array = eqx.field(converter=as_array)
+    stiffness: Array = eqx.field(converter=as_array, default=1.0)
 
     def __call__(self, strain: Array) -> Array:
         """See `SiliconeLaw`."""

@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from ..numerics.safe import begun_as
 from ..pipeline import Chain, Effect, Known, as_recorded
+from ..program_cache import stored_jit
 from ..silicone import SiliconeLaw
 from .load_train import strain_in_train
 
@@ -39,7 +40,7 @@ class CouponHistory(eqx.Module):
     seen: dict[str, Array]
 
 
-@eqx.filter_jit
+@stored_jit(CouponHistory, CouponRow)
 def simulate_coupon(
     law: SiliconeLaw,
     strain: Float[Array, "rows"],

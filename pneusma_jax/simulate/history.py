@@ -15,14 +15,15 @@ from jaxtyping import Array, Float
 from ..actuator import Actuator
 from ..actuator.balance import Problem, start
 from ..actuator.branches import Branch, follow
-from ..actuator.result import Equilibrium, at_phases_told, equilibrium_of
+from ..actuator.result import Equilibrium, Validity, at_phases_told, equilibrium_of
 from ..actuator.root_find import at_given_phases, attached, stiffness_signs
-from ..nitinol import MartensiteFraction, Spring, SpringState
+from ..nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
 from ..nitinol.spring import Activation, Resistance, check_fractions
 from ..nitinol.thermal import Heating, next_temperature
 from ..numerics.safe import begun_as
 from ..pipeline import Effect, as_recorded
 from ..precision import require_doubles, require_float64
+from ..program_cache import stored_jit
 from .course import check_course
 from .row import Bench, passed
 
@@ -118,7 +119,7 @@ def simulate_history(
     return _simulate(actuator, pressure, spread, states, clock, tuple(effects), known)
 
 
-@eqx.filter_jit
+@stored_jit(History, Equilibrium, Validity, SpringResponse, SpringState)
 def _simulate(
     actuator: Actuator,
     pressure: Array,

@@ -9,6 +9,7 @@ from ..nitinol import Spring, SpringResponse, SpringState
 from ..nitinol.spring import Activation
 from ..numerics.safe import begun_as
 from ..pipeline import Chain, Effect, Known, as_recorded
+from ..program_cache import stored_jit
 from .load_train import strain_in_train
 
 
@@ -26,7 +27,7 @@ class SpringHistory(eqx.Module):
     seen: dict[str, Array]
 
 
-@eqx.filter_jit
+@stored_jit(SpringHistory, SpringResponse, SpringState)
 def simulate_spring(
     spring: Spring,
     elongation: Float[Array, "rows"],

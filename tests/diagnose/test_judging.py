@@ -13,6 +13,7 @@ from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.steps import Explanation, LeaveOneOutEvidence, Named, Step
 from fitting.diagnose.settings import DEFAULT
+from fitting.diagnose.verdict.assess import Assessment
 from fitting.diagnose.verdict.conclude import _left_over, conclude
 from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
 from fitting.diagnose.verdict.probabilities import effects_found, probabilities
@@ -182,7 +183,8 @@ def test_a_discrepancy_that_predicts_better_speaks_against_a_name(discrepancy, l
 
 def test_what_is_said_where_a_discrepancy_predicts_better():
     explanation, rival = named(), DiscrepancyEvidence("length", "pressure_rate", 9.0, 1.0, 1.0)
-    found = _left_over(explanation, 0.25, [0.9, 0.9], effects_found(explanation, 0.25), rival, 12.0)
+    judged = Assessment(True, True, 0.25, True, [0.9, 0.9], False, 12.0, rival, None)
+    found = _left_over(explanation, 0.25, judged, effects_found(explanation, 0.25))
     assert found.bayes == 12.0 and "function of pressure rate without a name predicts" in found.text
 
 

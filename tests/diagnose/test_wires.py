@@ -5,7 +5,7 @@ import pytest
 
 from fitting.data.recordings import Campaign, Recording
 from fitting.diagnose import diagnose
-from fitting.diagnose.verdict.probabilities import Found, explanation_set
+from fitting.diagnose.verdict.probabilities import Found, explanation_sets
 from fitting.specimens.wire import set_apart
 
 
@@ -69,7 +69,18 @@ def test_cycles_whose_first_heating_differs_show_their_hysteresis(tmp_path):
 def test_names_that_recordings_do_not_tell_apart_are_all_in_the_set():
     candidates = {"channel_lag": (0.96, 100.0), "transformation_hysteresis": (0.03, 92.0), "r_phase": (0.01, 0.0)}
     lag = Found("channel_lag", 0.96, 100.0, {}, ["transformation_hysteresis"], "")
-    assert explanation_set(candidates, 0.0, [lag]) == ["channel_lag", "transformation_hysteresis"]
-    assert explanation_set(candidates, 0.0) == ["channel_lag"]
+    assert explanation_sets(candidates, 0.0, [lag]) == [["channel_lag", "transformation_hysteresis"]]
+    assert explanation_sets(candidates, 0.0) == [["channel_lag"]]
     other = Found("r_phase", 0.01, 0.0, {}, ["channel_lag"], "")
-    assert explanation_set(candidates, 0.0, [other]) == ["channel_lag"]
+    assert explanation_sets(candidates, 0.0, [other]) == [["channel_lag"]]
+
+
+def test_of_two_effects_each_has_a_set_of_its_own():
+    candidates = {"channel_lag": (0.86, 100.0), "transformation_hysteresis": (0.13, 92.0), "r_phase": (0.0, 99.0)}
+    lag = Found("channel_lag", 0.86, 100.0, {}, ["transformation_hysteresis"], "", {"channel_lag": 0.86})
+    sure = Found("r_phase", 0.99, 99.0, {}, [], "", {"r_phase": 0.99, "inactive_coils": 0.01})
+    both = [["channel_lag", "transformation_hysteresis"], ["r_phase"]]
+    assert explanation_sets(candidates, 0.01, [lag, sure]) == both
+    open_one = Found("r_phase", 0.7, 99.0, {}, [], "", {"r_phase": 0.7, "inactive_coils": 0.3})
+    assert explanation_sets(candidates, 0.01, [open_one, lag])[1] == ["r_phase", "inactive_coils"]
+    assert "unmodelled" in explanation_sets(candidates, 0.5, [lag, sure])[0]

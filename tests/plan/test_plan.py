@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import pneusma_jax as pj
-from fitting.calibrate.spring.reach import PUBLISHED, STEPS, steps_of
+from fitting.calibrate.spring.reach import STEPS, published_spring, steps_of
 from fitting.cli import main
 from fitting.plan import plan_campaign
 from fitting.plan.candidates import (
@@ -36,6 +36,7 @@ from pneusma_jax.errors import InputError
 pytestmark = pytest.mark.slow
 
 NOISE = jnp.asarray([0.004, 0.0002])
+PUBLISHED = published_spring()
 
 
 @pytest.fixture(scope="module")

@@ -85,6 +85,9 @@ def test_a_state_beside_a_fold_comes_back_or_is_said_to_be_one_of_several(body, 
 
 # pressure [Pa] and fractions of rows with other equilibria within 0.2 1/m, at which a spring is nearly cold
 NEARLY_COLD = [
+    (22521.804481357278, 0.2639233505272828, 1.0),
+    (22791.828222658412, 0.25571444126949094, 1.0),
+    (31439.899231297702, 0.9999976456671847, 0.9760216946795865),
     (22022.84146856055, 0.9995927036702474, 0.005581308686451569),
     (30562.261732918694, 0.8757213160894741, 0.9998798172545367),
     (31528.021166871433, 0.9767239034708654, 0.9996940002067038),
@@ -93,11 +96,28 @@ NEARLY_COLD = [
 ]
 
 
-def test_a_state_with_a_nearly_cold_spring_comes_back_or_is_said_to_be_one_of_several(body):
+@pytest.mark.parametrize(
+    "way", ["batch", "one by one", "one by one, compiled", pytest.param("compiled batch", marks=pytest.mark.slow)]
+)
+def test_a_state_with_a_nearly_cold_spring_comes_back_or_is_said_to_be_one_of_several(body, way):
     random = np.random.default_rng(35)
     given = np.concatenate([NEARLY_COLD, random.uniform([0.0, 0.0, 0.0], [50e3, 1.0, 1.0], (40, 3))])
+    given = given[: len(NEARLY_COLD)] if "one by one" in way else given
     true = pj.solve_batch(body, given[:, 0], phases(*given[:, 1:].T))
-    found = pj.solve_batch(body, given[:, 0], resistances(true))
+    ohms = np.stack([np.asarray(spring.resistance) for spring in true.springs], axis=1)
+
+    def batch(pressure, ohms):
+        return pj.solve_batch(body, pressure, tuple(pj.Resistance(x) for x in ohms.T))
+
+    def one(pressure, ohms):
+        return pj.solve(body, pressure, tuple(pj.Resistance(x) for x in ohms), throw=False)
+
+    solved = batch if "batch" in way else one
+    solved = jax.jit(solved) if "compiled" in way else solved
+    if "batch" in way:
+        found = solved(given[:, 0], ohms)
+    else:
+        found = jax.tree.map(lambda *x: jnp.stack(x), *map(solved, given[:, 0], ohms))
     off = np.abs(np.asarray(found.curvature) - np.asarray(true.curvature))
     assert np.all(np.asarray(found.converged))
     assert np.all((off < 0.01) | (np.asarray(found.status) == pj.Status.several_equilibria))
@@ -166,6 +186,8 @@ def test_what_cannot_be_has_a_status_inside_of_a_program():
     assert int(solve(-0.5)) == pj.Status.fraction_out_of_range
     wall = jax.jit(lambda w: pj.solve(pj.make_actuator("pneusma1", wall_thickness=w), 1e4, throw=False).status)
     assert int(wall(1e-3)) == pj.Status.converged and int(wall(6e-3)) == pj.Status.input_not_finite
+    flat = jax.jit(lambda p: pj.solve(usual, p, throw=False).status)
+    assert int(flat(-500.0)) == pj.Status.converged and int(flat(-30e3)) == pj.Status.flattened
     far = pj.solve(usual, 2e6, throw=False)
     assert pj.Status(int(far.status)) in (pj.Status.beyond_wire, pj.Status.collapsed, pj.Status.no_equilibrium)
 
@@ -173,6 +195,7 @@ def test_what_cannot_be_has_a_status_inside_of_a_program():
 def test_validity_says_what_lies_beyond_the_tests():
     usual = pj.make_actuator("pneusma1")
     assert bool(pj.solve(usual, 5e3, phases(0.9)).validity.good)
+    assert bool(pj.solve(usual, -2e3, phases(0.9)).validity.suction)
     assert bool(pj.solve(usual, 150e3, phases(1.0)).validity.shear.any())
 
 
@@ -183,6 +206,8 @@ def test_validity_says_what_lies_beyond_the_tests():
         (dict(prestrain=float("nan")), "`prestrain` must not be negative, but it is nan"),
         (dict(length=0.0), "`length` must be positive, but it is 0.0"),
         (dict(attached_length=0.5), "below the 188.4 mm of wire in the coils, but it is 500 mm"),
+        (dict(attached_length=10e-3), "at least the free length of the spring, 14 mm, but it is 10 mm"),
+        (dict(initial_pitch=0.1e-3), "at least the wire's diameter, 0.25 mm, but it is 0.1 mm"),
         (dict(design="pneuflex_s", fibre_stiffness=-1.0, inextensible=False), "`fibre_stiffness` must be positive, but it is -1.0"),
     ],
 )

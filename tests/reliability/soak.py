@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT)]
 
 from fitting.data.sealed import check_seal  # noqa: E402
-from fitting.inference.program_cache import _source  # noqa: E402
+from pneusma_jax.program_cache import _source  # noqa: E402
 
 PNEUSMA = [sys.executable, "-m", "fitting.cli"]
 PROOF = [sys.executable, "-m", "validation.blind.proof"]

@@ -26,9 +26,8 @@ from fitting.data.recordings import read_recording
 from fitting.data.recordings.writing import recording_texts
 from fitting.design import read_study
 from fitting.engine import objects
-from fitting.inference import program_cache
 from fitting.inference.parameters.ties import evaluate, names_in
-from pneusma_jax import InputError, enable_float64
+from pneusma_jax import InputError, enable_float64, program_cache
 
 ROOT = Path(__file__).resolve().parents[2]
 AT_ROOT = {"PYTHONPATH": str(ROOT)}

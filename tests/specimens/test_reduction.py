@@ -42,7 +42,7 @@ def test_fast_cycles_keep_rows_and_their_loops(cycles, rows):
     assert temperature.max() > 195.0 and temperature.min() < 35.0
     (text,) = said([recording])
     assert f"reduced from {cycles * rows} rows to {len(short)}" in text and "nothing is averaged" in text
-    assert ("cycles, kept" in text) == (cycles > 64)
+    assert ("cycles, kept" in text) == ("do not see the cycles left out" in text) == (cycles > 64)
 
 
 def test_of_very_many_cycles_whole_ones_are_kept():
@@ -212,3 +212,39 @@ def test_cycles_of_a_few_rows_are_not_taken_for_noise():
     cycles = 0.25 * (1.0 + np.sin(np.arange(12_000) * 2.0 * np.pi / 4.7))
     assert reduced(coupon(cycles), 1024).block == 1
     assert reduced(recording, 1024).block == 12
+
+
+def heated(rows, pressure, stated, seed=3):
+    """An actuator under about constant pressure, whose second spring is heated once."""
+    rng, time = np.random.default_rng(seed), 0.5 * np.arange(rows)
+    heat = 1.0 / (1.0 + np.exp(-(time - 0.3 * time[-1]) / 4.0))
+    columns = {"time_s": time, "pressure_kPa": pressure + 0.05 * rng.standard_normal(rows)}
+    columns["resistance_2_ohm"] = 3.66 - 0.4 * heat + 1.5e-4 * rng.standard_normal(rows)
+    columns["curvature_1pm"] = 50.0 * heat + 0.25 * rng.standard_normal(rows)
+    noise = {"pressure_kPa": 0.05, "curvature_1pm": 0.25} if stated else {}
+    return Recording("heated", None, "actuator", noise=noise, columns=columns)
+
+
+@pytest.mark.parametrize("stated", [True, False])
+@pytest.mark.parametrize("rows", [150, 400, 2000])
+def test_noise_of_a_constant_drive_makes_no_cycles(rows, stated):
+    short = reduced(heated(rows, 15.0, stated), 128)
+    assert short.block == 1 and 124 <= len(short) <= 128 and "cycles" not in short.reduction.text
+    assert np.max(np.diff(short.reduction.rows)) <= 3 * rows / 128
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_cycles_of_a_noisy_drive_are_found_whatever_its_noise(stated):
+    phase = (np.arange(400) / 100.0) % 1.0
+    short = reduced(heated(400, 15.0 + 2.0 * (1.0 - np.abs(2.0 * phase - 1.0)), stated), 128)
+    pressure = short.columns["pressure_kPa"]
+    for turn in (50, 150, 250, 350):
+        assert pressure[np.abs(short.reduction.rows - turn) <= 4].max() > 16.85
+    assert 124 <= len(short) <= 128
+
+
+@pytest.mark.parametrize("most", [64, 100, 128, 129])
+def test_as_many_rows_are_kept_as_may_be_also_where_rows_lie_far_apart(most):
+    strain = holds_and_ramps(160, 3, 3, 0.0, 0.8)
+    short = reduced(coupon(strain), most)
+    assert most - 3 <= len(short) <= most and len(np.unique(short.reduction.rows)) == len(short)

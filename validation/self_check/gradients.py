@@ -9,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
+from pneusma_jax.program_cache import stored_jit
+from pneusma_jax.silicone import SiliconeLaw
 
 from .claims import Claim
 from .silicone import AREA, INERTIA, PUSHED, Linear
@@ -52,7 +54,21 @@ def _slopes() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     alloy, silicone = pj.load_alloy("krl35"), pj.load_silicone()
     start = {name: float(getattr(alloy, name)) if value is None else value for name, value in POINT.items()}
-    arrangement = pj.layout("pneusma2")
+    centre = np.array(list(start.values()))
+    steps = np.diag(STEP * centre)
+    singular = np.array([list((start | changed).values()) for changed in SINGULAR])
+    rows = np.concatenate([centre[None], singular, *(centre + k * steps for k in (-2.0, -1.0, 1.0, 2.0))])
+    slopes, values = (np.asarray(x) for x in _curvatures(alloy, silicone, pj.layout("pneusma2"), rows))
+    far_left, left, right, far_right = values[1 + len(SINGULAR) :].reshape(4, len(start))
+    differences = (far_left - 8.0 * left + 8.0 * right - far_right) / (12.0 * STEP * centre)
+    return slopes[0], differences, slopes[1 : 1 + len(SINGULAR)]
+
+
+@stored_jit()
+def _curvatures(
+    alloy: pj.Alloy, silicone: SiliconeLaw, arrangement: pj.Layout, rows: jax.Array
+) -> tuple[jax.Array, jax.Array]:
+    """Derivatives of the curvature by the parameters of `POINT`, (rows, parameters), and itself, (rows,)."""
 
     def curvature(values: jax.Array) -> tuple[jax.Array, jax.Array]:
         given = dict(zip(POINT, values, strict=True))
@@ -65,14 +81,7 @@ def _slopes() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         kappa = pj.solve(body, given["pressure"], springs, states, throw=False).curvature
         return kappa, kappa
 
-    centre = jnp.asarray(list(start.values()))
-    steps = jnp.diag(STEP * centre)
-    singular = jnp.asarray([list((start | changed).values()) for changed in SINGULAR])
-    rows = jnp.concatenate([centre[None], singular, *(centre + k * steps for k in (-2.0, -1.0, 1.0, 2.0))])
-    slopes, values = jax.jit(jax.vmap(jax.jacfwd(curvature, has_aux=True)))(rows)
-    far_left, left, right, far_right = values[1 + len(SINGULAR) :].reshape(4, len(start))
-    differences = (far_left - 8.0 * left + 8.0 * right - far_right) / (12.0 * STEP * centre)
-    return np.asarray(slopes[0]), np.asarray(differences), np.asarray(slopes[1 : 1 + len(SINGULAR)])
+    return jax.vmap(jax.jacfwd(curvature, has_aux=True))(rows)
 
 
 def _with(module: eqx.Module, names: tuple[str, ...], values: list) -> eqx.Module:

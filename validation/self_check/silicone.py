@@ -6,9 +6,11 @@ from collections.abc import Iterator
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 import pneusma_jax as pj
 from pneusma_jax.calibration import load_calibration
+from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.silicone import Gent, NeoHookean, Ogden, SiliconeLaw, Yeoh, tube_strain
 
 from .claims import Claim
@@ -135,23 +137,37 @@ def _tube() -> Iterator[Claim]:
     )
 
 
+@stored_jit()
+def _quadrature(section: pj.Section, direction: Array, cuts: Array) -> tuple[Array, Array]:
+    """Areas [m2] and places [m] of the nodes of a section."""
+    rule = section.rule(direction, cuts)
+    return rule.area, rule.s
+
+
+@stored_jit()
+def _integral(section: pj.Section, law: SiliconeLaw, strain: Array, curvature: Array) -> tuple[Array, Array]:
+    """Force [N] and moment [N m] of a strained and bent wall."""
+    return section.integrate(law, strain, curvature)
+
+
 def _section() -> Iterator[Claim]:
     group, section = "section", pj.annulus(OUTER, WALL)
     straight = jnp.asarray([0.0, 1.0])
     cuts = jnp.asarray([-0.5, 0.2]) * section.radius
-    rule = section.rule(straight, cuts)
-    yield Claim(group, "quadrature: area of the wall [m2]", lambda: (jnp.sum(rule.area), AREA))
+    area, place = (np.asarray(x) for x in _quadrature(section, straight, cuts))
+    yield Claim(group, "quadrature: area of the wall [m2]", lambda: (np.sum(area), AREA))
     yield Claim(
         group,
         "quadrature: first moment over area and radius",
-        lambda: (jnp.sum(rule.area * rule.s) / (AREA * OUTER), 0.0),
+        lambda: (np.sum(area * place) / (AREA * OUTER), 0.0),
     )
-    yield Claim(group, "quadrature: second moment [m4]", lambda: (jnp.sum(rule.area * rule.s**2), INERTIA))
+    yield Claim(group, "quadrature: second moment [m4]", lambda: (np.sum(area * place**2), INERTIA))
     kappa = 40.0
 
     def integral(law: SiliconeLaw, strain: float = 0.0, angle: float = 90.0) -> tuple:
-        direction = jnp.asarray([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
-        force, moment = section.integrate(law, jnp.asarray(strain), kappa * direction)
+        direction = np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
+        found = _integral(section, law, np.asarray(strain), kappa * direction)
+        force, moment = (np.asarray(x) for x in found)
         return force, moment @ direction
 
     linear = Linear(jnp.asarray(2e5))

@@ -1,10 +1,11 @@
 """Fits a law to any part of the samples, over and over, with one compiled program for each law."""
 
-import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from jaxtyping import Array
 
 from fitting.inference.least_squares import fit_least_squares
 from fitting.inference.parameters import Parameter, Parameters, Prior
@@ -93,7 +94,7 @@ class Engine:
             starts += law.starts(strain, stress, samples.spread[mask], self.seed, most)
         results = [
             fit_least_squares(
-                _residual(law.name, len(self.specimens), names),
+                Residual(law.name, len(self.specimens), names),
                 self._parameters(law, start, begin),
                 data=data,
                 use_priors=bool(self.specimens or self.zeros),
@@ -128,15 +129,24 @@ class Engine:
         return parameters
 
 
-@functools.cache
-def _residual(name: str, specimens: int, zeros: tuple[str, ...]) -> Callable:
-    """The residual function of a law: one object for each, so that it is compiled once."""
-    stress = stress_of(LAWS[name], specimens, zeros)
+@dataclass(frozen=True)
+class Residual:
+    """The residual function of a law. Its fields are the whole of its name, so its program can be stored.
 
-    def residual(values, data):
+    Attributes:
+        law: name of the law.
+        specimens: number of specimens with a factor of their own.
+        zeros: names of the zeros that are fitted.
+    """
+
+    law: str
+    specimens: int
+    zeros: tuple[str, ...]
+
+    def __call__(self, values: dict[str, Array], data: dict[str, Array]) -> Array:
+        """Weighted residuals, (n,)."""
+        stress = stress_of(LAWS[self.law], self.specimens, self.zeros)
         return (stress(values, data) - data["stress"]) * data["weight"]
-
-    return residual
 
 
 def _apply(parameter: Parameter, change: Mapping[str, Any]) -> None:

@@ -1,21 +1,26 @@
 """A fitted law: its constants, standard errors that know about misfit and serial correlation, its curve."""
 
-import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from fitting.inference.least_squares import FitResult
 from fitting.inference.noise import correlation_time, lag_one
 from fitting.inference.parameters import Parameters
+from fitting.specimens.rows import padded
+from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.units import from_si
 
 from .laws import LAWS, CurveLaw
 from .model import FACTOR, Zero
 from .samples import Samples
+
+SHORTEST = 128
+"""Minimum number of strains that a program is compiled for, and next four times as many, and so on."""
 
 
 @dataclass(frozen=True)
@@ -67,15 +72,23 @@ class LawFit:
 
     def stress(self, strain: np.ndarray) -> np.ndarray:
         """Engineering stress of the material [Pa] at strains [1] of any one-dimensional shape."""
-        return np.asarray(_compiled(self.law.name).stress(np.asarray(strain, float), self.values))
+        return self._along(_stress, strain)
 
     def gradient(self, strain: np.ndarray) -> np.ndarray:
         """Derivative of the stress by the constants, shape (strains, k)."""
-        return np.asarray(_compiled(self.law.name).gradient(np.asarray(strain, float), self.values))
+        return self._along(_gradient, strain)
+
+    def _along(self, program: Callable, strain: np.ndarray) -> np.ndarray:
+        """A program of the law at every strain; strains are padded, so that few lengths are compiled."""
+        count, size = len(strain), SHORTEST
+        while size < count:
+            size *= 4
+        full = padded(np.asarray(strain, float), size, fill=0.0)
+        return np.asarray(program(self.law.name, full, self.values))[:count]
 
     def shear_modulus(self) -> tuple[float, float]:
         """Shear modulus at rest (a third of the slope; every law has one) and its standard error [Pa]."""
-        modulus, gradient = _compiled(self.law.name).modulus(self.values)
+        modulus, gradient = (np.asarray(x) for x in _modulus(self.law.name, self.values))
         return float(modulus), float(np.sqrt(gradient @ self.covariance @ gradient))
 
     def rested(self, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
@@ -148,21 +161,23 @@ def inflation_of(fit: LawFit, samples: Samples) -> float:
     return float(np.sqrt(misfit * fit.correlation_time))
 
 
-@dataclass(frozen=True)
-class _Compiled:
-    """A law's compiled functions: stress, its derivative by the constants, modulus with derivative."""
-
-    stress: Callable
-    gradient: Callable
-    modulus: Callable
+@stored_jit()
+def _stress(law: str, strain: Array, values: Array) -> Array:
+    """Stress of a law, (n,) [Pa]."""
+    return LAWS[law].stress(strain, values)
 
 
-@functools.cache
-def _compiled(name: str) -> _Compiled:
-    law = LAWS[name]
-    slope = jax.grad(lambda strain, values: law.stress(strain[None], values)[0] / 3.0)
-    modulus = jax.value_and_grad(lambda values: slope(jnp.zeros(()), values))
-    return _Compiled(jax.jit(law.stress), jax.jit(jax.jacfwd(law.stress, argnums=1)), jax.jit(modulus))
+@stored_jit()
+def _gradient(law: str, strain: Array, values: Array) -> Array:
+    """Derivative of the stress by the constants, (n, k)."""
+    return jax.jacfwd(LAWS[law].stress, argnums=1)(strain, values)
+
+
+@stored_jit()
+def _modulus(law: str, values: Array) -> tuple[Array, Array]:
+    """Shear modulus at rest [Pa], and its derivative by the constants, (k,)."""
+    slope = jax.grad(lambda strain, values: LAWS[law].stress(strain[None], values)[0] / 3.0)
+    return jax.value_and_grad(lambda values: slope(jnp.zeros(()), values))(values)
 
 
 def _constants(law: CurveLaw, result: FitResult) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

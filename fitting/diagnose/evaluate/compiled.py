@@ -10,10 +10,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.inference.program_cache import cached_program
 from fitting.specimens.rows import Rows
 from fitting.specimens.specimen import Specimen
 from pneusma_jax.pipeline import Effect, Switched
+from pneusma_jax.program_cache import cached_program
 
 from ..settings import DEFAULT
 from .evaluation import TRAJECTORY, Raw

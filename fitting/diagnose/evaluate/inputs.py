@@ -9,7 +9,6 @@ exactly. The deflation of evidence accounts for longer correlation.
 from collections.abc import Mapping
 from dataclasses import replace
 
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.data.recordings import Recording
@@ -17,6 +16,7 @@ from fitting.inference.channels import Channel, serial_correlation
 from fitting.inference.noise import robust_noise
 from fitting.inference.readings import read_values
 from fitting.specimens.rows import Rows
+from pneusma_jax.numerics.safe import as_array
 
 from .noise import noise_of
 
@@ -68,7 +68,7 @@ def white_noise(recordings: list[Recording], stacked: Rows) -> dict[str, np.ndar
 
 def shifted(stacked: Rows, name: str, sigma: np.ndarray) -> Rows:
     """Recordings with an input shifted by a number each, or by one in every row."""
-    moved = jnp.asarray(np.asarray(stacked.inputs[name]) + np.reshape(sigma, (len(sigma), -1)))
+    moved = as_array(np.asarray(stacked.inputs[name]) + np.reshape(sigma, (len(sigma), -1)))
     return replace(stacked, inputs=stacked.inputs | {name: moved})
 
 

@@ -12,7 +12,7 @@ from functools import cache
 
 import numpy as np
 from scipy.optimize import brentq, minimize
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from fitting.inference.channels import Channel, block_noise
 from fitting.specimens.block_means import averaged
@@ -228,11 +228,11 @@ def _shape(signal: np.ndarray, level: float, growth: float) -> np.ndarray:
 def _usual(bends: Sequence[Sequence[tuple[np.ndarray, np.ndarray]]]) -> float:
     """1-sigma of white noise with these second differences."""
     first = np.abs(np.concatenate([parts[0][0] for parts in bends]))
-    return float(np.median(first) / norm.ppf(0.75) / np.sqrt(6.0))
+    return float(np.median(first) / ndtri(0.75) / np.sqrt(6.0))
 
 
 @cache
 def _core(tails: float) -> float:
     """Scale of Student's t that is most likely for Gaussian numbers of unit size."""
-    z = norm.ppf((np.arange(4000) + 0.5) / 4000)
+    z = ndtri((np.arange(4000) + 0.5) / 4000)
     return float(brentq(lambda s: np.mean((tails + 1.0) * z**2 / (tails * s**2 + z**2)) - 1.0, 0.3, 1.5))

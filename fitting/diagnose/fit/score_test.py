@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 
 import numpy as np
-from scipy.stats import chi2
 
+from fitting.inference.chance import chi_square_tail, log_chi_square_tail
 from fitting.inference.parallel import run_parallel
 
 from ..evaluate.evaluation import Evaluation
@@ -129,7 +129,7 @@ def _whole_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], scale: fl
     for (slug, u), remains in zip(jobs, after, strict=True):
         gain, freedom = (before - remains) / scale**2, len(unknowns.amplitudes(slug))
         if gain > (best[slug].gain if slug in best else 0.0):
-            best[slug] = Score(slug, gain, freedom, float(chi2.sf(gain, freedom)), u, np.nan)
+            best[slug] = Score(slug, gain, freedom, float(chi_square_tail(gain, freedom)), u, np.nan)
     return sorted(best.values(), key=lambda s: -s.gain)
 
 
@@ -179,7 +179,7 @@ def _scores(unknowns: Unknowns, look: Sensitivities) -> tuple[list[Score], list[
             continue
         slug, (Q, start) = block.slug, found
         gain = float(np.sum((Q.T @ look.left) ** 2))
-        p = float(chi2.sf(gain, Q.shape[1]))
+        p = float(chi_square_tail(gain, Q.shape[1]))
         pool.append((slug, Q))
         held = best.get(slug)
         if held is None or (p, -gain) < (held.p_value, -held.gain):
@@ -215,7 +215,7 @@ def _p_value(pool: list[tuple], left: np.ndarray, rng: np.random.Generator) -> t
     def smallest(R: np.ndarray) -> np.ndarray:
         found = np.ones(R.shape[1])
         for _, Q in pool:
-            found = np.minimum(found, chi2.logsf(np.sum((Q.T @ R) ** 2, axis=0), Q.shape[1]))
+            found = np.minimum(found, log_chi_square_tail(np.sum((Q.T @ R) ** 2, axis=0), Q.shape[1]))
         return found
 
     errors = simulated(left, rng)

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.stats import chi2
+
+from fitting.inference.chance import log_chi_square_tail
 
 from ..evaluate.program import Program
 from ..evaluate.unknowns import Unknowns
@@ -128,7 +129,7 @@ class Gram:
             for df in np.unique(freedom[part]):
                 found = gains[freedom[part] == df].max(axis=0)
                 most[df] = np.maximum(most.get(df, 0.0), found)
-        return np.min([chi2.logsf(gain, df) for df, gain in most.items()], axis=0)
+        return np.min([log_chi_square_tail(gain, df) for df, gain in most.items()], axis=0)
 
 
 def pairs_p_value(look: Sensitivities, unknowns: Unknowns, rng: np.random.Generator) -> float:

@@ -6,14 +6,15 @@ from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.model_discrepancy import WALL
 
 from ..evaluate.program import Program
-from ..fit.misfit import floor, limit_of, predictive_chi_square, reduced
+from ..fit.misfit import reduced
 from ..fit.refit import Fit
 from ..search.steps import Explanation
 from ..settings import DEFAULT
 from .accept import accepted
+from .assess import Assessment, assess
 from .conclusion import Conclusion
-from .discrepancy import Discrepancy, beside, fitted_discrepancy
-from .discrepancy_evidence import DiscrepancyEvidence, best_discrepancy
+from .discrepancy import Discrepancy, fitted_discrepancy
+from .discrepancy_evidence import DiscrepancyEvidence
 from .held_out import Correction, HeldOut, Scores
 from .left import left_of
 from .locate import Place, locate
@@ -22,25 +23,13 @@ from .probabilities import (
     UNMODELLED,
     Found,
     effects_found,
-    explanation_set,
+    explanation_sets,
     probabilities,
     weights_of,
 )
 from .text import contended, separating
-from .unexplained import (
-    by_discrepancy,
-    contradicted,
-    discrepancy_probability,
-    helps_nobody,
-    leaves_more,
-    outdone,
-    refuted,
-    steady,
-    tail,
-    unexplained,
-)
+from .unexplained import by_discrepancy
 
-SCORE_TEST = DEFAULT.score_test
 VERDICT = DEFAULT.verdict
 
 
@@ -48,37 +37,9 @@ def conclude(explanation: Explanation) -> Conclusion:
     """The conclusion of a search."""
     scores = Scores()
     explanation, taken_back = accepted(explanation, scores)
-    program = explanation.program
-    masks = program.fitted, program.unseen
-    base, alone = (
-        [f(program, explanation.base, mask) for mask in masks] for f in (predictive_chi_square, reduced)
-    )
-    last, kept = (
-        [f(program, explanation.final, mask) for mask in masks] for f in (predictive_chi_square, reduced)
-    )
-    floors = [floor(program, explanation.final, mask) for mask in masks]
-    named = bool(explanation.final.slugs)
-    if min(base) > VERDICT.gross and explanation.p_value > SCORE_TEST.level:
-        explanation.p_value = tail(program, base[0])
-    discrepancy = best_discrepancy(program, explanation.base)
-    mismatch = named or contradicted(explanation, base, discrepancy, floors)
-    limits = [limit_of(program, mask) for mask in masks]
-    unknown = unexplained(alone, last, floors, limits) if mismatch else 0.0
-    if named:
-        unknown = max(unknown, refuted(explanation, discrepancy, limits, base, last))
-    if mismatch and not named:
-        unknown = discrepancy_probability(explanation, base, discrepancy, floors, unknown)
-    if not mismatch:  # no candidate survived being fitted; what is left is judged as a whole
-        explanation.p_value = max(explanation.p_value, tail(program, steady(base[0], discrepancy)))
-        explanation.p_is_bound = False
-    more = leaves_more(alone, last, floors) or helps_nobody(alone, kept, floors, explanation.left_out)
-    lost = outdone(explanation, discrepancy) if named else 0.0
-    beyond = named and unknown <= 0.5 and (more or lost > 0.0)
-    unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
-    rest = beside(program, explanation.final) if beyond or (named and last[0] > limits[0]) else None
-    left = left_of(program, explanation.final, rest) if named else None
-    if left is not None and not left.trusted:
-        unknown = max(unknown, VERDICT.refuted_unknown)
+    program, judged = explanation.program, assess(explanation)
+    mismatch, named, unknown = judged.mismatch, judged.named, judged.unknown
+    discrepancy, rest = judged.discrepancy, judged.rest
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = effects_found(explanation, unknown) if named else []
@@ -92,17 +53,11 @@ def conclude(explanation: Explanation) -> Conclusion:
         members = [(s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in members if s != "base"]
         members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
     else:
-        before, after = scores.held_out(explanation)
-        with_rest = [] if rest is None else [(program, explanation.final, 1.0, rest.corrected)]
-        smoothed = scores.averaged(with_rest) if with_rest else after
-        if smoothed.reduced_chi2 > after.reduced_chi2:
-            rest = None
+        before, after, rest = _with_rest(explanation, rest, scores)
         if rest is not None:
-            after = smoothed
             members = [(*member[:4], rest.corrected) for member in members]
-        if beyond:
-            rival = None if more else discrepancy
-            found.append(_left_over(explanation, unknown, last, found, rival, lost))
+        if judged.beyond:
+            found.append(_left_over(explanation, unknown, judged, found))
         found.sort(key=lambda f: -f.probability)
     names = any(f.slug != UNMODELLED for f in found)
     shown = explanation.final if names else explanation.base
@@ -116,7 +71,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         candidates,
         nothing,
         unknown,
-        explanation_set(candidates, unknown, found) if mismatch else [],
+        explanation_sets(candidates, unknown, found) if mismatch else [],
         before,
         after,
         scores.averaged([member[1:] for member in members]) if len(members) > 1 else after,
@@ -127,6 +82,17 @@ def conclude(explanation: Explanation) -> Conclusion:
         [*taken_back, *_contending(explanation, found)],
         left=left,
     )
+
+
+def _with_rest(
+    explanation: Explanation, rest: Discrepancy | None, scores: Scores
+) -> tuple[HeldOut, HeldOut, Discrepancy | None]:
+    """Scores without and with the effects, and the discrepancy beside them where it predicts better."""
+    before, after = scores.held_out(explanation)
+    if rest is None:
+        return before, after, None
+    smoothed = scores.averaged([(explanation.program, explanation.final, 1.0, rest.corrected)])
+    return (before, after, None) if smoothed.reduced_chi2 > after.reduced_chi2 else (before, smoothed, rest)
 
 
 def _contending(explanation: Explanation, found: list[Found]) -> list[str]:
@@ -184,38 +150,32 @@ def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, C
     ]
 
 
-def _left_over(
-    explanation: Explanation,
-    unknown: float,
-    last: list[float],
-    found: list[Found],
-    rival: DiscrepancyEvidence | None,
-    lost: float,
-) -> Found:
+def _left_over(explanation: Explanation, unknown: float, judged: Assessment, found: list[Found]) -> Found:
     """Misfit that named effects leave, as an entry of its own beside them.
 
     Args:
         explanation: result of the search.
         unknown: probability of something unknown.
-        last: predictive chi-squares of the model with the effects.
+        judged: what speaks for it.
         found: the named effects.
-        rival: discrepancy that predicts held-out recordings better, where the effects leave no more than
-            noise.
-        lost: log-likelihood by which it does.
     """
     program, names = explanation.program, [f.slug for f in found]
     masks = program.fitted, program.unseen
-    excess = [(left - 1.0) * program.observations(mask) for left, mask in zip(last, masks, strict=True)]
+    excess = [
+        (left - 1.0) * program.observations(mask) for left, mask in zip(judged.last, masks, strict=True)
+    ]
     text = (
         f"{' and '.join(names)} {'leaves' if len(names) == 1 else 'leave'} more than noise: the form is not "
         "quite nature's, or something else acts as well or instead."
     )
-    if rival is not None:
+    if judged.rival is not None:
         text = (
-            f"A smooth function of {rival.driver.replace('_', ' ')} without a name predicts recordings that "
-            f"are left out better than {' and '.join(names)}: that may stand for something else."
+            f"A smooth function of {judged.rival.driver.replace('_', ' ')} without a name predicts "
+            f"recordings that are left out better than {' and '.join(names)}: that may stand for something "
+            "else."
         )
-    return Found(UNMODELLED, float(unknown), max(lost, float(0.5 * max(excess))), {}, names, text)
+    log_bayes = max(judged.lost, float(0.5 * max(excess)))
+    return Found(UNMODELLED, float(unknown), log_bayes, {}, names, text)
 
 
 def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) -> Found:

@@ -27,7 +27,7 @@ class Conclusion:
         found: named effects and `unmodelled`, most likely first.
         candidates: probability as the strongest explanation and log Bayes factor, by effect.
         nothing, unknown: probability that nothing is missing, and of something outside the catalogue.
-        explanation_set: fewest candidates that together are likely enough.
+        explanation_sets: for each effect, the fewest candidates of which it is one.
         before, after: held-out scores of the base model and of the augmented model.
         mean: held-out score of the mean prediction of several explanations.
         members: weights of these explanations.
@@ -48,7 +48,7 @@ class Conclusion:
     candidates: dict[str, tuple[float, float]]
     nothing: float
     unknown: float
-    explanation_set: list[str]
+    explanation_sets: list[list[str]]
     before: HeldOut
     after: HeldOut
     mean: HeldOut
@@ -60,6 +60,11 @@ class Conclusion:
     asked: list[dict] = field(default_factory=list)
     start: Start = field(default_factory=Start)
     left: Left | None = None
+
+    @property
+    def explanation_set(self) -> list[str]:
+        """Members of all of `explanation_sets`, each once."""
+        return list(dict.fromkeys(slug for one in self.explanation_sets for slug in one))
 
     @property
     def model(self) -> tuple[Program, Fit]:

@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.specimens.rows import Rows
+from pneusma_jax.numerics.safe import as_array
 
 from ..evaluate.evaluation import with_trajectories
 from ..evaluate.program import Program
@@ -76,19 +77,19 @@ def _separation(program: Program, one: object, two: object, k: int, rival: Candi
 def _changed(stacked: Rows, load: str) -> Iterator[tuple[str, Rows]]:
     """Repetitions in words and as rows of the same shape; `load` is the input that may be made larger."""
     time = np.asarray(stacked.time)
-    yield "ten times slower", replace(stacked, time=jnp.asarray(time * NEXT_EXPERIMENT.rate_factor))
-    yield "ten times faster", replace(stacked, time=jnp.asarray(time / NEXT_EXPERIMENT.rate_factor))
+    yield "ten times slower", replace(stacked, time=as_array(time * NEXT_EXPERIMENT.rate_factor))
+    yield "ten times faster", replace(stacked, time=as_array(time / NEXT_EXPERIMENT.rate_factor))
     yield "in the reverse order", _reversed(stacked)
     if load not in stacked.inputs:
         return
     values = np.asarray(stacked.inputs[load])
-    more = replace(stacked, inputs=stacked.inputs | {load: jnp.asarray(NEXT_EXPERIMENT.load_factor * values)})
+    more = replace(stacked, inputs=stacked.inputs | {load: as_array(NEXT_EXPERIMENT.load_factor * values)})
     yield f"with {NEXT_EXPERIMENT.load_factor - 1:.0%} more {load}".replace("%", " %"), more
     largest = np.argmax(np.where(np.asarray(stacked.mask), np.abs(values), -1.0), axis=1)
     after = np.arange(time.shape[1])[None, :] > largest[:, None]
     yield (
         f"with the largest {load} held for five minutes",
-        replace(stacked, time=jnp.asarray(time + NEXT_EXPERIMENT.pause * after)),
+        replace(stacked, time=as_array(time + NEXT_EXPERIMENT.pause * after)),
     )
 
 
@@ -102,8 +103,8 @@ def _reversed(stacked: Rows) -> Rows:
     def turn(leaf: jax.Array) -> jax.Array:
         leaf = np.asarray(leaf)
         if leaf.ndim != 2 or leaf.shape != mask.shape:
-            return jnp.asarray(leaf)
-        return jnp.asarray(np.take_along_axis(leaf, back, axis=1))
+            return as_array(leaf)
+        return as_array(np.take_along_axis(leaf, back, axis=1))
 
     turned = jax.tree.map(turn, (stacked.inputs, stacked.extra))
     for name, column in turned[1].items():

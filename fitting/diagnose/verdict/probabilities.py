@@ -1,7 +1,7 @@
 """Probabilities of explanations, from the evidence of their candidates."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -32,6 +32,7 @@ class Found:
         parameters: value, sd and unit by name, SI.
         confusable: slugs that the recordings do not tell it from.
         text: description for a laboratory.
+        instead: probability of each candidate in its place beside the other effects, its own included.
     """
 
     slug: str
@@ -40,6 +41,7 @@ class Found:
     parameters: dict[str, dict]
     confusable: list[str]
     text: str
+    instead: dict[str, float] = field(default_factory=dict)
 
 
 def probabilities(
@@ -100,6 +102,7 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
         rivals = [t for t in one_out.candidates if t.slug not in fit.slugs]
         net = one_out.net
         weights = weights_of(np.array([net, 0.0, *(one_out.worth(t) for t in rivals)]))
+        instead = dict(zip([slug, *(t.slug for t in rivals)], np.delete(weights, 1).tolist(), strict=True))
         probability = float(weights[0]) * (1.0 - unknown)
         probability = min(
             probability, max(_share(explanation, one_out) / VERDICT.minor_share, VERDICT.doubtful)
@@ -127,6 +130,7 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
                 parameters,
                 close,
                 CATALOGUE[slug].sentence,
+                instead,
             )
         )
     return found
@@ -146,19 +150,39 @@ def _alike(program: Program, rival: CandidateFit, one_out: LeaveOneOutEvidence) 
     )
 
 
-def explanation_set(
+def explanation_sets(
     candidates: dict[str, tuple[float, float]], unknown: float, found: Sequence[Found] = ()
-) -> list[str]:
-    """The fewest candidates that together are likely enough.
+) -> list[list[str]]:
+    """For each effect that is there, the fewest candidates of which it is one, likely enough.
 
-    Effects that the recordings do not tell from a named one are added.
+    Effects that the recordings do not tell from a named one are added to its set.
+
+    Args:
+        candidates: probability and evidence of each as the strongest effect.
+        unknown: probability of something unknown.
+        found: effects of the final model; none where nothing is named.
+
+    Returns:
+        The set of the strongest effect first, of which something unknown may be one.
     """
-    pool = {slug: p for slug, (p, _) in candidates.items()} | {UNMODELLED: unknown}
+    named = [f for f in found if f.slug != UNMODELLED]
+    first = _fewest({slug: p for slug, (p, _) in candidates.items()} | {UNMODELLED: unknown})
+    alike = [slug for f in named if f.slug in first for slug in f.confusable]
+    sets = [[*first, *dict.fromkeys(slug for slug in alike if slug in candidates and slug not in first)]]
+    for f in named:
+        if len(named) > 1 and f.slug not in first and f.instead:
+            own = _fewest(f.instead)
+            close = [s for s in f.confusable if s in candidates and s not in own]
+            sets.append([*own, *dict.fromkeys(close if f.slug in own else ())])
+    return sets
+
+
+def _fewest(pool: dict[str, float]) -> list[str]:
+    """The fewest members that together are likely enough, the likeliest first."""
     chosen, total = [], 0.0
     for slug in sorted(pool, key=lambda s: -pool[s]):
         chosen.append(slug)
         total += pool[slug]
         if total >= VERDICT.set_probability:
             break
-    alike = [slug for f in found if f.slug in chosen and f.slug != UNMODELLED for slug in f.confusable]
-    return [*chosen, *dict.fromkeys(slug for slug in alike if slug in candidates and slug not in chosen)]
+    return chosen

@@ -9,13 +9,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import mannwhitneyu
+
+from pneusma_jax.late import Late
 
 from ..evaluate.program import Program
 from ..fit.refit import Fit
 from ..settings import DEFAULT
 from .locate import drivers_of
 
+stats = Late("scipy.stats")
 PLACE = DEFAULT.place
 SCORE_TEST = DEFAULT.score_test
 
@@ -71,7 +73,8 @@ def _chance(square: np.ndarray, inside: np.ndarray, method: str) -> float:
     """P-value of larger squares inside than outside; 1 where all are on one side."""
     if inside.all() or not inside.any():
         return 1.0
-    return float(mannwhitneyu(square[inside], square[~inside], alternative="greater", method=method).pvalue)
+    found = stats.mannwhitneyu(square[inside], square[~inside], alternative="greater", method=method)
+    return float(found.pvalue)
 
 
 def _share(square: np.ndarray, inside: np.ndarray) -> float:

@@ -1,7 +1,8 @@
 """Judgement of the remaining misfit: chance, drift, a model discrepancy, held-out recordings."""
 
 import numpy as np
-from scipy.stats import chi2
+
+from fitting.inference.chance import chi_square_tail
 
 from ..evaluate.program import Program
 from ..fit.evidence import inflation_of, log_likelihood
@@ -83,7 +84,7 @@ def steady(left: float, discrepancy: DiscrepancyEvidence | None) -> float:
 def tail(program: Program, reduced_chi2: float) -> float:
     """Probability of a chi-square of the fitted recordings as large as this by chance."""
     count = program.observations(program.fitted)
-    return float(chi2.sf(reduced_chi2 * count, count))
+    return float(chi_square_tail(reduced_chi2 * count, count))
 
 
 def refuted(

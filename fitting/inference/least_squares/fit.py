@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
 
@@ -79,7 +78,7 @@ def fit_least_squares(
     scaled = not use_priors if scale_covariance is None else scale_covariance
     problem = _problem(residual, parameters, data, use_priors, rtol)
     vectors = starting_vectors(parameters, starts, seed)
-    outcomes, values, slopes = jax.device_get(run(problem, jnp.asarray(vectors), max_steps))
+    outcomes, values, slopes = jax.device_get(run(problem, np.asarray(vectors), max_steps))
     best, chi_squares = _best(outcomes)
     outcome = jax.tree.map(lambda leaf: leaf[best], outcomes)
     ended = _Ended(outcome, vectors[best], values[best], slopes[best], chi_squares)
@@ -152,18 +151,18 @@ def _problem(
         name for name, p in parameters.items() if use_priors and p.prior is not None and (p.free or p.tie)
     )
     lower, upper = parameters.box()
-    bounded = bool(jnp.any(jnp.isfinite(lower)) | jnp.any(jnp.isfinite(upper)))
+    bounded = bool(np.isfinite(lower).any() or np.isfinite(upper).any())
     return Problem(
         residual=residual,
         # Python floats would be compiled in as constants.
         data=jax.tree.map(
-            lambda leaf: jnp.asarray(leaf) if isinstance(leaf, float | np.number) else leaf, data
+            lambda leaf: np.asarray(leaf) if isinstance(leaf, float | np.number) else leaf, data
         ),
         stored=parameters.stored(),
-        prior_mean=jnp.asarray([parameters[name].prior.mean for name in names], float),
-        prior_sd=jnp.asarray([parameters[name].prior.sd for name in names], float),
+        prior_mean=np.asarray([parameters[name].prior.mean for name in names], float),
+        prior_sd=np.asarray([parameters[name].prior.sd for name in names], float),
         box=Box(lower, upper) if bounded else None,
-        rtol=jnp.asarray(rtol, float),
+        rtol=np.asarray(rtol, float),
         layout=layout,
         prior_names=names,
     )

@@ -11,6 +11,7 @@ import optimistix as optx
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from pneusma_jax.errors import InputError
+from pneusma_jax.program_cache import stored_jit
 
 from ..parameters import Layout
 from .engine import BoxedTrustRegion
@@ -138,12 +139,12 @@ def _rows(vector: Array, problem: Problem) -> Array:
     return problem.rows(vector)
 
 
-@eqx.filter_jit
+@stored_jit(Outcome)
 def run(problem: Problem, starts: Float[Array, "starts n"], max_steps: int) -> tuple[Outcome, Any, Any]:
     """Solve from every start.
 
     The program is compiled once per residual function, layout and shapes. Numbers, bounds and data may
-    change.
+    change. It is stored, and traced no more, if the residual has a lasting name.
 
     Returns:
         Outcomes, all values (starts, all) and their derivatives by the vector (starts, all, n).

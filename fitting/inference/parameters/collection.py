@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.numerics.safe import as_array
 
 from .parameter import Parameter
 from .table import render
@@ -136,7 +137,7 @@ class Parameters(Mapping[str, Parameter]):
             ties=tuple((name, ties[name]) for name in evaluation_order(ties, self._entries)),
         )
 
-    def box(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    def box(self) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
         """Lower and upper bounds of the fitting coordinates (logarithms where scaled so), infinite for none.
         """
         free = [p for p in self._entries.values() if p.free]
@@ -144,7 +145,7 @@ class Parameters(Mapping[str, Parameter]):
             p.min if p.scale == "linear" else (math.log(p.min) if p.min > 0 else -math.inf) for p in free
         ]
         upper = [p.max if p.scale == "linear" else math.log(p.max) for p in free]
-        return jnp.asarray(lower, float), jnp.asarray(upper, float)
+        return np.asarray(lower, float), np.asarray(upper, float)
 
     def pack(self, unconstrained: bool = False) -> Float[Array, " n"]:
         """Values of the free parameters as a vector.
@@ -154,7 +155,7 @@ class Parameters(Mapping[str, Parameter]):
                 every real vector is within the bounds (see `fitting.inference.parameters.transforms`).
         """
         free = [p for p in self._entries.values() if p.free]
-        vector = jnp.asarray([math.log(p.value) if p.scale == "log" else p.value for p in free], float)
+        vector = as_array(np.array([math.log(p.value) if p.scale == "log" else p.value for p in free], float))
         return to_unconstrained(vector, *self.box(), self._softness()) if unconstrained else vector
 
     def unpack(self, vector: Float[Array, " n"], unconstrained: bool = False) -> dict[str, Array]:
@@ -164,9 +165,9 @@ class Parameters(Mapping[str, Parameter]):
             vector = to_bounded(vector, *self.box(), self._softness())
         return self.layout().values(vector, self.stored())
 
-    def stored(self) -> Float[Array, " all"]:
+    def stored(self) -> Float[np.ndarray, " all"]:
         """Present values of all parameters in order; zero for tied ones, which are computed."""
-        return jnp.asarray([0.0 if p.tie is not None else p.value for p in self._entries.values()], float)
+        return np.asarray([0.0 if p.tie is not None else p.value for p in self._entries.values()], float)
 
     def _softness(self) -> Array:
         """Distance of each free parameter from its single bound (one on a bound, or for a logarithm)."""

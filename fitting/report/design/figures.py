@@ -22,6 +22,7 @@ from fitting.report.figures import (
     style,
 )  # fmt: skip
 from fitting.report.report import Picture
+from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.kinematics import arc_points
 from pneusma_jax.units import from_si
 
@@ -30,6 +31,7 @@ from .words import sensitivities, step_of
 COLOURS = (VERMILION, BLUE, GREEN, ORANGE, PURPLE, SKY)
 MOST_SHAPES = 6
 POINTS = 60
+_centre_line = stored_jit()(arc_points)
 
 
 def pictures(result: DesignResult) -> dict[str, Picture]:
@@ -80,7 +82,7 @@ def centre_line(solved: Solved) -> tuple[np.ndarray, float]:
     if solved.chain is not None:
         return 1e3 * np.asarray(solved.chain.shape.polyline()), radius
     one = solved.segments[0]
-    return 1e3 * np.asarray(arc_points(one.bend, one.length, np.linspace(0.0, 1.0, POINTS))), radius
+    return 1e3 * np.asarray(_centre_line(one.bend, one.length, np.linspace(0.0, 1.0, POINTS))), radius
 
 
 def shapes_figure(result: DesignResult) -> Figure:

@@ -42,6 +42,7 @@ def content(conclusion: Conclusion) -> dict:
         ],
         "candidates": candidates,
         "explanation_set": conclusion.explanation_set,
+        "explanation_sets": conclusion.explanation_sets,
         "no_effect_probability": float(conclusion.nothing),
         "unknown_probability": float(conclusion.unknown),
         "fit": {

@@ -21,8 +21,8 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D
 
 from pneusma_jax.errors import InputError
+from pneusma_jax.numerics.safe import as_numpy
 from pneusma_jax.section import Section
-from pneusma_jax.section.shapes import as_numpy
 from pneusma_jax.serial_chain.segments import ChainEquilibrium, ChainHistory, SegmentChain
 from pneusma_jax.serial_chain.shape import ChainShape
 from pneusma_jax.units import from_si

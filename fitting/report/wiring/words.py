@@ -4,6 +4,7 @@ import numpy as np
 
 from fitting.wiring.choose import Wiring
 from fitting.wiring.circuit import heating, sensing
+from pneusma_jax.numerics.safe import as_numpy
 
 from ..table import Table
 
@@ -21,7 +22,7 @@ def verdict(result: Wiring) -> list[str]:
 
 def filter_table(result: Wiring) -> Table:
     """Table of the filters, the springs that they heat, and the sensing of resistances."""
-    circuit, made = result.circuit, result.made
+    circuit, made = as_numpy(result.circuit), as_numpy(result.made)  # numbers are picked without compiling
     power = np.diagonal(np.asarray(heating(circuit, circuit.resonance)))
     errors = np.linalg.norm(np.asarray(sensing(circuit, circuit.resonance)), axis=1)
     rows = [

@@ -1,5 +1,6 @@
 """Traced programs that are kept on disk: the same answers, found again, and none that is out of date."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import equinox as eqx
@@ -8,8 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.inference.program_cache import FOLDER, _known, cached_program, stored_jit
+import pneusma_jax as pj
 from fitting.specimens.actuator_history import COMPILER_OPTIONS
+from pneusma_jax.program_cache import FOLDER, _known, cached_program, stored_jit
 
 
 @pytest.fixture
@@ -128,4 +130,43 @@ def test_a_program_with_a_check_inside_is_not_stored_but_runs(cache: Path) -> No
 
 def test_an_array_that_the_name_does_not_tell_in_full_is_not_stored(cache: Path) -> None:
     cached_program(_counted([]), f"with {np.arange(5000)}")({"a": jnp.zeros(1)}, jnp.ones(1))
+    assert not cache.exists()
+
+
+class Doubling(eqx.Module):
+    """A law of a user's own."""
+
+    factor: jax.Array
+
+    def __call__(self, x: jax.Array) -> jax.Array:
+        return 2.0 * self.factor * x
+
+
+@dataclass(frozen=True)
+class Named:
+    """A function of a user's own with a lasting name."""
+
+    name: str
+
+    def __call__(self, x: jax.Array) -> jax.Array:
+        return 2.0 * x
+
+
+@pytest.mark.parametrize("law", [Doubling(jnp.asarray(1.0)), Named("twice"), {"inside": (Named("twice"),)}])
+def test_a_program_of_a_users_own_class_is_not_stored(cache: Path, law: object) -> None:
+    run = lambda law, x: (law["inside"][0] if isinstance(law, dict) else law)(x)  # noqa: E731
+    np.testing.assert_array_equal(stored_jit()(run)(law, jnp.ones(2)), [2.0, 2.0])
+    assert not cache.exists()
+
+
+def test_a_program_of_an_actuator_is_stored(cache: Path) -> None:
+    bent = pj.solve_batch(pj.make_actuator("pneuflex_s"), jnp.asarray([1e4, 2e4]))
+    again = pj.solve_batch(pj.make_actuator("pneuflex_s"), jnp.asarray([1e4, 2e4]))
+    np.testing.assert_array_equal(bent.bend, again.bend)
+    assert list(cache.glob("*.stablehlo"))
+
+
+def test_with_another_default_device_nothing_is_stored(cache: Path) -> None:
+    with jax.default_device(jax.devices("cpu")[0]):
+        cached_program(_counted([]), "twice")({"a": jnp.zeros(1)}, jnp.ones(1))
     assert not cache.exists()

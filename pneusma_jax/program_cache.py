@@ -2,8 +2,9 @@
 
 Tracing a program with the laws of every effect takes several times as long as loading its compiled form.
 JAX's own cache keeps only the latter. A cached program is identified by everything that it depends on. That
-is the source of both packages, the structure and shapes of its arguments, the kind of device and JAX's
-version.
+is the source of the packages, the structure and shapes of its arguments, the kind of device and JAX's
+version. A program of a class or function from elsewhere, such as a law of a user's own, is not stored, since
+its source may change.
 """
 
 import contextlib
@@ -20,17 +21,21 @@ from typing import Any
 import equinox as eqx
 import jax
 import numpy as np
+import optimistix as optx
 from jax import export
 
-import pneusma_jax
-from pneusma_jax.errors import InputError
-from pneusma_jax.files import write_whole
+from .errors import InputError
+from .files import write_whole
 
 FOLDER = "traced"
 DIGEST = 32
 """Number of bytes of the SHA-256 before a stored program."""
 UNUSED = 90 * 86400.0
 """Maximum age of an unused program [s]."""
+PACKAGES = ("pneusma_jax", "fitting", "validation")
+"""Packages whose source identifies a program."""
+KNOWN = {*PACKAGES, "builtins", "collections", "equinox", "jax", "jaxlib", "numpy", "pathlib"}
+"""Packages whose types may be among the arguments of a stored program."""
 
 
 def cached_program(
@@ -38,8 +43,8 @@ def cached_program(
 ) -> Callable:
     """`jax.jit(function)`, traced once per source, structure and shapes, and not once per process.
 
-    Without a compilation cache, or where a static part of the arguments has no lasting name, it is plain
-    `jax.jit`.
+    It is plain `jax.jit` without a compilation cache, where a static part of the arguments has no lasting
+    name or comes from another package, and where an array is not on the one device that is used by default.
 
     Args:
         function: pure function of pytrees of arrays; returns dictionaries, tuples and lists of arrays. It
@@ -62,11 +67,14 @@ def cached_program(
     def call(*arguments: Any) -> Any:
         leaves, structure = jax.tree.flatten(arguments)
         shapes = [jax.typeof(leaf) for leaf in leaves]
-        folder = jax.config.jax_compilation_cache_dir
+        folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
+        if not _at_home(leaves):
+            return plain()(*arguments)
         key = (folder, structure, *shapes)
         if key not in ready:
             words = f"{name}|{structure}|{shapes}"
-            if not folder or " at 0x" in words or "..." in words:  # or a long array that is not told in full
+            lasting = " at 0x" not in words and "..." not in words  # or a long array that is not told in full
+            if not (folder and lasting and _ours(structure)):
                 return plain()(*arguments)
             try:
                 program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
@@ -108,12 +116,37 @@ def stored_jit(*returns: type) -> Callable[[Callable], Callable]:
             if key not in programs:
                 programs[key] = cached_program(
                     functools.partial(_called, function, rest, kinds), f"{name}|{structure}|{leaves}"
-                )
-            return _typed(programs[key](arrays), kinds)
+                ) if _ours(structure) and _ours(leaves) else None
+            program = programs[key]
+            return traced(*arguments, **words) if program is None else _typed(program(arrays), kinds)
 
         return call
 
     return decorate
+
+
+def _ours(value: Any) -> bool:
+    """True if nothing of a tree's structure or of static values comes from another package."""
+    if isinstance(value, jax.tree_util.PyTreeDef):
+        node = value.node_data()
+        return node is None or (_ours(node) and all(map(_ours, value.children())))
+    if isinstance(value, tuple | list | set | frozenset):
+        return all(map(_ours, value))
+    if isinstance(value, dict):
+        return all(map(_ours, value.values()))
+    named = isinstance(value, type) or callable(value)
+    return str(getattr(value if named else type(value), "__module__", "")).partition(".")[0] in KNOWN
+
+
+def _at_home(leaves: list[Any]) -> bool:
+    """True if all arrays are on the one device for which programs are stored."""
+    if jax.config.jax_default_device is not None:  # type: ignore[attr-defined]
+        return False
+    devices = jax.devices()
+    if len(devices) == 1 and devices[0].platform == "cpu":  # there is no other
+        return True
+    used = set().union(*(leaf.devices() for leaf in leaves if isinstance(leaf, jax.Array)))
+    return used <= {devices[0]}
 
 
 def _called(function: Callable, rest: Any, kinds: dict[str, type], arrays: Any) -> Any:
@@ -181,7 +214,7 @@ def _program(
     folder: Path, words: str, function: Callable, structure: Any, shapes: list[Any]
 ) -> export.Exported:
     """The traced program, from disk if it is stored."""
-    key = hashlib.sha256(f"{jax.__version__}|{jax.default_backend()}|{_source()}|{words}".encode())
+    key = hashlib.sha256(f"{_versions()}|{jax.default_backend()}|{_source()}|{words}".encode())
     path = folder / f"{key.hexdigest()[:32]}.stablehlo"
     try:
         program = export.deserialize(bytearray(_checked(path.read_bytes())))
@@ -234,11 +267,16 @@ def _known(options: tuple[tuple[str, bool | int], ...]) -> dict[str, bool | int]
     return dict(options)
 
 
+def _versions() -> str:
+    """Versions of the libraries whose own functions are traced."""
+    return f"{jax.__version__} {eqx.__version__} {optx.__version__}"
+
+
 @functools.cache
 def _source() -> str:
-    """Digest of the source of both packages."""
+    """Digest of the source of the packages."""
     found = hashlib.sha256()
-    for package in (Path(pneusma_jax.__file__).parent, Path(__file__).parents[1]):
+    for package in (Path(__file__).parents[1] / name for name in PACKAGES):
         for path in sorted(package.rglob("*.py")):
             found.update(str(path.relative_to(package)).encode() + path.read_bytes())
     return found.hexdigest()
