@@ -26,6 +26,13 @@ CLOSE = 1e-4
 LONGEST = 0.1
 """Maximum step of a fraction in a round [1]. Near full heat the tangent is almost flat, and a full step would
 leave its range of validity."""
+SHARES = (1.0, 0.3, 0.1, 0.03)
+"""Shares of a step that are tried, the longest first [1]."""
+SETTLED = 0.1
+"""Improvement of half the sum of squares below which the rounds end [1]; noise changes it by more."""
+NEARLY = (0.05, 0.01)
+"""Heats below which a spring is tried as cold [1]. On branches beside cold springs, these were heated by
+0.003 to 0.05."""
 LEAST_NOISE = 2e-6
 """Minimum relative noise of a resistance; files keep no smaller digits."""
 WANDER = 10.0 ** np.arange(-9.0, 0.0, 1.0)
@@ -67,9 +74,24 @@ def fractions_behind(
         cold = begun.copy()
         cold[:, column] = 1.0
         starts += [cold] if np.min(begun[:, column]) < 1.0 - CLOSE else []
-    tried = [_smoothed(actuator, time, pressure, read, noise, x, wired, given, states) for x in starts]
-    best, _ = max(tried, key=lambda one: one[1])
-    return list(_with_fractions(given, wired, np.clip(best, 0.0, 1.0)))
+    smoothed = lambda x: _smoothed(actuator, time, pressure, read, noise, x, wired, given, states)  # noqa: E731
+    best = max(map(smoothed, starts), key=lambda one: one[1])
+    for heat in NEARLY:
+        for colder in _nearly_cold(best[0], heat):
+            best = max(best, smoothed(colder), key=lambda one: one[1])
+    return list(_with_fractions(given, wired, np.clip(best[0], 0.0, 1.0)))
+
+
+def _nearly_cold(x: np.ndarray, heat: float) -> list[np.ndarray]:
+    """Fractions with the nearly cold rows of all springs, and of each, made cold; shape (rows, wired) each.
+
+    Beside a cold spring lies another branch, on which it is slightly heated: a search for small changes goes
+    along either.
+    """
+    cold = np.where(x > 1.0 - heat, 1.0, x)
+    springs = np.arange(x.shape[1])
+    each = [np.where(springs == k, cold, x) for k in springs] if len(springs) > 1 else []
+    return [one for one in [cold, *each] if np.any(one != x)]
 
 
 def _smoothed(
@@ -83,27 +105,62 @@ def _smoothed(
     given: Sequence[pj.MartensiteFraction],
     states: tuple[pj.SpringState, ...],
 ) -> tuple[np.ndarray, float]:
-    """Fractions of the measured springs from a start, shape (rows, wired), and their log-likelihood."""
-    wander, likelihood = None, -np.inf
-    for _ in range(ROUNDS):
-        fractions = _with_fractions(given, wired, np.clip(x, 0.0, 1.0))
+    """Fractions of the measured springs from a start, shape (rows, wired), and their log-likelihood.
+
+    Steps of the Gauss-Newton method are shortened until they improve the fit. Unshortened, they leave even
+    the truth: near a cold spring, resistances turn over with its fraction.
+    """
+
+    def told(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Resistances over their noise, and their slopes, at fractions."""
+        inside = np.clip(x, 0.0, 1.0)
+        fractions = _with_fractions(given, wired, inside)
         history = pj.simulate_history(actuator, pressure, fractions, states)
         found = _predicted_resistances(actuator, pressure, fractions, states, history, tuple(wired))
         ohms, slope = (np.asarray(part) for part in found)
         good = np.all(np.isfinite(slope), axis=(1, 2)) & np.all(np.isfinite(ohms), axis=1)
         ohms, slope = np.where(good[:, None], ohms, read), np.where(good[:, None, None], slope, 0.0)
         # beyond its ends a fraction is continued, so that noise about a cold spring does not heat it
-        ohms = ohms + np.einsum("tij,tj->ti", slope, x - np.clip(x, 0.0, 1.0))
-        target = read - ohms + np.einsum("tij,tj->ti", slope, x)
-        slope, target = slope / noise[:, None], target / noise
-        if wander is None:
-            wander = _process_noise_of(time, target, slope)
+        ohms = ohms + np.einsum("tij,tj->ti", slope, x - inside)
+        return ohms / noise, slope / noise[:, None]
+
+    ohms, slope = told(x)
+    along = lambda x: np.einsum("tij,tj->ti", slope, x)  # noqa: E731
+    wander = _process_noise_of(time, read / noise - ohms + along(x), slope)
+    least = _unlikely(time, x, read / noise - ohms, wander)
+    for _ in range(ROUNDS):
+        target = read / noise - ohms + along(x)
         after, likelihood = _smooth(time, target, slope, wander)
+        # the likelihood of these fractions, not of those that the tangent promises
+        likelihood += _unlikely(time, after, target - along(after), wander) - least
         step = np.clip(after - x, -LONGEST, LONGEST)
-        x = x + step
-        if np.max(np.abs(step)) < CLOSE:
+        for share in SHARES:
+            trial = x + share * step
+            found = told(trial)
+            there = _unlikely(time, trial, read / noise - found[0], wander)
+            if there < least:
+                break
+        else:
+            break
+        settled = least - there < SETTLED or share * np.max(np.abs(step)) < CLOSE
+        x, (ohms, slope), least = trial, found, there
+        if settled:
             break
     return x, likelihood
+
+
+def _unlikely(time: np.ndarray, x: np.ndarray, missed: np.ndarray, wander: np.ndarray) -> float:
+    """Half the sum of squares of what readings miss, and of the walk's steps in units of their deviation.
+
+    Args:
+        time: time [s], shape (n,).
+        x: fractions [1], shape (n, m).
+        missed: readings less predictions, in units of their noise, shape (n, m).
+        wander: variance of each fraction's change [1/s], shape (m,).
+    """
+    steps, changes = np.diff(time)[:, None], np.diff(x, axis=0)
+    walked = np.sum(changes**2 / (wander * np.maximum(steps, 1e-9)))
+    return 0.5 * float(np.sum(missed**2) + walked + np.sum((x[0] - 0.5) ** 2) / FIRST)
 
 
 def _with_fractions(

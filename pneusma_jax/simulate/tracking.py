@@ -116,11 +116,13 @@ def _equilibrium_near(problem: Problem, guess: Array) -> Equilibrium:
     guess = jax.lax.stop_gradient(guess)
     found = optx.root_find(residual, METHOD, guess, frozen, max_steps=MOST_STEPS, throw=False)  # type: ignore[var-annotated]
     root, slope = jax.lax.stop_gradient((found.value, found.stats["slope"]))
-    size = jnp.max(jnp.abs(residual(root, frozen)))
+    excess = residual(root, problem)
+    missed = jax.lax.stop_gradient(excess)
     if any(hasattr(a, "held") for a in problem.activations):
+        missed = residual(root, frozen)
         full = jax.lax.stop_gradient(problem)
         slope = jax.lax.stop_gradient(jax.jacfwd(lambda z: residual(z, full))(root))
-    excess = residual(root, problem)
+    size = jnp.max(jnp.abs(missed))
     unknowns = root - solve_small(slope, excess)
     centre, bend = configuration(body, unknowns)
     side_1, side_2 = body.section.sides(jnp.asarray(body.side_direction))
