@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from ._common import SEED, design_argument, done, prepare
+from ._common import SEED, Finite, design_argument, done, prepare
 
 
 @click.command("control")
@@ -15,10 +15,21 @@ from ._common import SEED, design_argument, done, prepare
 @click.option(
     "--model", type=click.Path(path_type=Path), help="A model on disk as the plant; else five effects."
 )
+@click.option(
+    "--level-1pm", type=Finite(), default=20.0, show_default=True, help="Curvature after the step."
+)
+@click.option("--swing-1pm", type=Finite(), default=8.0, show_default=True, help="Amplitude of the sine.")
+@click.option(
+    "--pressure-kPa", "pressure", type=Finite(-100.0, 1000.0), default=20.0, show_default=True,
+    help="Gauge pressure, constant.",
+)
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Of the noise.")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for results.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
-def control_command(design: str, model: Path | None, seed: int, out: Path, force: bool) -> None:
+def control_command(
+    design: str, model: Path | None, level_1pm: float, swing_1pm: float, pressure: float, seed: int,
+    out: Path, force: bool,
+) -> None:  # fmt: skip
     """Drive an actuator to a curvature by resistances: a step, then a sine (docs/control.md).
 
     The plant has physics that the controller's model lacks. Each is run twice: with the base model in the
@@ -26,7 +37,7 @@ def control_command(design: str, model: Path | None, seed: int, out: Path, force
     """
     design = design_argument(design)
     prepare()
-    from fitting.control.sweep import run_model, run_sweep
+    from fitting.control.sweep import run_model, run_sweep, usual_loop
     from fitting.data.publish import check_free
     from fitting.inference.progress import Steps
     from fitting.report.results import save, text
@@ -34,11 +45,12 @@ def control_command(design: str, model: Path | None, seed: int, out: Path, force
 
     check_free(out, force)
     augmented = None if model is None else load_model(model)
+    loop = usual_loop(seed, level_1pm, swing_1pm, 1e3 * pressure)
     with Steps("control") as steps:
         if augmented is None:
-            result = run_sweep(design, seed=seed, progress=steps)
+            result = run_sweep(design, loop=loop, progress=steps)
         else:
-            result = run_model(design, augmented, seed, steps)
+            result = run_model(design, augmented, loop, steps)
     files = save(result, out, force)
     click.echo(text(result))
     click.echo()

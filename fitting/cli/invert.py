@@ -24,9 +24,7 @@ PLACE = ("tip_mm", "direction")
     "--targets", type=click.Path(path_type=Path), help="CSV of targets; with time_s, one after the other."
 )
 @click.option("--lumen", type=click.Path(path_type=Path), help="CSV of a centre line with a diameter.")
-@click.option(
-    "--clearance-mm", type=Finite(0.0), default=0.0, show_default=True, help="To the lumen's wall."
-)
+@click.option("--clearance-mm", type=Finite(0.0), help="To the lumen's wall; 0 by default.")
 @click.option(
     "--pressure-kPa-max", "most", type=FINITE, default=50.0, show_default=True, help="Highest gauge pressure."
 )
@@ -81,7 +79,7 @@ def invert_command(**options: Any) -> None:
     ]
     inverse = Inverse(design, limits, *tables, options["seed"])
     if lumen is not None:
-        result = pass_through(inverse, lumen, 1e-3 * options["clearance_mm"])
+        result = pass_through(inverse, lumen, 1e-3 * (options["clearance_mm"] or 0.0))
         good = result.passes
     elif targets.time is not None:
         result = follow(inverse, targets.goals, targets.wanted, targets.time)
@@ -106,6 +104,8 @@ def _wanted(options: dict[str, Any]) -> dict[str, list[float]]:
                 for a, x in zip("xyz", options[name], strict=True)
             }
     ways = [bool(columns), options["targets"] is not None, options["lumen"] is not None]
+    if options["clearance_mm"] is not None and options["lumen"] is None:
+        raise click.UsageError("--clearance-mm is that to the wall of a --lumen, and there is none")
     if sum(ways) != 1:
         raise click.UsageError(
             "say what is wanted in one way: options such as --curvature-1pm, --targets, or --lumen"

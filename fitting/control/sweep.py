@@ -31,7 +31,7 @@ and here both are."""
 LOAD = 3e-3
 """Force on the tip that the controller does not know [N]: 0.3 g, a fifth of the actuator's own weight."""
 STEP, HOLD, PERIOD = 5.0, 60.0, 45.0
-LEVEL, SWING = 20.0, 8.0
+LEVEL, SWING, PRESSURE = 20.0, 8.0, 20e3
 INTERVAL = 0.25
 UNTIL = 150.0
 
@@ -66,16 +66,25 @@ class Sweep(Result):
     cases: tuple[Case, ...]
 
 
-def usual_loop(seed: int = 0, level: float = LEVEL, swing: float = SWING) -> Loop:
+def usual_loop(
+    seed: int = 0, level: float = LEVEL, swing: float = SWING, pressure: float = PRESSURE
+) -> Loop:
     """A step to a curvature, held, then a sine about it.
 
     Args:
         seed: seed of the noise.
         level: after the step [1/m]; swing: of the sine [1/m].
+        pressure: gauge, constant [Pa].
+
+    Raises:
+        InputError: for a step without height.
     """
+    if level == 0.0:
+        raise InputError("a step needs a height, but the curvature after it is 0 1/m")
     time = np.arange(0.0, UNTIL, INTERVAL)
     sine = swing * np.sin(2.0 * np.pi * (time - HOLD) / PERIOD)
-    return Loop(time, np.where(time < STEP, 0.0, level) + np.where(time < HOLD, 0.0, sine), seed=seed)
+    wanted = np.where(time < STEP, 0.0, level) + np.where(time < HOLD, 0.0, sine)
+    return Loop(time, wanted, pressure, seed=seed)
 
 
 def all_effects(chosen: Mapping[str, Mapping[str, float]]) -> tuple[Effect, ...]:
@@ -89,7 +98,7 @@ def all_effects(chosen: Mapping[str, Mapping[str, float]]) -> tuple[Effect, ...]
 def run_sweep(
     design: str = "pneusma2",
     error: float = 0.1,
-    seed: int = 0,
+    loop: Loop | None = None,
     progress: Callable[[str], object] = lambda text: None,
 ) -> Sweep:
     """Five concealed effects and an unknown load, each with a controller that knows nothing and one that was
@@ -98,10 +107,10 @@ def run_sweep(
     Args:
         design: name or path of a table.
         error: relative error of the numbers that the controller was told [1], as of a diagnosis.
-        seed: seed of the noise.
+        loop: task and settings; the usual ones if None.
         progress: called with the name of each case.
     """
-    loop, body = usual_loop(seed), pj.make_actuator(design)
+    loop, body = loop or usual_loop(), pj.make_actuator(design)
     place = body.section.enclosed_centroid
     under = lambda force: body.with_loads(pj.TipForce(jnp.asarray([0.0, -force, 0.0]), place))  # noqa: E731
     nothing = Plant(under(0.0), all_effects({}))
@@ -124,7 +133,10 @@ def run_sweep(
 
 
 def run_model(
-    design: str, model: AugmentedModel, seed: int = 0, progress: Callable[[str], object] = lambda text: None
+    design: str,
+    model: AugmentedModel,
+    loop: Loop | None = None,
+    progress: Callable[[str], object] = lambda text: None,
 ) -> Sweep:
     """A model on disk as the plant: a controller with the base model, and one with that model.
 
@@ -133,7 +145,7 @@ def run_model(
     """
     if not model.effects:
         raise InputError(f"{model.path}: this model has no effect, so the base model is all there is to know")
-    loop, body = usual_loop(seed), pj.make_actuator(design)
+    loop, body = loop or usual_loop(), pj.make_actuator(design)
     plant, base = Plant(body, model.effects), Plant(body)
     progress("without")
     without = loop.run(plant, base)

@@ -1,12 +1,17 @@
-"""Search for the constraints of a study that contradict each other."""
+"""Why a study has no result: what cannot be computed, and constraints that contradict each other."""
 
 import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 
-from .log import Evaluator
+import pneusma_jax as pj
+from pneusma_jax.units import from_si
+
+from .log import Evaluation, Evaluator
 from .optimise import ALLOWED, Outcome, Problem, best_of, optimise
+from .program import Model
+from .study import Study
 
 
 def contradiction(
@@ -48,3 +53,54 @@ def contradiction(
         if others and (left := least(others).objective) > ALLOWED:
             kept, missed = others, left
     return kept, missed
+
+
+def why_nothing(model: Model, first: Evaluation, words: str) -> str:
+    """Reason in words why no start could be evaluated."""
+    names = [o.name for o in model.study.objectives]
+    whom = f" of {words}" if words else ""
+    bad = [n for n, v in zip(names, first.values, strict=False) if not np.isfinite(v)]
+    _, states = model.solve_states(first.place)
+    for name, solved in zip(model.states.names, states, strict=True):
+        for k, segment in enumerate(solved.segments, 1):
+            if not bool(segment.converged):
+                sentence = pj.Status(int(segment.status)).sentence
+                where = f"state {name!r}, segment {k}: {sentence}"
+                return f"no start{whom} has an equilibrium in all states; {where}"
+    what = f"objective {bad[0]!r}" if bad else "a constraint or a derivative"
+    count = model.study.starts
+    return f"{what} is not a number at any of the {count} starts{whom}; check its function and bounds"
+
+
+def limit_words(study: Study, k: int) -> str:
+    """Limit of a constraint in its unit."""
+    one = study.constraints[k]
+    end = "at most" if one.most else "at least"
+    value = (
+        "what was tested"
+        if one.limit is None
+        else f"{from_si(one.limit, one.unit):.6g} {one.unit}".removesuffix(" 1")
+    )
+    return f"{one.quantity} {end} {value}"
+
+
+def why_infeasible(problem: Problem, outcomes: Sequence[Outcome], evaluate: Evaluator) -> str:
+    """Constraints that contradict each other, in words."""
+    study = evaluate.model.study
+    owners = np.array([row.constraint for row in evaluate.model.groups], dtype=int)
+    finite = [o.evaluation.place for o in outcomes if o.evaluation is not None]
+    found = contradiction(problem, owners, finite, evaluate)
+    if found is None:
+        return "no start keeps all constraints, but none contradict each other: raise `starts`"
+    kept, missed = found
+    names = [f"{study.constraints[k].name!r} ({limit_words(study, k)})" for k in kept]
+    if len(names) == 1:
+        return (
+            f"no design within the bounds keeps constraint {names[0]}: "
+            f"it is missed by at least {missed:.2g} of its limit"
+        )
+    return (
+        f"constraints {' and '.join(names)} contradict each other within the bounds: the worst of "
+        "them is missed "
+        f"by at least {missed:.2g} of its limit"
+    )

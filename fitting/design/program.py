@@ -4,9 +4,10 @@ All starts, states and draws go through one program. The derivatives are those o
 theorem at every equilibrium.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -14,19 +15,23 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from pneusma_jax.numerics.rows import filled, first_rows
 from pneusma_jax.program_cache import cached_program
-from pneusma_jax.units import to_si
 
 from .bodies import Body, Materials, Plan, Solved, build_body, solve_body, solve_states
+from .every_state import states_of
 from .functions import load_function
-from .quantities import QUANTITIES, STILL
+from .quantities import QUANTITIES
+from .seen import Seen
 from .space import Space
-from .study import Constraint, Objective, Study
+from .study import Constraint, Study
 from .uncertain import NOMINAL, Draws, reduced, soft_failure
-from .workspace import edge_states, enclosed_area, tip_in_plane
 
 ROWS = 1024
 """Number of equilibria that are solved side by side; more leave the processor's cache."""
+TOGETHER = 72
+"""Number of equilibria with derivatives that are solved side by side. Where a design has half as many states,
+its lot is computed design by design, and places that only fill up a lot cost nothing."""
 
 
 @dataclass(frozen=True)
@@ -42,74 +47,6 @@ class Row:
     state: str
     segment: int = 0
     part: int = 0
-
-
-@dataclass(frozen=True)
-class States:
-    """All states of a study, those of sweeps included.
-
-    Attributes:
-        names: name of each state; those of a sweep are `OBJECTIVE/NUMBER`.
-        pressure: [Pa], shape (states,); fractions: shape (states, springs).
-        driven: free entries, each as (state, spring or -1 for the pressure, name of the parameter).
-        sweeps: range of the states of each objective with a sweep, by its name.
-    """
-
-    names: tuple[str, ...]
-    pressure: np.ndarray
-    fractions: np.ndarray
-    driven: tuple[tuple[int, int, str], ...]
-    sweeps: Mapping[str, tuple[int, int]]
-
-    def index(self, wanted: Sequence[str]) -> np.ndarray:
-        """Indices of named states; of all where none is named."""
-        return np.array(
-            [self.names.index(n) for n in wanted] if wanted else range(len(self.names)), dtype=int
-        )
-
-    def at(self, parameters: Mapping[str, Array]) -> tuple[Array, Array]:
-        """Pressures and fractions with the free ones filled in."""
-        pressure, fractions = jnp.asarray(self.pressure), jnp.asarray(self.fractions)
-        for state, spring, name in self.driven:
-            if spring < 0:
-                pressure = pressure.at[state].set(parameters[name])
-            else:
-                fractions = fractions.at[state, spring].set(parameters[name])
-        return pressure, fractions
-
-
-def states_of(study: Study, plan: Plan) -> States:
-    """Every state that objectives and constraints look at."""
-    springs = plan.springs
-    names, pressure, rows, driven, sweeps = [], [], [], [], {}
-    for state in study.states.values():
-        row = np.ones(len(springs))
-        for j, (segment, number) in enumerate(springs):
-            for key in ((0, number), (segment, number)):
-                if key not in state.fractions:
-                    continue
-                value = state.fractions[key]
-                if value is None:
-                    own = f"{segment}." if key[0] else ""
-                    driven.append((len(names), j, f"{state.name}.xi0_{own}{number}"))
-                else:
-                    row[j] = value
-        if state.pressure is None:
-            driven.append((len(names), -1, f"{state.name}.pressure"))
-        names.append(state.name)
-        pressure.append(0.0 if state.pressure is None else state.pressure)
-        rows.append(row)
-    for objective in study.objectives:
-        if objective.sweep is None:
-            continue
-        loads, fractions = edge_states(plan.tables[0], objective.sweep)
-        sweeps[objective.name] = (len(names), len(names) + len(loads))
-        names += [f"{objective.name}/{k}" for k in range(len(loads))]
-        pressure += list(loads)
-        rows += list(fractions)
-    return States(
-        tuple(names), np.array(pressure), np.array(rows).reshape(len(names), -1), tuple(driven), sweeps
-    )
 
 
 class Model:
@@ -133,7 +70,7 @@ class Model:
         self.rows: tuple[Row, ...] = tuple(
             row for k, one in enumerate(study.constraints) for row in self._rows_of(k, one)
         )
-        self._functions = {
+        self.functions = {
             (one.file, one.function): load_function(one.file, one.function)
             for one in (*study.objectives, *study.constraints)
             if one.file is not None
@@ -157,16 +94,13 @@ class Model:
         if one.file is not None:
             return [Row(k, "all states")]
         quantity = QUANTITIES[one.quantity]
-        names = [self.states.names[i] for i in self._looked_at(one)]
+        names = [self.states.names[i] for i in self.states.looked_at(one)]
         if quantity.whole:
             return [Row(k, name) for name in names]
         segments = [one.segment] if one.segment else range(1, len(self.plan.tables) + 1)
         springs = self.plan.springs
         parts = lambda s: [n for at, n in springs if at == s] if quantity.springs else [0]  # noqa: E731
         return [Row(k, name, s, part) for s in segments for name in names for part in parts(s)]
-
-    def _looked_at(self, one: Constraint) -> np.ndarray:
-        return np.zeros(1, int) if one.quantity in STILL else self.states.index(one.states)
 
     def outputs(self, place: Array, draw: Mapping, materials: tuple[Materials, ...]) -> tuple[Array, Array]:
         """Objectives, signed to be minimised [SI], and scaled constraint rows, positive where violated
@@ -176,7 +110,7 @@ class Model:
         body = build_body(self.plan, parameters, own, draw["added"])
         solve = lambda p, x: solve_body(body, p, x).parts  # noqa: E731
         parts = jax.vmap(solve)(*self.states.at(parameters))
-        seen = _Seen(self, body, parts, parameters)
+        seen = Seen(self.states, self.functions, body, parts, parameters)
         rows = [jnp.ravel(seen.violation(one)) for one in self.study.constraints]
         margins = jnp.concatenate(rows) if rows else jnp.zeros(0)
         values = jnp.stack([one.sign * seen.objective(one) for one in self.study.objectives])
@@ -206,35 +140,53 @@ class Model:
 
     def _stored(self, function: Callable, size: int) -> Callable:
         """A program of this study, traced once and not in every process; of a user's functions it is not."""
-        if self._functions:
+        if self.functions:
             return eqx.filter_jit(function)
         return cached_program(function, f"{function.__qualname__} {size} {self.study!r} {self.plan!r}")
 
     @cached_property
     def _compiled(self) -> object:
-        size = max(1, ROWS // (len(self.states.names) * self.draws.count))
+        width = max(1, TOGETHER // (len(self.states.names) * self.draws.count))
 
-        def evaluate(places: Array, draws: dict, materials: tuple) -> tuple[Array, Array]:
+        def evaluate(places: Array, count: Array, draws: dict, materials: tuple) -> tuple[Array, Array]:
             def one(place: Array) -> tuple[Array, Array]:
                 values, push = jax.linearize(lambda u: self._reduced(u, draws, materials), place)
                 return values, jax.vmap(push)(jnp.eye(place.size)).T
 
-            return jax.lax.map(one, places, batch_size=min(size, places.shape[0]))
+            return first_of(one, places, count, width)
 
-        return self._stored(evaluate, size)
+        return self._stored(evaluate, width)
 
-    def evaluate(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate(self, places: np.ndarray, size: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Values and their Jacobians at places in the box.
 
         Args:
             places: shape (places, parameters).
+            size: number of places that the program is compiled for, at least as many; only those given cost
+                time.
 
         Returns:
             Objectives and constraints, shape (places, numbers), and derivatives by the place, shape (places,
             numbers, parameters); NaN where a state has no equilibrium.
         """
-        found = self._compiled(jnp.asarray(places), self.draws.tree(), self.materials)
-        return tuple(np.asarray(x) for x in found)
+        count = len(places)
+        full = jnp.asarray(filled(places, size or count))
+        return first_rows(self._compiled(full, jnp.asarray(count), self.draws.tree(), self.materials), count)
+
+    @cached_property
+    def _values(self) -> object:
+        width = max(1, TOGETHER // (len(self.states.names) * self.draws.count))
+
+        def values(places: Array, count: Array, draws: dict, materials: tuple) -> Array:
+            return first_of(lambda u: self._reduced(u, draws, materials), places, count, width)
+
+        return self._stored(values, width)
+
+    def values(self, places: np.ndarray, size: int | None = None) -> np.ndarray:
+        """Objectives and constraints as those of `evaluate`, without derivatives; a third of its time."""
+        count = len(places)
+        full = jnp.asarray(filled(places, size or count))
+        return first_rows(self._values(full, jnp.asarray(count), self.draws.tree(), self.materials), count)
 
     @cached_property
     def _spread(self) -> object:
@@ -261,80 +213,16 @@ class Model:
         return body, [Solved(body, *row) for row in rows]
 
 
-class _Seen:
-    """The solved states of one design, as objectives and constraints look at them."""
+def first_of(one: Callable[[Array], Any], places: Array, count: Array, width: int) -> Any:
+    """Results of the first places, `width` at a time; those of the others are not computed, and are zero."""
+    width = min(width, len(places))
+    blocks = -(-len(places) // width)
+    at = np.minimum(np.arange(blocks * width), len(places) - 1)
+    blank = jax.tree.map(lambda x: jnp.zeros((len(at), *x.shape), x.dtype), jax.eval_shape(one, places[0]))
 
-    def __init__(self, model: Model, body: Body, parts: tuple, parameters: Mapping[str, Array]):
-        self.model, self.body, self.parts, self.parameters = model, body, parts, parameters
+    def block(k: Array, found: Any) -> Any:
+        some = jax.vmap(one)(jax.lax.dynamic_slice_in_dim(places[at], k * width, width))
+        put = lambda whole, part: jax.lax.dynamic_update_slice_in_dim(whole, part, k * width, 0)  # noqa: E731
+        return jax.tree.map(put, found, some)
 
-    def quantity(self, name: str, states: np.ndarray, segment: int) -> Array:
-        """A quantity in some states, shape (states,) or (states, springs)."""
-        function = QUANTITIES[name].function
-        some = jax.tree.map(lambda x: x[states], self.parts)
-        return jax.vmap(lambda part: function(Solved(self.body, *part), segment))(some)
-
-    def violation(self, one: Constraint) -> Array:
-        """Scaled excess over a limit, positive where it is violated [1], in the order of `Model.rows`."""
-        if one.file is not None:
-            value = self.users(one.file, one.function)
-            return self._scaled(one, value, jnp.asarray(one.limit))
-        quantity, states = QUANTITIES[one.quantity], self.model._looked_at(one)
-        segments = [0] if quantity.whole else (
-            [one.segment - 1] if one.segment else range(len(self.body.segments))
-        )  # fmt: skip
-        found = []
-        for k in segments:
-            if quantity.springs and not self.body.segments[k].springs:
-                continue
-            value = self.quantity(one.quantity, states, k)
-            if one.limit is None:
-                limit = quantity.tested(Solved(self.body, *jax.tree.map(lambda x: x[0], self.parts)), k)
-            else:
-                limit = jnp.asarray(one.limit)
-            found.append(jnp.ravel(self._scaled(one, value, limit)))
-        return jnp.concatenate(found)
-
-    @staticmethod
-    def _scaled(one: Constraint, value: Array, limit: Array) -> Array:
-        least = abs(float(to_si(1.0, one.unit, True)))
-        size = jax.lax.stop_gradient(jnp.where(jnp.abs(limit) > 0.0, jnp.abs(limit), least))
-        return (value - limit) / size if one.most else (limit - value) / size
-
-    def users(self, file: object, name: str) -> Array:
-        """Value of a function of the user's."""
-        function = self.model._functions[file, name]
-        named = {
-            name: Solved(self.body, *jax.tree.map(lambda x, k=k: x[k], self.parts))
-            for k, name in enumerate(self.model.states.names)
-        }
-        return jnp.asarray(function(named, self.parameters), dtype=float).reshape(())
-
-    def objective(self, one: Objective) -> Array:
-        """Value of an objective [SI]; that of a target is the distance from it."""
-        states = self.model.states
-        if one.quantity == "failure_probability":
-            return jnp.zeros(())
-        if one.file is not None:
-            value = self.users(one.file, one.function)
-        elif one.sweep is not None:
-            first, last = states.sweeps[one.name]
-            some = jax.tree.map(lambda x: x[first:last], self.parts)
-            value = enclosed_area(jax.vmap(lambda part: tip_in_plane(Solved(self.body, *part)))(some))
-        elif one.quantity == "tip_miss":
-            tip = self.parts[2][states.index(one.states)[0], :3, 3]
-            return jnp.sqrt(jnp.sum((tip - jnp.asarray(one.target)) ** 2) + TINY**2)
-        elif one.quantity == "stiffness_range":
-            pair = self.quantity("bending_stiffness", states.index(one.states), one.segment - 1)
-            value = pair[1] / pair[0]
-        else:
-            found = self.quantity(one.quantity, states.index(one.states), one.segment - 1)
-            value = jnp.max(jnp.abs(found)) if QUANTITIES[one.quantity].springs else jnp.mean(found)
-        return (
-            jnp.sqrt((value - one.target[0]) ** 2 + (TINY * one.target[0]) ** 2)
-            if one.goal == "target"
-            else value
-        )
-
-
-TINY = 1e-6
-"""Rounding of the tip of a distance [m], or share of a target [1], where a distance has no derivative."""
+    return jax.tree.map(lambda x: x[: len(places)], jax.lax.fori_loop(0, -(-count // width), block, blank))

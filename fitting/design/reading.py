@@ -31,6 +31,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import pneusma_jax as pj
 from pneusma_jax.documents import read_document, shipped_names
 from pneusma_jax.errors import InputError, nearest
@@ -39,6 +41,7 @@ from . import fields
 from .bodies import Plan, plan_of
 from .free import read_free
 from .functions import load_function
+from .posterior_file import posterior_draws
 from .space import Space
 from .states import read_states
 from .study import Study
@@ -175,12 +178,29 @@ def _check_uncertain(study: Study, plan: Plan) -> None:
         alloy = pj.load_calibration(plan.alloy or pj.calibration.named_table(table, "alloy"), "alloy")
     silicone = pj.load_calibration(plan.silicone or pj.calibration.named_table(table, "material"), "silicone")
     sampler = Sampler(study.uncertainty, alloy, silicone, table.values())
+    _check_fresh(study, sampler)
     if not sampler.names:
         raise InputError(f"{study.path}: [uncertainty] names nothing that is uncertain")
     if "silicone_stiffness" in sampler.names and not hasattr(materials.silicone, "stiffness"):
         raise InputError(
             f"{study.path}: [uncertainty]: `silicone_stiffness` needs a silicone with the law 'regularised'"
         )
+
+
+def _check_fresh(study: Study, sampler: Sampler) -> None:
+    """The posterior of the fresh draws must be of the same parameters, and another run."""
+    given = study.uncertainty
+    if given.fresh_posterior is None:
+        return
+    where = f"{study.path}: [uncertainty] fresh_posterior"
+    fresh, _ = posterior_draws(given.fresh_posterior, given.specimen)
+    if set(fresh) != set(sampler.posterior):
+        raise InputError(
+            f"{where} is of {', '.join(sorted(fresh))}, but posterior is of "
+            f"{', '.join(sorted(sampler.posterior))}"
+        )
+    if all(np.array_equal(fresh[name], sampler.posterior[name]) for name in fresh):
+        raise InputError(f"{where} has the very draws of posterior: run the sampler again with another seed")
 
 
 def _check_box(study: Study, space: Space) -> None:

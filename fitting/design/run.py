@@ -14,25 +14,22 @@ import pneusma_jax as pj
 from pneusma_jax.calibration import load_calibration, named_table
 from pneusma_jax.errors import InputError
 from pneusma_jax.late import Late
-from pneusma_jax.units import from_si
 
-from .bodies import Plan, material_of, plan_of
+from .bodies import material_of, plan_of
+from .chances import chances_of, notes_on_draws, sampler_of
 from .discrete import made_from
-from .infeasible import contradiction
+from .infeasible import why_infeasible, why_nothing
 from .log import Evaluation, Evaluator, Log
 from .optimise import Outcome, Problem, best_of, conditions, optimise
 from .pareto import front_of, not_dominated, share_of_box
 from .program import Model
-from .result import Chance, Choice, Design, DesignResult, Front
+from .result import Choice, Design, DesignResult, Front
 from .study import Study
-from .uncertain import NOMINAL, Draws, Sampler, interval
 
 stats = Late("scipy.stats")
 
 LEAST_SIZE = 8
 """Least number of places that go through the program at once."""
-FRESH_SEED = 1_000_003
-"""Added to the seed for the draws of the final probability, which the search has not seen."""
 
 
 @dataclass
@@ -97,14 +94,6 @@ def fingerprint(study: Study) -> str:
     return hashlib.sha256(b"\0".join(seen)).hexdigest()
 
 
-def sampler_of(study: Study, plan: Plan) -> Sampler:
-    """Draws of a study's uncertainty for a combination of choices."""
-    table = plan.tables[0]
-    springs = pj.layout(table).spring_numbers
-    alloy = load_calibration(plan.alloy or named_table(table, "alloy"), "alloy") if springs else None
-    return Sampler(study.uncertainty, alloy, material_of(plan, 0), table.values())
-
-
 def _solve_choice(study: Study, choice: Choice, number: int, log: Log, said: Callable[[str], object]) -> dict:
     """The nominal solution of a combination of choices, and the one under uncertainty."""
     plan = plan_of(choice.design, choice.alloy, choice.material)
@@ -158,7 +147,7 @@ def _search(
     first = evaluate(starts)
     good = [one for one in first if one.finite]
     if not good:
-        raise InputError(f"{study.path}: {_why_nothing(model, first[0], choice.words(study))}")
+        raise InputError(f"{study.path}: {why_nothing(model, first[0], choice.words(study))}")
     count = len(study.objectives)
     sizes = np.array([max(abs(float(np.median([o.values[j] for o in good]))), 1e-12) for j in range(count)])
     total = good[0].values.size
@@ -204,23 +193,6 @@ def _knee(outcomes: list[Outcome], count: int) -> int:
     return int(np.argmin(np.linalg.norm(away, axis=1)))
 
 
-def _why_nothing(model: Model, first: Evaluation, words: str) -> str:
-    """Reason in words why no start could be evaluated."""
-    names = [o.name for o in model.study.objectives]
-    whom = f" of {words}" if words else ""
-    bad = [n for n, v in zip(names, first.values, strict=False) if not np.isfinite(v)]
-    _, states = model.solve_states(first.place)
-    for name, solved in zip(model.states.names, states, strict=True):
-        for k, segment in enumerate(solved.segments, 1):
-            if not bool(segment.converged):
-                sentence = pj.Status(int(segment.status)).sentence
-                where = f"state {name!r}, segment {k}: {sentence}"
-                return f"no start{whom} has an equilibrium in all states; {where}"
-    what = f"objective {bad[0]!r}" if bad else "a constraint or a derivative"
-    count = model.study.starts
-    return f"{what} is not a number at any of the {count} starts{whom}; check its function and bounds"
-
-
 def _design(solved: _Solved, outcome: Outcome) -> Design:
     model, one = solved.evaluate.model, outcome.evaluation
     return design_at(model, solved.choice, one, solved.problem)
@@ -240,7 +212,9 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
     ways = [one[key] for one in solved]
     able = [w for w in ways if w.ideal.kept]
     if not able:
-        raise InputError(f"{study.path}: {_why_infeasible(ways[0], study)}")
+        first = ways[0]
+        words = why_infeasible(first.problem, first.outcomes, first.evaluate)
+        raise InputError(f"{study.path}: {words}")
     # by one size for all, since every combination scales its own objective
     best = min(able, key=lambda w: (not w.rounded, float(w.final.evaluation.values[0])))
     model = best.evaluate.model
@@ -252,7 +226,9 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
     chances = {}
     if study.uncertainty is not None:
         progress("fresh draws")
-        chances = _chances(study, best, solved[ways.index(best)]["nominal"], base)
+        places = _to_compare(best, solved[ways.index(best)]["nominal"], base)
+        chances = chances_of(model, places)
+        notes += notes_on_draws(study, model.plan)
     return DesignResult(
         study=study,
         model=model,
@@ -275,6 +251,14 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
     )
 
 
+def _to_compare(robust: _Solved, nominal: _Solved, base: Design | None) -> dict[str, np.ndarray]:
+    """Places of the designs whose failures are counted, by name."""
+    found = {"robust design": robust.final.evaluation.place}
+    if nominal.ideal.kept:
+        found["nominal design"] = nominal.final.evaluation.place
+    return found | ({} if base is None else {"design of the tables": base.evaluation.place})
+
+
 def _base_design(best: _Solved) -> Design | None:
     place = base_place(best.evaluate.model)
     if place is None or np.any(place < -1e-9) or np.any(place > 1.0 + 1e-9):
@@ -291,72 +275,3 @@ def _front(best: _Solved) -> Front:
     designs = tuple(_design(best, o) for o, _ in best.pairs)
     made = best.made is not None or not any(f.discrete for f in best.evaluate.model.space.free)
     return Front(designs, share, tuple(float(s * r) for s, r in zip(signs, reference, strict=True)), made)
-
-
-def _chances(study: Study, robust: _Solved, nominal: _Solved, base: Design | None) -> dict[str, Chance]:
-    """Failures of the robust and the nominal design on the same fresh draws."""
-    model = robust.evaluate.model
-    fresh = sampler_of(study, model.plan).draw(
-        study.uncertainty.fresh, study.seed + FRESH_SEED, spread_out=False
-    )
-    whom = {"robust design": robust.final.evaluation.place}
-    if nominal.ideal.kept:
-        whom["nominal design"] = nominal.final.evaluation.place
-    if base is not None:
-        whom["design of the tables"] = base.evaluation.place
-    return {name: chance_of(model, place, fresh) for name, place in whom.items()}
-
-
-def chance_of(model: Model, place: np.ndarray, fresh: Draws) -> Chance:
-    """Failures of a design under given draws."""
-    values, margins = model.spread(place, fresh)
-    owners = np.array([row.constraint for row in model.rows], dtype=int)
-    lost = ~np.all(np.isfinite(margins), axis=1) | ~np.all(np.isfinite(values), axis=1)
-    bad = [lost | np.any(margins[:, owners == k] > 0.0, axis=1) for k in range(len(model.study.constraints))]
-    failed = np.any(np.stack(bad), axis=0) if bad else lost
-    first = model.study.objectives[0]
-    return Chance(
-        draws=fresh.count,
-        failures=int(failed.sum()),
-        interval=interval(int(failed.sum()), fresh.count),
-        by_constraint=tuple(int((b & ~lost).sum()) for b in bad),
-        lost=int(lost.sum()),
-        values=first.sign * values[~lost, 0],
-    )
-
-
-def _why_infeasible(way: _Solved, study: Study) -> str:
-    """Constraints that contradict each other, in words."""
-    model = way.evaluate.model
-    owners = np.array([row.constraint for row in model.groups], dtype=int)
-    finite = [o.evaluation.place for o in way.outcomes if o.evaluation is not None]
-    found = contradiction(way.problem, owners, finite, way.evaluate)
-    if found is None:
-        return "no start keeps all constraints, but none contradict each other: raise `starts`"
-    kept, missed = found
-    names = [f"{study.constraints[k].name!r} ({limit_words(study, k)})" for k in kept]
-    if len(names) == 1:
-        return (
-            f"no design within the bounds keeps constraint {names[0]}: "
-            f"it is missed by at least {missed:.2g} of its limit"
-        )
-    return (
-        f"constraints {' and '.join(names)} contradict each other within the bounds: the worst of "
-        "them is missed "
-        f"by at least {missed:.2g} of its limit"
-    )
-
-
-def limit_words(study: Study, k: int) -> str:
-    """Limit of a constraint in its unit."""
-    one = study.constraints[k]
-    end = "at most" if one.most else "at least"
-    value = (
-        "what was tested"
-        if one.limit is None
-        else f"{from_si(one.limit, one.unit):.6g} {one.unit}".removesuffix(" 1")
-    )
-    return f"{one.quantity} {end} {value}"
-
-
-__all__ = ["NOMINAL", "chance_of", "fingerprint", "limit_words", "run_study", "sampler_of"]

@@ -82,6 +82,21 @@ class Sweep:
 
 
 @dataclass(frozen=True)
+class Pose:
+    """Where the tip is to be in a state.
+
+    Attributes:
+        state: name of the state.
+        tip: place in the frame of the base [m].
+        direction: unit vector along the tip; None if any will do.
+    """
+
+    state: str
+    tip: tuple[float, float, float]
+    direction: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
 class Objective:
     """One thing that is wanted.
 
@@ -89,8 +104,9 @@ class Objective:
         name: name of the objective.
         quantity: key of `quantities.QUANTITIES`, `workspace_area`, `stiffness_range` or `function`.
         goal: `maximise`, `minimise` or `target`.
-        states: names of the states it looks at.
-        target: target value for the goal `target` and for `tip_miss` [SI].
+        states: names of the states it looks at; of several, a quantity's mean counts.
+        target: target value for the goal `target` [SI].
+        poses: poses of `tip_miss`, one for each of the states.
         sweep: ranges of `workspace_area`.
         segment: segment whose quantity is meant, from 1.
         file, function: file and name of a user's function.
@@ -102,6 +118,7 @@ class Objective:
     goal: str
     states: tuple[str, ...]
     target: tuple[float, ...] = ()
+    poses: tuple[Pose, ...] = ()
     sweep: Sweep | None = None
     segment: int = 1
     file: Path | None = None
@@ -161,6 +178,8 @@ class Uncertainty:
     Attributes:
         tolerances: tolerances of dimensions.
         posterior: `posterior.nc` that `pneusma posterior` wrote, or None.
+        fresh_posterior: the same of another run of the sampler, from which the fresh draws come; None to take
+            them from `posterior`, too.
         specimen: number of the specimen whose posterior counts, where it is of several; else None.
         priors: kinds of tables (`alloy`, `silicone`) whose own priors count.
         objective: `mean`, `mean_plus_sigma`, `cvar` or `failure`.
@@ -172,6 +191,7 @@ class Uncertainty:
 
     tolerances: tuple[Tolerance, ...] = ()
     posterior: Path | None = None
+    fresh_posterior: Path | None = None
     specimen: int | None = None
     priors: tuple[str, ...] = ()
     objective: str = "mean"

@@ -4,26 +4,21 @@ The draws of a search are the same for every design (common random numbers). So 
 dimensions and not by luck. The final probability of failure comes from draws that the search has not seen.
 """
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from fitting.data import hdf5
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.calibration.records import Prior
-from pneusma_jax.errors import InputError
 from pneusma_jax.late import Late
-from pneusma_jax.nitinol import Alloy
-from pneusma_jax.units import TEMPERATURE_DIFFERENCE, UNITS, to_si
 
+from .posterior_file import SPRINGS, posterior_draws
 from .study import Tolerance, Uncertainty
 
 stats = Late("scipy.stats")
@@ -69,6 +64,9 @@ class Sampler:
         alloy, silicone: tables whose priors may count; None where there is none.
         dimensions: nominal dimensions of the design [SI], by name.
 
+    Attributes:
+        left_out: parameters of the posterior that are none of the design.
+
     Raises:
         InputError: if a posterior cannot be read, or has nothing that the model knows.
     """
@@ -84,11 +82,13 @@ class Sampler:
         self.alloy: dict[str, Prior] = {}
         self.stiffness: Prior | None = None
         if "alloy" in given.priors and alloy is not None:
-            self.alloy = {n: q.prior for n, q in alloy.quantities.items() if q.prior and n in _SPRINGS}
+            self.alloy = {n: q.prior for n, q in alloy.quantities.items() if q.prior and n in SPRINGS}
         if "silicone" in given.priors:
             found = silicone.quantities.get("silicone_stiffness")
             self.stiffness = found.prior if found else None
-        self.posterior = posterior_draws(given.posterior, given.specimen) if given.posterior else {}
+        self.posterior, self.left_out = {}, ()
+        if given.posterior:
+            self.posterior, self.left_out = posterior_draws(given.posterior, given.specimen)
 
     @property
     def names(self) -> list[str]:
@@ -141,57 +141,6 @@ def _spread(tolerance: Tolerance, even: np.ndarray) -> np.ndarray:
 def _from_prior(prior: Prior, even: np.ndarray) -> np.ndarray:
     low, high = (prior.min - prior.mean) / prior.sd, (prior.max - prior.mean) / prior.sd
     return prior.mean + prior.sd * stats.truncnorm.ppf(even, low, high)
-
-
-def posterior_draws(path: Path, specimen: int | None = None) -> dict[str, np.ndarray]:
-    """Draws of a `posterior.nc` that the model knows, by name [SI], shape (draws,).
-
-    Args:
-        path: file.
-        specimen: number of the specimen whose own constants count, where the posterior is of several.
-
-    Raises:
-        InputError: if the file cannot be read, has nothing that the model knows, or is of several specimens
-            and none or an unknown one is named.
-    """
-    try:
-        with hdf5.opened(path, str(path), "the `posterior.nc` of `pneusma posterior`") as file:
-            group = file["posterior"]
-            found = {
-                n: (np.ravel(d[()]), d.attrs.get("unit", "1")) for n, d in group.items() if np.ndim(d) == 2
-            }
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
-    numbers = sorted({int(n.partition("__")[2]) for n in found if n.partition("__")[2].isdigit()})
-    if len(numbers) > 1 and specimen is None:
-        raise InputError(f"{path}: it is of several specimens: add posterior_specimen = {numbers[0]}")
-    if specimen is not None and specimen not in numbers:
-        raise InputError(
-            f"{path}: posterior_specimen is {specimen}, known: {', '.join(map(str, numbers)) or 'none'}"
-        )
-    known: dict[str, np.ndarray] = {}
-    for name, (values, unit) in found.items():
-        plain, _, own = name.rpartition(".")[2].partition("__")
-        if specimen is not None and own not in ("", str(specimen)):
-            continue
-        plain = plain if plain in _KNOWN else plain.rpartition("_")[0]
-        if plain in known:
-            raise InputError(f"{path}: {plain} is there more than once")
-        if plain in _KNOWN and unit in UNITS:
-            known[plain] = to_si(values, unit, _KNOWN[plain] == TEMPERATURE_DIFFERENCE)
-    if not known:
-        raise InputError(
-            f"{path}: none of its parameters ({', '.join(found)}) is one of alloy, silicone or design"
-        )
-    return known
-
-
-_SPRINGS = {field.name for field in dataclasses.fields(Alloy)}
-_KNOWN = (
-    {name: dimension for name, dimension in QUANTITIES["alloy"].items() if name in _SPRINGS}
-    | {"silicone_stiffness": "number"}
-    | QUANTITIES["actuator"]
-)
 
 
 def reduced(values: Array, measure: str, k: float, level: float) -> Array:

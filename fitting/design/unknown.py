@@ -14,8 +14,8 @@ from .bodies import Plan
 from .study import Tolerance, Uncertainty
 
 KEYS = (
-    "objective", "constraints", "k", "level", "draws", "fresh_draws", "posterior", "posterior_specimen",
-    "priors", "tolerance",
+    "objective", "constraints", "k", "level", "draws", "fresh_draws", "posterior", "fresh_posterior",
+    "posterior_specimen", "priors", "tolerance",
 )  # fmt: skip
 OBJECTIVE = ("mean", "mean_plus_sigma", "cvar")
 CONSTRAINTS = ("mean", "cvar", "counted")
@@ -42,15 +42,24 @@ def read_uncertainty(table: Any, plans: Sequence[Plan], path: Path) -> Uncertain
     specimen = None
     if "posterior_specimen" in table:
         specimen = fields.whole(table, "posterior_specimen", 1, 1, 10_000, where)
-        if "posterior" not in table:
-            raise InputError(f"{where}: posterior_specimen needs a posterior")
+    for key in ("posterior_specimen", "fresh_posterior"):
+        if key in table and "posterior" not in table:
+            raise InputError(f"{where}: {key} needs a posterior")
+    objective = fields.word(table, "objective", OBJECTIVE, where, "mean")
+    constraints = fields.word(table, "constraints", CONSTRAINTS, where, "cvar")
+    if "k" in table and objective != "mean_plus_sigma":
+        raise InputError(f"{where}: 'k' has no meaning; it is that of objective = \"mean_plus_sigma\"")
+    if "level" in table and "cvar" not in (objective, constraints):
+        raise InputError(f"{where}: 'level' has no meaning; it is that of \"cvar\", and nothing has it")
+    file = lambda key: fields.file_of(table, key, path.parent, where) if key in table else None  # noqa: E731
     return Uncertainty(
         tolerances=_tolerances(table.get("tolerance", {}), plans, where),
-        posterior=fields.file_of(table, "posterior", path.parent, where) if "posterior" in table else None,
+        posterior=file("posterior"),
+        fresh_posterior=file("fresh_posterior"),
         specimen=specimen,
         priors=priors,
-        objective=fields.word(table, "objective", OBJECTIVE, where, "mean"),
-        constraints=fields.word(table, "constraints", CONSTRAINTS, where, "cvar"),
+        objective=objective,
+        constraints=constraints,
         k=k,
         level=fields.share(table, "level", 0.95, where),
         draws=fields.whole(table, "draws", 64, 2, 4096, where),

@@ -1,5 +1,6 @@
 """The tables `[objective.NAME]` and `[constraint.NAME]` of a study."""
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,9 @@ from pneusma_jax.units import UNITS, to_si
 
 from . import fields
 from .bodies import Plan, build_body
-from .quantities import QUANTITIES, ROUND_ONLY
+from .quantities import QUANTITIES, ROUND_ONLY, STILL
 from .states import PRESSURES
-from .study import Constraint, Objective, State, Sweep
+from .study import Constraint, Objective, Pose, State, Sweep
 from .workspace import edge_states
 
 MORE = {
@@ -28,6 +29,7 @@ MORE = {
 GOALS = ("maximise", "minimise", "target")
 MOST_OBJECTIVES = 3
 _OBJECTIVE = ("quantity", "goal", "state", "states", "target", "segment")
+_POSE = ("state", "target", "direction")
 _SWEEP = ("pressure", "xi0_min", "points")
 _FUNCTION = ("file", "function", "unit")
 _CONSTRAINT = ("quantity", "at_most", "at_least", "states", "segment")
@@ -60,15 +62,19 @@ def _objective(
     where = f"{path}: [objective.{name}]"
     quantity = fields.word(entry, "quantity", [*QUANTITIES, *MORE], where)
     extra = _SWEEP if quantity == "workspace_area" else _FUNCTION if quantity == "function" else ()
-    check_keys(entry, (*_OBJECTIVE, *extra), where)
+    known = (*_OBJECTIVE, *extra)
+    if quantity == "tip_miss":
+        known = ("quantity", "goal", *(("poses",) if "poses" in entry else _POSE))
+    check_keys(entry, known, where)
     usual = {"tip_miss": "minimise", "failure_probability": "minimise"}.get(quantity)
     goal = fields.word(entry, "goal", GOALS, where, usual)
     if usual and goal != usual:
         raise InputError(f"{where}: goal of a {quantity} must be {usual!r}")
     dimension, unit = _dimension(quantity, entry, where)
     target: tuple[float, ...] = ()
+    poses: tuple[Pose, ...] = ()
     if quantity == "tip_miss":
-        target, unit = _place(entry.get("target"), f"{where}: target")
+        poses, unit = _poses(entry, states, where)
     elif goal == "target":
         value, unit = fields.quantity(entry.get("target"), dimension, f"{where}: target")
         if value == 0.0:
@@ -82,10 +88,11 @@ def _objective(
         name=name,
         quantity=quantity,
         goal=goal,
-        states=_states(quantity, entry, states, where),
+        states=tuple(p.state for p in poses) or _states(quantity, entry, states, where),
         target=target,
+        poses=poses,
         sweep=_sweep(entry, plans, where) if quantity == "workspace_area" else None,
-        segment=_segment(entry, plans, where) or 1,
+        segment=_segment(entry, quantity, plans, where) or 1,
         file=fields.code_of(entry, path.parent, where) if quantity == "function" else None,
         function=str(entry.get("function", name)),
         unit=unit,
@@ -101,6 +108,44 @@ def _dimension(quantity: str, entry: fields.Table, where: str) -> tuple[str, str
     if quantity in MORE:
         return MORE[quantity]
     return QUANTITIES[quantity].dimension, QUANTITIES[quantity].unit
+
+
+def _poses(entry: fields.Table, states: Mapping[str, State], where: str) -> tuple[tuple[Pose, ...], str]:
+    """The poses of a `tip_miss`: one in the table itself, or a list of them; and the unit of the first."""
+    tables = entry.get("poses", [{key: entry[key] for key in _POSE if key in entry}])
+    if not isinstance(tables, list) or not tables:
+        raise InputError(f"{where}: poses must be a list of tables with {', '.join(_POSE)}")
+    found, units = [], []
+    for number, table in enumerate(tables, 1):
+        at = f"{where}: pose {number}" if "poses" in entry else where
+        table = fields.table_of(table, at)
+        check_keys(table, _POSE, at)
+        if "state" not in table:
+            raise InputError(f"{at}: 'state' is missing: in which state is it wanted?")
+        names = fields.names_of(table["state"], f"{at}: state")
+        if len(names) > 1:
+            raise InputError(f"{at}: state names several; a pose is that of one, and 'poses' lists several")
+        _check_states(names, states, at)
+        tip, unit = _place(table.get("target"), f"{at}: target")
+        found.append(
+            Pose(names[0], tip, _direction(table["direction"], at) if "direction" in table else None)
+        )
+        units.append(unit)
+    twice = {p.state for p in found if sum(q.state == p.state for q in found) > 1}
+    if twice:
+        raise InputError(f"{where}: poses name state {min(twice)!r} twice; a state has one tip")
+    return tuple(found), units[0]
+
+
+def _direction(value: Any, where: str) -> tuple[float, ...]:
+    """A unit vector of three numbers of any length."""
+    if not isinstance(value, list) or len(value) != 3:
+        raise InputError(f"{where}: direction must be three numbers [x, y, z], but it is {value!r}")
+    numbers = [finite_number(x, f"{where}: direction") for x in value]
+    length = math.hypot(*numbers)
+    if length == 0.0:
+        raise InputError(f"{where}: direction has no length")
+    return tuple(x / length for x in numbers)
 
 
 def _place(value: Any, where: str) -> tuple[tuple[float, ...], str]:
@@ -119,15 +164,20 @@ def _states(quantity: str, entry: fields.Table, states: Mapping[str, State], whe
             raise InputError(f"{where}: a {quantity} names no state")
         return ()
     if quantity == "stiffness_range":
+        if "state" in entry:
+            raise InputError(f"{where}: 'state' has no meaning; a stiffness_range needs two 'states'")
         names = fields.names_of(entry.get("states"), f"{where}: states")
         if len(names) != 2:
             raise InputError(f"{where}: states must be two, the soft and the stiff one")
-    elif "states" in entry:
-        raise InputError(f'{where}: an objective looks at one state; write state = ".."')
     else:
-        if "state" not in entry:
+        given = [key for key in ("state", "states") if key in entry]
+        if len(given) > 1:
+            raise InputError(f"{where}: 'state' and 'states' are both given; name one or the other")
+        if not given:
             raise InputError(f"{where}: 'state' is missing: in which state is it wanted?")
-        names = fields.names_of(entry["state"], f"{where}: state")
+        names = fields.names_of(entry[given[0]], f"{where}: {given[0]}")
+        if given[0] == "state" and len(names) > 1:
+            raise InputError(f"{where}: state names several; the mean over them is that of 'states'")
     _check_states(names, states, where)
     return names
 
@@ -154,9 +204,14 @@ def _sweep(entry: fields.Table, plans: Sequence[Plan], where: str) -> Sweep:
     return sweep
 
 
-def _segment(entry: fields.Table, plans: Sequence[Plan], where: str) -> int:
-    most = min(len(plan.tables) for plan in plans)
-    return fields.whole(entry, "segment", 1, 1, most, where) if "segment" in entry else 0
+def _segment(entry: fields.Table, quantity: str, plans: Sequence[Plan], where: str) -> int:
+    """The segment that a table names, from 1; 0 if it names none."""
+    if "segment" not in entry:
+        return 0
+    of_whole = quantity not in QUANTITIES or QUANTITIES[quantity].whole
+    if of_whole and quantity != "stiffness_range":
+        raise InputError(f"{where}: 'segment' has no meaning, since a {quantity} is not that of one segment")
+    return fields.whole(entry, "segment", 1, 1, min(len(plan.tables) for plan in plans), where)
 
 
 def _check_plans(quantity: str, plans: Sequence[Plan], where: str) -> None:
@@ -201,6 +256,9 @@ def _constraint(
         raise InputError(f"{where}: a limit is missing: 'at_most' or 'at_least'")
     if not users:
         _check_plans(quantity, plans, where)
+    if "states" in entry and (users or quantity in STILL):
+        why = "a function gets all states" if users else f"{quantity} is the same in every state"
+        raise InputError(f"{where}: 'states' has no meaning, since {why}")
     names = fields.names_of(entry["states"], f"{where}: states") if "states" in entry else ()
     _check_states(names, states, where)
     values, found = {}, []
@@ -214,7 +272,7 @@ def _constraint(
                 most=key == "at_most",
                 limit=limit,
                 states=names,
-                segment=_segment(entry, plans, where),
+                segment=_segment(entry, quantity, plans, where),
                 file=fields.code_of(entry, path.parent, where) if users else None,
                 function=str(entry.get("function", name)),
                 unit=own or unit,

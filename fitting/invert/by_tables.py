@@ -9,7 +9,7 @@ import numpy as np
 from fitting.design.bodies import Body
 
 from .atlas import Atlas, goal_values
-from .forward import fresh, in_parallel, lots_of, made_once, states_of
+from .forward import fresh, in_parallel, made_once, states_of
 from .goals import sizes
 from .search import LAST_WEIGHT, MOST_STEPS, WEIGHT, Box, Found, search_tables
 from .tables import Table, table_of
@@ -97,7 +97,7 @@ class ByTables:
     ) -> Found:
         last = jnp.asarray(weight), jnp.asarray(most)
         work = lambda row: search_tables(self.body, self.tables, goals, self.box, *row, *last)  # noqa: E731
-        return in_parallel(work, *lots_of((wanted, places), FEW, LOT))
+        return in_parallel(work, (wanted, places), FEW, LOT)
 
 
 def _exactly(found: Found, values: np.ndarray, wanted: np.ndarray, scale: np.ndarray) -> Found:

@@ -1,24 +1,44 @@
 """CSV files of targets and lumens: rows, and numbers that name their place when they are none."""
 
 import csv
-from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from pneusma_jax.errors import InputError
 
 
-def records(path: Path, reader: Callable[[Iterable[str]], Iterable[Any]] = csv.reader) -> list[Any]:
-    """Every row of a file, as a reader of the standard library gives it.
+def columns_of(path: Path) -> dict[str, np.ndarray]:
+    """Columns of numbers by the names of their header; lines that are all blank are left out.
 
     Raises:
-        InputError: if the file cannot be read, or is no text.
+        InputError: one line with file, row and column: if the file cannot be read or is no text, a name is
+            there twice or missing, a row is longer than the header, or a field is no finite number.
     """
+    rows = [(k, row) for k, row in enumerate(_rows(path), 1) if any(field.strip() for field in row)]
+    if not rows:
+        return {}
+    header = [name.strip() for name in rows[0][1]]
+    for name in header:
+        if not name:
+            raise InputError(f"{path}: a column of the header has no name")
+        if header.count(name) > 1:
+            raise InputError(f"{path}: column {name} is there twice")
+    for line, row in rows[1:]:
+        if len(row) > len(header):
+            raise InputError(f"{path}: row {line} has {len(row)} fields, but the header has {len(header)}")
+    return {
+        name: np.array(
+            [number(row[k] if k < len(row) else "", f"{path}: row {n}, column {name}") for n, row in rows[1:]]
+        )
+        for k, name in enumerate(header)
+    }
+
+
+def _rows(path: Path) -> list[list[str]]:
     try:
-        with open(path, newline="", encoding="utf-8") as file:
-            return list(reader(file))
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            return list(csv.reader(file))
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({(error.strerror or str(error)).lower()})") from None
     except UnicodeDecodeError:

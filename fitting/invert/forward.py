@@ -17,6 +17,7 @@ from pneusma_jax.actuator.result import Validity, equilibrium_of
 from pneusma_jax.actuator.root_find import attached, newton
 from pneusma_jax.nitinol import SpringState
 from pneusma_jax.nitinol.spring import SpringResponse
+from pneusma_jax.numerics.rows import filled, first_rows, joined, lots
 from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.kinematics import arc_frame
 from pneusma_jax.serial_chain.segments import ChainEquilibrium, chain_shape
@@ -152,14 +153,7 @@ def padded(tree: tuple) -> tuple[tuple, int]:
     """Arrays filled up to a power of two of rows with the last one, so that few programs serve all numbers of
     rows; their number."""
     size = jax.tree.leaves(tree)[0].shape[0]
-    more = max(FEW, 1 << max(size - 1, 0).bit_length()) - size
-    fill = lambda x: np.concatenate([x, np.broadcast_to(np.asarray(x)[-1:], (more, *x.shape[1:]))])  # noqa: E731
-    return jax.tree.map(fill, tree), size
-
-
-def first_rows(tree: tuple, size: int) -> tuple:
-    """The first rows of arrays, as arrays of NumPy."""
-    return jax.tree.map(lambda x: np.asarray(x)[:size], tree)
+    return filled(tree, max(FEW, 1 << max(size - 1, 0).bit_length())), size
 
 
 _placed = eqx.filter_jit(chain_shape)
@@ -167,28 +161,20 @@ _placed = eqx.filter_jit(chain_shape)
 
 def _in_lots(body: Body, pressure: Array, fractions: Array, memories: Memories) -> tuple:
     """States in lots of `FEW` or `LOT` rows, so that two programs serve all numbers of rows."""
-    lots = lots_of((np.asarray(pressure), np.asarray(fractions)), FEW, LOT)
-    return in_parallel(lambda row: _lot(body, *row, memories), *lots)
+    rows = np.asarray(pressure), np.asarray(fractions)
+    return in_parallel(lambda row: _lot(body, *row, memories), rows, FEW, LOT)
 
 
-def lots_of(rows: tuple, few: int, many: int) -> tuple[list[tuple], int]:
-    """Rows in lots of one of two sizes, the last one filled up with its last row; the number of rows."""
-    count = len(rows[0])
-    lot, lots = (few if count <= few else many), []
-    for first in range(0, count, lot):
-        some = [x[first : first + lot] for x in rows]
-        lots.append(tuple(np.concatenate([x, np.repeat(x[-1:], lot - len(x), axis=0)]) for x in some))
-    return lots, count
-
-
-def in_parallel(work: Callable, lots: list[tuple], count: int) -> tuple:
-    """Results of all lots joined, one thread for each core; the order is that of the lots.
+def in_parallel(work: Callable, rows: tuple, few: int, many: int) -> tuple:
+    """Results of all rows, in lots of one of two sizes, one thread for each core; the order is that of the
+    rows.
 
     The first lot goes alone, so that its program is compiled once.
     """
+    count = len(rows[0])
+    cut = lots(rows, few if count <= few else many)
     done = lambda row: jax.tree.map(np.asarray, work(row))  # noqa: E731
-    found = [done(lots[0]), *run_parallel(done, lots[1:])]
-    return jax.tree.map(lambda *parts: np.concatenate(parts)[:count], *found)
+    return joined([done(cut[0]), *run_parallel(done, cut[1:])], count)
 
 
 @stored_jit(pj.Equilibrium, Validity, SpringResponse, ChainEquilibrium, ChainShape)

@@ -1,6 +1,5 @@
 """A lumen: the centre line of a tube with its diameter, read from a CSV, and distances from it."""
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,9 +9,9 @@ import numpy as np
 from jaxtyping import Array
 
 from pneusma_jax.errors import InputError
-from pneusma_jax.units import to_si, unit_of_column
+from pneusma_jax.units import UNITS, to_si, unit_of_column
 
-from .csv_file import number, records
+from .csv_file import columns_of
 
 
 @dataclass(frozen=True)
@@ -47,25 +46,38 @@ def read_lumen(path: str | Path) -> Lumen:
         InputError: one line with file, row and column.
     """
     path = Path(path)
-    rows = records(path, csv.DictReader)
-    if len(rows) < 2:
-        raise InputError(f"{path}: a centre line needs at least two points")
-    columns = {}
-    for wanted in ("x", "y", "z", "diameter"):
-        named = [n for n in rows[0] if n and n.rpartition("_")[0] == wanted]
+    given, columns = columns_of(path), {}
+    for wanted in COLUMNS:
+        named = [n for n in given if n.rpartition("_")[0] == wanted]
         if not named:
             raise InputError(f"{path}: column {wanted}_mm is missing")
+        if len(named) > 1:
+            raise InputError(f"{path}: columns {' and '.join(named)} say the same; leave one out")
         _, unit = unit_of_column(named[0])
-        columns[wanted] = [
-            to_si(number(row[named[0]], f"{path}: row {k}, column {named[0]}"), unit)
-            for k, row in enumerate(rows, 2)
-        ]
+        if UNITS[unit].dimension != "length":
+            raise InputError(f"{path}: column {named[0]} is no length; {wanted}_mm is one")
+        columns[wanted] = to_si(given.pop(named[0]), unit)
+    if given:
+        known = ", ".join(f"{n}_mm" for n in COLUMNS)
+        raise InputError(f"{path}: unknown column {next(iter(given))!r}; a lumen has {known}")
     points = np.column_stack([columns[n] for n in "xyz"])
+    if len(points) < 2:
+        raise InputError(f"{path}: a centre line needs at least two points")
     if np.any(np.linalg.norm(np.diff(points, axis=0), axis=1) <= 0.0):
         raise InputError(f"{path}: two points of the centre line that follow each other are the same")
-    if np.any(np.array(columns["diameter"]) <= 0.0):
+    if np.any(columns["diameter"] <= 0.0):
         raise InputError(f"{path}: every diameter must be positive")
-    return Lumen(path.stem, points, np.array(columns["diameter"]))
+    if np.linalg.norm(points[0]) > 0.5 * columns["diameter"][0]:
+        place = ", ".join(f"{1e3 * x:g}" for x in points[0])
+        raise InputError(
+            f"{path}: the chain begins at 0, 0, 0, but the lumen at {place} mm, which is out of its reach: "
+            "give the points in the frame of the chain's base, z along the straight chain"
+        )
+    return Lumen(path.stem, points, columns["diameter"])
+
+
+COLUMNS = ("x", "y", "z", "diameter")
+"""Columns of a lumen, without their unit."""
 
 
 def distances(points: Array, lumen: tuple[Array, Array]) -> tuple[Array, Array]:

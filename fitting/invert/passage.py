@@ -15,6 +15,8 @@ from fitting.design.optimise import ALLOWED, Ends, Outcome, Problem, best_of, op
 from fitting.design.quantities import QUANTITIES
 from fitting.inference.results import Result
 from pneusma_jax.late import Late
+from pneusma_jax.numerics.rows import filled
+from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.segments import chain_shape
 
 from .forward import Memories, first_guess, fresh, state_of
@@ -131,7 +133,7 @@ def _numbers(task: _Task, place: Array) -> Array:
     )
 
 
-@eqx.filter_jit
+@stored_jit()
 def _evaluated(task: _Task, places: Array) -> tuple[Array, Array]:
     """The numbers and their exact derivatives; one program for all lumens of as many points."""
 
@@ -149,8 +151,8 @@ class _Numbers:
     task: _Task
 
     def __call__(self, places: list[np.ndarray]) -> list[Evaluation]:
-        filled = np.stack([*places, *[places[-1]] * (-len(places) % STARTS)])
-        found = [np.asarray(x) for x in _evaluated(self.task, jnp.asarray(filled))]
+        size = -(-len(places) // STARTS) * STARTS
+        found = [np.asarray(x) for x in _evaluated(self.task, jnp.asarray(filled(np.stack(places), size)))]
         return [Evaluation(np.array(p), found[0][k], found[1][k]) for k, p in enumerate(places)]
 
 
@@ -242,7 +244,7 @@ def _starts(inverse: Inverse, line: tuple[Array, Array], count: int) -> list[np.
     return [*(np.clip(p, 0.0, 1.0) for p in places), *even]
 
 
-@eqx.filter_jit
+@stored_jit()
 def _offsets(body: Body, line: tuple[Array, Array], states: tuple) -> Array:
     """Mean square distance of states from a line, and what the tip lacks to its end, as in `_numbers` [1]."""
     radius = jnp.max(jnp.stack([s.section.radius for s in body.segments]))

@@ -13,11 +13,12 @@ from fitting.design.bodies import Body, Solved, build_body, plan_of
 from fitting.design.quantities import AMBIENT, temperature
 from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
+from pneusma_jax.numerics.rows import first_rows, joined, lots
 from pneusma_jax.units import from_si
 
 from .atlas import Atlas, atlas_of, goal_values
 from .by_tables import ByTables, tables_of
-from .forward import Memories, first_rows, fresh, padded, springs_of, states_of
+from .forward import Memories, fresh, padded, springs_of, states_of
 from .goals import GOALS, misses
 from .search import MOST_STEPS, Box, Found, drives_of, places_of, search_all
 
@@ -210,16 +211,12 @@ class Inverse:
         lot, memories = FEW if flat.size <= FEW else LOT, fresh(self.body)
         boxes = jax.tree.map(lambda x: jnp.broadcast_to(x, (lot, *x.shape)), box)
         found = []
-        for first in range(0, flat.size, lot):
-            some = [x[first : first + lot] for x in rows]
-            full = [np.concatenate([x, np.repeat(x[-1:], lot - len(x), axis=0)]) for x in some]
-            begin, guess = jnp.asarray(full[1]), jnp.asarray(full[2])
-            ended = search_all(
-                self.body, goals, boxes, jnp.asarray(full[0]), begin, memories, guess, jnp.asarray(most)
-            )
-            found.append(jax.tree.map(lambda x, n=len(some[0]): np.asarray(x)[:n], ended))
-        joined = jax.tree.map(lambda *parts: np.concatenate(parts), *found)
-        return jax.tree.map(lambda x: x.reshape(targets, starts, *x.shape[1:]), joined)
+        for part in lots(rows, lot):
+            aims, begin, guess = map(jnp.asarray, part)
+            ended = search_all(self.body, goals, boxes, aims, begin, memories, guess, jnp.asarray(most))
+            found.append(jax.tree.map(np.asarray, ended))
+        whole = joined(found, flat.size)
+        return jax.tree.map(lambda x: x.reshape(targets, starts, *x.shape[1:]), whole)
 
     def _exact(self, goals: tuple[str, ...], wanted: np.ndarray, found: Found) -> Found:
         """Ends of searches on the exact model, arrays of shape (targets, ...) or (targets, starts, ...)."""

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.units import to_si, unit_of_column
+from pneusma_jax.units import UNITS, to_si, unit_of_column
 
-from .csv_file import number, records
+from .csv_file import columns_of
 from .goals import GOALS
 
 
@@ -34,18 +34,9 @@ def read_targets(path: str | Path) -> Targets:
         InputError: one line with file, row and column.
     """
     path = Path(path)
-    rows = records(path)
-    if len(rows) < 2:
+    columns = columns_of(path)
+    if not columns or not next(iter(columns.values())).size:
         raise InputError(f"{path}: there is no target: a header and at least one row are needed")
-    header, body = [name.strip() for name in rows[0]], rows[1:]
-    columns = {}
-    for k, name in enumerate(header):
-        columns[name] = np.array(
-            [
-                number(row[k] if k < len(row) else "", f"{path}: row {n}, column {name}")
-                for n, row in enumerate(body, 2)
-            ]
-        )
     return targets_of(columns, str(path))
 
 
@@ -65,7 +56,13 @@ def targets_of(columns: Mapping[str, np.ndarray], where: str) -> Targets:
         usual = stems.get(_stem(name))
         if usual is None:
             raise InputError(f"{where}: unknown column {name!r}, {nearest(name, [*known, 'time_s'])}")
+        if usual in found:
+            raise InputError(f"{where}: column {name!r} says again what another one says of {_stem(usual)}")
         unit = "1" if usual.startswith("direction") else unit_of_column(name)[1]
+        if not usual.startswith("direction"):
+            wanted = UNITS[unit_of_column(usual)[1]].dimension
+            if UNITS[unit].dimension != wanted:
+                raise InputError(f"{where}: column {name!r} is no {wanted}; {usual} is one")
         found[usual] = to_si(np.asarray(values, dtype=float), unit)
     goals = tuple(n for n, g in GOALS.items() if any(c in found for c in g.columns))
     if not goals:

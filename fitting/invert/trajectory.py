@@ -60,13 +60,14 @@ class Trajectory(Result):
         if not rows.size:
             return words
         first = rows[0]
+        targets = "1 target needs" if rows.size == 1 else f"{rows.size} targets need"
         name = min(self.inversion.misses, key=lambda n: -self.inversion.misses[n][first])
         for k in range(len(self.inversion.springs)):
             least = self.remembered[first, k]
             if least < 1.0 - 1e-3:
                 when = self.time[np.flatnonzero(self.remembered[:, k] <= least + 1e-9)[0]]
                 words.append(
-                    f"from {self.time[first]:g} s on, {rows.size} targets need what spring "
+                    f"from {self.time[first]:g} s on, {targets} what spring "
                     f"{self.inversion.spring_name(k)} lost when it was heated to a fraction of "
                     f"{least:.3g} at {when:g} s; "
                     f"{name} is missed; only stretching the spring again brings it back"

@@ -8,6 +8,8 @@ from jax.sharding import Mesh, NamedSharding
 from jax.sharding import PartitionSpec as P
 from jaxtyping import Array, Float, UInt8
 
+from pneusma_jax.numerics.rows import filled, first_rows
+
 CALL = 8192
 """Rows of one call of the compiled program. It bounds memory, and a call takes long against its start."""
 SMALLER = (64, 1024)
@@ -74,10 +76,9 @@ class Evaluator:
         self, name: str, row: Callable, x: np.ndarray, step: int, spread: bool
     ) -> tuple[np.ndarray, np.ndarray]:
         whole = self.devices * self._together * -(-step // (self.devices * self._together))
-        padded = np.concatenate([x, np.broadcast_to(x[-1:], (whole - len(x), x.shape[1]))])
-        placed = jax.device_put(padded, self._split if spread else self._mesh.devices[0])
+        placed = jax.device_put(filled(x, whole), self._split if spread else self._mesh.devices[0])
         found = self._program(name, row, spread)(placed)
-        return tuple(np.asarray(part)[: len(x)] for part in found)
+        return first_rows(tuple(found), len(x))
 
     def _program(self, name: str, row: Callable, spread: bool) -> Callable:
         """Compiled for each number of rows of a call that is asked for."""

@@ -24,6 +24,7 @@ from jaxtyping import Array, Float, PyTree
 
 from fitting.inference.parameters import Layout, Parameters
 from pneusma_jax.errors import InputError
+from pneusma_jax.numerics.rows import joined, lots
 from pneusma_jax.numerics.safe import as_array
 from pneusma_jax.precision import require_float64
 from pneusma_jax.program_cache import stored_jit
@@ -251,11 +252,7 @@ class Evaluator:
         """Log-probabilities; -inf for the impossible."""
         points = np.asarray(points, float)
         count = len(points)
-        padded = -(-count // self.block) * self.block
-        if padded != count:
-            points = np.concatenate([points, np.repeat(points[-1:], padded - count, axis=0)])
-        blocks = points.reshape(-1, self.block, points.shape[1])
-        found = np.concatenate([np.asarray(self._program(self._leaves, part)) for part in blocks])[:count]
+        found = joined([np.asarray(self._program(self._leaves, x)) for x in lots(points, self.block)], count)
         broken = np.isnan(found) | (found == np.inf)
         self.evaluations += count
         self.failures += int(broken.sum())

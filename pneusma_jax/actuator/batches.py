@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, PyTree
 
 from ..nitinol.spring import MartensiteFraction, Resistance, SpringResponse
+from ..numerics.rows import filled, first_rows
 from ..program_cache import stored_jit
 from . import Actuator
 from .balance import Problem, measured, start
@@ -148,18 +149,13 @@ def _in_chunks(rows: Rows, guess: np.ndarray, before: np.ndarray, held: np.ndarr
     whole = None
     for first in range(0, len(rows), CHUNK):
         size = min(CHUNK, len(rows) - first)
-        part = jax.tree.map(lambda x: _padded(x[first : first + size]), (rows.each, guess, before, held))  # noqa: B023
-        found = _chunk(rows.actuator, *part, np.asarray(size), np.asarray(most))
-        found = jax.tree.map(lambda x: np.asarray(x)[:size], found)  # noqa: B023
+        part = taken((rows.each, guess, before, held), slice(first, first + size))
+        found = _chunk(rows.actuator, *filled(part, CHUNK), np.asarray(size), np.asarray(most))
+        found = first_rows(found, size)
         if whole is None:
             whole = jax.tree.map(lambda x: np.empty((len(rows), *x.shape[1:]), x.dtype), found)
         jax.tree.map(lambda all_rows, some: put(all_rows, slice(first, first + size), some), whole, found)  # noqa: B023
     return whole
-
-
-def _padded(array: np.ndarray) -> np.ndarray:
-    """An array of `CHUNK` rows."""
-    return np.concatenate([array, np.repeat(array[-1:], CHUNK - len(array), axis=0)])
 
 
 def put(whole: np.ndarray, where: Any, part: np.ndarray) -> None:

@@ -4,6 +4,8 @@ One loop does all: the grid of equilibria, the rows from their starts in it, and
 method is compiled once. `batches` and `several` do the same where numbers are known.
 """
 
+from dataclasses import dataclass
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -90,55 +92,81 @@ def _at_phases(actuator: Actuator, each: tuple, common: tuple) -> Ended:
     one solves them block by block. So Newton's method is compiled once, and rows are put in order only a few
     times.
     """
-    size, every, points = len(each[0]), each, None
+    size, every, points, ends = len(each[0]), each, None, None
     if size >= WORTHWHILE and all(isinstance(a, MartensiteFraction | Temperature) for a in each[1]):
         low, high, points = grid_points(each[0], len(actuator.springs))
-        every = _after_grid(actuator, each, common, points)
+        every, ends = _after_grid(actuator, each, common, points), (low, high)
     first = 0 if points is None else len(points)
-    total, width = first + size, min(BLOCK, size)
-    places = -(-total // width) * width
-    trial = start(actuator)
-    row = jnp.arange(total) >= first
+    trial, wanted = start(actuator), jnp.arange(first + size) >= first
     possible = jax.vmap(lambda row: all_finite(Problem(actuator, *row)))(every)
+    return _Search(actuator, every, first, ends, possible, trial, wanted).ended()
 
-    def from_grid(which: Array, known: Ended) -> Array:
-        if points is None:
-            return jnp.broadcast_to(trial, (width, trial.size))
-        springs = len(actuator.springs)
-        table = jnp.where(known.good[:first, None], known.unknowns[:first], trial)
-        none = jnp.zeros((first, springs))
-        grid = as_map(low, high, table, known.good[:first], none, none)
-        return grid.at(every[0][which], jnp.stack([a.value[which] for a in every[1]])
-                       if springs else jnp.zeros((0, width))).T  # fmt: skip
 
-    def advance(carry: tuple) -> tuple:
+_GRID, _ROWS = 0, 1
+"""Stages of the outer loop; those after the second are steps of load."""
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Rows of one actuator while they are solved inside of a transformation.
+
+    Attributes:
+        actuator: the same for all rows.
+        every: pressures, activations and states; those of the grid come first.
+        first: number of rows of the grid.
+        ends: ends of the grid, as `grid_points` gives them; None without a grid.
+        possible: true for rows whose numbers are finite.
+        trial: the usual start of Newton's method.
+        wanted: true for rows that are not of the grid.
+    """
+
+    actuator: Actuator
+    every: tuple
+    first: int
+    ends: tuple | None
+    possible: Array
+    trial: Array
+    wanted: Array
+
+    @property
+    def total(self) -> int:
+        """Number of rows, those of the grid included."""
+        return len(self.every[0])
+
+    @property
+    def width(self) -> int:
+        """Number of rows that are solved side by side."""
+        return min(BLOCK, self.total - self.first)
+
+    def ended(self) -> Ended:
+        """Ends of all rows that are not of the grid."""
+        none = Ended(
+            jnp.broadcast_to(self.trial, (self.total, self.trial.size)), jnp.zeros(self.total, int),
+            *[jnp.zeros(self.total, bool)] * 2, jnp.zeros((self.total, 2)), jnp.ones(self.total),
+        )  # fmt: skip
+        begun = jnp.asarray(_ROWS if self.ends is None else _GRID), none
+        known = jax.lax.while_loop(self._unfinished, self._advance, begun)[1]
+        return jax.tree.map(lambda x: x[self.first :], known)
+
+    def _unfinished(self, carry: tuple) -> Array:
         stage, known = carry
-        step = stage - _ROWS
-        share = jnp.where(step > 0, step / LOAD_STEPS, 1.0)
-        chosen = jnp.where(stage == _GRID, ~row, row & possible & ((stage == _ROWS) | ~known.good))
-        if points is None:
+        left = jnp.any(self.wanted & self.possible & ~known.good)
+        return (stage <= _ROWS) | ((stage <= _ROWS + LOAD_STEPS) & left)
+
+    def _advance(self, carry: tuple) -> tuple:
+        """One stage: its rows are put in front and solved block by block."""
+        stage, known = carry
+        step, row = stage - _ROWS, self.wanted
+        chosen = jnp.where(stage == _GRID, ~row, row & self.possible & ((stage == _ROWS) | ~known.good))
+        if self.ends is None:
             chosen &= row
+        places = -(-self.total // self.width) * self.width
         order = jnp.argsort(~chosen, stable=True)
-        order = jnp.concatenate([order, jnp.broadcast_to(order[-1], places - total)])
-
-        def one(row: tuple, begin: Array) -> Ended:
-            problem = Problem(actuator, *row)
-            return newton(loaded_by(share, at_rest(problem), problem), begin)
-
-        def block(k: Array, found: Ended) -> Ended:
-            which = jax.lax.dynamic_slice_in_dim(order, k * width, width)
-            begin = jnp.where(step > 1, known.unknowns[which], trial)
-            begin = jnp.where(stage == _ROWS, from_grid(which, known), begin)
-            ended = jax.vmap(one)(jax.tree.map(lambda x: x[which], every), begin)
-            # brought on in steps, a row goes on from where it last balanced
-            kept = jnp.where(((step > 0) & ~ended.good)[:, None], begin, ended.unknowns)
-            ended = eqx.tree_at(lambda e: e.unknowns, ended, kept)
-            put = lambda all_rows, some: jax.lax.dynamic_update_slice_in_dim(all_rows, some, k * width, 0)  # noqa: E731
-            return jax.tree.map(put, found, ended)
-
+        order = jnp.concatenate([order, jnp.broadcast_to(order[-1], places - self.total)])
         blank = jax.tree.map(lambda x: jnp.zeros((places, *x.shape[1:]), x.dtype), known)
-        found = jax.lax.fori_loop(0, -(-jnp.sum(chosen) // width), block, blank)
-        found = jax.tree.map(lambda x: x[jnp.argsort(order[:total])], found)
+        block = lambda k, found: self._block(k, found, order, stage, known)  # noqa: E731
+        found = jax.lax.fori_loop(0, -(-jnp.sum(chosen) // self.width), block, blank)
+        found = jax.tree.map(lambda x: x[jnp.argsort(order[: self.total])], found)
         # a row counts as solved only under all of its load
         found = eqx.tree_at(
             lambda f: (f.steps, f.good), found,
@@ -147,21 +175,36 @@ def _at_phases(actuator: Actuator, each: tuple, common: tuple) -> Ended:
         taken = lambda new, old: jnp.where(chosen.reshape(-1, *[1] * (old.ndim - 1)), new, old)  # noqa: E731
         return stage + 1, jax.tree.map(taken, found, known)
 
-    def unfinished(carry: tuple) -> Array:
-        stage, known = carry
-        return (stage <= _ROWS) | ((stage <= _ROWS + LOAD_STEPS) & jnp.any(row & possible & ~known.good))
+    def _block(self, k: Array, found: Ended, order: Array, stage: Array, known: Ended) -> Ended:
+        """The rows of one block, in their order."""
+        step = stage - _ROWS
+        which = jax.lax.dynamic_slice_in_dim(order, k * self.width, self.width)
+        begin = jnp.where(step > 1, known.unknowns[which], self.trial)
+        begin = jnp.where(stage == _ROWS, self._from_grid(which, known), begin)
+        share = jnp.where(step > 0, step / LOAD_STEPS, 1.0)
 
-    none = Ended(
-        jnp.broadcast_to(trial, (total, trial.size)), jnp.zeros(total, int),
-        *[jnp.zeros(total, bool)] * 2, jnp.zeros((total, 2)), jnp.ones(total),
-    )  # fmt: skip
-    begun = jnp.asarray(_ROWS if points is None else _GRID), none
-    known = jax.lax.while_loop(unfinished, advance, begun)[1]
-    return jax.tree.map(lambda x: x[first:], known)
+        def one(row: tuple, begin: Array) -> Ended:
+            problem = Problem(self.actuator, *row)
+            return newton(loaded_by(share, at_rest(problem), problem), begin)
 
+        ended = jax.vmap(one)(jax.tree.map(lambda x: x[which], self.every), begin)
+        # brought on in steps, a row goes on from where it last balanced
+        kept = jnp.where(((step > 0) & ~ended.good)[:, None], begin, ended.unknowns)
+        ended = eqx.tree_at(lambda e: e.unknowns, ended, kept)
+        put = lambda all_rows, some: jax.lax.dynamic_update_slice_in_dim(all_rows, some, k * self.width, 0)  # noqa: E731
+        return jax.tree.map(put, found, ended)
 
-_GRID, _ROWS = 0, 1
-"""Stages of the outer loop; those after the second are steps of load."""
+    def _from_grid(self, which: Array, known: Ended) -> Array:
+        """Starts of rows between the equilibria of the grid; the usual ones without a grid."""
+        if self.ends is None:
+            return jnp.broadcast_to(self.trial, (self.width, self.trial.size))
+        springs, first = len(self.actuator.springs), self.first
+        table = jnp.where(known.good[:first, None], known.unknowns[:first], self.trial)
+        none = jnp.zeros((first, springs))
+        grid = as_map(*self.ends, table, known.good[:first], none, none)
+        fractions = [a.value[which] for a in self.every[1]]
+        at = jnp.stack(fractions) if springs else jnp.zeros((0, self.width))
+        return grid.at(self.every[0][which], at).T
 
 
 def _after_grid(actuator: Actuator, each: tuple, common: tuple, points: Array) -> tuple:

@@ -2,18 +2,23 @@
 
 import json
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.optimize import minimize, rosen, rosen_der
 from scipy.stats import beta
 
+from fitting.design.every_state import States
 from fitting.design.lockstep import run_together
 from fitting.design.log import Evaluation, Log
 from fitting.design.optimise import Problem, optimise
 from fitting.design.pareto import hypervolume, not_dominated
+from fitting.design.program import first_of
+from fitting.design.seen import LEVER, Seen
 from fitting.design.space import Space
-from fitting.design.study import Bound, Free
+from fitting.design.study import Bound, Free, Objective, Pose
 from fitting.design.uncertain import interval, reduced
+from fitting.invert.goals import GOALS
 from pneusma_jax.errors import InputError
 
 
@@ -29,6 +34,37 @@ def test_bounds_that_depend_on_others_become_a_box():
     assert values == {"wall": pytest.approx(2.5), "outer": pytest.approx(10.0)}
     np.testing.assert_allclose(space.place(values), [0.5, 1.0])
     np.testing.assert_allclose(space.scale(np.array([0.2, 0.0])), [1.0, 4.0])
+
+
+def frame(tip, turn):
+    """Frame of a tip that is turned about x [m, rad]."""
+    pose = np.eye(4)
+    pose[:3, 2], pose[:3, 3] = [0.0, np.sin(turn), np.cos(turn)], tip
+    return pose
+
+
+def test_a_tip_misses_several_poses_by_the_root_of_their_mean_square():
+    states = States(("a", "b"), np.zeros(2), np.ones((2, 1)), (), {})
+    frames = jnp.asarray([frame([3e-3, 0.0, 0.05], 0.0), frame([0.0, 4e-3, 0.05], np.radians(2.0))])
+    parts = (None, None, frames, None)
+    places = Pose("b", (0.0, 0.0, 0.05)), Pose("a", (0.0, 0.0, 0.05))
+    miss = lambda *poses: Seen(states, {}, None, parts, {}).objective(  # noqa: E731
+        Objective("miss", "tip_miss", "minimise", tuple(p.state for p in poses), poses=poses)
+    )
+    assert float(miss(places[0])) == pytest.approx(4e-3, rel=1e-4)
+    assert float(miss(*places)) == pytest.approx(np.sqrt(0.5 * (16e-6 + 9e-6)), rel=1e-4)
+    turned = Pose("b", (0.0, 4e-3, 0.05), (0.0, 0.0, 1.0))
+    assert float(miss(turned)) == pytest.approx(1e-3, rel=1e-3)  # 2 deg count as 1 mm
+    assert LEVER == pytest.approx(GOALS["tip"].size / GOALS["direction"].size)
+
+
+@pytest.mark.parametrize(("count", "width"), [(1, 1), (3, 2), (5, 2), (5, 8), (2, 5)])
+def test_places_that_only_fill_up_a_lot_are_not_computed(count, width):
+    places = jnp.arange(10.0).reshape(5, 2)
+    found = np.asarray(first_of(lambda x: x[:1] + 1.0, places, jnp.asarray(count), width))
+    blocks = -(-count // min(width, 5)) * min(width, 5)
+    np.testing.assert_array_equal(found[:count, 0], 2.0 * np.arange(count) + 1.0)
+    assert not found[blocks:].any()
 
 
 def test_searches_side_by_side_end_as_each_alone_and_are_evaluated_together():

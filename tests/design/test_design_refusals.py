@@ -10,12 +10,16 @@ from study_files import SMALL, changed, write_study
 
 from fitting.cli import main
 from fitting.design import read_study
-from fitting.design.uncertain import posterior_draws
+from fitting.design.posterior_file import posterior_draws
 from pneusma_jax.errors import InputError
 
 WALL = 'wall_thickness = {made = "continuous", from = 0.7, to = 1.6, unit = "mm"}'
 COILS = 'active_coils = {made = "integer", from = 40, to = 70}'
 BEND = 'quantity = "curvature"\ngoal = "maximise"\nstate = "hot"'
+POSE = (
+    'quantity = "tip_miss"\n'
+    "poses = [{state = 'hot', target = {value = [0, 9, 60], unit = 'mm'}, direction = [0, 1, 1]}]"
+)
 UNCERTAIN = SMALL + "\n[uncertainty]\n"
 
 BAD = {
@@ -61,6 +65,22 @@ BAD = {
     "workspace without springs": (
         'design = "pneusma2"', 'design = "pneuflex_s"', "no design has a spring 2",
     ),
+    "segment of the whole": (BEND, BEND.replace("curvature", "tip_x") + "\nsegment = 1", "'segment' has no meaning"),
+    "states of what is the same in all": (
+        'quantity = "length"\nat_most = {value = 58.3, unit = "mm"}',
+        'quantity = "wire_mass"\nat_most = {value = 1, unit = "g"}\nstates = ["hot"]', "the same in every state",
+    ),
+    "state of a stiffness range": (
+        BEND, 'quantity = "stiffness_range"\ngoal = "maximise"\nstate = "hot"', "needs two 'states'",
+    ),
+    "state and states": (BEND, BEND + '\nstates = ["hot"]', "both given"),
+    "direction of no tip": (BEND, BEND + "\ndirection = [0, 0, 1]", "unknown key 'direction'"),
+    "pose without place": (BEND, POSE.replace("target = {value = [0, 9, 60], unit = 'mm'}, ", ""), "pose 1: target"),
+    "pose without state": (BEND, POSE.replace("state = 'hot', ", ""), "pose 1: 'state' is missing"),
+    "pose of an unknown state": (BEND, POSE.replace("'hot'", "'cold'"), "pose 1: there is no [state.cold]"),
+    "direction without length": (BEND, POSE.replace("[0, 1, 1]", "[0, 0, 0]"), "direction has no length"),
+    "direction of two numbers": (BEND, POSE.replace("[0, 1, 1]", "[0, 1]"), "direction must be three numbers"),
+    "a state with two poses": (BEND, POSE.replace("poses = [", "poses = [{state = 'hot', target = {value = [0, 0, 9], unit = 'mm'}}, "), "poses name state 'hot' twice"),
     "stiffness of free bending": (
         'design = "pneusma2"', 'design = "triad"', None,
     ),
@@ -85,6 +105,9 @@ def test_a_bad_study_is_refused_in_one_line(name, tmp_path):
         ('priors = "steel"', "priors has 'steel'"),
         ("draws = 8", "names nothing that is uncertain"),
         ('posterior_specimen = 1\npriors = "alloy"', "posterior_specimen needs a posterior"),
+        ('fresh_posterior = "p.nc"\npriors = "alloy"', "fresh_posterior needs a posterior"),
+        ('k = 2\npriors = "alloy"', "'k' has no meaning"),
+        ('level = 0.9\nconstraints = "mean"\npriors = "alloy"', "'level' has no meaning"),
         ("[uncertainty.tolerance]\nwall_thickness = {sd = 0.1}", "unit is missing"),
         ('[uncertainty.tolerance]\nwall = {sd = 0.1, unit = "mm"}', "no such dimension"),
     ],
@@ -108,8 +131,9 @@ def test_of_a_posterior_of_several_specimens_one_has_to_be_named(tmp_path):
         posterior_draws(two)
     with pytest.raises(InputError, match="posterior_specimen is 3, known: 1, 2"):
         posterior_draws(two, 3)
-    assert posterior_draws(two, 2)["wall_thickness"] == pytest.approx(1.1e-3)
-    one = posterior_draws(_posterior(tmp_path / "one.nc", ["wall_thickness__1"]))
+    assert posterior_draws(two, 2)[0]["wall_thickness"] == pytest.approx(1.1e-3)
+    one, others = posterior_draws(_posterior(tmp_path / "one.nc", ["wall_thickness__1", "offset"]))
+    assert others == ("offset",)
     assert list(one) == ["wall_thickness"] and one["wall_thickness"] == pytest.approx(1e-3)
 
 

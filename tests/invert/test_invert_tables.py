@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.invert.forward import in_parallel, lots_of, padded
+from fitting.invert.forward import in_parallel, padded
 from fitting.invert.tables import Table, looked_up
 
 
@@ -42,9 +42,14 @@ def test_every_segment_is_looked_up_by_its_own_springs(table):
 @pytest.mark.parametrize("count", [1, 3, 4, 5, 16, 17, 31])
 def test_work_in_lots_keeps_every_row_in_its_place(count):
     rows = np.arange(count), np.arange(2.0 * count).reshape(count, 2)
-    lots, size = lots_of(rows, 4, 8)
-    assert {len(lot[0]) for lot in lots} == {4 if count <= 4 else 8}
-    twice = in_parallel(lambda lot: (2 * lot[0], lot[1] + 1.0), lots, size)
+    sizes = []
+
+    def work(lot):
+        sizes.append(len(lot[0]))
+        return 2 * lot[0], lot[1] + 1.0
+
+    twice = in_parallel(work, rows, 4, 8)
+    assert set(sizes) == {4 if count <= 4 else 8}
     np.testing.assert_array_equal(twice[0], 2 * rows[0])
     np.testing.assert_array_equal(twice[1], rows[1] + 1.0)
 

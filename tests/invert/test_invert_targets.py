@@ -34,6 +34,11 @@ def test_columns_in_any_unit_become_goals(tmp_path):
         ("tip_x_mm,tip_y_mm\n1,2\n", "tip needs column 'tip_z_mm' too"),
         ("time_s,curvature_1pm\n1,1\n0,1\n", "time_s goes backwards"),
         ("direction_x,direction_y,direction_z\n0,0,0\n", "a direction must not be zero"),
+        ("length_mm,length_mm\n60,61\n", "column length_mm is there twice"),
+        ("length_mm,length_cm\n60,6.1\n", "column 'length_cm' says again"),
+        ("length_mm\n60,61\n", "row 2 has 2 fields, but the header has 1"),
+        ("length_mm,\n60,61\n", "a column of the header has no name"),
+        ("length_kPa\n60\n", "column 'length_kPa' is no length; length_mm is one"),
     ],
 )
 def test_bad_targets_are_refused_in_one_line(text, words, tmp_path):
@@ -41,6 +46,12 @@ def test_bad_targets_are_refused_in_one_line(text, words, tmp_path):
     path.write_text(text)
     with pytest.raises(InputError, match=re.escape(words)):
         read_targets(path)
+
+
+def test_blank_lines_and_a_mark_of_the_encoding_are_no_rows(tmp_path):
+    path = tmp_path / "targets.csv"
+    path.write_bytes(b"\xef\xbb\xbfcurvature_1pm\r\n10\r\n\r\n20\r\n\r\n")
+    np.testing.assert_allclose(read_targets(path).wanted[:, 0], [10.0, 20.0])
 
 
 @pytest.mark.parametrize(
@@ -51,6 +62,10 @@ def test_bad_targets_are_refused_in_one_line(text, words, tmp_path):
         ("x_mm,y_mm,z_mm,diameter_mm\n0,0,0,5\n0,0,0,5\n", "are the same"),
         ("x_mm,y_mm,z_mm,diameter_mm\n0,0,0,5\n0,0,9,0\n", "must be positive"),
         ("x_mm,y_mm,z_mm,diameter_mm\n0,0,0,5\n0,x,9,5\n", "row 3, column y_mm must be a number"),
+        ("x_mm,y_mm,z_mm,diameter_mm,clearance_mm\n0,0,0,5,1\n0,0,9,5,1\n", "unknown column 'clearance_mm'"),
+        ("x_mm,x_cm,y_mm,z_mm,diameter_mm\n0,0,0,0,5\n0,0,0,9,5\n", "x_mm and x_cm say the same"),
+        ("x_mm,y_mm,z_kPa,diameter_mm\n0,0,0,5\n0,0,9,5\n", "column z_kPa is no length"),
+        ("x_mm,y_mm,z_mm,diameter_mm\n120,80,3,5\n120,80,9,5\n", "the lumen at 120, 80, 3 mm"),
     ],
 )
 def test_bad_lumens_are_refused_in_one_line(text, words, tmp_path):
@@ -101,3 +116,5 @@ def test_the_command_wants_one_thing(tmp_path):
     for arguments in ([], ["--curvature-1pm", "3", "--lumen", "x.csv"]):
         done = CliRunner().invoke(main, ["invert", *arguments])
         assert done.exit_code == 2 and "in one way" in done.stderr and done.stderr.count("\n") == 1
+    done = CliRunner().invoke(main, ["invert", "--curvature-1pm", "3", "--clearance-mm", "1"])
+    assert done.exit_code == 2 and "there is none" in done.stderr

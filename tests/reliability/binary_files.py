@@ -17,7 +17,7 @@ import numpy as np
 
 from fitting.data.recordings import read_recording
 from fitting.data.sealed import SEAL, sealed
-from fitting.design.uncertain import posterior_draws as read_design_posterior
+from fitting.design.posterior_file import posterior_draws as read_design_posterior
 from fitting.engine import objects
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.propagate import build_problem, read_study
@@ -68,7 +68,7 @@ def kinds() -> dict[str, Binary]:
         "chain of nuts": Binary("chain.h5", _chain("nuts"), lambda path: _resumed(path, "nuts")),
         "posterior, for studies": Binary("posterior.nc", posterior, lambda path: [read_draws(path).table]),
         "posterior, for designs": Binary(
-            "posterior.nc", posterior, lambda path: [*read_design_posterior(path).values()]
+            "posterior.nc", posterior, lambda path: [*read_design_posterior(path)[0].values()]
         ),
         "chunk of a study": Binary(
             "chunk.h5", study_chunk,

@@ -1,5 +1,6 @@
 """Reports of drives, closed loops and filters: what is met, missed and lost is said; all files appear."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -48,7 +49,7 @@ def test_a_trajectory_warns_first_of_what_cannot_be_undone(tmp_path):
         np.array([True, True]), 1e-8,
     )  # fmt: skip
     said = " ".join(text(course).split())
-    assert said.index("Warnings") < said.index("Targets") and "From 20 s on, 1 targets need" in said
+    assert said.index("Warnings") < said.index("Targets") and "From 20 s on, 1 target needs" in said
     assert "only stretching the spring again brings it back" in said
     save(course, tmp_path / "out")
     assert "time_s" in (tmp_path / "out" / "targets.csv").read_text()
@@ -95,3 +96,15 @@ def test_filters_say_how_much_one_spring_heats_another(tmp_path):
     assert files == {"report.html", "report.json", "wiring.png"}
     content = json.loads((tmp_path / "out" / "report.json").read_text())
     assert np.shape(content["crosstalk_matrix"]) == (3, 3) and content["crosstalk"] == result.crosstalk
+
+
+def test_a_loop_that_cannot_follow_or_balance_says_so(sweep):
+    assert "Warnings" not in text(sweep)
+    first = sweep.cases[0].without
+    current = np.full(first.currents.shape, float(sweep.loop.converter.current))
+    full = dataclasses.replace(first, planned=first.wanted - 4.0, currents=current)
+    lost = dataclasses.replace(first, good=first.time > 2.0)
+    cases = Case("no mismatch", full, None), Case("wrap_friction", first, lost)
+    said = " ".join(text(Sweep("x", sweep.loop, cases)).split())
+    assert "misses the wanted curvature by up to 4.00 1/m; a heater is at its limit of 0.4 A for 100 %" in said
+    assert "wrap friction, told: in 9 of 600 rows the plant has no equilibrium" in said

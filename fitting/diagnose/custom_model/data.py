@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pneusma_jax.errors import InputError
+from pneusma_jax.numerics.rows import filled
 
 
 @dataclass(frozen=True)
@@ -85,8 +86,7 @@ def stacked(recordings: Sequence[OwnRecording]) -> Stacked:
                 )
 
     def padded(values: np.ndarray) -> np.ndarray:
-        values = np.asarray(values, float)
-        return np.concatenate([values, np.repeat(values[-1:], longest - len(values), axis=0)])
+        return filled(np.asarray(values, float), longest)
 
     def weights(recording: OwnRecording, name: str) -> np.ndarray:
         values = np.asarray(recording.measured[name], float)

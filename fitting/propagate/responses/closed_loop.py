@@ -1,7 +1,7 @@
 """An actuator in a closed loop whose controller does not know what varies: see docs/control.md."""
 
-import dataclasses
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import jax.numpy as jnp
@@ -10,6 +10,7 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.control import Loop, Plant, check_plane, usual_loop
+from fitting.control.plant import Seen
 from fitting.data.recordings import Recording
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.errors import InputError
@@ -17,7 +18,7 @@ from pneusma_jax.errors import InputError
 from .body import Body, body_of, tied
 from .course import TOGETHER, kept_rows
 from .drives import drive_numbers, driven, read_channels
-from .noise import NoiseFor
+from .noise import NoiseFor, WhiteNoise
 from .response import Driver, Response
 from .state import title_of
 
@@ -25,6 +26,57 @@ SETTLED = 10.0
 """Time from which the error counts [s]: the step's transient is over, as in `pneusma control`."""
 KNOWS = ("base", "model")
 """Kinds of the controller's own model: the base model, or that of the plant, both at the nominal numbers."""
+
+
+@dataclass(frozen=True)
+class _Driven:
+    """A controller that was planned, and plants that it drives.
+
+    Attributes:
+        body: body and effects of the plant, as functions of what varies.
+        loop: task and settings; own: the controller's model; plan: its plan, from `Loop.planned`.
+        noise: noise of the readings; pressure: gauge [Pa]; kept: rows that results are kept of.
+    """
+
+    body: Body
+    loop: Loop
+    own: Plant
+    plan: tuple[Array, Seen]
+    noise: WhiteNoise
+    pressure: float
+    kept: np.ndarray
+
+    def __call__(self, values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
+        """Outputs of a run on the plant of some values, and its status; see `response.Answer`."""
+        plant = Plant(self.body.build(values), self.body.effects(values))
+        pressure = driven("pressure", jnp.asarray(self.pressure), values)
+        blank = jnp.zeros(self.plan[1].resistances.shape)
+        read_noise = self.noise.on({"resistance": blank}, values)["resistance"]
+        seen, observed, currents, _ = self.loop.driven(plant, self.own, self.plan, read_noise, pressure)
+        status = jnp.where(jnp.all(seen.good), 0, int(pj.Status.no_equilibrium))
+        return self._errors(seen, observed) | self._of_springs(seen, currents), status
+
+    def _errors(self, seen: Seen, observed: Seen) -> dict[str, Array]:
+        """Curvature, and what controller and observer miss of it [1/m]."""
+        error = jnp.asarray(self.loop.wanted) - seen.curvature
+        late = jnp.asarray(self.loop.time >= SETTLED)
+        return {
+            "curvature_1pm": seen.curvature[self.kept],
+            "error_1pm": error[self.kept],
+            "observer_error_1pm": (observed.curvature - seen.curvature)[self.kept],
+            "rmse_1pm": jnp.sqrt(jnp.sum(jnp.where(late, error, 0.0) ** 2) / jnp.sum(late)),
+        }
+
+    def _of_springs(self, seen: Seen, currents: Array) -> dict[str, Array]:
+        """Current, resistance and fraction of each spring."""
+        found = {}
+        for k, number in enumerate(self.body.layout.spring_numbers):
+            found |= {
+                f"current_{number}_A": currents[self.kept, k],
+                f"resistance_{number}_ohm": seen.resistances[self.kept, k],
+                f"xi0_{number}": seen.fractions[self.kept, k],
+            }
+        return found
 
 
 def loop_response(
@@ -52,61 +104,45 @@ def loop_response(
         InputError: for an actuator that no loop can drive, or a setting that cannot be.
     """
     body, files = body_of(specimen, model)
-    channels, driver = read_channels(
-        {key: x for key, x in settings.items() if key.startswith("pressure")}, (), where
-    )
-    if driver is not None:
-        raise InputError(f"{where}: the pressure of a closed loop is one number; its driver is the time")
-    loop = _loop(settings, float(channels["pressure"]), where)
-    plan_body = body.build({})
-    try:
-        check_plane(plan_body)
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
-    knows = settings.get("controller", "base")
-    if knows not in KNOWS:
-        raise InputError(f"{where} controller = {knows!r} must be one of {', '.join(KNOWS)}")
-    own = Plant(plan_body, body.effects({}) if knows == "model" else ())
-    noise = noise_for({"resistance": "ohm"})
-    kept = kept_rows(len(loop.time), points)
-    plan = loop.planned(own)
-
-    def answer(values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
-        plant = Plant(body.build(values), body.effects(values))
-        pressure = driven("pressure", jnp.asarray(channels["pressure"]), values)
-        read_noise = noise.on({"resistance": jnp.zeros(plan[1].resistances.shape)}, values)["resistance"]
-        seen, observed, currents, _ = loop.driven(plant, own, plan, read_noise, pressure)
-        error = jnp.asarray(loop.wanted) - seen.curvature
-        late = jnp.asarray(loop.time >= SETTLED)
-        outputs = {
-            "curvature_1pm": seen.curvature[kept],
-            "error_1pm": error[kept],
-            "observer_error_1pm": (observed.curvature - seen.curvature)[kept],
-            "rmse_1pm": jnp.sqrt(jnp.sum(jnp.where(late, error, 0.0) ** 2) / jnp.sum(late)),
-        }
-        for k, number in enumerate(body.layout.spring_numbers):
-            outputs |= {
-                f"current_{number}_A": currents[kept, k],
-                f"resistance_{number}_ohm": seen.resistances[kept, k],
-                f"xi0_{number}": seen.fractions[kept, k],
-            }
-        lost = int(pj.Status.no_equilibrium)
-        return outputs, jnp.where(jnp.all(seen.good), 0, lost)
-
+    channels, pressure = _pressure(settings, where)
+    loop = _loop(settings, pressure, where)
+    own, knows = _own_model(body, settings, where)
+    noise, kept = noise_for({"resistance": "ohm"}), kept_rows(len(loop.time), points)
     return Response(
         title=f"closed loop of {title_of(specimen, model)}",
         known={**body.numbers, **drive_numbers(channels), **noise.known},
         driver=Driver("time_s", loop.time[kept]),
         outputs=_output_names(body),
-        answer=answer,
+        answer=_Driven(body, loop, own, loop.planned(own), noise, pressure, kept),
         files=files,
-        notices=(
-            f"the controller has the {'base model' if knows == 'base' else 'model'} at the nominal numbers",
-        ),
+        notices=(f"the controller has the {knows} at the nominal numbers",),
         tied=tied(body.numbers),
         side_by_side=TOGETHER,
         smooth=False,  # currents and readings have steps
     )
+
+
+def _pressure(settings: Mapping[str, Any], where: str) -> tuple[dict[str, Any], float]:
+    """The channels that a loop has, and the gauge pressure [Pa]."""
+    given = {key: x for key, x in settings.items() if key.startswith("pressure")}
+    channels, driver = read_channels(given, (), where)
+    if driver is not None:
+        raise InputError(f"{where}: the pressure of a closed loop is one number; its driver is the time")
+    return channels, float(channels["pressure"])
+
+
+def _own_model(body: Body, settings: Mapping[str, Any], where: str) -> tuple[Plant, str]:
+    """The controller's own model at the nominal numbers, and its name in words."""
+    built = body.build({})
+    try:
+        check_plane(built)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    knows = settings.get("controller", "base")
+    if knows not in KNOWS:
+        raise InputError(f"{where} controller = {knows!r} must be one of {', '.join(KNOWS)}")
+    full = knows == "model"
+    return Plant(built, body.effects({}) if full else ()), "model" if full else "base model"
 
 
 def _loop(settings: Mapping[str, Any], pressure: float, where: str) -> Loop:
@@ -117,7 +153,10 @@ def _loop(settings: Mapping[str, Any], pressure: float, where: str) -> Loop:
             if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
                 raise InputError(f"{where} {key} must be a curvature, but it is {value!r}")
             sizes[key.removesuffix("_1pm")] = float(value)
-    return dataclasses.replace(usual_loop(**sizes), pressure=pressure)
+    try:
+        return usual_loop(**sizes, pressure=pressure)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
 
 
 def _output_names(body: Body) -> dict[str, bool]:

@@ -31,6 +31,7 @@ def summary(result: Sweep) -> dict[str, Any]:
         "schema": "pneusma-control/1",
         "design": result.design,
         "verdict": verdict(result),
+        "pressure_kPa": 1e-3 * result.loop.pressure,
         "seed": result.loop.seed,
         "cases": cases,
     }

@@ -16,6 +16,7 @@ def report_of(result: Sweep) -> Report:
         title=result.design,
         subtitle="Curvature held by the springs' resistances, on a plant that the controller does not know",
         verdict=words.verdict(result),
+        warnings=words.warnings(result),
         sections=[
             Section("Errors", [
                 words.case_table(result),

@@ -9,6 +9,8 @@ from ..table import Table
 
 SINCE = 10.0
 """Time from which errors count [s]: five seconds after the step."""
+BAND = 0.05
+"""Share of the step's height within which a curvature counts as settled [1], as in `Run.settling`."""
 MEASURES = ("RMSE [1/m]", "settles in [s]", "observer [1/m]")
 
 
@@ -29,6 +31,30 @@ def verdict(result: Sweep) -> list[str]:
         f"Knowing it gives back most for {_named(gain)}: {gain.known.rmse(SINCE):.2f} instead of "
         f"{gain.without.rmse(SINCE):.2f} 1/m.",
     ]
+
+
+def warnings(result: Sweep) -> list[str]:
+    """What keeps a loop from being what it looks like: no equilibrium, or a course that heaters cannot do."""
+    found = []
+    for case in result.cases:
+        for run, told in ((case.without, ""), (case.known, ", told")):
+            lost = 0 if run is None else int(np.sum(~run.good))
+            if lost:
+                found.append(
+                    f"{_named(case)}{told}: in {lost} of {run.time.size} rows the plant has no equilibrium; "
+                    "the curvature there is that of the row before"
+                )
+    run = result.cases[0].without
+    late = run.time >= SINCE
+    missed = float(np.max(np.abs(run.wanted - run.planned)[late]))
+    limit = float(result.loop.converter.current)
+    full = float(np.mean(np.max(run.currents[late], axis=1) >= (1.0 - 1e-9) * limit))
+    if full > 0.0 and missed > BAND * abs(run.wanted[run.time < HOLD][-1]):
+        found.append(
+            f"the controller's own model misses the wanted curvature by up to {missed:.2f} 1/m; "
+            f"a heater is at its limit of {limit:g} A for {100.0 * full:.0f} % of the time"
+        )
+    return found
 
 
 def _named(case: Case) -> str:

@@ -4,6 +4,7 @@ failures."""
 import itertools
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fitting.design.bodies import Solved
@@ -104,9 +105,23 @@ def shapes_figure(result: DesignResult) -> Figure:
                     own = design is result.made
                     label = _state_words(result, k) if own else ("tables' own" if k == shown[0] else "")
                     draw_tube(axes, line[:, [axis, 2]], radius, colour, label or "_", 0.3 if own else 0.15)
+            _draw_wanted_tips(axes, result, axis, shown)
             axes.set(xlabel=f"{name} [mm]", ylabel="z [mm]", aspect="equal")
         legend_above(panels[0], 2)
     return figure
+
+
+def _draw_wanted_tips(axes: Axes, result: DesignResult, axis: int, shown: list[int]) -> None:
+    """Crosses where tips are to be, in the colours of their states."""
+    poses = [pose for one in result.study.objectives for pose in one.poses]
+    names = [result.model.states.names[k] for k in shown]
+    label = "wanted tips"
+    for pose in poses:
+        if pose.state in names:
+            x, z = 1e3 * pose.tip[axis], 1e3 * pose.tip[2]
+            colour = COLOURS[names.index(pose.state)]
+            axes.plot(x, z, "x", color=colour, markersize=9, markeredgewidth=2.5, label=label, zorder=5)
+            label = "_"
 
 
 def _state_words(result: DesignResult, k: int) -> str:

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
+from fitting.design.infeasible import limit_words
 from fitting.design.result import Design, DesignResult
-from fitting.design.run import limit_words
 from fitting.design.study import Free
 from pneusma_jax.units import UNITS, from_si, to_si
 
