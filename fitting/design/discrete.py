@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .log import Evaluator
-from .optimise import Outcome, Problem, best_of, optimise
+from .optimise import Ends, Outcome, Problem, best_of, optimise
 from .space import Space
 
 MOST = 64
@@ -48,7 +48,12 @@ def steps_from(space: Space, held: dict[int, float]) -> list[dict[int, float]]:
 
 
 def made_from(
-    ideal: Outcome, problem: Problem, evaluate: Evaluator, method: str, further: bool = True
+    ideal: Outcome,
+    problem: Problem,
+    evaluate: Evaluator,
+    method: str,
+    further: bool = True,
+    ends: Ends = Ends(),
 ) -> Outcome | None:
     """The best design near a continuous one that can be made, the rest of the parameters solved anew.
 
@@ -58,6 +63,7 @@ def made_from(
         evaluate: evaluator of the model.
         method: method of the optimiser.
         further: go on in single steps while that helps.
+        ends: stopping rules of the optimiser.
 
     Returns:
         None where no neighbour keeps the constraints.
@@ -68,7 +74,7 @@ def made_from(
     def solved(choices: Sequence[dict[int, float]]) -> None:
         new = [held for held in choices if tuple(sorted(held.items())) not in tried]
         problems = [dataclasses.replace(problem, held=held) for held in new]
-        outcomes = optimise(problems, [ideal.evaluation.place] * len(new), evaluate, method)
+        outcomes = optimise(problems, [ideal.evaluation.place] * len(new), evaluate, method, ends)
         tried.update((tuple(sorted(held.items())), o) for held, o in zip(new, outcomes, strict=True))
 
     solved(neighbours(space, ideal.evaluation.place))

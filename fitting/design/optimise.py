@@ -101,6 +101,11 @@ class Ends:
     steps: int = MOST_STEPS
 
 
+ON_FRONTS = Ends(1e-6, 40)
+"""Stopping rules on fronts: a millionth of an objective is far below what a workshop can do. A search that
+crept towards its limit of the heat took more than 400 evaluations."""
+
+
 def optimise(
     problems: Sequence[Problem],
     starts: Sequence[np.ndarray],

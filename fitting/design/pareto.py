@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .log import Evaluator
-from .optimise import Outcome, Problem, best_of, optimise
+from .optimise import ON_FRONTS, Outcome, Problem, best_of, optimise
 
 POINTS_OF_THREE = 5
 """Maximum of values of each of the two limited objectives of three: every pair of them is a problem."""
@@ -77,7 +77,7 @@ def _solved(
 ) -> list[Outcome | None]:
     """The best outcome of every problem over its starts."""
     flat = [(p, x) for p, xs in zip(problems, starts, strict=True) for x in xs]
-    outcomes = iter(optimise([p for p, _ in flat], [x for _, x in flat], evaluate, method))
+    outcomes = iter(optimise([p for p, _ in flat], [x for _, x in flat], evaluate, method, ON_FRONTS))
     found = [[next(outcomes) for _ in xs] for xs in starts]
     return [best_of(many) if many else None for many in found]
 

@@ -183,7 +183,7 @@ class Model:
         return self._stored(values, width)
 
     def values(self, places: np.ndarray, size: int | None = None) -> np.ndarray:
-        """Objectives and constraints as those of `evaluate`, without derivatives; a third of its time."""
+        """Objectives and constraints as those of `evaluate`, without derivatives."""
         count = len(places)
         full = jnp.asarray(filled(places, size or count))
         return first_rows(self._values(full, jnp.asarray(count), self.draws.tree(), self.materials), count)

@@ -20,7 +20,7 @@ from .chances import chances_of, notes_on_draws, sampler_of
 from .discrete import made_from
 from .infeasible import why_infeasible, why_nothing
 from .log import Evaluation, Evaluator, Log
-from .optimise import Outcome, Problem, best_of, conditions, optimise
+from .optimise import ON_FRONTS, Outcome, Problem, best_of, conditions, optimise
 from .pareto import front_of, not_dominated, share_of_box
 from .program import Model
 from .result import Choice, Design, DesignResult, Front
@@ -175,7 +175,8 @@ def _search(
     found.ideal, found.problem = chosen
     if discrete:
         phase[0] = "rounding"
-        made = [made_from(o, p, evaluate, study.optimiser, further=False) for o, p in found.pairs]
+        once = {"further": False, "ends": ON_FRONTS}
+        made = [made_from(o, p, evaluate, study.optimiser, **once) for o, p in found.pairs]
         found.rounded = any(made)
         if found.rounded:
             pairs = [(m, p) for m, (_, p) in zip(made, found.pairs, strict=True) if m]

@@ -152,6 +152,22 @@ def test_derivatives_by_resistance_are_right_to_second_order(body):
     np.testing.assert_allclose(jax.jit(jax.hessian(curvature))(at), by_slopes, atol=1e-6 * np.abs(by_slopes).max())
 
 
+@pytest.mark.slow
+def test_second_derivatives_of_the_triad_are_those_of_differences():
+    triad = pj.make_actuator("triad")
+
+    def shape(q):
+        changed = eqx.tree_at(lambda b: b.silicone.stiffness, triad, q[4])
+        found = pj.solve(changed, 1e4 * q[0], phases(*q[1:4]), throw=False)
+        return found.bend[0] + 2.0 * found.bend[1] + 100.0 * found.delta_centre
+
+    at, step = jnp.asarray([1.5, 0.8, 0.9, 0.95, 1.0]), 1e-5 * np.eye(5)
+    slope = jax.jit(jax.grad(shape))
+    differences = np.stack([(slope(at + h) - slope(at - h)) / 2e-5 for h in step])
+    found = jax.jit(jax.jacfwd(jax.grad(shape)))(at)
+    np.testing.assert_allclose(found, differences, rtol=1e-5, atol=1e-8 * np.abs(differences).max())
+
+
 def test_a_section_that_bends_anywhere_has_second_and_third_derivatives():
     law = pj.load_silicone("dragon_skin_10_fast")
     section = pj.rectangle(10e-3, 8e-3, 1e-3)
