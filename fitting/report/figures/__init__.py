@@ -88,7 +88,7 @@ def unit_of(column: str) -> str:
 def shown(figure: Figure) -> Figure:
     """The same figure, which a notebook draws as the value of a cell.
 
-    IPython draws figures of its own accord only after `matplotlib.pyplot` was imported, which no report needs.
+    IPython draws figures of its own accord only after `matplotlib.pyplot` was imported. No report needs that.
     """
     figure._repr_png_ = lambda: png(figure)
     return figure
