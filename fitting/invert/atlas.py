@@ -137,7 +137,7 @@ def _grid(body: Body, levels: np.ndarray, xi0_min: float, seed: int) -> tuple[np
     fractions = fractions_grid(len(body.segments[0].springs), xi0_min, seed)
     loads = np.repeat(levels, len(fractions))
     rows = np.tile(fractions, (len(levels), 1))
-    found = states_of(body, jnp.asarray(loads), jnp.asarray(rows), fresh(body))
+    found = states_of(body, loads, rows, fresh(body))
     return np.column_stack([loads, rows]), found
 
 
@@ -172,6 +172,6 @@ def _loaded(body: Body, pressure: tuple[float, float], xi0_min: float, seed: int
     even = stats.qmc.Sobol(count + 1, seed=np.random.default_rng(seed)).random(LOADED)
     loads = pressure[0] + even[:, 0] * (pressure[1] - pressure[0])
     fractions = 1.0 - (1.0 - xi0_min) * even[:, 1:] ** 2
-    found = states_of(body, jnp.asarray(loads), jnp.asarray(fractions), fresh(body))
+    found = states_of(body, loads, fractions, fresh(body))
     unknowns = np.stack([np.asarray(x.unknowns) for x in found.segments], axis=1)
     return Atlas(np.column_stack([loads, fractions]), unknowns, found)

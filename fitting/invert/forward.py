@@ -135,7 +135,7 @@ def states_of(body: Body, pressure: Array, fractions: Array, memories: Memories)
         fractions: martensite fractions of all springs, segment by segment, shape (rows, springs).
         memories: memories of the springs.
     """
-    pressure, fractions = jnp.asarray(pressure), jnp.asarray(fractions)
+    pressure, fractions = np.asarray(pressure), np.asarray(fractions)
     if body.chain is None or body.chain.loaded:
         return Solved(body, pressure, *_in_lots(body, pressure, fractions, memories))
     found, at = [], 0
@@ -160,9 +160,12 @@ _placed = eqx.filter_jit(chain_shape)
 
 
 def _in_lots(body: Body, pressure: Array, fractions: Array, memories: Memories) -> tuple:
-    """States in lots of `FEW` or `LOT` rows, so that two programs serve all numbers of rows."""
+    """States in lots of `LOT` rows, so that one program serves all numbers of rows.
+
+    Filling up a lot takes milliseconds, another program a quarter of a second to load and seconds to compile.
+    """
     rows = np.asarray(pressure), np.asarray(fractions)
-    return in_parallel(lambda row: _lot(body, *row, memories), rows, FEW, LOT)
+    return in_parallel(lambda row: _lot(body, *row, memories), rows, LOT, LOT)
 
 
 def in_parallel(work: Callable, rows: tuple, few: int, many: int) -> tuple:

@@ -14,13 +14,15 @@ from fitting.design.quantities import AMBIENT, temperature
 from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
 from pneusma_jax.numerics.rows import first_rows, joined, lots
+from pneusma_jax.numerics.safe import as_array, as_numpy
+from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.units import from_si
 
 from .atlas import Atlas, atlas_of, goal_values
 from .by_tables import ByTables, tables_of
 from .forward import Memories, fresh, padded, springs_of, states_of
 from .goals import GOALS, misses
-from .search import MOST_STEPS, Box, Found, drives_of, places_of, search_all
+from .search import MOST_STEPS, Box, Found, search_all
 
 FIRST_TRY = 25
 """Maximum of steps in the first try: side by side, all wait for the slowest. Of a chain's searches that met
@@ -139,7 +141,7 @@ class Inverse:
         ends = self.limits.pressure
         rest = np.append(np.clip(0.0, *ends), np.ones(count))
         return Box(
-            *(jnp.asarray(x) for x in (np.append(ends[0], low), np.append(ends[1], np.ones(count)), rest))
+            *(as_array(x) for x in (np.append(ends[0], low), np.append(ends[1], np.ones(count)), rest))
         )
 
     def check(self, goals: Sequence[str]) -> None:
@@ -206,14 +208,14 @@ class Inverse:
         targets, starts = near.shape
         box = self.box(heated)
         flat = near.ravel()
-        places = np.asarray(places_of(box, self.atlas.drives[flat]))
+        places = box.places(self.atlas.drives[flat])
         rows = (np.repeat(wanted, starts, axis=0), places, self.atlas.unknowns[flat])
         lot, memories = FEW if flat.size <= FEW else LOT, fresh(self.body)
-        boxes = jax.tree.map(lambda x: jnp.broadcast_to(x, (lot, *x.shape)), box)
+        boxes = jax.tree.map(lambda x: np.broadcast_to(np.asarray(x), (lot, *x.shape)), box)
         found = []
         for part in lots(rows, lot):
-            aims, begin, guess = map(jnp.asarray, part)
-            ended = search_all(self.body, goals, boxes, aims, begin, memories, guess, jnp.asarray(most))
+            aims, begin, guess = part
+            ended = search_all(self.body, goals, boxes, aims, begin, memories, guess, np.asarray(most))
             found.append(jax.tree.map(np.asarray, ended))
         whole = joined(found, flat.size)
         return jax.tree.map(lambda x: x.reshape(targets, starts, *x.shape[1:]), whole)
@@ -229,7 +231,7 @@ class Inverse:
         return jax.tree.map(lambda x: x.reshape(*lead, *x.shape[1:]), exact)
 
     def _met(self, goals: tuple[str, ...], values: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-        found = misses(goals, jnp.asarray(values), jnp.asarray(wanted))
+        found = misses(goals, np.asarray(values), np.asarray(wanted))
         return np.all([np.asarray(m) <= GOALS[name].tolerance for name, m in found.items()], axis=0)
 
     def _ways(self, goals: tuple[str, ...], wanted: np.ndarray, best: Found) -> list[np.ndarray]:
@@ -244,16 +246,16 @@ class Inverse:
         else:
             many = self._searched(goals, wanted, self.atlas.nearest(goals, wanted, MORE_STARTS[-1]))
             candidates.append(self._exact(goals, wanted, many))
-        box, ways = self.box(), []
-        scale = np.where(np.asarray(box.high > box.low), np.asarray(box.high - box.low), 1.0)
+        box, ways = as_numpy(self.box()), []
+        scale = np.where(box.high > box.low, box.high - box.low, 1.0)
         for t, target in enumerate(wanted):
-            taken = [np.asarray(box.drives(best.place[t]))]
+            taken = [box.drives(best.place[t])]
             options = []
             for k, many in enumerate(candidates):
-                own = self.box(self._subset(k)) if self.body.chain is None else box
+                own = as_numpy(self.box(self._subset(k))) if self.body.chain is None else box
                 for s in range(many.place.shape[1]):
                     if self._met(goals, many.values[t, s][None], target[None])[0]:
-                        options.append((float(many.effort[t, s]), np.asarray(own.drives(many.place[t, s]))))
+                        options.append((float(many.effort[t, s]), own.drives(many.place[t, s])))
             for _, drives in sorted(options, key=lambda pair: pair[0]):
                 if all(np.max(np.abs(drives - other) / scale) > APART for other in taken):
                     taken.append(drives)
@@ -269,11 +271,11 @@ class Inverse:
         self, goals: tuple[str, ...], wanted: np.ndarray, best: Found, ways: list[np.ndarray]
     ) -> Inversion:
         box = self.box()
-        drives = np.asarray(drives_of(box, best.place))
+        drives = as_numpy(box).drives(best.place)
         solved = self.verified(drives)
         values = goal_values(solved, goals)
         found = {
-            name: np.asarray(m) for name, m in misses(goals, jnp.asarray(values), jnp.asarray(wanted)).items()
+            name: np.asarray(m) for name, m in misses(goals, np.asarray(values), np.asarray(wanted)).items()
         }
         met = np.all([m <= GOALS[name].tolerance for name, m in found.items()], axis=0)
         held = tuple("" if ok else self._held(best, k) for k, ok in enumerate(met))
@@ -324,11 +326,18 @@ def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:
     Args:
         solved: states, arrays with a leading axis of rows.
     """
+    parts, size = padded(solved.parts)
+    return first_rows(_electrical(solved.body, parts), size)
+
+
+@stored_jit()
+def _electrical(body: Body, parts: tuple) -> tuple[jax.Array, jax.Array]:
+    """Resistances and currents in every row, (rows, springs)."""
 
     def one(part: tuple) -> tuple[jax.Array, jax.Array]:
-        state = Solved(solved.body, *part)
+        state = Solved(body, *part)
         resistances, currents = [], []
-        for k, segment in enumerate(state.body.segments):
+        for k, segment in enumerate(body.segments):
             if not segment.springs:
                 continue
             for spring, found, degrees in zip(
@@ -342,5 +351,4 @@ def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:
         blank = jnp.zeros(0)
         return (jnp.stack(resistances), jnp.stack(currents)) if resistances else (blank, blank)
 
-    parts, size = padded(solved.parts)
-    return first_rows(jax.jit(jax.vmap(one))(parts), size)
+    return jax.vmap(one)(parts)

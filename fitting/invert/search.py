@@ -78,12 +78,6 @@ def places_of(box: Box, drives: Array) -> Array:
     return jax.vmap(box.place)(drives)
 
 
-@eqx.filter_jit
-def drives_of(box: Box, places: Array) -> Array:
-    """Drives at many places, shape (rows, drives)."""
-    return jax.vmap(box.drives)(places)
-
-
 class Found(eqx.Module):
     """Result of a search.
 

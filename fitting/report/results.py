@@ -13,6 +13,7 @@ from fitting.data.publish import publish
 from fitting.inference.results import Presenter, Result, register_presenter
 
 from . import render
+from .figures import shown
 from .report import Report
 
 REPORTS = {
@@ -41,7 +42,7 @@ def presenter(report_of: Callable[[Any], Report]) -> Presenter:
     return Presenter(
         verdict=lambda result: list(report_of(result).verdict),
         text=lambda result: render.text(report_of(result)),
-        figures=lambda result: {p.name: p.figure for p in report_of(result).pictures()},
+        figures=lambda result: {p.name: shown(p.figure) for p in report_of(result).pictures()},
         documents=lambda result: render.documents(report_of(result)),
     )
 

@@ -55,9 +55,10 @@ def safe_divide(numerator: Array, denominator: Array, floor: float) -> Array:
 
 def safe_norm(vector: Array, axis: int = -1) -> Array:
     """Euclidean norm with zero gradient at the zero vector."""
-    square = jnp.sum(vector**2, axis=axis)
+    xp = namespace_of(vector)
+    square = xp.sum(vector**2, axis=axis)
     positive = square > 0.0
-    return jnp.where(positive, jnp.sqrt(jnp.where(positive, square, 1.0)), 0.0)
+    return xp.where(positive, xp.sqrt(xp.where(positive, square, 1.0)), 0.0)
 
 
 def smoothstep(u: Array) -> Array:

@@ -46,6 +46,10 @@ def pull():
     return Pull("Pull of <A>", {"yeoh": 0.5, "gent": float("nan")})
 
 
+def test_a_notebook_draws_a_figure_without_pyplot(pull):
+    assert pull.plot()["curve"]._repr_png_().startswith(b"\x89PNG")
+
+
 def test_it_has_text_figures_and_files(pull, tmp_path):
     assert pull.verdict == ["Yeoh follows the curve."] and set(pull.plot()) == {"curve"}
     assert text(pull).startswith("Pull of <A>\nTwo laws compared\n\nVerdict") and "gent    n/a" in text(pull)

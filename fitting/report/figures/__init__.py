@@ -85,6 +85,15 @@ def unit_of(column: str) -> str:
     return label[label.rindex("[") :] if "[" in label else ""
 
 
+def shown(figure: Figure) -> Figure:
+    """The same figure, which a notebook draws as the value of a cell.
+
+    IPython draws figures of its own accord only after `matplotlib.pyplot` was imported. No report needs that.
+    """
+    figure._repr_png_ = lambda: png(figure)
+    return figure
+
+
 def png(figure: Figure) -> bytes:
     """The figure as PNG."""
     stream = io.BytesIO()
