@@ -187,9 +187,9 @@ def _constants(law: CurveLaw, result: FitResult) -> tuple[np.ndarray, np.ndarray
     rows, own = [i for i, _ in places], [a for _, a in places]
     others = [k for k, name in enumerate(known) if name.startswith(FACTOR)]
     joint, cross = everything[np.ix_(own, own)], everything[np.ix_(own, others)]
-    conditional = (
-        joint - cross @ np.linalg.solve(everything[np.ix_(others, others)], cross.T) if others else joint
-    )
+    # a factor that the recordings do not tell apart has no covariance, and is held as it is
+    told = np.linalg.pinv(everything[np.ix_(others, others)], hermitian=True) if others else np.zeros((0, 0))
+    conditional = joint - cross @ told @ cross.T
     covariance = np.zeros((len(law.names),) * 2)
     covariance[np.ix_(rows, rows)] = joint
     parameters, errors = result.parameters, result.standard_errors
