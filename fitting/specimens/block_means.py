@@ -31,6 +31,10 @@ LEAST_RANGE = 0.3
 """Maximum standard deviation of noise that is not stated, as part of a column's range. The range of 129
 normal numbers was never less than 3.35 standard deviations (100,000 draws; 99.9 % lie above 3.7)."""
 
+RESTS = 3
+"""Minimum number of rows for which a switched column stays at one value, in three of four stretches. Random
+flicker between two values of a readout stays for one row in half of them."""
+
 
 def means_of(
     recording: Recording, columns: Mapping[str, np.ndarray], turns: np.ndarray, block: int
@@ -82,13 +86,28 @@ def range_of_noise(recording: Recording, name: str) -> float:
     """Range over which noise alone takes a column of a recording, in the column's unit.
 
     It is the range of that many independent normal numbers. An estimate of noise that is too large for that
-    is not believed: motion that is faster than rows resolve looks like it.
+    is not believed: motion that is faster than rows resolve looks like it. Where nobody states noise, a
+    column that rests at one of a few values between switches has none. One that flickers between two or three
+    values of its readout is nothing but noise.
     """
     noise, values = _noise(recording, name), recording.columns[name]
     reach = float(np.nanmax(values) - np.nanmin(values))
-    if not recording.noise.get(name) and noise > LEAST_RANGE * reach:
-        return 0.0
+    if not recording.noise.get(name):
+        levels, runs = _levels_and_runs(values)
+        if len(levels) <= len(runs) / 2.0 + 1.0 and np.quantile(runs, 0.25) >= RESTS:
+            return 0.0
+        if len(levels) <= 3:
+            return reach
+        if noise > LEAST_RANGE * reach:
+            return 0.0
     return 2.0 * np.sqrt(2.0 * np.log(len(values))) * noise
+
+
+def _levels_and_runs(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distinct values of a column, and lengths of the stretches in which it stays at one."""
+    finite = values[np.isfinite(values)]
+    changes = np.flatnonzero(np.diff(finite)) + 1
+    return np.unique(finite), np.diff(np.concatenate([[0], changes, [len(finite)]]))
 
 
 def _over(values: np.ndarray, starts: np.ndarray) -> np.ndarray:

@@ -218,7 +218,8 @@ def _whole_cycles(turns: np.ndarray, count: int, most: int) -> tuple[np.ndarray,
     starts = np.concatenate([[0], turns[1::2], [count]])
     starts = np.unique(starts)
     whole = len(starts) - 1
-    chosen = np.unique(np.linspace(0, whole - 1, max(most // (2 * EACH_WAY), 2)).round().astype(int))
+    rows = min(2 * EACH_WAY, int(np.ceil(np.mean(np.diff(starts)))))  # kept of one cycle
+    chosen = np.unique(np.linspace(0, whole - 1, min(max(most // rows, 2), whole)).round().astype(int))
     usable = np.zeros(count, bool)
     for k in chosen:
         usable[starts[k] : starts[k + 1]] = True

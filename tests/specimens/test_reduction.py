@@ -248,3 +248,32 @@ def test_as_many_rows_are_kept_as_may_be_also_where_rows_lie_far_apart(most):
     strain = holds_and_ramps(160, 3, 3, 0.0, 0.8)
     short = reduced(coupon(strain), most)
     assert most - 3 <= len(short) <= most and len(np.unique(short.reduction.rows)) == len(short)
+
+
+@pytest.mark.parametrize("levels", [(0.0, 0.5), (0.0, 0.25, 0.5, 0.25)])
+def test_an_exact_switched_current_keeps_its_switches(levels):
+    rows, stay = 2000, 125
+    recording = heated(rows, 15.0, True)
+    course = np.array(levels)[(np.arange(rows) // stay) % len(levels)]
+    recording.columns["current_2_A"] = course
+    recording.columns["curvature_1pm"] = 2.0 * course + recording.columns["curvature_1pm"]
+    kept = reduced(recording, 128).reduction.rows
+    turns = np.arange(stay, rows, stay)
+    if len(levels) > 2:
+        turns = turns[1::2]  # up and down, not between
+    assert np.mean([np.min(np.abs(kept - turn)) <= 2 for turn in turns]) > 0.9
+
+
+def test_flicker_of_a_readout_makes_no_cycles():
+    recording = heated(600, 15.05, False)
+    flicker = 15.05 + 0.005 * np.random.default_rng(5).standard_normal(600)
+    recording.columns["pressure_kPa"] = np.round(10.0 * flicker) / 10.0
+    short = reduced(recording, 128)
+    assert len(short) >= 124 and "cycles" not in short.reduction.text
+
+
+@pytest.mark.parametrize(("cycles", "rows"), [(17, 8), (40, 5), (12, 12)])
+def test_short_cycles_are_kept_until_the_limit_is_reached(cycles, rows):
+    phase = (np.arange(cycles * rows) % rows) / rows
+    recording = heated(cycles * rows, 15.0 + 5.0 * (1.0 - np.abs(2.0 * phase - 1.0)), True)
+    assert 0.8 * 128 <= len(reduced(recording, 128)) <= 128
