@@ -1,38 +1,17 @@
 """How often designs fail: draws of what is uncertain, and failures on draws that the search has not seen."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
-import pneusma_jax as pj
-from pneusma_jax.calibration import load_calibration, named_table
-
-from .bodies import Plan, material_of
+from .bodies import Plan
 from .program import Model
 from .result import Chance
 from .study import Study
-from .uncertain import Draws, Sampler, interval
+from .uncertain import Draws, interval, sampler_of
 
 FRESH_SEED = 1_000_003
 """Added to the seed for the draws of the final probability, which the search has not seen."""
-
-
-def sampler_of(study: Study, plan: Plan, fresh: bool = False) -> Sampler:
-    """Draws of a study's uncertainty for a combination of choices.
-
-    Args:
-        study: study with an uncertainty.
-        plan: tables of the combination.
-        fresh: take the posterior of another run of the sampler, where the study names one.
-    """
-    given = study.uncertainty
-    if fresh and given.fresh_posterior is not None:
-        given = replace(given, posterior=given.fresh_posterior)
-    table = plan.tables[0]
-    springs = pj.layout(table).spring_numbers
-    alloy = load_calibration(plan.alloy or named_table(table, "alloy"), "alloy") if springs else None
-    return Sampler(given, alloy, material_of(plan, 0), table.values())
 
 
 def chances_of(model: Model, places: Mapping[str, np.ndarray]) -> dict[str, Chance]:

@@ -138,24 +138,41 @@ class Model:
             return spread
         return jnp.concatenate([spread, reduced(groups, given.constraints, given.k, given.level)])
 
-    def _stored(self, function: Callable, size: int) -> Callable:
+    def _stored(self, function: Callable, name: str) -> Callable:
         """A program of this study, traced once and not in every process; of a user's functions it is not."""
         if self.functions:
             return eqx.filter_jit(function)
-        return cached_program(function, f"{function.__qualname__} {size} {self.study!r} {self.plan!r}")
+        return cached_program(function, f"{name} {self.study!r} {self.plan!r}")
+
+    @property
+    def _width(self) -> int:
+        """Number of designs that are computed side by side."""
+        return max(1, TOGETHER // (len(self.states.names) * self.draws.count))
+
+    def _over_places(self, one: Callable[[Array, dict, tuple], Any]) -> Callable:
+        """A program that computes the first places of a lot, from what it computes at one."""
+
+        def program(places: Array, count: Array, draws: dict, materials: tuple) -> Any:
+            return first_of(lambda place: one(place, draws, materials), places, count, self._width)
+
+        return self._stored(program, f"{one.__qualname__} {self._width}")
 
     @cached_property
-    def _compiled(self) -> object:
-        width = max(1, TOGETHER // (len(self.states.names) * self.draws.count))
+    def _compiled(self) -> Callable:
+        def derived(place: Array, draws: dict, materials: tuple) -> tuple[Array, Array]:
+            values, push = jax.linearize(lambda u: self._reduced(u, draws, materials), place)
+            return values, jax.vmap(push)(jnp.eye(place.size)).T
 
-        def evaluate(places: Array, count: Array, draws: dict, materials: tuple) -> tuple[Array, Array]:
-            def one(place: Array) -> tuple[Array, Array]:
-                values, push = jax.linearize(lambda u: self._reduced(u, draws, materials), place)
-                return values, jax.vmap(push)(jnp.eye(place.size)).T
+        return self._over_places(derived)
 
-            return first_of(one, places, count, width)
+    @cached_property
+    def _values(self) -> Callable:
+        return self._over_places(self._reduced)
 
-        return self._stored(evaluate, width)
+    def _at(self, program: Callable, places: np.ndarray, size: int | None) -> Any:
+        count = len(places)
+        full = jnp.asarray(filled(places, size or count))
+        return first_rows(program(full, jnp.asarray(count), self.draws.tree(), self.materials), count)
 
     def evaluate(self, places: np.ndarray, size: int | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Values and their Jacobians at places in the box.
@@ -169,24 +186,11 @@ class Model:
             Objectives and constraints, shape (places, numbers), and derivatives by the place, shape (places,
             numbers, parameters); NaN where a state has no equilibrium.
         """
-        count = len(places)
-        full = jnp.asarray(filled(places, size or count))
-        return first_rows(self._compiled(full, jnp.asarray(count), self.draws.tree(), self.materials), count)
-
-    @cached_property
-    def _values(self) -> object:
-        width = max(1, TOGETHER // (len(self.states.names) * self.draws.count))
-
-        def values(places: Array, count: Array, draws: dict, materials: tuple) -> Array:
-            return first_of(lambda u: self._reduced(u, draws, materials), places, count, width)
-
-        return self._stored(values, width)
+        return self._at(self._compiled, places, size)
 
     def values(self, places: np.ndarray, size: int | None = None) -> np.ndarray:
         """Objectives and constraints as those of `evaluate`, without derivatives."""
-        count = len(places)
-        full = jnp.asarray(filled(places, size or count))
-        return first_rows(self._values(full, jnp.asarray(count), self.draws.tree(), self.materials), count)
+        return self._at(self._values, places, size)
 
     @cached_property
     def _spread(self) -> object:
@@ -196,7 +200,7 @@ class Model:
             one = lambda draw: self.outputs(place, draw, materials)  # noqa: E731
             return jax.lax.map(one, draws, batch_size=size)
 
-        return self._stored(spread, size)
+        return self._stored(spread, f"{spread.__qualname__} {size}")
 
     def spread(self, place: np.ndarray, draws: Draws) -> tuple[np.ndarray, np.ndarray]:
         """Objectives and constraint rows of every draw at one place, see `outputs`."""

@@ -33,7 +33,6 @@ from typing import Any
 
 import numpy as np
 
-import pneusma_jax as pj
 from pneusma_jax.documents import read_document, shipped_names
 from pneusma_jax.errors import InputError, nearest
 
@@ -45,7 +44,7 @@ from .posterior_file import posterior_draws
 from .space import Space
 from .states import read_states
 from .study import Study
-from .uncertain import Sampler
+from .uncertain import Sampler, sampler_of
 from .unknown import read_uncertainty
 from .wanted import read_constraints, read_objectives
 
@@ -170,14 +169,7 @@ def _check_whole(study: Study, plans: Sequence[Plan]) -> None:
 
 
 def _check_uncertain(study: Study, plan: Plan) -> None:
-    table = plan.tables[0]
-    springs = pj.layout(table).spring_numbers
-    materials = plan.materials()[0]
-    alloy = None
-    if springs:
-        alloy = pj.load_calibration(plan.alloy or pj.calibration.named_table(table, "alloy"), "alloy")
-    silicone = pj.load_calibration(plan.silicone or pj.calibration.named_table(table, "material"), "silicone")
-    sampler = Sampler(study.uncertainty, alloy, silicone, table.values())
+    materials, sampler = plan.materials()[0], sampler_of(study, plan)
     _check_fresh(study, sampler)
     if not sampler.names:
         raise InputError(f"{study.path}: [uncertainty] names nothing that is uncertain")

@@ -16,7 +16,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.late import Late
 
 from .bodies import material_of, plan_of
-from .chances import chances_of, notes_on_draws, sampler_of
+from .chances import chances_of, notes_on_draws
 from .discrete import made_from
 from .infeasible import why_infeasible, why_nothing
 from .log import Evaluation, Evaluator, Log
@@ -25,6 +25,7 @@ from .pareto import front_of, not_dominated, share_of_box
 from .program import Model
 from .result import Choice, Design, DesignResult, Front
 from .study import Study
+from .uncertain import sampler_of
 
 stats = Late("scipy.stats")
 

@@ -6,20 +6,22 @@ dimensions and not by luck. The final probability of failure comes from draws th
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from pneusma_jax.calibration import Calibration
+import pneusma_jax as pj
+from pneusma_jax.calibration import Calibration, load_calibration, named_table
 from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.calibration.records import Prior
 from pneusma_jax.late import Late
 
+from .bodies import Plan, material_of
 from .posterior_file import SPRINGS, posterior_draws
-from .study import Tolerance, Uncertainty
+from .study import Study, Tolerance, Uncertainty
 
 stats = Late("scipy.stats")
 
@@ -179,3 +181,20 @@ def interval(failures: int, draws: int) -> tuple[float, float]:
     low = 0.0 if failures == 0 else float(stats.beta.ppf(tail, failures, draws - failures + 1))
     high = 1.0 if failures == draws else float(stats.beta.ppf(1.0 - tail, failures + 1, draws - failures))
     return low, high
+
+
+def sampler_of(study: Study, plan: Plan, fresh: bool = False) -> Sampler:
+    """Draws of a study's uncertainty for a combination of choices.
+
+    Args:
+        study: study with an uncertainty.
+        plan: tables of the combination.
+        fresh: take the posterior of another run of the sampler, where the study names one.
+    """
+    given = study.uncertainty
+    if fresh and given.fresh_posterior is not None:
+        given = replace(given, posterior=given.fresh_posterior)
+    table = plan.tables[0]
+    springs = pj.layout(table).spring_numbers
+    alloy = load_calibration(plan.alloy or named_table(table, "alloy"), "alloy") if springs else None
+    return Sampler(given, alloy, material_of(plan, 0), table.values())

@@ -131,7 +131,6 @@ def newton_many(
     actuator, each, guess = frozen((actuator, each, guess))
     count = actuator.freedoms
 
-
     def missed(y: Array, row: tuple) -> Array:
         row, held = row
         return joint_residual(y, Problem(actuator, *row), 1, (held, jax.lax.stop_gradient(y[count:])))

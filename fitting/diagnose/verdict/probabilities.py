@@ -166,15 +166,14 @@ def explanation_sets(
         The set of the strongest effect first, of which something unknown may be one.
     """
     named = [f for f in found if f.slug != UNMODELLED]
+
+    def with_alike(chosen: list[str], whose: Sequence[Found]) -> list[str]:
+        alike = [slug for f in whose if f.slug in chosen for slug in f.confusable]
+        return [*chosen, *dict.fromkeys(s for s in alike if s in candidates and s not in chosen)]
+
     first = _fewest({slug: p for slug, (p, _) in candidates.items()} | {UNMODELLED: unknown})
-    alike = [slug for f in named if f.slug in first for slug in f.confusable]
-    sets = [[*first, *dict.fromkeys(slug for slug in alike if slug in candidates and slug not in first)]]
-    for f in named:
-        if len(named) > 1 and f.slug not in first and f.instead:
-            own = _fewest(f.instead)
-            close = [s for s in f.confusable if s in candidates and s not in own]
-            sets.append([*own, *dict.fromkeys(close if f.slug in own else ())])
-    return sets
+    others = [f for f in named if f.slug not in first and f.instead] if len(named) > 1 else []
+    return [with_alike(first, named), *(with_alike(_fewest(f.instead), [f]) for f in others)]
 
 
 def _fewest(pool: dict[str, float]) -> list[str]:
