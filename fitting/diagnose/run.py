@@ -86,7 +86,7 @@ def diagnose(
         *_bodies(conclusion), *_untimed(program), *start.notes, *notes, *specimen_of(kind).notes(campaign),
         *readings, *apart, *_beyond(conclusion, model), *_at_bounds(conclusion), *conclusion.notes,
     ]  # fmt: skip
-    if explanation.together:
+    if conclusion.explanation.together:
         conclusion.notes.append(
             "Recordings for validation were fitted, too: only they contradict the base model, or they "
             "contradict what the others say; all scores are of recordings left out in turn"
