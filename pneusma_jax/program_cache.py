@@ -43,8 +43,8 @@ def cached_program(
 ) -> Callable:
     """`jax.jit(function)`, traced once per source, structure and shapes, and not once per process.
 
-    It is plain `jax.jit` without a compilation cache, where a static part of the arguments has no lasting
-    name or comes from another package, and where an array is not on the one device that is used by default.
+    It is plain `jax.jit` without a compilation cache, and where an array is not on the default device. The
+    same holds where a static part of the arguments has no lasting name or comes from another package.
 
     Args:
         function: pure function of pytrees of arrays; returns dictionaries, tuples and lists of arrays. It
