@@ -154,7 +154,7 @@ def _at_home(leaves: list[Any]) -> bool:
 
 def _form(leaf: Any) -> Any:
     """What a program depends on of an argument. Of an array it is told here in a tenth of JAX's time."""
-    weak = isinstance(leaf, jax.Array) and leaf.weak_type  # type: ignore[attr-defined]
+    weak = isinstance(leaf, jax.Array) and leaf.weak_type
     plain = isinstance(leaf, np.ndarray | jax.Array) and not weak
     return (leaf.dtype, leaf.shape) if plain else jax.typeof(leaf)
 

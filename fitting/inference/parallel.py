@@ -6,7 +6,9 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
-from typing import TypeVar
+from typing import Any, TypeVar
+
+from threadpoolctl import threadpool_limits
 
 from pneusma_jax.errors import InputError
 
@@ -19,6 +21,22 @@ THREADS = "PNEUSMA_THREADS"
 once."""
 
 Job, Result = TypeVar("Job"), TypeVar("Result")
+Work = TypeVar("Work", bound=Callable)
+
+
+def small_matrices(function: Work) -> Work:
+    """Decorator of a function whose linear algebra is many small problems: each gets one thread.
+
+    A library for linear algebra otherwise starts threads for every one, which wait for each other. A
+    diagnosis of an actuator took 2.7 times the processor time on two cores.
+    """
+
+    @functools.wraps(function)
+    def limited(*arguments: Any, **words: Any) -> Any:
+        with threadpool_limits(limits=1, user_api="blas"):
+            return function(*arguments, **words)
+
+    return limited  # type: ignore[return-value]
 
 
 class Tally:
