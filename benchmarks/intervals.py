@@ -4,9 +4,9 @@
 
 KIND is wire, tube (walls known), tube_walls (walls open), spring (known alloy) or spring_open (everything
 open). With `_drift` at its end zeros wander by the size of the noise in every recording. Truths are drawn
-from the priors that the fits use. Every campaign is characterised with the defaults of the command. Two kinds
-of interval are compared in the same fits: the standard error's (a Gaussian bar, `bar`), and those that are
-quoted (`quoted`).
+from the priors that the fits use. Every campaign is characterised with the defaults of the command. Three
+kinds of interval are compared in the same fits: the standard error's (a Gaussian bar, `bar`), that of the
+profile's rise alone (`risen`), and those that are quoted (`quoted`).
 
 The constants of one campaign share their noise, so they are no independent trials: one direction of four
 constants that is two deviations off puts all four outside. The range behind a coverage is that of campaigns
@@ -65,15 +65,17 @@ def one_campaign(kind: str, seed: int) -> dict:
         record = json.loads((made / "truth.json").read_text())
         spent = time.process_time()
         fit = characterise(made)
-    spent, found = time.process_time() - spent, {}
+    spent, found, estimates = time.process_time() - spent, {}, fit.parameters
     for name, truth in truths(record, list(fit.fitted)).items():
-        estimate, entry = fit.parameters[name], fit.fitted[name]
-        error = entry.standard_error
+        estimate, entry = estimates[name], fit.fitted[name]
+        error, profile = entry.standard_error, fit.profiles.get(name)
         found[name] = {
             "truth": truth,
             "value": estimate.value,
             "gaussian_sd": None if error is None else float(from_si(error, entry.unit, difference=True)),
             "quoted": {str(p): list(ends) for p, ends in estimate.interval.items()},
+            "risen": risen(profile, entry.unit),
+            "rank": rank_of(profile, entry, truth),
             "curved": estimate.curved,
             "told": list(estimate.told),
             "of_prior": estimate.of_prior,
@@ -89,6 +91,28 @@ def one_campaign(kind: str, seed: int) -> dict:
         "ended": bool(fitted.result.success),
         "parameters": found,
     }
+
+
+def risen(profile, unit: str) -> dict[str, list[float]]:
+    """Intervals by the rise of chi-square alone, without the density beyond, in the unit of files."""
+    from fitting.calibrate.profile_likelihood import RISES
+    from fitting.calibrate.quoted import KELVIN
+    from pneusma_jax.units import from_si
+
+    if profile is None:
+        return {}
+    found = {str(p): np.clip(profile.interval(rise), *profile.bounds) for p, rise in RISES.items()}
+    return {p: [float(from_si(x, unit, unit == KELVIN)) for x in ends] for p, ends in found.items()}
+
+
+def rank_of(profile, entry, truth: float) -> float | None:
+    """Part of the density below the truth, 0 to 1; None of a constant without a profile."""
+    from fitting.calibrate.quoted import KELVIN
+    from pneusma_jax.units import to_si
+
+    if profile is None or len(profile.value) < 2:
+        return None
+    return float(np.interp(float(to_si(truth, entry.unit, entry.unit == KELVIN)), *profile.distribution))
 
 
 def rise_at_truth(fit, record: dict) -> tuple[float, int]:
@@ -129,19 +153,20 @@ def combinations_of(fit, record: dict) -> list[dict]:
     return found
 
 
-def intervals_of(one: dict, percent: int, quoted: bool) -> tuple[float, float] | None:
-    """Quoted or Gaussian interval of one constant; None where there is none."""
-    if quoted:
-        return tuple(one["quoted"][str(percent)]) if str(percent) in one["quoted"] else None
+def intervals_of(one: dict, percent: int, which: str) -> tuple[float, float] | None:
+    """Interval of one constant: `quoted`, `risen`, or the Gaussian `bar`; None where there is none."""
+    if which != "bar":
+        known = one.get(which, {})
+        return tuple(known[str(percent)]) if str(percent) in known else None
     if one["gaussian_sd"] is None:
         return None
     half = Z[percent] * one["gaussian_sd"]
     return one["value"] - half, one["value"] + half
 
 
-def error_of(one: dict, quoted: bool) -> float:
+def error_of(one: dict, which: str) -> float:
     """Distance of the truth in standard deviations of the interval, on its own side; NaN without interval."""
-    ends = intervals_of(one, 90, quoted)
+    ends = intervals_of(one, 90, which)
     if ends is None:
         return float("nan")
     away = one["truth"] - one["value"]
@@ -149,25 +174,25 @@ def error_of(one: dict, quoted: bool) -> float:
     return float(away / width) if width > 0.0 else float("nan" if away == 0.0 else np.copysign(np.inf, away))
 
 
-def counts(campaigns: list[list[dict]], quoted: bool) -> dict[str, float]:
+def counts(campaigns: list[list[dict]], which: str) -> dict[str, float]:
     """Coverage in per cent with its 95 % range, and the worst error, of constants that have an interval.
 
     Args:
         campaigns: constants of each campaign.
-        quoted: true for the quoted intervals, false for those of the standard error.
+        which: kind of interval, see `intervals_of`.
     """
     found: dict[str, float] = {}
     for percent in Z:
         held = np.zeros((len(campaigns), 2))
         for k, constants in enumerate(campaigns):
-            ends = [(one, intervals_of(one, percent, quoted)) for one in constants]
+            ends = [(one, intervals_of(one, percent, which)) for one in constants]
             told = [low <= one["truth"] <= high for one, (low, high) in ((o, e) for o, e in ends if e)]
             held[k] = sum(told), len(told)
         low, high = spread_of(held)
         total = held.sum(axis=0)
         found |= {f"held_{percent}": 100.0 * float(total[0] / total[1]) if total[1] else np.nan}
         found |= {f"low_{percent}": 100.0 * low, f"high_{percent}": 100.0 * high, "constants": int(total[1])}
-    errors = np.array([error_of(one, quoted) for constants in campaigns for one in constants])
+    errors = np.array([error_of(one, which) for constants in campaigns for one in constants])
     found["worst"] = float(np.nanmax(np.abs(errors), initial=0.0))
     return found
 
@@ -199,13 +224,17 @@ def report(kind: str, done: list[dict], parameters: bool) -> None:
     )
     every = [list(entry["parameters"].values()) for entry in done]
     everything = [one for constants in every for one in constants]
-    for word, quoted in (("bar", False), ("quoted", True)):
-        found = counts(every, quoted)
+    for which in ("bar", "risen", "quoted"):
+        found = counts(every, which)
         print(
-            f"  {word}: of {found['constants']} constants 50 % intervals hold {found['held_50']:.1f} % "
+            f"  {which}: of {found['constants']} constants 50 % intervals hold {found['held_50']:.1f} % "
             f"({found['low_50']:.0f} to {found['high_50']:.0f}), 90 % intervals {found['held_90']:.1f} % "
             f"({found['low_90']:.0f} to {found['high_90']:.0f}), worst error {found['worst']:.1f} of its sd"
         )
+    ranks = [one["rank"] for one in everything if one.get("rank") is not None]
+    if ranks:
+        shares = np.histogram(ranks, np.linspace(0.0, 1.0, 11))[0]
+        print(f"  ranks of the truth in the density, by tenths: {' '.join(map(str, shares))}")
     told = [one for entry in done for one in entry.get("combinations", [])]
     if told:
         held = np.mean([one["ends"][0] <= one["truth"] <= one["ends"][1] for one in told])
@@ -224,7 +253,7 @@ def report(kind: str, done: list[dict], parameters: bool) -> None:
         return
     for name in done[0]["parameters"]:
         mine = [entry["parameters"][name] for entry in done if name in entry["parameters"]]
-        cells = [counts([[one] for one in mine], quoted) for quoted in (False, True)]
+        cells = [counts([[one] for one in mine], which) for which in ("bar", "quoted")]
         shares = [one["of_prior"] for one in mine if one["of_prior"] is not None]
         print(
             f"    {name:22s} " + "; ".join(

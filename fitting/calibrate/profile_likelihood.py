@@ -1,7 +1,15 @@
-"""Profile likelihoods: the misfit over one parameter when all others follow it, and its intervals."""
+"""Profile likelihoods: the misfit over one parameter when all others follow it, and its intervals.
 
+An interval of 90 % ends where chi-square has risen by 2.71, as of a parabola. Further out a profile may stay
+low: along a bent valley, or in a second one. Then far more than 10 % lies beyond these ends. So the profile
+is also taken as a density, proportional to exp(-rise / 2). The rise at which both ends are quoted is the one
+that leaves 10 % of it outside, and at least 2.71.
+"""
+
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,10 +30,21 @@ RISES = {50: 0.454936, 68: 1.0, 90: 2.705543}
 The 68 is one standard deviation, 68.27 %."""
 WIDTH_90 = float(np.sqrt(RISES[90]))
 """Standard errors from the best value to the end of a 90 % interval, of a parabola."""
+WIDTH_99 = 2.575829
+"""The same of a 99 % interval. A profile is followed so far: 1 % of a Gaussian lies beyond, a tenth of the
+10 % that decide about the ends of a 90 % interval."""
 NEAR = 0.15
 """Relative distance of the root of a rise from that of a limit up to which no further point is looked for.
 
 Between points the value is interpolated over the root, in which a parabola is a straight line."""
+FADED = 5.0
+"""Root of the rise up to which a density is counted; beyond it a Gaussian has 6e-7 left."""
+LAST = 1.0 / 3.0
+"""Part of a side over which its growth is taken, to go on beyond its last point. Two points that are close
+together say little about it: fits that stopped early differ by chance."""
+FINE = 1000
+"""Points of a density on each side between the outermost fit and the best, and again beyond that fit. A
+quantile of a Gaussian then has an error of 1e-6."""
 
 RENEWALS = 2
 """Maximum number of times that a fit goes on where a profile found a lower chi-square."""
@@ -70,14 +89,23 @@ class Profile:
 
     @property
     def curved(self) -> bool:
-        """The profile is not the parabola of the standard error, which misleads or spans other fits, too."""
+        """The profile is not the parabola of the standard error, which misleads or spans other fits, too.
+
+        Beyond the 90 % interval only what lies lower than the parabola counts.
+        """
         off = self._off
-        return bool(np.any(off < -CURVED) or np.any(off[~self.stopped] > CURVED))
+        return bool(np.any(off < -CURVED) or np.any(off[~self.stopped & self._inside] > CURVED))
 
     @property
     def unsure(self) -> bool:
         """Fits that stopped early leave open whether the profile is that parabola."""
-        return not self.curved and bool(np.any(self._off[self.stopped] > CURVED))
+        return not self.curved and bool(np.any(self._off[self.stopped & self._inside] > CURVED))
+
+    @property
+    def _inside(self) -> np.ndarray:
+        """True for points up to the end of the 90 % interval, shape (points,)."""
+        end = (1.0 + NEAR) ** 2 * RISES[90] * self.unit
+        return (self.rise <= end) | (self.parabola <= end)
 
     @property
     def _off(self) -> np.ndarray:
@@ -90,44 +118,97 @@ class Profile:
         """Ends of the values whose chi-square rises by less than `rise`, in units of `unit`; infinite where
         the profile never does.
         """
-        lower, upper = (self._end(side, rise) for side in (-1, 1))
-        return lower[0], upper[0]
+        return self._end(-1, rise), self._end(1, rise)
 
     def quoted(self, percent: int) -> tuple[float, float]:
-        """Interval of 50, 68 or 90 %, SI; a side that never rises enough ends at the parameter's bound."""
+        """Interval of 50, 68 or 90 %, SI: where chi-square has risen as of a parabola, or further.
+
+        It is further where less than that share of the density lies within. A side that never rises enough
+        ends at the parameter's bound.
+        """
         low, high = self.interval(RISES[percent])
-        return (
-            self.bounds[0] if low == -np.inf else max(low, self.bounds[0]),
-            self.bounds[1] if high == np.inf else min(high, self.bounds[1]),
-        )
+        below, above = self._holding(percent)
+        return max(min(low, below), self.bounds[0]), min(max(high, above), self.bounds[1])
+
+    def _holding(self, percent: int) -> tuple[float, float]:
+        """Ends of equal rise that hold a share of the density."""
+        (left, low), (right, high) = self._sides
+        value, root = np.concatenate([left[:0:-1], right]), np.concatenate([low[:0:-1], high])
+        density = np.exp(-0.5 * root**2)
+        mass, middle = 0.5 * (density[1:] + density[:-1]) * np.diff(value), 0.5 * (root[1:] + root[:-1])
+        if not len(mass):
+            return float(value[0]), float(value[0])
+        order = np.argsort(middle, kind="stable")
+        held = np.cumsum(mass[order]) / mass.sum()
+        limit = np.interp(math.erf(math.sqrt(0.5 * RISES[percent])), held, middle[order])
+        return float(np.interp(limit, low, left)), float(np.interp(limit, high, right))
+
+    @cached_property
+    def distribution(self) -> tuple[np.ndarray, np.ndarray]:
+        """Values, ascending, and the part of the density exp(-rise / 2) below each."""
+        (left, low), (right, high) = self._sides
+        value, root = np.concatenate([left[:0:-1], right]), np.concatenate([low[:0:-1], high])
+        density = np.exp(-0.5 * root**2)
+        steps = 0.5 * (density[1:] + density[:-1]) * np.diff(value)
+        total = np.concatenate([[0.0], np.cumsum(steps)])
+        return value, total / total[-1] if total[-1] > 0.0 else np.linspace(0.0, 1.0, len(total))
+
+    @cached_property
+    def _sides(self) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+        """Fine values of each side outwards, and the root of the rise there in standard deviations."""
+        return self._side(-1), self._side(1)
+
+    def _side(self, side: int) -> tuple[np.ndarray, np.ndarray]:
+        """Values of one side outwards, from the best one to the bound, and the root of the rise there.
+
+        Between points the root is interpolated. Beyond them it goes on as it has grown over the last third.
+        """
+        value, root, _ = self._course(side)
+        best, root = float(value[0]), root / math.sqrt(self.unit)
+        if len(root) < 2:
+            return np.array([best]), np.zeros(1)
+        away, room = np.abs(value - best), abs(self.bounds[0 if side < 0 else 1] - best)
+        apart = np.concatenate([[True], np.diff(away) > 0.0])  # two starts may have ended at one place
+        away, root = away[apart], root[apart]
+        k = int(np.flatnonzero(away <= (1.0 - LAST) * away[-1])[-1])
+        growth = (root[-1] - root[k]) / (away[-1] - away[k])
+        end = min(away[-1] + max(FADED - root[-1], 0.0) / growth, room)
+        fine = np.unique(np.concatenate([np.linspace(0.0, min(x, end), FINE) for x in (away[-1], end)]))
+        within = interpolate.PchipInterpolator(away, root)(np.minimum(fine, away[-1]))
+        return best + side * fine, within + growth * np.maximum(fine - away[-1], 0.0)
 
     def brackets(self) -> tuple[bool, bool]:
         """True for each end of the 90 % interval (lower, upper) that the recordings themselves determine.
 
         They do where at least half of the rise there is theirs; elsewhere priors or a bound end it.
         """
-        lower, upper = (self._end(side, RISES[90]) for side in (-1, 1))
-        return lower[1], upper[1]
+        low, high = self.quoted(90)
+        return self._told(-1, low), self._told(1, high)
 
-    def _end(self, side: int, rise: float) -> tuple[float, bool]:
+    def _told(self, side: int, end: float) -> bool:
+        """True if the recordings make at least half of the rise at one end of the 90 % interval."""
+        if not np.isfinite(self._end(side, RISES[90])):
+            return False
+        value, root, told = self._course(side)
+        k = 1 + int(np.argmin(np.abs(value[1:] - end)))
+        return told is None or bool(told[k] >= 0.5 * root[k] ** 2)
+
+    def _end(self, side: int, rise: float) -> float:
         """Last place on one side at which the profile passes a rise; infinite if it does not.
 
-        And whether the recordings make it. A fit that stopped early leaves an upper limit, so what lies
-        further out and lower counts.
+        A fit that stopped early leaves an upper limit, so what lies further out and lower counts.
         """
-        value, root, told = self._course(side)
+        value, root, _ = self._course(side)
         limit = float(np.sqrt(rise * self.unit))
         if len(root) < 2 or root[-1] < (1.0 - NEAR) * limit:
-            return side * np.inf, False
+            return side * np.inf
         if root[-1] >= limit:
-            end = float(interpolate.PchipInterpolator(root, value)(limit))
-        else:  # as the last two points go on, where that is not far
-            further = (limit - root[-1]) * (value[-1] - value[-2]) / (root[-1] - root[-2])
-            if abs(further) > 2.0 * NEAR * abs(value[-1] - value[0]):
-                return side * np.inf, False
-            end = float(value[-1] + further)
-        k = int(np.argmin(np.abs(root - limit)))
-        return end, told is None or bool(told[k] >= 0.5 * root[k] ** 2)
+            return float(interpolate.PchipInterpolator(root, value)(limit))
+        # as the last two points go on, where that is not far
+        further = (limit - root[-1]) * (value[-1] - value[-2]) / (root[-1] - root[-2])
+        if abs(further) > 2.0 * NEAR * abs(value[-1] - value[0]):
+            return side * np.inf
+        return float(value[-1] + further)
 
     def _course(self, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         """Values of one side outwards, the root of their rise, ascending, and the recordings' part of it.

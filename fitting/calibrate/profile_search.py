@@ -1,8 +1,11 @@
-"""The search for a profile's points: outwards from the fit, until chi-square has risen as for 90 %.
+"""The search for a profile's points: outwards from the fit, until chi-square has risen as for 99 %.
 
 Each side begins where the standard error puts the end of the 90 % interval. Where the misfit is a parabola,
 that one fit confirms it. Elsewhere the secant goes on, each fit begun where its neighbour ended. MINOS does
 so, too (F. James and M. Roos, Comput. Phys. Commun. 10 (1975) 343).
+
+Then the end of the 99 % interval is looked for in the same way. What lies between the two may be a valley
+that bends, or another one: a parabola that holds up to 90 % says nothing about it.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,12 +19,19 @@ from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameter
 from pneusma_jax.errors import InputError, nearest
 
-from .profile_likelihood import ALIKE, NEAR, RISES, WIDTH_90, Profile
+from .profile_likelihood import ALIKE, NEAR, RISES, WIDTH_90, WIDTH_99, Profile
 
 MOST = 9
-"""Fits on one side of a parameter, at most."""
+"""Fits on one side of a parameter up to the end of the 90 % interval, at most."""
+BEYOND = 4
+"""Fits on one side beyond that, at most."""
+PASSED = 0.5
+"""Relative distance by which the root of a rise may pass that of 99 %. The density there is 6e-4 of the
+best one's, so that what lies between the two points need not be known better."""
 GROWTH = (1.25, 4.0)
 """Least and most that a step outwards is longer than what came before."""
+DOUBLED = 2.0
+"""Least beyond a place that did not reach 99 %, where a profile has bent: it may be flat far out."""
 INSIDE = 0.25
 """Share of a bracket at each end in which no next point is taken."""
 FIRST = 0.25
@@ -158,25 +168,41 @@ class _Search:
         wanted = expected
         for _ in range(MOST):
             wanted = min(wanted, room)
-            if not wanted > 0.0 or any(np.isclose(wanted, d, rtol=1e-3, atol=0.0) for d in found.distance):
+            if not wanted > 0.0 or _known(found, wanted):
                 break
             if not self._add(found, side, wanted):
                 wanted = 0.5 * (wanted + max((d for d in found.distance if d < wanted), default=0.0))
                 continue
             if min(found.root) < -np.sqrt(ALIKE):
-                break  # a better fit: whoever asked begins anew there
+                return found  # a better fit: whoever asked begins anew there
             wanted = self._next(found, limit, room)
             if wanted is None:
                 break
+        if len(found.root) > 1:
+            self._further(found, side, room)
         return found
+
+    def _further(self, found: _Side, side: float, room: float) -> None:
+        """Points beyond the 90 % interval, until the end of the 99 % interval is passed."""
+        limit = float(np.sqrt(self.unit)) * WIDTH_99
+        for k in range(BEYOND):
+            wanted = self._next(found, limit, room, PASSED, GROWTH[0] if k == 0 else DOUBLED)
+            wanted = None if wanted is None else min(wanted, room)
+            if wanted is None or _known(found, wanted) or not self._add(found, side, wanted):
+                return
+            if min(found.root) < -np.sqrt(ALIKE):
+                return
 
     def _bent(self, found: _Side) -> bool:
         """True if the 90 % interval ends elsewhere than the standard error says."""
-        error, far = self.entry.standard_error, found.root[-1]
-        if error is None or len(found.root) > 2:
+        error = self.entry.standard_error
+        if error is None:
             return True
-        expected = found.distance[-1] / error
-        return len(found.root) > 1 and abs(far / expected - 1.0) > NEAR
+        limit = float(np.sqrt(self.unit)) * WIDTH_90
+        near = [k for k in range(1, len(found.root)) if found.root[k] < (1.0 + NEAR) * limit]
+        return any(abs(found.root[k] * error / found.distance[k] - 1.0) > NEAR for k in near) or (
+            len(found.root) > 1 and not near
+        )
 
     def _halve(self, found: _Side, side: float) -> None:
         """One more point where the 50 % interval may end, if there is none near that."""
@@ -186,17 +212,19 @@ class _Search:
         if end > 0.0 and min(found.root) >= 0.0 and not near:
             self._add(found, side, HALF * end)
 
-    def _next(self, found: _Side, limit: float, room: float) -> float | None:
-        """Next place to fit on a side; None if its end is known."""
+    def _next(
+        self, found: _Side, limit: float, room: float, over: float = NEAR, least: float = GROWTH[0]
+    ) -> float | None:
+        """Next place to fit on a side; None if its end is known: a root is near the limit, or `over` it."""
         root = np.maximum.accumulate(found.root)
-        if abs(root[-1] / limit - 1.0) < NEAR or np.any(np.abs(root / limit - 1.0) < NEAR):
+        if np.any((root > (1.0 - NEAR) * limit) & (root < (1.0 + over) * limit)):
             return None
         inside = [k for k in range(len(root)) if root[k] < limit]
         low, last = found.distance[inside[-1]], float(root[inside[-1]])
         if len(inside) == len(root):  # not far enough yet
             if low >= room * (1.0 - 1e-9):
                 return None
-            return low * float(np.clip(limit / max(last, 1e-3), *GROWTH))
+            return low * float(np.clip(limit / max(last, 1e-3), least, GROWTH[1]))
         high, over = found.distance[inside[-1] + 1], float(root[inside[-1] + 1])
         secant = low + (high - low) * (limit - last) / (over - last)
         inside = INSIDE * (high - low)  # a jump between the two would keep a secant at one of them
@@ -238,6 +266,11 @@ class _Search:
         else:
             slopes = _followers(self.uncertainty, self.name)
         return {**at, **{n: at[n] + moved * slope for n, slope in slopes.items()}, self.name: value}
+
+
+def _known(found: _Side, wanted: float) -> bool:
+    """True if a fit has been made at that distance."""
+    return any(np.isclose(wanted, d, rtol=1e-3, atol=0.0) for d in found.distance)
 
 
 def _lowest(

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fitting.data.recordings import Campaign, schema
+from fitting.inference.parallel import small_matrices
 from fitting.inference.readings import cautions
 from fitting.specimens.reduction import said
 from fitting.specimens.registry import kind_of, specimen_of
@@ -29,6 +30,7 @@ from .verdict.text import unstated
 CAMPAIGNS = DEFAULT.campaigns
 
 
+@small_matrices
 def diagnose(
     campaign: Campaign,
     seed: int = 0,

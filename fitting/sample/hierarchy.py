@@ -8,6 +8,9 @@ likelihood is that of the recordings themselves, not of estimates, so each prior
 The mean has the prior of the constant. The spread has the positive half of a Gaussian whose size is that
 prior's standard deviation: specimens do not differ by more than alloys do. What belongs to a specimen alone,
 its dimensions, keeps its own prior.
+
+Campaigns of one form are padded to one shape and computed side by side (`side_by_side`). No-U-turn chains are
+the default sampler: the number of dimensions grows with the specimens, which costs ensembles of walkers most.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,6 +19,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, PyTree
@@ -29,12 +33,12 @@ from fitting.specimens.rows import MARK
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si
 
-from .likelihood import KnownNoise, Residual
 from .problem import KELVIN, Problem
 from .problems import sampling_problem
 from .result import Posterior
 from .sampling import sample
 from .settings import Settings
+from .side_by_side import Form, side_by_side
 from .target import Target
 
 LEAST, MOST = 1e-3, 10.0
@@ -145,7 +149,7 @@ def sample_together(
     Args:
         fits: characterisation of each specimen, by its name; of one kind.
         file, resume, progress: as for a posterior of one specimen.
-        **settings: settings of a run, see `Settings`.
+        **settings: settings of a run, see `Settings`; the sampler is "nuts" by default.
 
     Raises:
         InputError: if there are fewer than two, they share no constant, or their kind cannot be sampled so.
@@ -160,7 +164,8 @@ def sample_together(
             "a joint posterior needs two specimens or more that share a free constant with a prior"
         )
     target, parameters = joint_target([problem.target for problem in problems], entries)
-    posterior = sample(target, parameters, Settings(**settings), file=file, resume=resume, progress=progress)
+    chosen = Settings(**{"sampler": "nuts", **settings})
+    posterior = sample(target, parameters, chosen, file=file, resume=resume, progress=progress)
     return Together(tuple(fits), problems, tuple(fits.values()), posterior)
 
 
@@ -214,14 +219,9 @@ def joint_target(targets: Sequence[Target], entries: Sequence[Parameters]) -> tu
     Raises:
         InputError: if the noise of a campaign is not known.
     """
-    residuals: list[Residual] = []
-    for target in targets:
-        if not isinstance(target.likelihood, KnownNoise):
-            raise InputError("a joint posterior needs recordings whose noise is known; this kind has none")
-        residuals.append(target.likelihood.residual)
+    forms = side_by_side(targets)
     shared = shared_constants(entries)
     at = {place: (stem, k) for stem, places in shared.items() for k, place in enumerate(places)}
-    layouts = [target.layout for target in targets]
 
     def here(values: Mapping[str, Array], campaign: int, name: str) -> Array:
         """A free parameter of a campaign, SI."""
@@ -231,18 +231,27 @@ def joint_target(targets: Sequence[Target], entries: Sequence[Parameters]) -> tu
         entry = entries[campaign][name]
         return own_value(entry, values[stem], values[spread_name(stem)], values[distance_name(stem, k)])
 
+    def vectors(values: Mapping[str, Array], form: Form) -> Array:
+        """Coordinates of every campaign of a form, shape (campaigns, n)."""
+        logs = form.layout.logarithmic
+        found = [[here(values, k, name) for name in form.layout.free] for k in form.members]
+        return jnp.stack(
+            [jnp.stack([jnp.log(x) if log else x for x, log in zip(own, logs, strict=True)]) for own in found]
+        )
+
     def residual(values: Mapping[str, Array], data: PyTree) -> Array:
-        parts = []
-        for k, (own, layout) in enumerate(zip(residuals, layouts, strict=True)):
-            found = [here(values, k, name) for name in layout.free]
-            logs = zip(found, layout.logarithmic, strict=True)
-            vector = jnp.stack([jnp.log(x) if logarithmic else x for x, logarithmic in logs])
-            parts.append(jnp.ravel(own(layout.values(vector, data[k]["stored"]), data[k]["rows"])))
-        return jnp.concatenate(parts)
+        found = [
+            jax.vmap(form.rows)(vectors(values, form), *own) for form, own in zip(forms, data, strict=True)
+        ]
+        return jnp.concatenate([jnp.ravel(part) for part in found])
+
+    def log_likelihood(values: Mapping[str, Array], data: PyTree) -> Array:
+        pairs = zip(forms, data, strict=True)
+        return sum(jnp.sum(jax.vmap(form.likelihood)(vectors(values, form), *own)) for form, own in pairs)
 
     parameters = _parameters(shared, entries)
-    data = [{"rows": target.data, "stored": target.stored} for target in targets]
-    return Target.from_residual(residual, parameters, data), parameters
+    data = [form.data for form in forms]
+    return Target.from_log_likelihood(log_likelihood, parameters, data, residual), parameters
 
 
 def _parameters(shared: Mapping[str, Sequence[Place]], entries: Sequence[Parameters]) -> Parameters:

@@ -106,37 +106,28 @@ def differentiation(density: Callable[..., Array], *arguments: Array) -> Literal
 
 
 def with_gradient(density: Callable[..., Array], how: Literal["reverse", "forward"]) -> Callable[..., Array]:
-    """A density with a reverse derivative, whatever its own program allows.
+    """A density with derivatives of both modes, whatever its own program allows.
 
-    A derivative that is not finite becomes zero. The step is then judged by the density alone, and refused.
+    Its gradient is computed once, by `how`, for any number of directions. A derivative that is not finite
+    becomes zero. The step is then judged by the density alone, and refused.
 
     Args:
         density: function `density(z, *arguments)` to a scalar.
         how: mode of differentiation, see `differentiation`.
     """
 
-    @jax.custom_vjp
+    @jax.custom_jvp
     def safe(z: Array, *rest: PyTree) -> Array:
         return density(z, *rest)
 
-    def forth(z: Array, *rest: PyTree) -> tuple[Array, tuple]:
+    @safe.defjvp
+    def along(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
+        z, *rest = primals
         if how == "reverse":
             value, slope = jax.value_and_grad(density)(z, *rest)
         else:
             value, forward = jax.linearize(lambda p: density(p, *rest), z)
             slope = jax.vmap(forward)(jnp.eye(z.size, dtype=z.dtype))
-        return value, (jnp.where(jnp.isfinite(slope), slope, 0.0), rest)
+        return value, jnp.sum(jnp.where(jnp.isfinite(slope), slope, 0.0) * tangents[0])
 
-    def back(saved: tuple, cotangent: Array) -> tuple:
-        slope, rest = saved
-        return (cotangent * slope, *jax.tree.map(_no_tangent, rest))
-
-    safe.defvjp(forth, back)
     return safe
-
-
-def _no_tangent(leaf: Array) -> Array | np.ndarray:
-    """The cotangent of an argument that is not differentiated."""
-    if jnp.issubdtype(leaf.dtype, jnp.inexact):
-        return jnp.zeros_like(leaf)
-    return np.zeros(leaf.shape, jax.dtypes.float0)

@@ -72,9 +72,9 @@ def bent(a, b, t):
 def test_of_a_straight_line_profiles_are_parabolas(fitted):
     for profile in profiling.profiles(fitted(line), ["a", "b"]).values():
         np.testing.assert_allclose(profile.rise, profile.parabola, atol=0.01)
-        assert len(profile.value) == 3 and not profile.curved and profile.below < 1e-6
+        assert len(profile.value) == 5 and not profile.curved and profile.below < 1e-6
         wide = WIDTH_90 * profile.sd
-        np.testing.assert_allclose(profile.quoted(90), profile.value[1] + np.array([-wide, wide]), rtol=0.01)
+        np.testing.assert_allclose(profile.quoted(90), profile.value[2] + np.array([-wide, wide]), rtol=0.01)
 
 
 def test_a_curved_valley_shows(fitted):

@@ -5,9 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
+from scipy.stats import chi2
 
 from fitting.calibrate.profile_likelihood import RISES, WIDTH_90, Profile, lower_end
-from fitting.calibrate.profile_search import MOST, followed
+from fitting.calibrate.profile_search import BEYOND, MOST, followed
 from fitting.calibrate.quoted import estimate, merely_prior
 from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameter, Parameters, Prior
@@ -40,10 +41,11 @@ class Problem:
         return followed(["x"], self.parameters, self.values, errors, self.fit, again, units)["x"]
 
 
-def test_a_parabola_takes_one_fit_on_each_side():
+def test_a_parabola_takes_two_fits_on_each_side():
+    """One confirms the end of the 90 % interval, one that of the 99 % interval."""
     problem = Problem(lambda x, y: 7.0 + (x / 2.0) ** 2 + (y - x) ** 2, sd=2.0)
     found = problem.profile()
-    assert problem.calls <= 2 + 2 * 2 and not found.curved
+    assert problem.calls <= 1 + 2 * 2 and not found.curved
     for percent, rise in RISES.items():
         np.testing.assert_allclose(found.quoted(percent), np.array([-2.0, 2.0]) * rise**0.5, rtol=1e-6)
     assert found.brackets() == (True, True)
@@ -54,21 +56,44 @@ def banana(x, y):
     return ((1.0 - np.exp(-x / 4.0)) / 0.3) ** 2 + (x / 10.0) ** 2 + (y - x) ** 2
 
 
+def known_interval(profile, percent, low=-50.0, high=50.0):
+    """Where a rise is less than the one that leaves 10 % of the density exp(-rise / 2) outside; from a grid."""
+    grid = np.linspace(low, high, 1000001)
+    rise = np.sort(profile(grid))
+    held = np.cumsum(np.exp(-0.5 * rise)) / np.exp(-0.5 * rise).sum()
+    limit = max(rise[np.searchsorted(held, chi2.cdf(RISES[percent], 1))], RISES[percent])
+    inside = grid[profile(grid) <= limit]
+    return inside.min(), inside.max()
+
+
 @pytest.mark.parametrize("percent", RISES)
 def test_of_a_banana_the_interval_is_the_known_one(percent):
     """The Gaussian bar is 1.2 to either side; the truth is asymmetric by a factor of eight."""
-    wanted = []
-    grid = np.linspace(-30.0, 45.0, 750001)
-    inside = grid[banana(grid, grid) <= RISES[percent]]
-    wanted = inside.min(), inside.max()
+    wanted = known_interval(lambda x: banana(x, x), percent)
     problem = Problem(banana, sd=(1.0 / 1.2**2 + 0.01) ** -0.5, told=lambda x, y: banana(x, y) - (x / 10.0) ** 2)
     found = problem.profile()
-    assert found.curved and problem.calls < 2 * (MOST + 2)
-    np.testing.assert_allclose(found.quoted(percent), wanted, rtol=0.06)
+    assert found.curved and problem.calls < 2 * (MOST + BEYOND + 2)
+    np.testing.assert_allclose(found.quoted(percent), wanted, rtol=0.08)
     if percent == 90:
         assert found.brackets() == (True, True)
         quoted = estimate(problem.parameters["x"], found)
-        assert quoted.curved and quoted.sd == pytest.approx(np.ptp(wanted) / 2.0 / WIDTH_90, rel=0.06)
+        assert quoted.curved and quoted.sd == pytest.approx(np.ptp(wanted) / 2.0 / WIDTH_90, rel=0.08)
+
+
+def second_valley(x):
+    """A parabola up to 1.9 below the best value; further down the rise stays at 3.6, up to a wall at -8."""
+    return np.where(x > -1.897, x**2, 3.6 + np.maximum(-8.0 - x, 0.0) ** 2)
+
+
+def test_what_stays_low_beyond_the_interval_belongs_to_it():
+    """At 1.64 errors the rise is a parabola's, so that the 90 % interval seemed known; a fifth lies beyond."""
+    problem = Problem(lambda x, y: float(second_valley(x)) + (y - x) ** 2)
+    found = problem.profile()
+    wanted = known_interval(second_valley, 90)
+    assert wanted[0] < -5.0 and found.interval(RISES[90])[0] == pytest.approx(-WIDTH_90, rel=0.05)
+    np.testing.assert_allclose(found.quoted(90), wanted, rtol=0.3)  # three points tell of the far side
+    quoted = estimate(problem.parameters["x"], found)
+    assert quoted.curved and -8.0 > quoted.value - 5.0 * quoted.sd
 
 
 def test_a_direction_that_nothing_tells_is_the_prior_and_is_said_to_be():
@@ -98,7 +123,8 @@ def test_a_constant_at_its_bound_has_a_one_sided_interval():
     problem = Problem(lambda x, y: (x + 1.0) ** 2 + (y - x) ** 2, sd=None, low=0.0, high=9.0)
     found = problem.profile()
     low, high = found.quoted(90)
-    assert low == 0.0 and high == pytest.approx((1.0 + RISES[90]) ** 0.5 - 1.0, rel=0.05)
+    assert low == 0.0 and high == pytest.approx(1.147, rel=0.03)  # a truncated Gaussian has 10 % beyond
+    assert found.interval(RISES[90])[1] == pytest.approx((1.0 + RISES[90]) ** 0.5 - 1.0, rel=0.05)
     quoted = estimate(problem.parameters["x"], found)
     assert quoted.at_bound and quoted.interval[90] == (low, high) and quoted.told == (False, True)
 
@@ -126,7 +152,7 @@ def test_other_fits_that_are_as_good_belong_to_the_interval():
     alone = Profile("x", value, value**2, np.zeros(3, bool), 1.0, bounds=(-20.0, 20.0))
     both = alone.joined([(6.0, 1.0), (-9.0, 50.0)])
     low, high = both.quoted(90)
-    assert low == pytest.approx(-WIDTH_90) and 6.0 < high < 8.0
+    assert -2.0 < low <= -WIDTH_90 and 6.0 < high < 9.0
     assert alone.joined([(6.0, 50.0)]) is alone
 
 

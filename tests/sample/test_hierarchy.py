@@ -2,16 +2,21 @@
 
 from types import SimpleNamespace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from fitting.calibrate.result import Estimate
+from fitting.characterise import characterise
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.report import render
 from fitting.report.posterior.hierarchy import content, report_of
 from fitting.sample import Settings, Target, hierarchy, sample
 from fitting.sample.hierarchy import Together, joint_target, own_value, sample_together, shared_constants
+from fitting.sample.side_by_side import side_by_side
+from fitting.specimens.rows import Rows, numbers, stack
+from fitting.synthesise import synthesise, write_synthetic
 from pneusma_jax.errors import InputError
 
 MEAN, SD, ERROR = 1.0, 2.0, 0.3
@@ -86,6 +91,75 @@ def test_the_report_shows_population_specimens_and_pooling(together):
     assert "Joint posterior of 3 campaigns" in report and "drawn to the mean" in report
     assert render.documents(report_of(together))["report.json"]
     assert content(together)["constants"]["x"]["specimens"]["B"]["alone"] == MEASURED[1]
+
+
+def recording(y, specimen):
+    """Readings of a constant as a recording of their own length."""
+    ones = np.ones(len(y))
+    return Rows(
+        mask=ones > 0.0, time=np.arange(len(y)) * 1.0, inputs={}, measured={"y": np.asarray(y, float)},
+        weight={"y": ones / ERROR}, base={"x": np.asarray(0.0)}, extra={}, specimen=np.asarray(specimen),
+    )  # fmt: skip
+
+
+def misfit(values, stacked):
+    """Weighted misfit of every recording, by a loop that only forward mode can differentiate."""
+
+    def one(rows):
+        x = numbers(values, rows)["x"]
+        root = jax.lax.while_loop(lambda s: jnp.abs(s**2 - x) > 1e-13, lambda s: 0.5 * (s + x / s), x)
+        return rows.weight["y"] * (root**2 - rows.measured["y"])
+
+    return jax.vmap(one)(stacked)
+
+
+def test_campaigns_of_any_length_are_one_program_and_their_likelihoods_add_up():
+    lengths = ((3, 5), (40,), (7, 2, 33))
+    drawn = np.random.default_rng(3)
+    rows = [stack([recording(drawn.normal(1.0, 0.2, n), 1) for n in own]) for own in lengths]
+    entries = [Parameters(Parameter("x", 1.0, prior=Prior(1.0, 0.5, 0.1, 9.0))) for _ in rows]
+    targets = [Target.from_residual(misfit, own, data) for own, data in zip(entries, rows, strict=True)]
+    (form,) = side_by_side(targets)
+    assert form.members == (0, 1, 2)
+    target, _ = joint_target(targets, entries)
+    names, point = target.names, np.array([1.1, 0.3, 0.4, -0.7, 1.3])
+    assert names == ("x", "x_spread", "x_of_1", "x_of_2", "x_of_3")
+    point[1] = np.log(point[1])
+    own = 1.1 + 0.3 * point[2:]
+    alone = sum(
+        float(t.likelihood(t.values(jnp.array([x])), t.data)) for t, x in zip(targets, own, strict=True)
+    )
+    likelihood = lambda z: target.likelihood(target.values(z), target.data)  # noqa: E731
+    assert float(likelihood(jnp.asarray(point))) == pytest.approx(alone, rel=1e-9)
+    rows_of = lambda z: target.likelihood.residual(target.values(z), target.data)  # noqa: E731
+    assert -0.5 * float(jnp.sum(rows_of(jnp.asarray(point)) ** 2)) == pytest.approx(alone, rel=1e-9)
+    slope = np.asarray(jax.grad(likelihood)(jnp.asarray(point)))
+    steps = 1e-6 * np.eye(5)
+    differences = [(likelihood(point + h) - likelihood(point - h)) / 2e-6 for h in steps]
+    np.testing.assert_allclose(slope, differences, rtol=1e-5, atol=1e-4)
+    np.testing.assert_allclose(jax.jacfwd(likelihood)(jnp.asarray(point)), slope, rtol=1e-9)
+
+
+def test_campaigns_with_other_parameters_are_another_form():
+    (alone, *_), entries = specimens()
+    other = Parameters(Parameter("x", 1.0, prior=Prior(MEAN, SD)), Parameter("wall_thickness", 0.0, vary=False))
+    held = Target.from_residual(away, other, {"y": jnp.asarray(0.5)})
+    assert [form.members for form in side_by_side([alone, held, alone])] == [(0, 2), (1,)]
+
+
+@pytest.mark.slow
+def test_three_tubes_are_drawn_together(tmp_path):
+    """Tubes of one silicone with errors of 3 % each: most of their difference is error."""
+    fits = {}
+    for seed in (1, 2, 3):
+        write_synthetic(synthesise("tube", seed=seed), tmp_path / f"t{seed}")
+        fits[f"t{seed}"] = characterise(tmp_path / f"t{seed}")
+    together = sample_together(fits, seed=1, progress=False)
+    assert together.converged, together.posterior.verdict
+    stiffness = together.shared["silicone_stiffness"]
+    assert len(stiffness.specimens) == 6 and 0.1 < stiffness.pooling < 1.0
+    assert np.ptp(stiffness.together) < 0.9 * np.ptp(stiffness.alone)
+    assert np.all(stiffness.together_sd < stiffness.alone_sd)
 
 
 def test_a_positive_constant_is_spread_by_ratios():

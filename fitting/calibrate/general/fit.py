@@ -18,6 +18,8 @@ from fitting.specimens import Model, Rows, predictor_of, silenced, specimen_of, 
 
 RTOL = 1e-4
 MAX_STEPS = 300
+FEW_STEPS = 50
+"""The same of a fit with a constant held, for a profile; see `fitting.calibrate.spring.problem`."""
 MISFIT = 1.3
 """Reduced chi-square from which what is left is more than noise."""
 OVERSTATED = 0.5
@@ -149,7 +151,7 @@ def fit_pinned(fit: GeneralFit, values: Mapping[str, float], pins: Mapping[str, 
     """
     rows, known = inflated(fit.rows, fit.inflation), fit.result.parameters
     held = {name: (value, PINNED * _size(known[name])) for name, value in pins.items()}
-    return _fit(fit.model, fit.recordings, rows, known.at({**values, **pins}), 1, 0, held)
+    return _fit(fit.model, fit.recordings, rows, known.at({**values, **pins}), 1, 0, held, FEW_STEPS)
 
 
 def _size(entry: Parameter) -> float:
@@ -275,6 +277,7 @@ def _fit(
     starts: int | Sequence[Mapping[str, float]],
     seed: int,
     held: Mapping[str, tuple[float, float]] | None = None,
+    most: int = MAX_STEPS,
 ) -> FitResult:
     used = fitted_only(recordings, rows)
     return fit_least_squares(
@@ -284,7 +287,7 @@ def _fit(
         use_priors=True,
         observations=model.observations(used),
         rtol=RTOL,
-        max_steps=MAX_STEPS,
+        max_steps=most,
         starts=None if starts == 1 else starts,
         seed=seed,
     )

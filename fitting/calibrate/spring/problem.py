@@ -26,6 +26,9 @@ from .stand_tests import StandTest
 RTOL = 1e-3
 """A fit has converged when its next step would be this many standard errors."""
 MAX_STEPS = 200
+FEW_STEPS = 50
+"""The same of a fit with a constant held, for a profile. Of 43 such fits in one open alloy 20 took more, up
+to 200. Ended here their chi-square is higher by 0.1 at most, for a quarter of the time."""
 MOST_ROUNDS = 6
 SAME = 0.05
 """Change of chi-square below which two rounds of decisions agree."""
@@ -159,8 +162,8 @@ class Problem:
         return result, replace(self.at(result.values), stacked=replace(self.stacked, extra=known))
 
 
-def solve(parameters: Parameters, data: PyTree) -> FitResult:
-    """One least-squares fit with everything decided."""
+def solve(parameters: Parameters, data: PyTree, most: int = MAX_STEPS) -> FitResult:
+    """One least-squares fit with everything decided, in at most so many steps."""
     rows = data["rows"]
     count = sum(np.sum(np.asarray(weight) > 0.0) for weight in rows.weight.values())
     # in each row whose fraction is free and told by resistance, one of the measured values goes into it
@@ -173,7 +176,7 @@ def solve(parameters: Parameters, data: PyTree) -> FitResult:
         use_priors=True,
         observations=count,
         rtol=RTOL,
-        max_steps=MAX_STEPS,
+        max_steps=most,
     )
 
 
@@ -182,7 +185,8 @@ def fit_pinned(
 ) -> FitResult:
     """Fit with some parameters held at values, and no others; `known` are parameters with standard errors."""
     held = pins_of(problem, values, known)
-    return solve(problem.at(values).parameters, {**data, "pins": constraint_table(problem.parameters, held)})
+    pinned = {**data, "pins": constraint_table(problem.parameters, held)}
+    return solve(problem.at(values).parameters, pinned, FEW_STEPS)
 
 
 def pins_of(

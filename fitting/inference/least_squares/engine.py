@@ -52,6 +52,7 @@ class EngineState(eqx.Module):
     proposal: Proposal
     radius: Float[Array, ""]
     offset: Float[Array, ""]
+    taken: Int[Array, ""]
     refused: Int[Array, ""]
     negligible: Int[Array, ""]
     converged: Bool[Array, ""]
@@ -76,6 +77,8 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
         box: lower and upper bounds, shape (n,), or None for none, which leaves their handling out of the
             compiled program.
         relative: false for coordinates without a natural zero, such as logarithms, shape (n,).
+        most: maximum number of steps. It is a number of the program, not of its source, unlike optimistix's
+            `max_steps`: fits that may take more or fewer steps share one program.
         first_radius: first trust radius, as a fraction of the scaled length of the starting point.
     """
 
@@ -84,6 +87,7 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
     norm: Callable[[PyTree], Scalar]
     box: Box | None
     relative: Bool[Array, " n"]
+    most: int | Int[Array, ""]
     first_radius: float = 1.0
 
     def init(self, fn, y, args, options, f_struct, aux_struct, tags) -> EngineState:
@@ -105,6 +109,7 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
             proposal=Proposal(jnp.zeros(count, kind), zero, zero),
             radius=zero,
             offset=jnp.asarray(jnp.inf, kind),
+            taken=jnp.asarray(0),
             refused=jnp.asarray(0),
             negligible=jnp.asarray(0),
             converged=false,
@@ -155,6 +160,7 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
             proposal=proposal,
             radius=radius,
             offset=offset,
+            taken=state.taken + 1,
             refused=refused,
             negligible=negligible,
             converged=offset <= self.rtol,
@@ -191,7 +197,7 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
     def terminate(self, fn, y, args, options, state, tags) -> tuple[Bool[Array, ""], optx.RESULTS]:
         """True where the state ends the solve."""
         del fn, y, args, options, tags
-        return state.converged | state.precise | state.stalled, state.result
+        return state.converged | state.precise | state.stalled | (state.taken >= self.most), state.result
 
     def postprocess(
         self, fn, y, aux, args, options, state, tags, result

@@ -78,7 +78,7 @@ def fit_least_squares(
     scaled = not use_priors if scale_covariance is None else scale_covariance
     problem = _problem(residual, parameters, data, use_priors, rtol)
     vectors = starting_vectors(parameters, starts, seed)
-    outcomes, values, slopes = jax.device_get(run(problem, np.asarray(vectors), max_steps))
+    outcomes, values, slopes = jax.device_get(run(problem, np.asarray(vectors), np.asarray(max_steps)))
     best, chi_squares = _best(outcomes)
     outcome = jax.tree.map(lambda leaf: leaf[best], outcomes)
     ended = _Ended(outcome, vectors[best], values[best], slopes[best], chi_squares)

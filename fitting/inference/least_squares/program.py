@@ -57,7 +57,7 @@ def solve(
     box: Box | None = None,
     relative: Bool[Array, " n"] | None = None,
     rtol: float | Array = 1e-8,
-    max_steps: int = 2000,
+    max_steps: int | Array = 2000,
 ) -> Outcome:
     """Minimise the sum of squares of `function(vector, args)`; may be traced, mapped and compiled.
 
@@ -77,8 +77,9 @@ def solve(
         norm=optx.max_norm,
         box=box,
         relative=jnp.ones(start.shape, bool) if relative is None else relative,
+        most=max_steps,
     )
-    solution = optx.least_squares(function, solver, start, args, max_steps=max_steps, throw=False)
+    solution = optx.least_squares(function, solver, start, args, max_steps=None, throw=False)
     state = solution.state
     return Outcome(
         vector=solution.value,
@@ -140,11 +141,13 @@ def _rows(vector: Array, problem: Problem) -> Array:
 
 
 @stored_jit(Outcome)
-def run(problem: Problem, starts: Float[Array, "starts n"], max_steps: int) -> tuple[Outcome, Any, Any]:
+def run(
+    problem: Problem, starts: Float[Array, "starts n"], max_steps: Int[Array, ""]
+) -> tuple[Outcome, Any, Any]:
     """Solve from every start.
 
-    The program is compiled once per residual function, layout and shapes. Numbers, bounds and data may
-    change. It is stored, and traced no more, if the residual has a lasting name.
+    The program is compiled once per residual function, layout and shapes. Numbers, bounds, data and
+    the limit of steps may change. It is stored, and traced no more, if the residual has a lasting name.
 
     Returns:
         Outcomes, all values (starts, all) and their derivatives by the vector (starts, all, n).
