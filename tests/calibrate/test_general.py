@@ -112,7 +112,7 @@ def test_the_command_writes_everything_or_one_line(tmp_path, capsys):
     copy = tmp_path / "tube"
     shutil.copytree(SHIPPED / "tube", copy)
     with pytest.raises(SystemExit) as left:
-        main(["characterise", str(copy), "--out", str(tmp_path / "out")])
+        main(["characterise", str(copy), "--starts", "1", "--out", str(tmp_path / "out")])
     assert not left.value.code and (tmp_path / "out" / "report.html").exists()
     assert "SIMULATED" in capsys.readouterr().out
     with pytest.raises(SystemExit) as left:

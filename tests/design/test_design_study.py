@@ -12,17 +12,24 @@ import pneusma_jax as pj
 from fitting.cli import main
 from fitting.design import read_study, run_study
 from fitting.design.program import Model
+from fitting.design.run import LEAST_SIZE
 from fitting.report.design.documents import tables
 from fitting.report.results import text
 from pneusma_jax.errors import InputError
 
 
+def evaluated(result, places):
+    """Values and derivatives at places, in lots of the search's own size, whose program is compiled."""
+    size = max(result.study.starts, LEAST_SIZE)
+    lots = [result.model.evaluate(places[k : k + size], size) for k in range(0, len(places), size)]
+    return tuple(np.concatenate(parts) for parts in zip(*lots, strict=True))
+
+
 def test_no_design_of_a_grid_is_better(small):
     result, _ = small
-    model = result.model
     walls, coils = np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, 31)
     grid = np.stack(np.meshgrid(walls, coils, indexing="ij"), axis=-1).reshape(-1, 2)
-    values = np.concatenate([model.evaluate(lot)[0] for lot in np.array_split(grid, 31)])
+    values, _ = evaluated(result, grid)
     kept = np.all(values[:, 1:] <= 0.0, axis=1)
     best = -values[kept, 0].min()
     assert result.made.objectives[0] > best * (1.0 - 1e-9)
@@ -31,11 +38,10 @@ def test_no_design_of_a_grid_is_better(small):
 
 
 def test_derivatives_are_those_of_differences(small):
-    model = small[0].model
     place, h = np.array([0.4, 0.6]), 1e-5
-    (values,), (slopes,) = model.evaluate(place[None])
+    _, (slopes,) = evaluated(small[0], place[None])
     around = np.array([place + h * e for e in (*np.eye(2), *-np.eye(2))])
-    moved, _ = model.evaluate(around)
+    moved, _ = evaluated(small[0], around)
     np.testing.assert_allclose(slopes.T, (moved[:2] - moved[2:]) / (2.0 * h), rtol=1e-6, atol=1e-8)
 
 
@@ -106,7 +112,7 @@ def test_a_function_of_the_users_is_the_quantity_it_computes(small, tmp_path):
     )
     study = read_study(write_study(tmp_path, mine))
     model, place = Model(study, small[0].model.plan), np.array([[0.3, 0.7]])
-    np.testing.assert_allclose(model.evaluate(place)[0], small[0].model.evaluate(place)[0], rtol=1e-12)
+    np.testing.assert_allclose(model.evaluate(place)[0], evaluated(small[0], place)[0], rtol=1e-12)
 
 
 def test_the_command_refuses_results_that_are_there(small, tmp_path):

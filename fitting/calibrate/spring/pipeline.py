@@ -157,39 +157,41 @@ def characterise_spring(
     known = None if identify else Alloy(**{name: q.value for name, q in quantities.items()})
     readings = readings_of(recordings, phases, known, softer)
     found, best = best_of_readings(campaign, readings, base, identify, adjust or {}, starts, seed, progress)
-    tests = found[best].reading.tests
-    single, (profiled, last) = _profiled_to_the_end(found[best].single, profile, progress)
-    fitted = [test for test in tests if test.fitted]
-    told_best = plateaus(single, quantities, fitted, profiled)
-    profiled = with_other_fits(profiled, single)
+    chosen = found[best]
+    single, (profiled, last) = _profiled_to_the_end(chosen.single, profile, progress)
+    fitted = [test for test in chosen.reading.tests if test.fitted]
     joint = spanned(single)
     told = information(joint.problem, joint.parameters)
     progress("information")
-    further = next_test(joint.problem, joint.parameters, told, identify)
     return SpringCharacterisation(
         title=campaign.title,
         identify=identify,
-        tests=tuple(tests),
-        stages=tuple(found[best].stages),
+        tests=tuple(chosen.reading.tests),
+        stages=tuple(chosen.stages),
         joint=joint,
         base=quantities,
-        start=found[best].start,
+        start=chosen.start,
         information=told,
-        identifiability=open_constants(
-            told, joint.parameters, found[best].start,
-            needed=partial(why_not_shown, fitted), reach=partial(informing_tests, fitted),
-        ),
+        identifiability=_identifiability(told, joint, chosen.start, fitted),
         modes=tuple(other_modes(single)),
-        profiles=profiled,
+        profiles=with_other_fits(profiled, single),
         scores=tuple(scores(joint.problem, joint.values)),
-        next_test=further,
+        next_test=next_test(joint.problem, joint.parameters, told, identify),
         real=all_real(recordings),
         notices=(*order(found, best), *notices_of(recordings)),
         seed=seed,
-        softer=found[best].reading.softer,
-        combinations=tuple(told_best),
+        softer=chosen.reading.softer,
+        combinations=tuple(plateaus(single, quantities, fitted, profiled)),
         lasting=last,
     )
+
+
+def _identifiability(
+    told: Information, joint: Joint, start: Mapping[str, float], fitted: Sequence[StandTest]
+) -> list[dict[str, Any]]:
+    """Constants that stay open, the tests that would show them, and those that do."""
+    needed, reach = partial(why_not_shown, fitted), partial(informing_tests, fitted)
+    return open_constants(told, joint.parameters, start, needed=needed, reach=reach)
 
 
 def _profiled_to_the_end(
