@@ -190,17 +190,20 @@ def test_a_dimension_follows_the_constant_that_it_trades_with():
 
 @pytest.mark.slow
 def test_three_tubes_are_drawn_together(tmp_path):
-    """Tubes of one silicone with errors of 3 % each: most of their difference is error."""
+    """Each tube's own estimate holds the prior; without it they are farther apart than all together."""
     fits = {}
     for seed in (1, 2, 3):
         write_synthetic(synthesise("tube", seed=seed), tmp_path / f"t{seed}")
         fits[f"t{seed}"] = characterise(tmp_path / f"t{seed}")
     together = sample_together(fits, seed=1, progress=False)
     assert together.converged, together.posterior.verdict
+    assert together.posterior.diagnostics["gradients_per_draw"] < 64.0  # the valley is straight
     stiffness = together.shared["silicone_stiffness"]
-    assert len(stiffness.specimens) == 6 and 0.1 < stiffness.pooling < 1.0
-    assert np.ptp(stiffness.together) < 0.9 * np.ptp(stiffness.alone)
-    assert np.all(stiffness.together_sd < stiffness.alone_sd)
+    assert len(stiffness.specimens) == 6 and 0.1 < stiffness.pooling < 0.9
+    prior = fits["t1"].fitted["silicone_stiffness__1"].prior
+    told = stiffness.alone_sd**-2.0 - prior.sd**-2.0
+    without = (stiffness.alone / stiffness.alone_sd**2 - prior.mean / prior.sd**2) / told
+    assert np.ptp(stiffness.together) < 0.8 * np.ptp(without)
 
 
 def test_a_positive_constant_is_spread_by_ratios():
