@@ -4,7 +4,7 @@
 
 A run is the compiled program of a campaign once: outputs of all recordings and their derivatives along up
 to `optimiser.directions` directions. It is timed with only the effects on that a fit of one effect needs,
-and with all on, which changes no number; then the same runs in one thread and in one for each core. The
+and with all on, which changes no number. The same runs follow in one thread and in one for each core. The
 whole command is timed with an empty cache and again with what that left.
 """
 

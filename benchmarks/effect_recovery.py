@@ -1,13 +1,14 @@
-"""Every effect, on every kind of recording that it concerns: simulated at typical strength, with noise, and
-found again by the steps of a diagnosis: the base model refitted, its noise settled, the effect screened and
-fitted together with the base from all its starts.
+"""Every effect, on every kind of recording that it concerns, simulated and found again by a diagnosis.
+
+An effect is simulated at typical strength, with noise. The steps are those of a diagnosis: the base model is
+refitted, its noise settled, the effect screened and fitted together with the base from all its starts.
 
     python benchmarks/effect_recovery.py [KIND ...] [--seed 1]
 
 Recordings are those of `calibration_data/examples`, their measured outputs replaced. A row says how far the
 strengths end from the truth, in standard errors of the fit, and what the fit leaves; `not seen` where the
-screen does not see the effect, `no trace` where these recordings do not show it at all (its signature is
-below a standard deviation of the noise), which no method can recover.
+screen does not see the effect. `no trace` where these recordings do not show it at all, since its signature
+is below a standard deviation of the noise; no method can recover that.
 """
 
 import argparse

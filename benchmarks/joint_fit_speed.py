@@ -2,9 +2,9 @@
 
     python benchmarks/joint_fit_speed.py [--budget 300]
 
-Both sides minimise the same objective (chi-square with priors) of the same compiled model: ours by least
-squares with exact derivatives, the other by SciPy's differential evolution, polished by SLSQP with finite
-differences, as characterisation tools for shape memory alloys do it. That stops within `TOLERANCE` of our
+Both sides minimise the same objective (chi-square with priors) of the same compiled model. Ours uses least
+squares with exact derivatives. The other is SciPy's differential evolution, polished by SLSQP with finite
+differences, as characterisation tools for shape memory alloys do it. It stops within `TOLERANCE` of our
 minimum's chi-square, or when the budget is spent; then the ratio is a lower bound. Compilation is left out
 on both sides: each is run once before the clock starts.
 """

@@ -4,8 +4,8 @@ pool.
     python benchmarks/posterior_speed.py [--runs 5]
 
 Two posteriors: an actuator, with an equilibrium in every likelihood, and a spring, whose law is explicit.
-Both sides sample the same density (checked point by point) with the same emcee moves and walkers, so an
-effective sample costs the same number of steps on both; that number is measured once, and the ratio does not
+Both sides sample the same density (checked point by point) with the same emcee moves and walkers. So an
+effective sample costs the same number of steps on both. That number is measured once, and the ratio does not
 depend on it. The other side runs emcee with a pool of two processes over `numpy_models.py`. Wall-clock and
 processor time are both given: the first says how long one waits on this machine now, the second does not mind
 what else runs there.

@@ -6,8 +6,8 @@
 `spring_open` leaves the whole alloy open (`alloy = "fit"`), its truth drawn from the priors of a nitinol that
 nobody has characterised.
 
-Every campaign's truth is drawn from the very priors that its fit uses (the tolerances in its sidecars; those
-of wires are only tolerances of the simulation, narrower than the table's priors), so the ranks of the truths
+Every campaign's truth is drawn from the very priors that its fit uses, the tolerances in its sidecars. Those
+of wires are only tolerances of the simulation, narrower than the table's priors. So the ranks of the truths
 in the posteriors are uniform if all is right (Talts et al., arXiv:1804.06788). With `--posterior` emcee runs
 too; without it ranks and intervals are those of the fit's Gaussian (Laplace). Fewer `--steps` than a quotable
 posterior needs serve here, where a chain only places the truth: chains count from 400 effective samples and

@@ -52,8 +52,8 @@ WHOLE_LOOPS = {
 
 XLA otherwise calls a function for every operation of every turn, and in histories these calls take most of
 the time. Loops with calls to a library for matrix products stay as they are, so the first setting keeps these
-out. A history's row took 20 us instead of 79 us, a run of an actuator's diagnosis 32 ms instead of 91 ms, and
-a batch of 8,192 equilibria 21 us a row instead of 28 us (jaxlib 0.10.2, processor time, loaded machine).
+out. A history's row took 20 us instead of 79 us, and a run of an actuator's diagnosis 32 ms instead of 91 ms.
+A batch of 8,192 equilibria took 21 us a row instead of 28 us (jaxlib 0.10.2, processor time, loaded machine).
 """
 KNOWN_TO = ((0, 10), (0, 10))
 """First and last version of jaxlib that these settings were tried with. XLA ends a process whose

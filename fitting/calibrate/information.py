@@ -74,5 +74,5 @@ def with_errors(result: FitResult, inform: Callable[[Parameters], Information]) 
     errors = dict.fromkeys(parameters) | dict(zip(names, map(float, sd), strict=True))
     for name, error in errors.items():
         parameters[name].set(standard_error=error)
-    uncertainty = Uncertainty(errors, names, covariance, covariance / np.outer(sd, sd), (), 1.0)
+    uncertainty = Uncertainty(errors, names, covariance, covariance / np.outer(sd, sd), ())
     return replace(result, parameters=parameters, uncertainty=uncertainty)

@@ -197,10 +197,10 @@ def _knee(outcomes: list[Outcome], count: int) -> int:
 
 def _design(solved: _Solved, outcome: Outcome) -> Design:
     model, one = solved.evaluate.model, outcome.evaluation
-    return design_at(model, solved.choice, one, solved.problem)
+    return design_at(model, solved.choice, one)
 
 
-def design_at(model: Model, choice: Choice, one: Evaluation, problem: Problem) -> Design:
+def design_at(model: Model, choice: Choice, one: Evaluation) -> Design:
     """The design of an evaluation."""
     signs = [o.sign for o in model.study.objectives]
     values = tuple(float(s * v) for s, v in zip(signs, one.values, strict=False))
@@ -266,7 +266,7 @@ def _base_design(best: _Solved) -> Design | None:
     if place is None or np.any(place < -1e-9) or np.any(place > 1.0 + 1e-9):
         return None
     one = best.evaluate([np.clip(place, 0.0, 1.0)])[0]
-    return design_at(best.evaluate.model, best.choice, one, best.problem) if one.finite else None
+    return design_at(best.evaluate.model, best.choice, one) if one.finite else None
 
 
 def _front(best: _Solved) -> Front:

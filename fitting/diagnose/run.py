@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fitting.data.recordings import Campaign, schema
+from fitting.inference.parallel import small_matrices
 from fitting.inference.readings import cautions
 from fitting.specimens.reduction import said
 from fitting.specimens.registry import kind_of, specimen_of
@@ -29,6 +30,7 @@ from .verdict.text import unstated
 CAMPAIGNS = DEFAULT.campaigns
 
 
+@small_matrices
 def diagnose(
     campaign: Campaign,
     seed: int = 0,
@@ -86,7 +88,7 @@ def diagnose(
         *_bodies(conclusion), *_untimed(program), *start.notes, *notes, *specimen_of(kind).notes(campaign),
         *readings, *apart, *_beyond(conclusion, model), *_at_bounds(conclusion), *conclusion.notes,
     ]  # fmt: skip
-    if explanation.together:
+    if conclusion.explanation.together:
         conclusion.notes.append(
             "Recordings for validation were fitted, too: only they contradict the base model, or they "
             "contradict what the others say; all scores are of recordings left out in turn"

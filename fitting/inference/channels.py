@@ -1,6 +1,7 @@
 """Measured columns with their noise (stated or estimated), its serial correlation, and the weight of each
 sample."""
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -43,11 +44,12 @@ class Channel:
 
         For first-order noise, the part of each error that the one before predicts is subtracted.
         """
-        own, before = self.coefficients()
+        own, before = self.coefficients
         found = own * difference
         found[..., 1:] -= before[1:] * difference[..., :-1]
         return found
 
+    @functools.cached_property
     def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
         """Factors of `whitened` on each difference and on the one before it, shape (rows,) each."""
         counted = np.isfinite(self.sigma)

@@ -1,11 +1,14 @@
 """Parallel jobs on threads, and counters of their work."""
 
+import functools
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
-from typing import TypeVar
+from typing import Any, TypeVar
+
+from threadpoolctl import threadpool_limits
 
 from pneusma_jax.errors import InputError
 
@@ -18,6 +21,22 @@ THREADS = "PNEUSMA_THREADS"
 once."""
 
 Job, Result = TypeVar("Job"), TypeVar("Result")
+Work = TypeVar("Work", bound=Callable)
+
+
+def small_matrices(function: Work) -> Work:
+    """Decorator of a function whose linear algebra is many small problems: each gets one thread.
+
+    A library for linear algebra otherwise starts threads for every one, which wait for each other. A
+    diagnosis of an actuator took 2.7 times the processor time on two cores.
+    """
+
+    @functools.wraps(function)
+    def limited(*arguments: Any, **words: Any) -> Any:
+        with threadpool_limits(limits=1, user_api="blas"):
+            return function(*arguments, **words)
+
+    return limited  # type: ignore[return-value]
 
 
 class Tally:
@@ -50,6 +69,22 @@ def run_parallel(function: Callable[[Job], Result], jobs: Iterable[Job]) -> list
         return [function(job) for job in jobs]
     with ThreadPoolExecutor(workers) as pool:
         return list(pool.map(function, jobs))
+
+
+def run_briefly(function: Callable[[Job], Result], jobs: Sequence[Job]) -> list[Result]:
+    """Same as `run_parallel` for jobs of milliseconds, on threads that stay.
+
+    Such jobs must not call this function themselves: they would wait for their own threads.
+    """
+    workers = _cores()
+    if min(workers, len(jobs)) < 2:
+        return [function(job) for job in jobs]
+    return list(_lasting(workers).map(function, jobs))
+
+
+@functools.cache
+def _lasting(workers: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(workers, thread_name_prefix="runs")
 
 
 def _cores() -> int:

@@ -12,8 +12,9 @@ def columns_of(path: Path) -> dict[str, np.ndarray]:
     """Columns of numbers by the names of their header; lines that are all blank are left out.
 
     Raises:
-        InputError: one line with file, row and column: if the file cannot be read or is no text, a name is
-            there twice or missing, a row is longer than the header, or a field is no finite number.
+        InputError: one line with file, row and column, if the file cannot be read or is no text, or a name is
+            there twice or missing. The same if a row is longer than the header, or a field is no finite
+            number.
     """
     rows = [(k, row) for k, row in enumerate(_rows(path), 1) if any(field.strip() for field in row)]
     if not rows:

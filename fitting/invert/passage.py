@@ -117,8 +117,11 @@ def _left(end_pose: Array, line: Array) -> Array:
 
 
 def _numbers(task: _Task, place: Array) -> Array:
-    """Mean square distance and the square of what the tip lacks to the lumen's end; then violations of the
-    clearances to the lumen and of the chain to itself, in radii of the tube [1]."""
+    """Two objectives, then the constraints, in radii of the tube [1].
+
+    The objectives are the mean square distance and the square of what the tip lacks to the lumen's end. The
+    constraints are violations of the clearances to the lumen and of the chain to itself.
+    """
     radius = jnp.max(jnp.stack([s.section.radius for s in task.body.segments]))
     solved = task.state(place)
     away, room = distances(_line(solved), task.line)
@@ -168,10 +171,10 @@ def _line(solved: Solved) -> Array:
 def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Passage:
     """Drives that keep a chain along a lumen.
 
-    The mean square distance of the centre lines, in radii of the tube, and the square of the share of the
-    lumen beyond the tip are minimised by SLSQP from several starts, with the clearances of all points as
-    inequalities. Where they cannot be kept, the least overlap is looked for.
-    A chain without loads is searched in tables of its segments; what is reported is the exact model's.
+    SLSQP minimises two terms from several starts: the mean square distance of the centre lines, in radii of
+    the tube, and the square of the share of the lumen beyond the tip. The clearances of all points are
+    inequalities. Where they cannot be kept, the least overlap is looked for. A chain without loads is
+    searched in tables of its segments; what is reported is the exact model's.
 
     Args:
         inverse: inverse of a chain, or of one actuator.

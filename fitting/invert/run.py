@@ -20,7 +20,7 @@ from pneusma_jax.units import from_si
 
 from .atlas import Atlas, atlas_of, goal_values
 from .by_tables import ByTables, tables_of
-from .forward import Memories, fresh, padded, springs_of, states_of
+from .forward import fresh, padded, springs_of, states_of
 from .goals import GOALS, misses
 from .search import MOST_STEPS, Box, Found, search_all
 
@@ -285,10 +285,9 @@ class Inverse:
             values, found, met, held, tuple(ways),
         )  # fmt: skip
 
-    def verified(self, drives: np.ndarray, memories: Memories | None = None) -> Solved:
+    def verified(self, drives: np.ndarray) -> Solved:
         """States of drives on the exact model, each solved from rest, shape (targets, drives)."""
-        memories = fresh(self.body) if memories is None else memories
-        return states_of(self.body, drives[:, 0], drives[:, 1:], memories)
+        return states_of(self.body, drives[:, 0], drives[:, 1:], fresh(self.body))
 
     def _held(self, best: Found, k: int) -> str:
         """Bounds that hold an unmet target, in words."""

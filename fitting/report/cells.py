@@ -30,11 +30,11 @@ def number(value: float | None, form: str = ".3g") -> str:
     return UNKNOWN if math.isnan(value) else ("infinite" if value > 0.0 else "-infinite")
 
 
-def percent(fraction: float | None, form: str = ".2g") -> str:
+def percent(fraction: float | None) -> str:
     """A fraction in percent, with its sign `%`; from 100 % on without decimals."""
     if fraction is None or not math.isfinite(fraction):
         return number(fraction)
-    return f"{100.0 * fraction:{form if abs(fraction) < 0.995 else '.0f'}} %"
+    return f"{100.0 * fraction:{'.2g' if abs(fraction) < 0.995 else '.0f'}} %"
 
 
 def with_error(value: float, sd: float | None) -> str:

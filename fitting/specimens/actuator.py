@@ -49,6 +49,7 @@ class BendingActuator(Specimen):
     element = "actuator"
     wall_drivers = ("time", "current_1", "current_2", "current_3")
     most_rows_with_effects = 128  # every row is an equilibrium
+    each_alone = True
     compiler_options = COMPILER_OPTIONS
     explained = EXPLAINED
     latent = SpringPhases()

@@ -7,7 +7,8 @@ attributes.
 |---|---|
 | `rows_for`, `parameters_for`, `residual`, `predict` | `calibrate` (fits), `sample` (posteriors), `plan` |
 | `decides`, `decided` | `calibrate`: decisions that are not smooth in the parameters, between two fits |
-| `answer` with effects, `explained`, `latent`, `most_rows_with_effects`, `compiler_options` | `diagnose` |
+| `answer` with effects, `explained`, `latent` | `diagnose` |
+| `most_rows_with_effects`, `each_alone`, `compiler_options` | `diagnose`: its compiled program |
 | `answer` at every row (`simulation.py`), `drivers`, `cautions`, `states` | `simulate`, `synthesise` |
 | `influences`, `loads`, `located` | `diagnose`: varied inputs, next experiment, place of a misfit |
 | `tables`, `options`, `element`, `letter` | `saved_models`, `with_saved_model`: models on disk |
@@ -166,6 +167,8 @@ class Specimen(Model):
         wall_drivers: possible drivers of a correction of the silicone's stiffness.
         explained: outputs that effects change and a diagnosis compares.
         most_rows_with_effects: maximum number of rows where effects act.
+        each_alone: true if a diagnosis runs recordings one by one, side by side on all cores. It is worth it
+            where a recording takes milliseconds.
         compiler_options: XLA options of a diagnosis's compiled program.
     """
 
@@ -187,6 +190,7 @@ class Specimen(Model):
     element: str
     wall_drivers: tuple[str, ...] = ()
     most_rows_with_effects: int = MOST_ROWS
+    each_alone: bool = False
     compiler_options: Mapping[str, bool | int] | None = None
 
     def __repr__(self) -> str:

@@ -166,6 +166,7 @@ class SpringOnStand(Specimen):
     identified = "alloy"
     starts_with_model = 1
     element = "spring"
+    each_alone = True
     latent = SpringPhase()
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:

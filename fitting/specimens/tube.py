@@ -54,6 +54,7 @@ class Tube(Specimen):
     element = "actuator"
     wall_drivers = ("time",)
     most_rows_with_effects = 512  # every row is an equilibrium
+    each_alone = True
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
         """The pressure."""

@@ -1,8 +1,9 @@
 """Uncertainty: how well is the curvature known before anything is measured?
 
 Every number of the alloy, the silicone and the geometry that has a prior in its calibration table is drawn
-from it, all equilibria are solved in one vmapped program, and the spread of curvature over pressure is drawn.
-Numbers are drawn independently of each other; both springs of a specimen share theirs (one batch of wire).
+from it. All equilibria are solved in one vmapped program. The figure shows the spread of curvature over
+pressure. Numbers are drawn independently of each other; both springs of a specimen share theirs (one batch of
+wire).
 
     python notebooks/examples/uncertainty_band.py --samples 10000 --figure uncertainty_band.png
 """

@@ -84,7 +84,7 @@ def follow(
     def step(paths: _Path, row: PyTree) -> tuple[_Path, tuple]:
         grown = jax.vmap(lambda path: _grown(path, row, problem_of, commit))(paths)
         many, roots, good, steps = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), grown)
-        order = jnp.argsort(_without_doubles(many, good))[:PATHS]
+        order = jnp.argsort(_without_doubles(many))[:PATHS]
         kept, good = jax.tree.map(lambda x: x[order], (many, good))
         parent = order // TRIES
         found = (kept.unknowns, good, parent, steps[order], _different(kept.unknowns, good))
@@ -153,7 +153,7 @@ def _grown(
     return jax.vmap(on)(roots, good), roots, good, steps
 
 
-def _without_doubles(paths: _Path, good: Array) -> Array:
+def _without_doubles(paths: _Path) -> Array:
     """Costs, with those of paths that only repeat a cheaper one made infinite."""
     cost = jnp.where(jnp.isfinite(paths.cost), paths.cost, jnp.inf)
     order = jnp.argsort(cost)

@@ -209,27 +209,15 @@ def equilibrium_of(
     given = None if held is None else (held, own[count:])
     size = jnp.max(jnp.abs(joint_residual(own, row, 1, given, shown)))
     suction = _suction(*frozen((actuator, problem.pressure)))
-    status = jnp.select(
-        [
-            ~finite,
-            _out_of_range(problem),
-            ~(real & (size < BALANCED)),
-            slimmest < SHORTEST,
-            _straight(actuator, elongations),
-            suction > MOST_SUCTION,
-            jnp.asarray(equilibria) > 1,
-        ],
-        [
-            int(Status.input_not_finite),
-            int(Status.fraction_out_of_range),
-            int(Status.no_equilibrium),
-            int(Status.collapsed),
-            int(Status.beyond_wire),
-            int(Status.flattened),
-            int(Status.several_equilibria),
-        ],
-        int(Status.converged),
-    )
+    status = _first_of({
+        Status.input_not_finite: ~finite,
+        Status.fraction_out_of_range: _out_of_range(problem),
+        Status.no_equilibrium: ~(real & (size < BALANCED)),
+        Status.collapsed: slimmest < SHORTEST,
+        Status.beyond_wire: _straight(actuator, elongations),
+        Status.flattened: suction > MOST_SUCTION,
+        Status.several_equilibria: jnp.asarray(equilibria) > 1,
+    })
     result = Equilibrium(
         delta_centre=delta_centre,
         bend=bend,
@@ -249,6 +237,11 @@ def equilibrium_of(
     )
     good = solved(status)
     return jax.tree.map(lambda x: jnp.where(good, x, jnp.nan) if eqx.is_inexact_array(x) else x, result)
+
+
+def _first_of(conditions: dict[Status, Array]) -> Array:
+    """Number of the first status whose condition holds; `converged` if none does."""
+    return jnp.select(list(conditions.values()), list(map(int, conditions)), int(Status.converged))
 
 
 def at_phases_told(problem: Problem, ended: Ended) -> tuple[Array | int, Array | bool]:

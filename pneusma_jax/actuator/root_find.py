@@ -79,7 +79,6 @@ def newton(
     guess: Array,
     most_steps: int = MOST_STEPS,
     held: tuple[Array, Array] | None = None,
-    before: Array | int = 0,
     few: int = MOST_STEPS,
 ) -> Ended:
     """Root near a guess of the joint unknowns. No derivatives.
@@ -89,14 +88,13 @@ def newton(
         guess: joint unknowns to start from.
         most_steps: maximum number of steps of the attempt.
         held: fractions of measured springs that are held; see `joint_residual`.
-        before: number of steps of an attempt that goes on from the guess.
         few: number of steps after which only an attempt near a root goes on, see `CLOSING`.
     """
     problem, guess, held = frozen((problem, guess, held))
     count = freedoms(problem)
     found = optx.root_find(  # type: ignore[var-annotated]
         lambda y, given: joint_residual(y, given[0], 1, given[1]), BoundedNewton(), guess, (problem, held),
-        options={"free": count, "count": before, "few": few, "closing": CLOSING},
+        options={"free": count, "few": few, "closing": CLOSING},
         max_steps=most_steps, throw=False,
     )  # fmt: skip
     # held at a bound, a step may end without a root

@@ -239,7 +239,7 @@ def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unkno
         step = jnp.linalg.solve(jacobian, excess)
         size = jnp.max(jnp.abs(step))
         stable = _is_stable(scaled, jacobian)
-        trial = now.unknowns - step * jnp.minimum(1.0, 1.0 / _step_ratio(scaled, now.unknowns, step))
+        trial = now.unknowns - step * jnp.minimum(1.0, 1.0 / _step_ratio(scaled, step))
         converged = (size < CLOSE) & (jnp.max(jnp.abs(excess)) < BALANCED)
         # an unstable equilibrium that follows a stable one is on another branch: take a smaller step
         off_branch = converged & now.begun & now.stable & ~stable & (now.stride > 4.0 * LEAST_STRIDE)
@@ -265,7 +265,7 @@ def search(rest: ChainProblem, problem: ChainProblem, guess: Float[Array, "unkno
     return Stand(last.last_good, last.steps, last.reached >= 1.0, last.stable)
 
 
-def _step_ratio(problem: ChainProblem, unknowns: Array, step: Array) -> Array:
+def _step_ratio(problem: ChainProblem, step: Array) -> Array:
     """Ratio of a Newton step to the maximum step."""
     turn = jnp.asarray(0.0)
     for part, z in zip(problem.parts, split(problem, step), strict=True):

@@ -3,7 +3,7 @@ import pytest
 import fitting.characterise  # noqa: F401  results know how they look
 from fitting.calibrate.elastomer.samples import stack
 from fitting.characterise import characterise
-from fitting.data.recordings import recordings_folder, write_recording
+from fitting.data.recordings import write_recording
 from fitting.synthesise.elastomer import PULLS, simulate_pulls, true_law
 
 
@@ -30,16 +30,3 @@ def pulled():
         return stack(simulate_pulls(law, pulls, **{"batch": 0.0, **options})[0])
 
     return make
-
-
-@pytest.fixture
-def measured():
-    """Finds a raw file of the measured recordings, or skips."""
-
-    def find(name):
-        folder = recordings_folder()
-        if folder is None or not (folder / name).exists():
-            pytest.skip(f"measured recordings are not here: {name} (PNEUSMA_RECORDINGS, or ../shared/recordings)")
-        return folder / name
-
-    return find

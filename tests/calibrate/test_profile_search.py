@@ -37,7 +37,7 @@ class Problem:
 
     def profile(self, again=None, units=None):
         sd = self.parameters["x"].standard_error
-        errors = Uncertainty({}, ("x",), np.array([[sd**2]]), np.eye(1), (), 1.0) if sd else Uncertainty.none(["x"])
+        errors = Uncertainty({}, ("x",), np.array([[sd**2]]), np.eye(1), ()) if sd else Uncertainty.none(["x"])
         return followed(["x"], self.parameters, self.values, errors, self.fit, again, units)["x"]
 
 

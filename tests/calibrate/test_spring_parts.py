@@ -24,7 +24,7 @@ NAMES = ("x", "y")
 
 def uncertainty(sd):
     C = np.diag(np.full(2, sd**2))
-    return Uncertainty(dict.fromkeys(NAMES, sd), NAMES, C, np.eye(2), (), 1.0)
+    return Uncertainty(dict.fromkeys(NAMES, sd), NAMES, C, np.eye(2), ())
 
 
 def ended(x, chi_square, converged):
@@ -60,7 +60,7 @@ def test_a_worse_fit_a_near_one_and_one_known_already_are_no_other_modes():
 def test_a_fit_that_differs_by_less_than_every_standard_error_is_no_other_mode():
     """Across a stiff direction such a fit is far off in the metric, and yet nobody's other parameter set."""
     stiff = Uncertainty(
-        dict.fromkeys(NAMES, 1.0), NAMES, np.array([[1.0, 1.0 - 1e-8], [1.0 - 1e-8, 1.0]]), np.eye(2), (), 1.0
+        dict.fromkeys(NAMES, 1.0), NAMES, np.array([[1.0, 1.0 - 1e-8], [1.0 - 1e-8, 1.0]]), np.eye(2), ()
     )
     joint = joint_of(ended(0.0, 10.0, True), ended(0.9, 10.0, True))
     joint.result.uncertainty = stiff

@@ -1,6 +1,8 @@
 """Recordings that the tests of the commands use."""
 
+import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -32,3 +34,10 @@ def heated_recording(rows: int = 60, noise: bool = True) -> Recording:
         "heated", None, "actuator", specimen="A", real=False, noise=sigma if noise else {},
         geometry={"design": "pneusma2"}, columns=columns,
     )  # fmt: skip
+
+
+def simulated(run, *arguments) -> dict[str, Any]:
+    """What `pneusma simulate --json` prints, by the fixture `run`."""
+    result = run("simulate", *arguments, "--json")
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout)

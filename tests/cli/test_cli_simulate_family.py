@@ -7,16 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_samples import simulated
 
 import pneusma_jax as pj
 
 DESIGNS = Path(pj.__file__).resolve().parents[1] / "calibration_data" / "examples" / "designs"
-
-
-def _json(run, *arguments):
-    result = run("simulate", *arguments, "--json")
-    assert result.exit_code == 0, result.output
-    return json.loads(result.stdout)
 
 
 @pytest.mark.slow
@@ -27,7 +22,7 @@ def test_a_table_by_name_and_by_path_is_what_python_solves(run, tmp_path, design
     given = tuple(pj.MartensiteFraction(0.4 if n == 2 else 1.0) for n in body.spring_numbers)
     found = pj.solve(body, 20e3, given)
     for stated in (design, path):
-        printed = _json(run, "--design", stated, "--pressure-kPa", 20, "--xi0-2", 0.4)
+        printed = simulated(run, "--design", stated, "--pressure-kPa", 20, "--xi0-2", 0.4)
         assert printed["curvature_1pm"] == pytest.approx(float(found.curvature), rel=1e-9)
     if body.loads:
         bare = pj.solve(body.with_loads(), 20e3)
@@ -70,10 +65,10 @@ def _numbers(state):
 
 @pytest.mark.slow
 def test_a_chain_is_its_segments(run, tmp_path):
-    printed = _json(
+    printed = simulated(
         run, "--design", "orthogonal_chain", "--pressure-kPa", 15, "--xi0", "2.1=0.4", "--out", tmp_path / "o"
     )
-    alone = _json(run, "--pressure-kPa", 15, "--xi0-1", 0.4)
+    alone = simulated(run, "--pressure-kPa", 15, "--xi0-1", 0.4)
     assert printed["status"] == "converged" and len(printed["segments"]) == 4
     assert _numbers(printed["segments"][1]) == pytest.approx(_numbers(alone), rel=1e-9, abs=1e-9)
     assert printed["segments"][0]["bend_angle_deg"] == pytest.approx(0.0, abs=1e-9)
@@ -81,7 +76,7 @@ def test_a_chain_is_its_segments(run, tmp_path):
     assert np.linalg.det(printed["tip_axes"]) == pytest.approx(1.0)
     assert json.loads((tmp_path / "o" / "state.json").read_text()) == printed
     assert (tmp_path / "o" / "shape.png").read_bytes().startswith(b"\x89PNG")
-    everywhere = _json(run, "--design", "orthogonal_chain", "--pressure-kPa", 15, "--xi0-1", 0.4)
+    everywhere = simulated(run, "--design", "orthogonal_chain", "--pressure-kPa", 15, "--xi0-1", 0.4)
     assert [s["bend_angle_deg"] for s in everywhere["segments"]] == pytest.approx(
         [alone["bend_angle_deg"]] * 4
     )
@@ -90,7 +85,7 @@ def test_a_chain_is_its_segments(run, tmp_path):
 @pytest.mark.slow
 def test_a_loaded_chain_is_what_python_says(run, tmp_path):
     """The shipped example: every segment weighed, bent out of the plane of its springs, and stable."""
-    printed = _json(run, "--design", "loaded_chain", "--pressure-kPa", 15, "--xi0", "1.1=0.6")
+    printed = simulated(run, "--design", "loaded_chain", "--pressure-kPa", 15, "--xi0", "1.1=0.6")
     body = dataclasses.replace(pj.make_actuator("pneusma2"), bending_plane=None)
     chain = pj.chain_of(body, 2, angles=(0.0, np.pi / 2), connectors=4e-3)
     fall = pj.gravity_vector("horizontal")
@@ -151,14 +146,14 @@ def test_a_model_of_one_state(run, tmp_path):
         'schema = "pneusma-model/1"\n[base]\n'
         'wall_thickness = {value = 1.5, unit = "mm", status = "fitted", source = "x"}\n'
     )
-    thick = _json(run, "--design", "pneuflex_t", "--pressure-kPa", 20)
-    assert _json(run, "--design", "pneuflex_s", "--pressure-kPa", 20, "--model", path)["curvature_1pm"] == (
+    thick = simulated(run, "--design", "pneuflex_t", "--pressure-kPa", 20)
+    assert simulated(run, "--design", "pneuflex_s", "--pressure-kPa", 20, "--model", path)["curvature_1pm"] == (
         pytest.approx(thick["curvature_1pm"])
     )
     path.write_text(
         path.read_text() + '[[effect]]\nslug = "camera_calibration"\n[effect.parameters]\n'
         'scale = {value = 1.02, unit = "1", status = "fitted", source = "x"}\n'
     )
-    shown = _json(run, "--design", "pneuflex_s", "--pressure-kPa", 20, "--model", path)
+    shown = simulated(run, "--design", "pneuflex_s", "--pressure-kPa", 20, "--model", path)
     assert shown["curvature_1pm"] == pytest.approx(1.02 * thick["curvature_1pm"], rel=1e-6)
     assert shown["delta_1_mm"] == pytest.approx(thick["delta_1_mm"])

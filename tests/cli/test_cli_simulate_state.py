@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from cli_samples import simulated
 
 import pneusma_jax as pj
 
@@ -12,14 +13,8 @@ PLANAR = [
 ]  # fmt: skip
 
 
-def _json(run, *arguments):
-    result = run("simulate", *arguments, "--json")
-    assert result.exit_code == 0, result.output
-    return json.loads(result.stdout)
-
-
 def test_json_holds_what_the_model_says(run):
-    printed = _json(run, "--design", "pneusma2", "--pressure-kPa", 30, "--xi0-1", 1.0, "--xi0-2", 0.4)
+    printed = simulated(run, "--design", "pneusma2", "--pressure-kPa", 30, "--xi0-1", 1.0, "--xi0-2", 0.4)
     assert list(printed) == PLANAR and printed["status"] == "converged"
     body = pj.make_actuator("pneusma2")
     found = pj.solve(body, 30e3, (pj.MartensiteFraction(1.0), pj.MartensiteFraction(0.4)))
@@ -30,20 +25,20 @@ def test_json_holds_what_the_model_says(run):
 
 
 def test_defaults_are_pneusma2_with_cold_springs(run):
-    stated = _json(
+    stated = simulated(
         run, "--design", "pneusma2", "--pressure-kPa", 30, "--xi0-1", 1, "--xi0-2", 1, "--alloy", "krl35"
     )
-    assert _json(run, "--pressure-kPa", 30) == stated
+    assert simulated(run, "--pressure-kPa", 30) == stated
 
 
 @pytest.mark.parametrize(("design", "there"), [("pneusma1", [2]), ("pneuflex_s", [])])
 def test_forces_of_springs_that_are_not_there_are_null(run, design, there):
-    printed = _json(run, "--design", design, "--pressure-kPa", 20)
+    printed = simulated(run, "--design", design, "--pressure-kPa", 20)
     assert [k for k in (1, 2) if printed[f"force_{k}_N"] is not None] == there
 
 
 def test_triad_adds_its_third_side_and_the_direction(run):
-    printed = _json(run, "--design", "triad", "--pressure-kPa", 20, "--xi0-3", 0.4)
+    printed = simulated(run, "--design", "triad", "--pressure-kPa", 20, "--xi0-3", 0.4)
     assert {"delta_3_mm", "bend_direction_deg", "force_3_N"} <= set(printed)
     # spring 3 sits at 330 degrees and shortens, so the opposite side, at 150, is the longest
     assert printed["bend_direction_deg"] == pytest.approx(150.0)
@@ -54,18 +49,18 @@ def test_a_resistance_leads_back_to_its_state(run):
     body = pj.make_actuator("pneusma2")
     found = pj.solve(body, 20e3, (pj.MartensiteFraction(1.0), pj.MartensiteFraction(0.6)))
     ohms = float(found.springs[1].resistance)
-    printed = _json(run, "--pressure-kPa", 20, "--resistance-2-ohm", ohms)
+    printed = simulated(run, "--pressure-kPa", 20, "--resistance-2-ohm", ohms)
     assert printed["curvature_1pm"] == pytest.approx(float(found.curvature), rel=1e-6)
 
 
 def test_geometry_file_in_other_units_and_precedence(run, tmp_path):
     file = tmp_path / "thick.toml"
     file.write_text('[geometry]\ndesign = "pneusma1"\nwall_thickness_in = 0.059055118110236220\n')
-    printed = _json(run, "--geometry", file, "--design", "pneuflex_s", "--pressure-kPa", 20)
-    assert printed == pytest.approx(_json(run, "--design", "pneuflex_t", "--pressure-kPa", 20))
+    printed = simulated(run, "--geometry", file, "--design", "pneuflex_s", "--pressure-kPa", 20)
+    assert printed == pytest.approx(simulated(run, "--design", "pneuflex_t", "--pressure-kPa", 20))
     bare = tmp_path / "bare.toml"
     bare.write_text("wall_thickness_mm = 1.5\n")
-    assert _json(run, "--geometry", bare, "--design", "pneuflex_s", "--pressure-kPa", 20) == pytest.approx(
+    assert simulated(run, "--geometry", bare, "--design", "pneuflex_s", "--pressure-kPa", 20) == pytest.approx(
         printed
     )
 

@@ -37,10 +37,14 @@ def softened(strain, depth):
     )
 
 
-def write(folder, law, seed=3):
+COURSES = [0.5, 0.5, 0.8], [0.3, 0.6], [0.8, 0.8], [0.4, 0.7, 0.7]
+
+
+def write(folder, law, seed=3, courses=COURSES):
+    """Four pulls; the last one is for validation."""
     rng = np.random.default_rng(seed)
     folder.mkdir(parents=True, exist_ok=True)
-    for k, levels in enumerate(([0.5, 0.5, 0.8], [0.3, 0.6], [0.8, 0.8], [0.4, 0.7, 0.7]), 1):
+    for k, levels in enumerate(courses, 1):
         strain = course(levels)
         stress = law(strain) + NOISE * rng.standard_normal(strain.size)
         time = np.linspace(0.0, 120.0, strain.size)

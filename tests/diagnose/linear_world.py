@@ -39,7 +39,7 @@ class World:
     roles: tuple[str, ...] = ()
     stated: bool = True
 
-    def run(self, u, columns, stacked):
+    def run(self, u, columns, stacked, chosen=None):
         """What `Compiled.run` returns, in closed form."""
         J = np.concatenate([self.base, *self.effects.values()], axis=2)
         slopes = np.moveaxis(SIGMA * J[:, :, columns], 2, 0)

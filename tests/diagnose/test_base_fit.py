@@ -29,7 +29,7 @@ class TwoOptima(World):
         object.__setattr__(self, "_slope", np.sqrt(worse / (ROWS / 2)) / (FALSE - TRUE))
         object.__setattr__(self, "_wall", wall)
 
-    def run(self, u, columns, stacked):
+    def run(self, u, columns, stacked, chosen=None):
         x, half = u[0], np.arange(ROWS) % 2 == 0
         r = np.where(half, self._slope * (x - TRUE), self._wall * (x - TRUE) * (x - FALSE))
         slope = np.where(half, self._slope, self._wall * (2.0 * x - TRUE - FALSE))

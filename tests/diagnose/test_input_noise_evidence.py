@@ -19,7 +19,7 @@ ROWS, STATED = 4000, 0.2
 class Stand(World):
     """An output, in 1-sigmas, of five times the pressure of a row in Pa, or its mean with the row before."""
 
-    def run(self, u, columns, stacked):
+    def run(self, u, columns, stacked, chosen=None):
         there = 5.0 * np.asarray(stacked.inputs["pressure"])
         late = 0.5 * (there + np.concatenate([there[:, :1], there[:, :-1]], axis=1))
         found = SIGMA * (late if u[0] else there)

@@ -17,7 +17,7 @@ class Curved(World):
         object.__setattr__(self, "misfit", misfit)
         object.__setattr__(self, "derivative", derivative)
 
-    def run(self, u, columns, stacked):
+    def run(self, u, columns, stacked, chosen=None):
         r, J = self.misfit(u[:2]), self.derivative(u[:2])
         full = np.concatenate([J, np.zeros((3, len(u) - 2))], axis=1)
         slopes = np.moveaxis(SIGMA * full[None][:, :, columns], 2, 0)

@@ -107,3 +107,16 @@ def test_a_set_is_better_by_its_best_fit_and_never_loses_it():
     pool.add([good, worse])
     assert worse.objective > good.objective and pool.get([CONSTANT]) is good
     assert [fit.slugs for fit, _ in pool.ranked()] == [(CONSTANT,)] and pool.without(good, CONSTANT) is base
+
+
+def test_sets_stop_growing_where_evidence_does(seed=3):
+    """One effect explains all but a ripple that none has. Pairs are tried, gain nothing, and no triple is."""
+    rng = np.random.default_rng(seed)
+    world = tubes()
+    y = world.truth(rng, (0.2, 0.3), **{CONSTANT: 8.0})
+    y = y + 0.9 * np.sin(np.linspace(0.0, 40.0, y.shape[1]))
+    said = []
+    found = explain(world.program(y), np.random.default_rng(1), said.append)
+    assert found.final.slugs == (CONSTANT,)
+    assert any("sets of 2 effects" in line for line in said)
+    assert not any("sets of 3 effects" in line for line in said)

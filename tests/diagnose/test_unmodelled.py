@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from diagnosis_coupons import curve, softened, write
+from diagnosis_coupons import COURSES, curve, softened, write
 
 from fitting.data.recordings import read_campaign
 from fitting.diagnose import diagnose
@@ -86,3 +86,17 @@ def test_what_is_doubtful_and_what_is_unexplained_are_in_the_model_that_was_scor
     assert float(np.sqrt(np.mean(error**2))) == pytest.approx(scored, rel=1e-6)
     said = " ".join(verdict_sentences(half))
     assert "With mullins_softening, which is doubtful, and a smooth function of" in said
+
+
+def test_what_only_validation_recordings_contradict_is_said(tmp_path):
+    """The fitted pulls agree with the base model. The last one goes further, and ripples there."""
+    courses = [*([0.5, 0.5], [0.3, 0.6], [0.6, 0.6]), [1.1, 1.1]]
+    assert len(courses) == len(COURSES)
+
+    def law(strain):
+        return curve(strain) + 3.0 * np.where(strain > 0.65, np.sin(28.0 * (strain - 0.65)), 0.0)
+
+    found = diagnose(read_campaign(write(tmp_path / "campaign", law, courses=courses)), seed=1)
+    assert found.mismatch and found.explanation.together
+    assert found.found[0].slug == "unmodelled" and "unmodelled" in found.explanation_set
+    assert any(note.startswith("Recordings for validation were fitted, too") for note in found.notes)

@@ -1,20 +1,5 @@
 import pytest
 
-from fitting.data.recordings import recordings_folder
-
-
-@pytest.fixture
-def measured():
-    """Finds a raw file of the measured recordings, or skips."""
-
-    def find(name):
-        folder = recordings_folder()
-        if folder is None or not (folder / name).exists():
-            pytest.skip(f"measured recordings are not here: {name} (PNEUSMA_RECORDINGS, or ../shared/recordings)")
-        return folder / name
-
-    return find
-
 
 @pytest.fixture
 def put(tmp_path):

@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from activations import phases
 
 import pneusma_jax as pj
 from pneusma_jax.actuator.equilibrium import Problem, imbalance
@@ -15,10 +16,6 @@ class Linear(SiliconeLaw):
 
     def __call__(self, strain):
         return 2e5 * strain
-
-
-def phases(*xi0):
-    return tuple(pj.MartensiteFraction(jnp.asarray(x)) for x in xi0)
 
 
 def test_linear_tube_with_a_stiff_fibre_has_a_closed_form():

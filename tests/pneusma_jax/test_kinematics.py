@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from activations import phases
 from scipy.linalg import expm
 
 import pneusma_jax as pj
@@ -11,10 +12,6 @@ from pneusma_jax.serial_chain import kinematics as kin
 
 BENDS = [(0.0, 0.0), (1e-9, -2e-9), (0.3, 0.0), (0.0, 0.999), (0.0, 1.001), (-1.1, 2.3), (4.0, -3.0)]
 L0, RADIUS = 56e-3, 5e-3
-
-
-def phases(*xi0):
-    return tuple(pj.MartensiteFraction(jnp.asarray(x)) for x in xi0)
 
 
 @pytest.mark.parametrize("bend", BENDS)

@@ -9,15 +9,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from activations import phases
 
 import pneusma_jax as pj
 from pneusma_jax.calibration import examples, keys, load_calibration, write_calibration
 
 EXAMPLES = ["orthogonal_pair", "pneuflex_weighed", "rectangular", "semicircular", "triangular"]
-
-
-def phases(*xi0):
-    return tuple(pj.MartensiteFraction(jnp.asarray(x)) for x in xi0)
 
 
 def built(arrangement, section=None, **changes):

@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from activations import phases
 from rods import rod
 
 import pneusma_jax as pj
@@ -25,10 +26,6 @@ class Linear(SiliconeLaw):
 
     def __call__(self, strain):
         return MODULUS * strain
-
-
-def phases(*xi0):
-    return tuple(pj.MartensiteFraction(jnp.asarray(x)) for x in xi0)
 
 
 def beam(section, length, count, plane=90.0):

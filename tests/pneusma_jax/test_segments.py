@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from activations import phases
 
 import pneusma_jax as pj
 from pneusma_jax.section.kinds import rectangle
@@ -19,10 +20,6 @@ from pneusma_jax.serial_chain.segments import (
 from pneusma_jax.serial_chain.solve import simulate_chain_history, solve_chain
 
 LENGTH, RADIUS = 56e-3, 5e-3
-
-
-def phases(*xi0):
-    return tuple(pj.MartensiteFraction(jnp.asarray(x)) for x in xi0)
 
 
 def shape_of(bends, connectors=0.0, lengths=None):

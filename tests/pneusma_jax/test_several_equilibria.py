@@ -7,12 +7,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from activations import phases
 
 import pneusma_jax as pj
-
-
-def phases(*values):
-    return tuple(pj.MartensiteFraction(jnp.asarray(x)) for x in values)
 
 
 def resistances(found):

@@ -12,7 +12,7 @@ import time
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from conftest import ISHIGAMI, PLAIN
+from study_texts import ISHIGAMI, PLAIN
 
 from fitting.cli import main
 from fitting.propagate import build_problem, propagate, read_study

@@ -6,7 +6,7 @@ import threading
 import time
 
 import pytest
-from conftest import ISHIGAMI
+from study_texts import ISHIGAMI
 
 from fitting.propagate import propagate
 from pneusma_jax.errors import InputError

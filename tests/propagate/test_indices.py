@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import ISHIGAMI
+from study_texts import ISHIGAMI
 
 from fitting.propagate import propagate
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import tube_study
+from study_texts import tube_study
 
 import pneusma_jax as pj
 from fitting.propagate import build_problem, propagate, read_study

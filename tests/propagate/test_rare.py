@@ -3,8 +3,8 @@
 import h5py
 import numpy as np
 import pytest
-from conftest import PLAIN
 from scipy import stats
+from study_texts import PLAIN
 
 from fitting.propagate import build_problem, read_study
 from fitting.propagate.quantities import Limit

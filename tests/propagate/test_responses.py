@@ -5,7 +5,7 @@ import dataclasses
 import h5py
 import numpy as np
 import pytest
-from conftest import EXAMPLES, tube_study
+from study_texts import EXAMPLES, tube_study
 
 import pneusma_jax as pj
 from fitting.control import Converter, Plant, usual_loop

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from conftest import ISHIGAMI, PLAIN
+from study_texts import ISHIGAMI, PLAIN
 
 from fitting.cli import main
 from fitting.propagate.reading import study_examples

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from conftest import PLAIN
+from study_texts import PLAIN
 
 from fitting.cli import main
 from fitting.propagate.distributions import Gaussian

@@ -54,19 +54,18 @@ def sources() -> list[Path]:
     return [path for package in ("pneusma_jax", "fitting") for path in sorted((ROOT / package).rglob("*.py"))]
 
 
-@pytest.mark.parametrize("kind", ["calls", "imports"])
-def test_nothing_that_runs_code_from_a_file_is_used(kind):
-    found = []
+def test_nothing_that_runs_code_from_a_file_is_used():
+    calls, imported, arguments = [], [], []
     for path in sources():
         for node in ast.walk(ast.parse(path.read_text())):
-            if kind == "calls" and isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
-                found += [(path.name, node.func.id)] if node.func.id in CODE_FROM_FILES else []
-            elif kind == "imports" and isinstance(node, ast.Import | ast.ImportFrom):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in CODE_FROM_FILES:
+                calls.append((path.name, node.func.id))
+            elif isinstance(node, ast.Import | ast.ImportFrom):
                 names = [alias.name for alias in node.names] + [getattr(node, "module", None) or ""]
-                found += [(path.name, name) for name in names if name.split(".")[0] in CODE_FROM_FILES]
-            if isinstance(node, ast.keyword) and node.arg in ("allow_pickle", "shell"):
-                found.append((path.name, node.arg))
-    assert set(found) == (set(EXCEPTIONS.items()) if kind == "imports" else set())
+                imported += [(path.name, name) for name in names if name.split(".")[0] in CODE_FROM_FILES]
+            elif isinstance(node, ast.keyword) and node.arg in ("allow_pickle", "shell"):
+                arguments.append((path.name, node.arg))
+    assert not calls and not arguments and set(imported) == set(EXCEPTIONS.items())
 
 
 @pytest.mark.parametrize(

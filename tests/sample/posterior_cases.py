@@ -40,3 +40,10 @@ def banana(values, data):
 def constant(values, data):
     """Nothing is learnt: what is sampled is the prior."""
     return jnp.zeros(()) * sum(values.values())
+
+
+def within(posterior, name, mean, sd, sigmas=4.0):
+    """The sampled mean and sd are within so many Monte Carlo standard errors of the exact ones."""
+    found = posterior.summary[name]
+    assert abs(found.mean - mean) < sigmas * found.mcse, (name, found.mean, mean, found.mcse)
+    assert abs(found.sd / sd - 1.0) < sigmas * 1.5 / np.sqrt(2.0 * found.effective), (name, found.sd, sd)

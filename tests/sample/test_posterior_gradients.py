@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from posterior_cases import banana, constant, line, line_data, line_parameters, line_posterior
+from posterior_cases import banana, constant, line, line_data, line_parameters, line_posterior, within
 
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.sample import Settings, Target, sample
@@ -15,13 +15,6 @@ from fitting.sample.unbounded import Unbounded
 from pneusma_jax.errors import InputError
 
 NUTS = Settings(sampler="nuts", max_steps=4000, warm_up=300)
-
-
-def within(posterior, name, mean, sd, sigmas=4.0):
-    """The sampled mean and sd are within so many Monte Carlo standard errors of the exact ones."""
-    found = posterior.summary[name]
-    assert abs(found.mean - mean) < sigmas * found.mcse, (name, found.mean, mean, found.mcse)
-    assert abs(found.sd / sd - 1.0) < sigmas * 1.5 / np.sqrt(2.0 * found.effective), (name, found.sd, sd)
 
 
 def line_target() -> Target:

@@ -183,15 +183,17 @@ def _reached(start: str, after: Mapping[str, set[str]]) -> set[str]:
     return found
 
 
-def violations(root: Path = ROOT) -> dict[str, list[str]]:
+def violations(found: list[Import]) -> dict[str, list[str]]:
     """What breaks each law of the layers, a line each.
+
+    Args:
+        found: every import, see `imports`.
 
     Returns:
         `upward`: a module imports one of a later layer; `report`: a layer that may not imports the layer
         `report`; `inside_functions`: an import inside a function outside `fitting.cli`; `circles`: modules
         that import each other, directly or through others.
     """
-    found = imports(modules(root))
     number = {name: k for k, (name, _) in enumerate(LAYERS)}
     may_report = {k for k, (name, _) in enumerate(LAYERS) if name in MAY_REPORT}
     upward, report = set(), set()
@@ -230,7 +232,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--prune", action="store_true", help="remove entries that exist no more")
     options = parser.parse_args()
-    now, listed = violations(), allowed()
+    now, listed = violations(imports(modules())), allowed()
     if options.prune:
         left = {law: [entry for entry in listed[law] if entry in now[law]] for law in LAWS}
         ALLOWED.write_text(written(left), encoding="utf-8")

@@ -13,8 +13,14 @@ REASONS = {
 
 
 @pytest.fixture(scope="module")
-def now():
-    return violations()
+def edges():
+    """Every import of the source."""
+    return imports(modules())
+
+
+@pytest.fixture(scope="module")
+def now(edges):
+    return violations(edges)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -35,15 +41,15 @@ def test_every_module_has_a_layer():
             layer_of(name)
 
 
-def test_the_model_knows_nothing_of_fitting():
-    found = [edge for edge in imports(modules()) if edge.source.startswith("pneusma_jax")]
+def test_the_model_knows_nothing_of_fitting(edges):
+    found = [edge for edge in edges if edge.source.startswith("pneusma_jax")]
     assert len(found) > 100
     assert not [str(edge) for edge in found if not edge.target.startswith("pneusma_jax")]
 
 
-def test_nothing_but_commands_imports_a_command(now):
+def test_nothing_but_commands_imports_a_command(now, edges):
     entries = {*now["upward"], *now["inside_functions"]}
-    above = {str(e) for e in imports(modules()) if e.target.startswith("fitting.cli") and not e.source.startswith("fitting.cli")}
+    above = {str(e) for e in edges if e.target.startswith("fitting.cli") and not e.source.startswith("fitting.cli")}
     assert above <= {entry for entry in entries if entry in allowed()["upward"]}
 
 
@@ -58,7 +64,7 @@ def tree(tmp_path, monkeypatch):
             path = tmp_path.joinpath(*name.split("__")).with_suffix(".py")
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text)
-        return violations(tmp_path)
+        return violations(imports(modules(tmp_path)))
 
     return write
 

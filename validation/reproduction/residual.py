@@ -34,11 +34,9 @@ def heated_and_cooled(alloy: pj.Alloy, heated: float = HEATED) -> pj.SpringState
     return state
 
 
-def stress_curve(
-    alloy: pj.Alloy, xi0: float, state: pj.SpringState, gamma: np.ndarray = STRAINS
-) -> np.ndarray:
-    """Shear stress after pre-strain [MPa], Eq. 3.3; NaN below no stress."""
-    stress = 1e-6 * np.asarray(alloy.shear_stress(gamma, xi0, alloy.residual_strain(state, xi0)))
+def stress_curve(alloy: pj.Alloy, xi0: float, state: pj.SpringState) -> np.ndarray:
+    """Shear stress at `STRAINS` after pre-strain [MPa], Eq. 3.3; NaN below no stress."""
+    stress = 1e-6 * np.asarray(alloy.shear_stress(STRAINS, xi0, alloy.residual_strain(state, xi0)))
     return np.where(stress >= 0.0, stress, np.nan)
 
 

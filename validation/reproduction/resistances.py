@@ -23,9 +23,9 @@ def along_cycle(bench: Bench, design: str, pressure: float, spring: int = -1) ->
     return np.asarray(bench.cycle(design, pressure).rows.springs[spring].resistance)
 
 
-def along_sweep(bench: Bench, design: str, heated: float, spring: int = -1) -> np.ndarray:
-    """Resistance along the pressure sweep [ohm], of the heated spring by default."""
-    return np.asarray(bench.sweep(design, heated).rows.springs[spring].resistance)
+def along_sweep(bench: Bench, design: str, heated: float) -> np.ndarray:
+    """Resistance of the heated spring along the pressure sweep [ohm]."""
+    return np.asarray(bench.sweep(design, heated).rows.springs[-1].resistance)
 
 
 def _heating_lowers(bench: Bench) -> Found:

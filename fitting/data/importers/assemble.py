@@ -103,7 +103,7 @@ def assemble(
     )
     refuse_far_wire(making)
     check_recording(recording, [int(row) for row in rows])
-    explain(making, columns)
+    explain(making)
     recording.source["notes"] = list(making.notices)
     if making.clock_counts_rows:
         recording.source[schema.CLOCK] = schema.COUNTED

@@ -28,14 +28,14 @@ def mark_used(making: Making, columns: dict) -> None:
                 making.use(option, name)
 
 
-def explain(making: Making, columns: dict) -> None:
+def explain(making: Making) -> None:
     """Record for each unused option the reason, and the option that was probably intended."""
     for option, name in making.options.stated():
         if (option, name) not in making.options.used.names:
-            making.options.used.why[option, name] = _why(making, option, name, columns)
+            making.options.used.why[option, name] = _why(making, option, name)
 
 
-def _why(making: Making, option: str, name: str, columns: dict) -> str:
+def _why(making: Making, option: str, name: str) -> str:
     text = f"{option} {name}".strip()
     channels, kind = making.channels, making.kind
     if option in ("--unit", "--scale", "--map"):

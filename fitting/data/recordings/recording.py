@@ -217,10 +217,6 @@ class Campaign:
             )
         return found
 
-    def with_role(self, role: str) -> list[Recording]:
-        """Recordings of one role, `"fit"` or `"validation"`."""
-        return [r for r in self.recordings if r.role == role]
-
     def specimens(self) -> dict[str, list[Recording]]:
         """Recordings by specimen, in the order in which the specimens first appear."""
         groups: dict[str, list[Recording]] = {}

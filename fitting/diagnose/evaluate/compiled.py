@@ -1,8 +1,10 @@
 """The compiled function of a campaign: outputs of all recordings, and derivatives along a few directions.
 
-Every candidate effect is in it, neutral where it is absent.
+Every candidate effect is in it, neutral where it is absent. Kinds whose rows take long run their recordings
+one by one, side by side on all cores. Their program is then the same for any number of recordings.
 """
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import equinox as eqx
@@ -10,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.inference.parallel import run_briefly
 from fitting.specimens.rows import Rows
 from fitting.specimens.specimen import Specimen
 from pneusma_jax.pipeline import Effect, Switched
@@ -18,9 +21,13 @@ from pneusma_jax.program_cache import cached_program
 from ..settings import DEFAULT
 from .evaluation import TRAJECTORY, Raw
 from .latent_trajectories import remembered_rows
+from .packed import Named, Packed
 from .unknowns import Unknowns
 
 OPTIMISER = DEFAULT.optimiser
+
+Outputs = tuple[dict[str, np.ndarray], dict[str, np.ndarray], dict[str, np.ndarray]]
+"""Outputs, (recordings, rows), their derivatives, (directions, recordings, rows), and drivers, by name."""
 
 
 class Compiled:
@@ -35,33 +42,34 @@ class Compiled:
 
     def __init__(self, specimen: Specimen, unknowns: Unknowns, always: tuple[Effect, ...], trajectories: int):
         self._unknowns, self._always, self._trajectories = unknowns, always, trajectories
+        self._apart = specimen.each_alone
         count = len(unknowns.base)
 
         def outputs(
-            base: dict, own: jax.Array, shifts: tuple, on: jax.Array, always: tuple, stacked: Rows
+            base: Named, own: jax.Array, shifts: jax.Array, on: jax.Array, always: tuple, rows: Rows
         ) -> tuple:
-            rows = eqx.tree_at(lambda r: r.base, stacked, base)
-            if shifts:
-                moved = tuple(x + s for x, s in zip(rows.extra[TRAJECTORY], shifts, strict=True))
+            rows = eqx.tree_at(lambda r: r.base, rows, base.columns)
+            if trajectories:
+                moved = tuple(x + shifts[j] for j, x in enumerate(rows.extra[TRAJECTORY]))
                 rows = eqx.tree_at(lambda r: r.extra[TRAJECTORY], rows, moved)
             tried = unknowns.effects(jnp.concatenate([jnp.zeros(count), own]))
             effects = (*always, *(Switched(effect, on[k]) for k, effect in enumerate(tried)))
             return jax.vmap(lambda row: specimen.answer({}, row, effects))(rows)
 
         def evaluate(
-            base: dict,
+            base: Named,
             own: jax.Array,
-            along_base: dict,
+            along_base: Named,
             along_own: jax.Array,
-            along_trajectories: tuple,
+            along_trajectories: jax.Array,
             on: jax.Array,
             always: tuple,
-            stacked: Rows,
+            recordings: Packed,
         ) -> tuple:
-            still = tuple(0.0 * s[0] for s in along_trajectories)
+            still, rows = 0.0 * along_trajectories[0], recordings.tree
 
             def along(*steps: Any) -> tuple:
-                lead = lambda base, own, shifts: outputs(base, own, shifts, on, always, stacked)  # noqa: E731
+                lead = lambda base, own, shifts: outputs(base, own, shifts, on, always, rows)  # noqa: E731
                 return jax.jvp(lead, (base, own, still), steps, has_aux=True)
 
             return jax.vmap(along, out_axes=(None, 0, None))(along_base, along_own, along_trajectories)
@@ -74,36 +82,55 @@ class Compiled:
         """Unknowns that one run brings derivatives by, at most."""
         return OPTIMISER.directions - 2 * self._trajectories
 
-    def run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> Raw:
+    def run(
+        self, u: np.ndarray, columns: np.ndarray, stacked: Rows, chosen: np.ndarray | None = None
+    ) -> Raw:
         """One run, along a few of the unknowns and every latent trajectory.
 
         Args:
             u: scaled numbers, (unknowns,).
             columns: indices of unknowns, at most `width`.
             stacked: recordings, with their latent trajectories.
+            chosen: mask of the recordings that are asked for, (recordings of the stack,); all if None. What a
+                run returns for others is not defined.
         """
         unknowns, count = self._unknowns, self._trajectories
-        base = unknowns.stated(u, stacked)
-        along_own = np.zeros((OPTIMISER.directions, len(unknowns) - len(unknowns.base)))
-        along_base = {name: np.zeros((OPTIMISER.directions, *value.shape)) for name, value in base.items()}
+        stated, most = unknowns.stated(u, stacked), OPTIMISER.directions
+        names = tuple(stated)
+        base = np.stack(list(stated.values()), axis=-1)
+        along_base = np.zeros((most, *base.shape))
+        along_own = np.zeros((most, len(unknowns) - len(unknowns.base)))
         for row, k in enumerate(columns):
             if k < len(unknowns.base):
                 stem, share = unknowns.slope(u, k, stacked)
-                along_base[stem][row] = share
+                along_base[row, :, names.index(stem)] = share
             else:
                 along_own[row, k - len(unknowns.base)] = 1.0
-        along_trajectories = tuple(
-            np.zeros((OPTIMISER.directions, *stacked.mask.shape)) for _ in range(count)
-        )
-        for j, direction in enumerate(along_trajectories):
-            direction[OPTIMISER.directions - 2 * count + j] = 1.0
-            direction[OPTIMISER.directions - count + j] = remembered_rows(
-                np.asarray(stacked.extra[TRAJECTORY][j])
-            )
+        along = np.zeros((most, count, *stacked.mask.shape))
+        for j in range(count):
+            along[most - 2 * count + j, j] = 1.0
+            along[most - count + j, j] = remembered_rows(np.asarray(stacked.extra[TRAJECTORY][j]))
         own, on = u[len(unknowns.base) :], unknowns.present(u, columns)
-        found, slopes, drivers = jax.device_get(
-            self._evaluate(base, own, along_base, along_own, along_trajectories, on, self._always, stacked)
-        )
+        leaves, structure = jax.tree.flatten(eqx.tree_at(lambda r: r.base, stacked, {}))
+        leaves = [np.asarray(leaf) for leaf in leaves]
+
+        def evaluate(part: slice = slice(None)) -> Outputs:
+            rows = structure.unflatten([leaf[part] for leaf in leaves])
+            return jax.device_get(
+                self._evaluate(
+                    Named(base[part], names),
+                    own,
+                    Named(along_base[:, part], names),
+                    along_own,
+                    along[:, :, part],
+                    on,
+                    self._always,
+                    Packed.of(rows),
+                )
+            )
+
+        there = np.asarray(stacked.mask).any(axis=1) & (True if chosen is None else chosen)
+        found, slopes, drivers = _one_by_one(evaluate, there) if self._apart else evaluate()
         return Raw(
             stacked,
             found,
@@ -111,3 +138,23 @@ class Compiled:
             {name: value[OPTIMISER.directions - 2 * count :] for name, value in slopes.items()},
             drivers,
         )
+
+
+def _one_by_one(evaluate: Callable[[slice], Outputs], there: np.ndarray) -> Outputs:
+    """Outputs of a stack, from runs of its recordings by themselves.
+
+    Args:
+        evaluate: outputs of a part of the stack.
+        there: mask of the recordings to run, (recordings of the stack,). Others repeat one that is run.
+    """
+    runs = np.flatnonzero(there)
+    parts = run_briefly(lambda k: evaluate(slice(k, k + 1)), runs.tolist())
+    place = np.zeros(len(there), int)
+    place[runs] = np.arange(len(runs))
+
+    def joined(parts: Sequence[dict[str, np.ndarray]], axis: int) -> dict[str, np.ndarray]:
+        whole = {name: np.concatenate([part[name] for part in parts], axis=axis) for name in parts[0]}
+        return {name: np.take(values, place, axis=axis) for name, values in whole.items()}
+
+    found, slopes, drivers = zip(*parts, strict=True)
+    return joined(found, 0), joined(slopes, 1), joined(drivers, 0)

@@ -280,7 +280,7 @@ class Program:
             for _ in range(TRAJECTORIES.runs - 1):
                 if search.finished:
                     break
-                search.saw(self._run(u, chunks[0], with_trajectories(stacked, search.proposal)))
+                search.saw(self._run(u, chunks[0], with_trajectories(stacked, search.proposal), search.open))
             first = search.best
         rest = [self._run(u, chunk, first.stacked) for chunk in chunks[1:]]
         names = first.slopes
@@ -310,10 +310,12 @@ class Program:
             return with_trajectories(stacked, near.trajectories_at(u))
         return self.specimen.latent.begun(stacked, near.drivers)
 
-    def _run(self, u: np.ndarray, columns: np.ndarray, stacked: Rows) -> Raw:
+    def _run(
+        self, u: np.ndarray, columns: np.ndarray, stacked: Rows, chosen: np.ndarray | None = None
+    ) -> Raw:
         """One run of the compiled program; see `Compiled.run`."""
         self.tally.count(RUNS)
-        return self._compiled.run(u, columns, stacked)
+        return self._compiled.run(u, columns, stacked, chosen)
 
     def _explained(self, here: Raw) -> list[latent_trajectories.Hidden | None]:
         """Free trajectories of every recording, and what they explain; None where there are none."""

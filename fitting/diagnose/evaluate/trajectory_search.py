@@ -48,6 +48,13 @@ class Search:
         return not self._open.any()
 
     @property
+    def open(self) -> np.ndarray:
+        """Mask of the recordings that ask for another run, (recordings of the stack,)."""
+        found = np.zeros(len(self.best.stacked.mask), bool)
+        found[: len(self._open)] = self._open
+        return found
+
+    @property
     def proposal(self) -> np.ndarray:
         """Trajectories to try next, (recordings of the stack, trajectories, rows)."""
         share = np.where(self._open, self._share, 0.0)

@@ -3,7 +3,8 @@
 Validation recordings let no effect in: it must help fitted recordings that are left out in turn. They keep
 out an effect that predicts them worse. All recordings are fitted together in two cases only. Either the
 fitted ones name nothing, or the model leaves most of the misfit of the validation recordings. Every score is
-cross-validated then.
+cross-validated then. Where they name nothing together, either, both searches are kept: the verdict may still
+find that only all recordings together contradict the base model.
 """
 
 from collections.abc import Callable, Sequence
@@ -48,21 +49,23 @@ def explain(
     progress(f"screening {len(program.unknowns.slugs)} effects")
     found = base_scored(started, base, rng)
     untried = not program.fitted.all()  # recordings for validation have not been fitted
+    whole = None
     if untried and found.p_value > SCORE_TEST.level:
-        explanation = _together(started, base, SCORE_TEST.level_together, search)
-        if explanation is not None:
-            return explanation
+        whole = _together(started, base, SCORE_TEST.level_together, search)
+        if whole is not None and whole.final.slugs:
+            return whole
         untried = False
     explanation = _whole(search, started, base, found)
+    explanation.second_look = whole
     if untried and _contradicted(explanation):
         again = _together(started, base, SCORE_TEST.level, search)
-        if again is not None and _score(again, ~program.fitted) < _score(explanation, ~program.fitted):
+        if again is not None and again.final.slugs and _better(again, explanation, ~program.fitted):
             return again
     return explanation
 
 
 def _together(program: Program, base: Fit, level: float, search: SetSearch) -> Explanation | None:
-    """A search on all recordings, validation included; None where it finds nothing."""
+    """A search on all recordings, validation included; None where no score stands out."""
     search.progress("looking at the recordings for validation as well")
     whole, fit = base_fit(replace(program, fitted=np.ones_like(program.fitted)), base.u)
     found = base_scored(whole, fit, search.rng)
@@ -70,7 +73,7 @@ def _together(program: Program, base: Fit, level: float, search: SetSearch) -> E
         return None
     explanation = _whole(search, whole, fit, found)
     explanation.together = True
-    return explanation if explanation.final.slugs else None
+    return explanation
 
 
 def _whole(search: SetSearch, program: Program, base: Fit, found: ScoreTest) -> Explanation:
@@ -86,8 +89,10 @@ def _whole(search: SetSearch, program: Program, base: Fit, found: ScoreTest) -> 
     return explanation
 
 
-def _score(explanation: Explanation, chosen: np.ndarray) -> float:
-    return reduced(explanation.program, explanation.final, chosen)
+def _better(one: Explanation, other: Explanation, chosen: np.ndarray) -> bool:
+    """True if one explanation leaves less of some recordings than the other."""
+    left, right = (reduced(e.program, e.final, chosen) for e in (one, other))
+    return left < right
 
 
 def _contradicted(explanation: Explanation) -> bool:

@@ -99,7 +99,7 @@ class SetSearch:
     def _grow(self, program: Program, pool: Pool) -> None:
         """Add pairs, then triples, while evidence grows and more than noise is left."""
         for size in range(2, SEARCH.maximum_effects + 1):
-            leader, worth = next(iter(pool.ranked()), (pool.base, 0.0))
+            leader = next((fit for fit, _ in pool.ranked()), pool.base)
             if not self._goes_on(program, leader):
                 return
             proposals = self._proposals(program, pool, size)
@@ -107,10 +107,11 @@ class SetSearch:
                 return
             self.progress(f"fitting {len(proposals)} sets of {size} effects")
             pool.add(fitted_sets(program, proposals, pool.base, self.progress, self.effort))
-            best = pool.ranked()[0]
-            if best[1] - worth < EVIDENCE.minimum_further:
+            ranked = pool.ranked()  # anew: what better fits leave deflates the evidence of all sets less
+            worth = {frozenset(fit.slugs): evidence for fit, evidence in ranked}
+            if ranked[0][1] - worth.get(frozenset(leader.slugs), 0.0) < EVIDENCE.minimum_further:
                 return
-            pool.add([polished(program, best[0])])
+            pool.add([polished(program, ranked[0][0])])
 
     def _goes_on(self, program: Program, fit: Fit) -> bool:
         """True if a set leaves a significant score, or more than noise."""

@@ -93,6 +93,7 @@ class Explanation:
         p_value, p_is_bound: probability of the base's misfit by chance, and true if it is only a bound.
         tries: number of models that were fitted to the campaign.
         together: validation recordings were fitted, too. The others named nothing, or a contradicted effect.
+        second_look: a search on all recordings that named nothing, although a score stood out.
         contending: pairs that explain and predict more than `final`, but no more than drift explains.
         scores: cross-validation of models.
         weigh_effects: leave-one-effect-out evidence of another model of these recordings.
@@ -105,6 +106,7 @@ class Explanation:
     p_value: float
     p_is_bound: bool
     together: bool = False
+    second_look: "Explanation | None" = None
     contending: list[tuple[str, ...]] = field(default_factory=list)
     weigh_effects: "Callable[[Explanation, Fit], Named] | None" = field(default=None, repr=False)
     scores: HeldOutScores = field(init=False, repr=False)

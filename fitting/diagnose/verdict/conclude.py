@@ -37,7 +37,10 @@ def conclude(explanation: Explanation) -> Conclusion:
     """The conclusion of a search."""
     scores = Scores()
     explanation, taken_back = accepted(explanation, scores)
-    program, judged = explanation.program, assess(explanation)
+    judged, second = assess(explanation), explanation.second_look
+    if second is not None and not judged.mismatch and (found_together := assess(second)).mismatch:
+        explanation, judged = second, found_together
+    program = explanation.program
     mismatch, named, unknown = judged.mismatch, judged.named, judged.unknown
     discrepancy, rest = judged.discrepancy, judged.rest
     candidates, nothing = probabilities(explanation, mismatch, unknown)

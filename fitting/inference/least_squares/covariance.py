@@ -25,7 +25,6 @@ class Uncertainty:
         covariance: covariance of those, shape (k, k).
         correlation: correlation of those, shape (k, k).
         undetermined: parameters and their weights, for each undetermined direction.
-        condition: condition number of the column-scaled Jacobian, over the determined directions.
     """
 
     standard_errors: dict[str, float | None]
@@ -33,12 +32,11 @@ class Uncertainty:
     covariance: np.ndarray
     correlation: np.ndarray
     undetermined: tuple[dict[str, float], ...]
-    condition: float
 
     @classmethod
     def none(cls, names: Iterable[str]) -> "Uncertainty":
         """Empty result, as for a failed fit."""
-        return cls({name: None for name in names}, (), np.zeros((0, 0)), np.zeros((0, 0)), (), 1.0)
+        return cls({name: None for name in names}, (), np.zeros((0, 0)), np.zeros((0, 0)), ())
 
 
 def propagate(
@@ -90,7 +88,6 @@ def propagate(
         covariance=rows @ rows.T * variance,
         correlation=directions @ directions.T,
         undetermined=tuple(_members(direction, [free[i] for i in inner]) for direction in right[~nonzero]),
-        condition=float(singular[nonzero].max() / singular[nonzero].min()) if nonzero.any() else 1.0,
     )
 
 

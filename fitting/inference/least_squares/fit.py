@@ -135,7 +135,6 @@ def _described(
         uncertainty=uncertainty,
         scaled=scaled,
         steps=int(outcome.steps),
-        relative_offset=float(outcome.offset),
         start_chi_squares=ended.chi_squares,
     )
 

@@ -58,7 +58,6 @@ class FitResult:
         uncertainty: covariance of the free parameters, and undetermined directions.
         scaled: true if standard errors were multiplied by the root of reduced chi-square.
         steps: number of evaluations of the residual with its derivative, from the best start.
-        relative_offset: next undamped step, in standard errors of the fit.
         start_chi_squares: final chi-square of each start, in order; NaN for one that failed.
     """
 
@@ -72,7 +71,6 @@ class FitResult:
     uncertainty: Uncertainty
     scaled: bool
     steps: int
-    relative_offset: float
     start_chi_squares: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     @property

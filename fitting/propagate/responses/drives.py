@@ -21,7 +21,7 @@ MOST_POINTS = 1001
 """Points of a driver: more draw no finer figure, and every one is a column of results."""
 
 
-def channel_of(key: str, segments: bool = False) -> tuple[str, str] | None:
+def channel_of(key: str) -> tuple[str, str] | None:
     """Channel and unit that a key of a study's `[model]` names, None if it is none.
 
     `pressure_kPa` is ("pressure", "kPa"); `xi0_2` is ("xi0_2", "1"), `resistance_1_ohm` ("resistance_1",

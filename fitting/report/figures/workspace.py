@@ -215,19 +215,18 @@ def _words(workspace: Workspace, index: tuple[int, int, int]) -> str:
     return "\n".join(lines)
 
 
-def side_line(length: float, bend: float, offset: float, count: int = 90) -> tuple[np.ndarray, np.ndarray]:
+def side_line(length: float, bend: float, offset: float) -> tuple[np.ndarray, np.ndarray]:
     """A line along the bent actuator, which stands at the origin, points up and bends to the right.
 
     Args:
         length: length of the centre line.
         bend: bend angle [rad].
         offset: offset of the line from the centre line towards side 1, which is on the left.
-        count: number of points.
 
     Returns:
-        Coordinates, each of shape (count,).
+        Coordinates of 90 points, each of shape (90,).
     """
     if abs(bend) < 1e-6:
-        return np.full(count, -offset), np.linspace(0.0, length, count)
-    turned, radius = np.linspace(0.0, bend, count), length / bend
+        return np.full(90, -offset), np.linspace(0.0, length, 90)
+    turned, radius = np.linspace(0.0, bend, 90), length / bend
     return radius - (radius + offset) * np.cos(turned), (radius + offset) * np.sin(turned)

@@ -153,16 +153,13 @@ def fitted(
     return Quantity(name, float(value), unit, "fitted", source, _prior(value, sd))
 
 
-def add_effect(
-    effect: Effect, source: str, sd: Mapping[str, float] | None = None, status: str = "fitted"
-) -> AddedEffect:
+def add_effect(effect: Effect, source: str, sd: Mapping[str, float] | None = None) -> AddedEffect:
     """An effect with its parameters as a model on disk has it.
 
     Args:
         effect: effect with concrete parameters, SI.
         source: origin of its parameters.
         sd: standard errors by parameter, SI; kept as priors. Terms of a sum are counted: `g_1`, `g_2`.
-        status: status of the parameters, `fitted` or `assumed`.
 
     Raises:
         InputError: for a parameter beyond its physical bounds.
@@ -174,7 +171,7 @@ def add_effect(
         for k, value in enumerate(map(float, values), 1):
             key = name if len(values) == 1 else f"{name}_{k}"
             check_bounds(effect.slug, key, value)
-            parameters[key] = Quantity(key, value, spec.unit, status, source, _prior(value, sd.get(key)))
+            parameters[key] = Quantity(key, value, spec.unit, "fitted", source, _prior(value, sd.get(key)))
     options = {name: getattr(effect, name) for name in option_names(type(effect))}
     return AddedEffect(effect.slug, parameters, options)
 

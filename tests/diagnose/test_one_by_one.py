@@ -1,0 +1,66 @@
+"""Recordings that a program runs one by one give what they give together, and only those that are asked for run."""
+
+import jax
+import numpy as np
+import pytest
+from diagnosis_coupons import curve, write
+
+from fitting.data.recordings import read_campaign
+from fitting.diagnose.evaluate.packed import Named, Packed
+from fitting.diagnose.evaluate.program import Program
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory):
+    """Five coupons, which a stack pads to six."""
+    courses = [0.5, 0.5, 0.8], [0.3, 0.6], [0.8, 0.8], [0.4, 0.7, 0.7], [0.6, 0.2]
+    folder = tmp_path_factory.mktemp("coupons") / "campaign"
+    return Program.of(read_campaign(write(folder, curve, courses=courses)), "elastomer")
+
+
+def both(program, columns, chosen=None):
+    """The same run of a whole stack, and of its recordings by themselves."""
+    compiled, u = program._compiled, program.unknowns.neutral
+    whole = compiled.run(u, columns, program.stacked)
+    compiled._apart = True
+    try:
+        return whole, compiled.run(u, columns, program.stacked, chosen)
+    finally:
+        compiled._apart = False
+
+
+def test_recordings_by_themselves_are_those_of_a_stack(program):
+    columns = np.array([program.unknowns.base[0], *program.unknowns.of(["strain_stiffening"])])
+    together, alone = both(program, columns)
+    for mine, theirs in zip(parts(together), parts(alone), strict=True):
+        assert mine.keys() == theirs.keys()
+        for name, values in mine.items():
+            k = values.ndim - 2  # axis of the recordings
+            real = np.arange(5)
+            np.testing.assert_allclose(theirs[name].take(real, k), values.take(real, k), rtol=1e-12, atol=1e-12)
+    assert np.any(alone.slopes["stress"][1] != 0.0)
+
+
+def test_only_what_is_asked_for_runs(program):
+    chosen = np.zeros(len(program.stacked.mask), bool)
+    chosen[[1, 3]] = True
+    together, alone = both(program, program.unknowns.base[:1], chosen)
+    for k in (1, 3):
+        np.testing.assert_allclose(alone.found["stress"][k], together.found["stress"][k], rtol=1e-12)
+    # the others repeat one of the two, so nothing was computed for them
+    np.testing.assert_array_equal(alone.found["stress"][0], alone.found["stress"][1])
+    assert not np.allclose(together.found["stress"][0], together.found["stress"][1])
+
+
+def test_a_tree_is_packed_and_unpacked():
+    tree = {"a": np.arange(6.0).reshape(2, 3), "b": (np.array(True), np.array([3, 4])), "c": np.array(2.5)}
+    again = jax.jit(lambda packed: packed.tree)(Packed.of(tree))
+    jax.tree.map(np.testing.assert_array_equal, again, tree)
+    assert jax.tree.map(lambda x: x.dtype.name, again) == jax.tree.map(lambda x: x.dtype.name, tree)
+    columns = Named(np.arange(6.0).reshape(2, 3), ("x", "y", "z")).columns
+    np.testing.assert_array_equal(columns["y"], [1.0, 4.0])
+
+
+def parts(run):
+    """Outputs, derivatives and drivers of a run."""
+    return run.found, run.slopes, run.drivers
