@@ -1,15 +1,17 @@
 """What a diagnosis costs: effects that are off, fits side by side, and the first use against later ones.
 
-    python benchmarks/diagnosis_speed.py [CAMPAIGN] [--no-whole]
+    python benchmarks/diagnosis_speed.py [CAMPAIGN ...] [--only runs|whole] [--against CHECKOUT]
 
 A run is the compiled program of a campaign once: outputs of all recordings and their derivatives along up
 to `optimiser.directions` directions. It is timed with only the effects on that a fit of one effect needs,
 and with all on, which changes no number. The same runs follow in one thread and in one for each core. The
-whole command is timed with an empty cache and again with what that left.
+whole command is timed with an empty cache and again with what that left; with `--against` also by the code of
+another checkout, in turn. On a busy machine the times of the processor say more than those of the clock.
 """
 
 import argparse
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -20,19 +22,23 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
-EXAMPLE = Path(__file__).resolve().parents[1] / "calibration_data" / "examples" / "actuator"
+HERE = Path(__file__).resolve().parents[1]
+EXAMPLE = HERE / "calibration_data" / "examples" / "actuator"
 RUNS = 12
 
 
 def main() -> None:
     """Print the times and their ratios."""
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("campaign", nargs="?", type=Path, default=EXAMPLE)
-    arguments.add_argument("--no-whole", action="store_true", help="leave out the whole command, twice")
+    arguments.add_argument("campaigns", nargs="*", type=Path, default=[EXAMPLE])
+    arguments.add_argument("--only", choices=("runs", "whole"), help="single runs, or the whole command")
+    arguments.add_argument("--against", type=Path, help="checkout of other code for the whole command")
     given = arguments.parse_args()
-    runs(given.campaign)
-    if not given.no_whole:
-        whole(given.campaign)
+    for campaign in given.campaigns:
+        if given.only != "whole":
+            runs(campaign)
+        if given.only != "runs":
+            whole(campaign.resolve(), given.against)
 
 
 def runs(campaign: Path) -> None:
@@ -54,7 +60,9 @@ def runs(campaign: Path) -> None:
         spent = []
         for k in range(RUNS):
             began = time.perf_counter()
-            program.evaluate(u + 1e-6 * k, columns[: program._compiled.width], stacked=program.stacked)
+            moved = u.copy()
+            moved[unknowns.base] += 1e-6 * k  # effects stay as they are: off
+            program.evaluate(moved, columns[: program._compiled.width], stacked=program.stacked)
             spent.append(time.perf_counter() - began)
         return float(np.median(spent[2:]))
 
@@ -79,16 +87,28 @@ def runs(campaign: Path) -> None:
     print(f"the same runs in one thread and in one for each core: ratio {alone / together:.1f}")
 
 
-def whole(campaign: Path) -> None:
-    """Times of the command."""
+def whole(campaign: Path, other: Path | None) -> None:
+    """Times of the command by this code and another, each with a cache of its own."""
+    codes = {"this code": HERE} | ({"the other": other.resolve()} if other else {})
     with tempfile.TemporaryDirectory() as folder:
-        place = os.environ | {"PNEUSMA_CACHE": str(Path(folder) / "cache")}
         for what in ("first use", "again"):
-            command = [sys.executable, "-m", "fitting.cli", "diagnose", str(campaign)]
-            command += ["--out", f"{folder}/{what}"]
-            began = time.perf_counter()
-            subprocess.run(command, check=True, env=place, capture_output=True)
-            print(f"pneusma diagnose, {what}: {time.perf_counter() - began:.0f} s")
+            spent = {name: once(campaign, code, Path(folder), what) for name, code in codes.items()}
+            told = [f"{name} {wall:.0f} s, processor {cpu:.0f} s" for name, (wall, cpu) in spent.items()]
+            if other:
+                (mine, own), (theirs, their) = spent.values()
+                told.append(f"ratio {theirs / mine:.2f}, processor {their / own:.2f}")
+            print(f"{campaign.name}, pneusma diagnose, {what}: {'; '.join(told)}", flush=True)
+
+
+def once(campaign: Path, code: Path, folder: Path, what: str) -> tuple[float, float]:
+    """Seconds of the clock and of the processor of one diagnosis."""
+    place = os.environ | {"PNEUSMA_CACHE": str(folder / code.name / "cache"), "PYTHONPATH": str(code)}
+    command = [sys.executable, "-m", "fitting.cli", "diagnose", str(campaign)]
+    command += ["--out", str(folder / code.name / what)]
+    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    subprocess.run(command, check=True, env=place, capture_output=True, cwd=folder)
+    wall, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
+    return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from jax.sharding import PartitionSpec as P
 from jaxtyping import Array, Float, UInt8
 
 from pneusma_jax.numerics.rows import filled, first_rows
+from pneusma_jax.program_cache import cached_program
 
 CALL = 8192
 """Rows of one call of the compiled program. It bounds memory, and a call takes long against its start."""
@@ -19,24 +20,30 @@ SMALLER = (64, 1024)
 class Evaluator:
     """A function of one row as a function of many.
 
-    Rows are independent. So each device takes an equal part of a call and exchanges nothing with the others.
-    A row has the same result wherever it is computed.
+    Rows are independent. So each device takes an equal part of a whole call and exchanges nothing with the
+    others. Smaller calls use one device. A row has the same result wherever it is computed.
 
     Args:
         row: values of one row, shape (values,), to columns and a status.
         side_by_side: rows that one device computes together.
+        fingerprint: fingerprint of all that `row` depends on beside the source of the packages. Programs on
+            one device are kept on disk under it.
         devices: devices to use; all local ones if None.
     """
 
     def __init__(
-        self, row: Callable[[Array], tuple[Array, Array]], side_by_side: int, devices: list | None = None
+        self,
+        row: Callable[[Array], tuple[Array, Array]],
+        side_by_side: int,
+        fingerprint: str,
+        devices: list | None = None,
     ):
         devices = jax.local_devices() if devices is None else devices
-        self._row = row
+        self._row, self._fingerprint = row, fingerprint
         self._mesh = Mesh(np.asarray(devices), ("rows",))
         self._split = NamedSharding(self._mesh, P("rows"))
         self._together = 1 << (side_by_side.bit_length() - 1)
-        self._programs: dict[str, Callable] = {}
+        self._programs: dict[tuple[str, bool], Callable] = {}
 
     @property
     def devices(self) -> int:
@@ -69,25 +76,30 @@ class Evaluator:
     ) -> tuple[np.ndarray, np.ndarray]:
         step = next((size for size in SMALLER if len(x) <= size), CALL)
         pieces = [x[first : first + step] for first in range(0, len(x), step)]
+        spread = spread and self.devices > 1 and step == CALL
         parts = [self._call(name, row, piece, step, spread) for piece in pieces]
         return tuple(np.concatenate(part) for part in zip(*parts, strict=True))
 
     def _call(
         self, name: str, row: Callable, x: np.ndarray, step: int, spread: bool
     ) -> tuple[np.ndarray, np.ndarray]:
-        whole = self.devices * self._together * -(-step // (self.devices * self._together))
+        least = self._together * (self.devices if spread else 1)
+        whole = least * -(-step // least)
         placed = jax.device_put(filled(x, whole), self._split if spread else self._mesh.devices[0])
         found = self._program(name, row, spread)(placed)
         return first_rows(tuple(found), len(x))
 
     def _program(self, name: str, row: Callable, spread: bool) -> Callable:
         """Compiled for each number of rows of a call that is asked for."""
-        if name not in self._programs:
+        if (name, spread) not in self._programs:
             together = self._together
             part = lambda x: jax.lax.map(row, x, batch_size=together)  # noqa: E731
             if spread:
                 part = jax.shard_map(
                     part, mesh=self._mesh, in_specs=P("rows"), out_specs=P("rows"), check_vma=False
                 )
-            self._programs[name] = jax.jit(part)
-        return self._programs[name]
+                self._programs[name, spread] = jax.jit(part)
+            else:
+                stored = f"{name} of a study, {together} together: {self._fingerprint}"
+                self._programs[name, spread] = cached_program(part, stored)
+        return self._programs[name, spread]

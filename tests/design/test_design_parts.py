@@ -19,6 +19,7 @@ from fitting.design.space import Space
 from fitting.design.study import Bound, Free, Objective, Pose
 from fitting.design.uncertain import interval, reduced
 from fitting.invert.goals import GOALS
+from fitting.report.design.words import parameter_value
 from pneusma_jax.errors import InputError
 
 
@@ -168,3 +169,10 @@ def test_a_search_whose_held_sizes_break_a_limit_ends_after_one_evaluation(held,
         assert len(seen) == asked
     else:
         assert found.evaluation.place[0] == pytest.approx(0.3, abs=1e-4) and len(seen) > 1
+
+
+def test_rounding_error_at_a_bound_of_zero_is_told_as_zero():
+    pressure = Free("hold.pressure", "continuous", Bound(0.0), Bound(45e3), (), "kPa")
+    assert parameter_value(pressure, 6.6e-11) == 0.0
+    assert parameter_value(pressure, 1.0) == 1.0
+    assert parameter_value(free("wall", Bound(1e-3), Bound(2e-3)), 1e-3) == 1e-3

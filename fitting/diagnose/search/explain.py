@@ -56,11 +56,11 @@ def explain(
             return whole
         untried = False
     explanation = _whole(search, started, base, found)
-    explanation.second_look = whole
     if untried and _contradicted(explanation):
-        again = _together(started, base, SCORE_TEST.level, search)
-        if again is not None and again.final.slugs and _better(again, explanation, ~program.fitted):
-            return again
+        whole = _together(started, base, SCORE_TEST.level, search)
+        if whole is not None and whole.final.slugs and _better(whole, explanation, ~program.fitted):
+            return whole
+    explanation.second_look = None if whole is None or whole.final.slugs else whole
     return explanation
 
 

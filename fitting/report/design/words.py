@@ -19,11 +19,19 @@ SMALL_STEP = 0.01
 """Step of other plain numbers for sensitivities, such as fractions [1]."""
 LOOSER = 0.01
 """Relaxation of a limit in the table of limits, as part of it [1]."""
+NOTHING = 1e-9
+"""Part of a parameter's range that is rounding error: an optimiser ends at a bound of zero within it [1]."""
 
 
 def shown(value: float, unit: str) -> str:
     """A value in SI as text with its unit."""
     return f"{from_si(value, unit):.4g} {unit}".removesuffix(" 1")
+
+
+def parameter_value(free: Free, value: float) -> float:
+    """A parameter's value, or zero where it is rounding error."""
+    ends = [b.value for b in (free.low, free.high) if b.parameter is None]
+    return 0.0 if abs(value) < NOTHING * max(map(abs, ends), default=0.0) else value
 
 
 def objective_words(result: DesignResult, design: Design) -> list[str]:
@@ -148,7 +156,8 @@ def parameter_table(result: DesignResult) -> Table:
             f"{from_si(x, o.unit, difference=True):+.3g} {o.unit}"
             for x, o in zip(steps[k], study.objectives, strict=True)
         ]
-        values = [shown(d.parameters[free.name], free.unit) for d in (made, result.ideal)]
+        ends_at = (parameter_value(free, d.parameters[free.name]) for d in (made, result.ideal))
+        values = [shown(x, free.unit) for x in ends_at]
         rows.append([free.name, free.made, *values, ends, step_of(free)[1], *changes])
     return Table(header, rows)
 
@@ -203,7 +212,7 @@ def front_table(result: DesignResult) -> Table:
     rows = [
         [
             *(f"{from_si(x, o.unit):.4g}" for x, o in zip(d.objectives, study.objectives, strict=True)),
-            *(f"{from_si(d.parameters[f.name], f.unit):.4g}" for f in study.free),
+            *(f"{from_si(parameter_value(f, d.parameters[f.name]), f.unit):.4g}" for f in study.free),
         ]
         for d in result.front.designs
     ]
