@@ -5,6 +5,7 @@ asymmetric, and they count.
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +29,7 @@ def estimates(
     profiles: Mapping[str, Profile],
     units: Mapping[str, float] | None = None,
     held: Mapping[str, float] | None = None,
+    levels: Mapping[str, Mapping[int, float]] | None = None,
 ) -> dict[str, Estimate]:
     """Quoted values and errors of all free parameters, in the unit of files.
 
@@ -36,27 +38,34 @@ def estimates(
         profiles: profile likelihoods of some or all of them.
         units: rise of chi-square that counts as one standard deviation, by name; 1 where nobody says more.
         held: variance that the doubt about constants that are held adds, over that of the standard error.
+        levels: factor on that unit for intervals of so many per cent, by name; 1 where nobody says more.
     """
+    none: dict[str, Any] = {}
+    units, held, levels = units or none, held or none, levels or none
     return {
-        name: estimate(entry, profiles.get(name), (units or {}).get(name, 1.0), (held or {}).get(name, 0.0))
+        name: estimate(entry, profiles.get(name), units.get(name, 1.0), held.get(name, 0.0), levels.get(name))
         for name, entry in fitted.items()
     }
 
 
 def estimate(
-    entry: Parameter, profile: Profile | None = None, unit: float = 1.0, held: float = 0.0
+    entry: Parameter,
+    profile: Profile | None = None,
+    unit: float = 1.0,
+    held: float = 0.0,
+    levels: Mapping[int, float] | None = None,
 ) -> Estimate:
     """Quoted value and errors of one parameter, in the unit of files; see `estimates`."""
     sd = np.nan if entry.standard_error is None else entry.standard_error * np.sqrt(unit)
     doubt = 0.0 if entry.standard_error is None else entry.standard_error * np.sqrt(held)
     profiled = profile is not None and len(profile.value) > 1
     if profiled:
-        interval = {percent: profile.quoted(percent) for percent in RISES}
+        interval = {percent: profile.quoted(percent, (levels or {}).get(percent, 1.0)) for percent in RISES}
         told, curved = _told(entry, profile, interval[90]), bool(profile.curved or not np.isfinite(sd))
         if curved:
             sd = 0.5 * (interval[90][1] - interval[90][0]) / WIDTH_90
     else:
-        interval, told, curved = _of_parabola(entry, sd), (True, True), False
+        interval, told, curved = _of_parabola(entry, sd, levels or {}), (True, True), False
     if entry.prior is not None and np.isfinite(sd):  # an error is never more than was known before
         doubt = min(doubt, float(np.sqrt(max(entry.prior.sd**2 - sd**2, 0.0))))
     if doubt > 0.0:
@@ -89,11 +98,13 @@ def _told(entry: Parameter, profile: Profile, ends: tuple[float, float]) -> tupl
     return lower, upper
 
 
-def _of_parabola(entry: Parameter, sd: float) -> dict[int, tuple[float, float]]:
+def _of_parabola(
+    entry: Parameter, sd: float, levels: Mapping[int, float]
+) -> dict[int, tuple[float, float]]:
     """Intervals of a standard error, inside the bounds; none where there is no error."""
     if not np.isfinite(sd):
         return {}
-    half = {percent: float(np.sqrt(rise) * sd) for percent, rise in RISES.items()}
+    half = {p: float(np.sqrt(rise * levels.get(p, 1.0)) * sd) for p, rise in RISES.items()}
     return {p: (max(entry.value - h, entry.min), min(entry.value + h, entry.max)) for p, h in half.items()}
 
 

@@ -6,12 +6,15 @@ Their sizes follow from the marginal likelihood of the linearised fit (restricte
 Harville, J. Am. Stat. Assoc. 72 (1977) 320). It accounts for the part that the fit has absorbed. The fit
 itself treats the noise as white. So the covariance of its parameters is the sandwich A^-1 (J' V J + P) A^-1.
 
-The sizes are uncertain, too. The covariance is averaged over a grid of them, weighted by their probability
-given the data.
+The sizes are uncertain, too. So a parameter's distribution is a mixture over a grid of them, weighted by
+their probability given the data: of Gaussians of one centre and many widths. Its intervals are those of that
+mixture. A variance averaged over the grid is not the same: a drift that is as probable as 3 % but six times
+as wide as the noise doubles the variance, and widens a 90 % interval by 7 %.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -19,6 +22,7 @@ import numpy as np
 from pneusma_jax.late import Late
 
 linalg = Late("scipy.linalg")
+special = Late("scipy.special")
 
 BINS = 32
 """Maximum number of blocks of rows that a recording is averaged to; drifts are slow."""
@@ -32,6 +36,13 @@ STEADY = 0.5
 """Prior probability of a zero without drift, and of one without offset."""
 LEAST = 1e-4
 """Minimum weight of a grid point that is kept."""
+LEVELS = {50: 0.5, 68: math.erf(math.sqrt(0.5)), 90: 0.9}
+"""Parts of a distribution that intervals of so many per cent hold; the 68 is one standard deviation."""
+BISECTIONS = 40
+"""Halvings of the bracket of an interval's end; its error is then that of the arithmetic."""
+MEMBERS = 4000
+"""Number of members of a mixture over several instruments, drawn from those of each. The end of a 90 %
+interval is then known to 3 %."""
 
 
 @dataclass(frozen=True)
@@ -58,15 +69,27 @@ class Lasting:
     """Estimated offsets and drifts of zeros, and their effect on standard errors.
 
     Attributes:
-        variance: ratio of every parameter's variance to that of the fit, 1 or more, shape (parameters,).
+        variance: square of the ratio of every parameter's 90 % interval to that of the fit, 1 or more, shape
+            (parameters,).
         drift, offset: posterior mean of the standard deviation by output, in units of the noise.
         held: contribution of uncertain held constants to `variance`, shape (parameters,).
+        levels: the same ratio for intervals of so many per cent, over that of 90 %, shape (parameters,) each.
+            It is below 1 where sizes are uncertain: the tails are then longer than a Gaussian's.
     """
 
     variance: np.ndarray
     drift: dict[str, float]
     offset: dict[str, float]
     held: np.ndarray | float = 0.0
+    levels: Mapping[int, np.ndarray] = field(default_factory=dict)
+
+
+def levels_by_name(found: Lasting, names: Sequence[str]) -> dict[str, dict[int, float]]:
+    """Factor of each parameter's intervals by per cent, as `Lasting.levels`."""
+    return {
+        name: {p: float(np.broadcast_to(x, len(names))[k]) for p, x in found.levels.items()}
+        for k, name in enumerate(names)
+    }
 
 
 def lasting(
@@ -85,18 +108,58 @@ def lasting(
     scale = np.sqrt(np.maximum(np.diag(information) + precision, np.finfo(float).tiny))
     total = (information + np.diag(precision)) / np.outer(scale, scale)
     inverse = np.linalg.pinv(total, 1e-12, hermitian=True) / np.outer(scale, scale)
-    meat, drift, offset = np.diag(precision).astype(float), {}, {}
+    norm = np.maximum(np.diag(inverse), np.finfo(float).tiny)
+    least = np.einsum("ij,j,ij->i", inverse, precision, inverse) / norm
+    mixtures, drift, offset = [], {}, {}
     for output in dict.fromkeys(one.output for one in binned):
         mine = [one for one in binned if one.output == output]
         weights = _probable(mine, precision, pull)
         drift[output] = float(sum(w * d for (d, _, _), w in weights.items()))
         offset[output] = float(sum(w * o for (_, o, _), w in weights.items()))
-        for (d, o, s), w in weights.items():
-            for one in mine:
-                covariance = s**2 * np.eye(len(one.misfit)) + _slow(one, d, o)
-                meat += w * one.slopes.T @ covariance @ one.slopes / inflation**4
-    found = np.diag(inverse @ meat @ inverse) / np.maximum(np.diag(inverse), np.finfo(float).tiny)
-    return Lasting(np.maximum(np.nan_to_num(found, nan=1.0), 1.0), drift, offset)
+        added = []
+        for d, o, s in weights:
+            covariances = [s**2 * np.eye(len(one.misfit)) + _slow(one, d, o) for one in mine]
+            meat = sum(one.slopes.T @ c @ one.slopes for one, c in zip(mine, covariances, strict=True))
+            added.append(np.einsum("ij,jk,ik->i", inverse, meat, inverse) / inflation**4 / norm)
+        mixtures.append((np.array(added), np.array(list(weights.values()))))
+    ratios = _ratios(*_mixed(least, mixtures))
+    found = np.maximum(np.nan_to_num(ratios[90], nan=1.0), 1.0)
+    levels = {p: np.maximum(np.nan_to_num(ratio, nan=1.0), 1.0) / found for p, ratio in ratios.items()}
+    return Lasting(found, drift, offset, levels=levels)
+
+
+def _mixed(
+    least: np.ndarray, mixtures: Sequence[tuple[np.ndarray, np.ndarray]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Variances of the members of a mixture over all instruments, shape (members, parameters); weights.
+
+    Args:
+        least: variance of every parameter without any noise.
+        mixtures: added variances and weights of each instrument's own mixture.
+    """
+    if not mixtures:
+        return least[None, :] + 1.0, np.ones(1)
+    if len(mixtures) == 1:
+        return least + mixtures[0][0], mixtures[0][1]
+    random, total = np.random.default_rng(0), np.tile(least, (MEMBERS, 1))
+    for added, weight in mixtures:
+        total += added[random.choice(len(weight), MEMBERS, p=weight / weight.sum())]
+    return total, np.full(MEMBERS, 1.0 / MEMBERS)
+
+
+def _ratios(variance: np.ndarray, weight: np.ndarray) -> dict[int, np.ndarray]:
+    """Square of the half widths of a mixture's intervals over those of a unit Gaussian, by per cent."""
+    sd = np.sqrt(np.maximum(variance, 0.0))
+    found = {}
+    for percent, share in LEVELS.items():
+        gaussian = special.ndtri(0.5 + 0.5 * share)
+        low, high = gaussian * sd.min(axis=0), gaussian * sd.max(axis=0)
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            inside = weight @ special.erf(middle / np.maximum(sd, np.finfo(float).tiny) / math.sqrt(2.0))
+            low, high = np.where(inside < share, middle, low), np.where(inside < share, high, middle)
+        found[percent] = (0.5 * (low + high) / gaussian) ** 2
+    return found
 
 
 def _binned(one: Series) -> Series:

@@ -7,7 +7,7 @@ likelihood is that of the recordings themselves, not of estimates, so each prior
 
 The mean has the prior of the constant. The spread has the positive half of a Gaussian whose size is that
 prior's standard deviation: specimens do not differ by more than alloys do. What belongs to a specimen alone,
-its dimensions, keeps its own prior.
+its dimensions, keeps its own prior, and is sampled where the shared constants leave it (`straight`).
 
 Campaigns of one form are padded to one shape and computed side by side (`side_by_side`). No-U-turn chains are
 the default sampler: the number of dimensions grows with the specimens, which costs ensembles of walkers most.
@@ -39,6 +39,7 @@ from .result import Posterior
 from .sampling import sample
 from .settings import Settings
 from .side_by_side import Form, side_by_side
+from .straight import Valley, valley_of
 from .target import Target
 
 LEAST, MOST = 1e-3, 10.0
@@ -199,7 +200,10 @@ def distance_name(name: str, number: int) -> str:
 
 
 def own_name(name: str, campaign: int) -> str:
-    """Name of a parameter that belongs to one campaign alone, such as a dimension."""
+    """Name of a parameter that belongs to one campaign alone, such as a dimension.
+
+    It is the value that the parameter would have at the shared constants of the campaign's own fit.
+    """
     return f"{name}_in_{campaign + 1}"
 
 
@@ -231,31 +235,47 @@ def joint_target(targets: Sequence[Target], entries: Sequence[Parameters]) -> tu
         entry = entries[campaign][name]
         return own_value(entry, values[stem], values[spread_name(stem)], values[distance_name(stem, k)])
 
-    def vectors(values: Mapping[str, Array], form: Form) -> Array:
-        """Coordinates of every campaign of a form, shape (campaigns, n)."""
-        logs = form.layout.logarithmic
-        found = [[here(values, k, name) for name in form.layout.free] for k in form.members]
-        return jnp.stack(
-            [jnp.stack([jnp.log(x) if log else x for x, log in zip(own, logs, strict=True)]) for own in found]
-        )
+    valleys = [valley_of(own, [n for c, n in at if c == k]) for k, own in enumerate(entries)]
+
+    def placed(values: Mapping[str, Array], form: Form, of: Valley) -> tuple[Array, Array, Array]:
+        """Coordinates of every campaign of a form, shape (campaigns, n), distances from priors, Jacobians."""
+        found = [jnp.stack([here(values, k, name) for name in form.layout.free]) for k in form.members]
+        there, away, jacobian = jax.vmap(lambda valley, x: valley.moved(x))(of, jnp.stack(found))
+        logs = jnp.asarray(form.layout.logarithmic, bool)
+        return jnp.where(logs, jnp.log(jnp.where(logs, there, 1.0)), there), away, jacobian
 
     def residual(values: Mapping[str, Array], data: PyTree) -> Array:
-        found = [
-            jax.vmap(form.rows)(vectors(values, form), *own) for form, own in zip(forms, data, strict=True)
-        ]
-        return jnp.concatenate([jnp.ravel(part) for part in found])
+        parts = []
+        for form, (own, of) in zip(forms, data, strict=True):
+            vectors, away, _ = placed(values, form, of)
+            parts += [jnp.ravel(jax.vmap(form.rows)(vectors, *own)), jnp.ravel(away)]
+        return jnp.concatenate(parts)
 
     def log_likelihood(values: Mapping[str, Array], data: PyTree) -> Array:
-        pairs = zip(forms, data, strict=True)
-        return sum(jnp.sum(jax.vmap(form.likelihood)(vectors(values, form), *own)) for form, own in pairs)
+        total = jnp.zeros(())
+        for form, (own, of) in zip(forms, data, strict=True):
+            vectors, away, jacobian = placed(values, form, of)
+            found = jnp.sum(jax.vmap(form.likelihood)(vectors, *own))
+            total += found - 0.5 * jnp.sum(away**2) + jnp.sum(jacobian)
+        return total
 
-    parameters = _parameters(shared, entries)
-    data = [form.data for form in forms]
+    parameters = _parameters(shared, entries, valleys)
+    data = [(form.data, _together([valleys[k] for k in form.members])) for form in forms]
     return Target.from_log_likelihood(log_likelihood, parameters, data, residual), parameters
 
 
-def _parameters(shared: Mapping[str, Sequence[Place]], entries: Sequence[Parameters]) -> Parameters:
-    """Parameters of the joint density at their start: the specimens' mean, and each where its fit ended."""
+def _together(valleys: Sequence[Valley]) -> Valley:
+    """Valleys of campaigns of one form along a leading axis."""
+    return jax.tree.map(lambda *leaves: jnp.stack(leaves), *valleys)
+
+
+def _parameters(
+    shared: Mapping[str, Sequence[Place]], entries: Sequence[Parameters], valleys: Sequence[Valley]
+) -> Parameters:
+    """Parameters of the joint density at their start: the specimens' mean, and each where its fit ended.
+
+    Those that move along a valley have no prior here; the density has it at the place where they are.
+    """
     parameters = Parameters()
     for stem, places in shared.items():
         entry = entries[places[0][0]][places[0][1]]
@@ -276,12 +296,11 @@ def _parameters(shared: Mapping[str, Sequence[Place]], entries: Sequence[Paramet
     for k, own in enumerate(entries):
         for name, entry in own.items():
             if entry.free and (k, name) not in known:
-                parameters.add(_renamed(entry, own_name(name, k)))
+                moves = bool(valleys[k].moves[own.layout().free.index(name)])
+                parameters.add(_renamed(entry, own_name(name, k), None if moves else entry.prior))
     return parameters
 
 
-def _renamed(entry: Parameter, name: str) -> Parameter:
-    """The same parameter under another name."""
-    return Parameter(
-        name, entry.value, entry.min, entry.max, unit=entry.unit, prior=entry.prior, scale=entry.scale
-    )
+def _renamed(entry: Parameter, name: str, prior: Prior | None) -> Parameter:
+    """The same parameter under another name and with another prior."""
+    return Parameter(name, entry.value, entry.min, entry.max, unit=entry.unit, prior=prior, scale=entry.scale)

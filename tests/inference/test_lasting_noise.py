@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fitting.inference import lasting_noise
 from fitting.inference.lasting_noise import Series, lasting
 
 TIME = np.linspace(0.0, 1.0, 60)
@@ -50,3 +51,21 @@ def test_what_errors_have_already_is_not_counted_twice():
     series = [Series(TIME, 2.0 * random.standard_normal(60), SLOPES, "y") for _ in range(4)]
     assert np.all(lasting(series, PRECISION, np.zeros(2), inflation=2.0).variance < 1.3)
     assert np.all(lasting(series, PRECISION, np.zeros(2)).variance > 3.0)
+
+
+def test_an_interval_is_that_of_the_mixture_and_not_of_its_variance():
+    """A drift as probable as 3 % but six times as wide as the noise: the variance is 2.05."""
+    random = np.random.default_rng(0)
+    drawn = np.abs(random.standard_normal(400000)) * np.where(random.random(400000) < 0.03, 6.0, 1.0)
+    found = lasting_noise._ratios(np.array([[1.0, 4.0], [36.0, 4.0]]), np.array([0.97, 0.03]))
+    for percent, gaussian in ((50, 0.67449), (90, 1.644854)):
+        wanted = np.quantile(drawn, percent / 100.0) / gaussian
+        np.testing.assert_allclose(np.sqrt(found[percent]), [wanted, 2.0], rtol=0.01)
+    assert found[90][0] < 1.2 and found[50][0] < found[90][0]
+
+
+def test_instruments_mix_independently():
+    one = (np.array([[1.0], [9.0]]), np.array([0.5, 0.5]))
+    variance, weight = lasting_noise._mixed(np.zeros(1), [one, one])
+    shares = [float(weight[np.isclose(variance[:, 0], v)].sum()) for v in (2.0, 10.0, 18.0)]
+    np.testing.assert_allclose(shares, [0.25, 0.5, 0.25], atol=0.03)

@@ -13,7 +13,7 @@ from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end
 from fitting.calibrate.quoted import KELVIN, estimates, of_prior_alone
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, Recording, all_real
-from fitting.inference.lasting_noise import Lasting
+from fitting.inference.lasting_noise import Lasting, levels_by_name
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Specimen, priors
 from fitting.specimens.refitted import refitted
@@ -97,7 +97,8 @@ class GeneralCharacterisation(Characterisation):
         last = self.lasting
         units = {} if last is None else _by_name(self.told, last.variance)
         held = {} if last is None else _by_name(self.told, last.held)
-        return estimates(self.fitted, self.profiles, units, held) | {
+        levels = {} if last is None else levels_by_name(last, self.told.names)
+        return estimates(self.fitted, self.profiles, units, held, levels) | {
             name: of_prior_alone(quantity) for name, quantity in self.unseen.items()
         }
 

@@ -16,7 +16,7 @@ from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end
 from fitting.calibrate.quoted import estimates
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, all_real
-from fitting.inference.lasting_noise import Lasting
+from fitting.inference.lasting_noise import Lasting, levels_by_name
 from fitting.inference.parameters import Parameters
 from fitting.specimens import priors
 from fitting.specimens.specimen import EVERY
@@ -104,7 +104,8 @@ class SpringCharacterisation(Characterisation):
         names = self.information.names
         variance = np.ones(len(names)) if self.lasting is None else self.lasting.variance
         units = dict(zip(names, map(float, variance), strict=True))
-        return estimates(self.fitted, self.profiles, units)
+        levels = {} if self.lasting is None else levels_by_name(self.lasting, names)
+        return estimates(self.fitted, self.profiles, units, levels=levels)
 
     def sd_given_geometry(self) -> dict[str, float]:
         """Standard errors of the alloy's constants if the dimensions were exactly as stated, SI."""
