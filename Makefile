@@ -101,10 +101,9 @@ proof-full: $(PROOF_READY)
 	$(PROOF) run --plan full $(PROOF_RUN) --workers 2 --baselines
 	$(PROOF) figures --plan full $(PROOF_RUN)
 
-# two processes fill two cores: no pools of their own (NPROC is that of XLA). Most programs of tests run once: they
-# are compiled without most optimisations, and `make test-slow` tests programs as they are shipped
+# two processes fill two cores: no pools of their own (NPROC is that of XLA)
 test: $(TEST_READY)
-	OPENBLAS_NUM_THREADS=1 NPROC=1 JAX_DISABLE_MOST_OPTIMIZATIONS=1 $(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
+	OPENBLAS_NUM_THREADS=1 NPROC=1 $(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
 
 test-slow: $(TEST_READY)
 	OPENBLAS_NUM_THREADS=1 NPROC=1 $(BIN)/python -m pytest -n 2 --dist loadfile
