@@ -87,7 +87,8 @@ def assess(explanation: Explanation) -> Assessment:
         explanation.p_is_bound = False
     more = leaves_more(alone, last, floors) or helps_nobody(alone, kept, floors, explanation.left_out)
     lost = outdone(explanation, discrepancy) if named else 0.0
-    beyond = named and unknown <= 0.5 and (more or lost > 0.0)
+    over = left_of(program, explanation.final) if named else None
+    beyond = named and unknown <= 0.5 and (more or lost > 0.0 or (over is not None and over.stated))
     unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
     rest = beside(program, explanation.final) if beyond or (named and last[0] > limits[0]) else None
     left = left_of(program, explanation.final, rest) if named else None
