@@ -94,7 +94,7 @@ class Verdict:
     )  # fmt: skip
     beside_unknown: float = threshold(
         0.25, "Minimum probability of something unknown for effects that leave more than noise.",
-        basis="34 blind cases that were named: 4 of 7 that left more were wrong or incomplete, 4 of 27 others",
+        basis="31 named blind cases: 4 of 7 that left more were wrong or incomplete, 4 of 24 others",
     )  # fmt: skip
     nothing_named_unknown: float = threshold(
         0.9, "Minimum probability of something unknown for a mismatch without a name."
