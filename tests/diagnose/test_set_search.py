@@ -120,3 +120,19 @@ def test_sets_stop_growing_where_evidence_does(seed=3):
     assert found.final.slugs == (CONSTANT,)
     assert any("sets of 2 effects" in line for line in said)
     assert not any("sets of 3 effects" in line for line in said)
+
+
+@pytest.mark.parametrize("ripple", (0.0, 1.1))
+def test_a_name_that_leaves_more_than_noise_in_unseen_recordings_is_not_given_without_reserve(ripple):
+    """The ripple is far less than a twentieth of the misfit that the effect explains."""
+    rng = np.random.default_rng(8)
+    world = tubes(recordings=5, roles=("fit",) * 3 + ("validation",) * 2)
+    y = world.truth(rng, (0.2, 0.3), **{CONSTANT: 5.0})
+    y[3:] += ripple * np.sin(np.linspace(0.0, 40.0, y.shape[1]))
+    found = conclude(searched(world, y))
+    name = next(f for f in found.found if f.slug == CONSTANT)
+    if ripple:
+        assert [f.slug for f in found.found] == [CONSTANT, "unmodelled"]
+        assert name.probability < 0.76 and found.unknown > 0.24
+    else:
+        assert [f.slug for f in found.found] == [CONSTANT] and name.probability > 0.9
