@@ -92,7 +92,7 @@ def whole(campaign: Path, other: Path | None) -> None:
     codes = {"this code": HERE} | ({"the other": other.resolve()} if other else {})
     with tempfile.TemporaryDirectory() as folder:
         for what in ("first use", "again"):
-            spent = {name: once(campaign, code, Path(folder), what) for name, code in codes.items()}
+            spent = {name: once(campaign, code, Path(folder) / name, what) for name, code in codes.items()}
             told = [f"{name} {wall:.0f} s, processor {cpu:.0f} s" for name, (wall, cpu) in spent.items()]
             if other:
                 (mine, own), (theirs, their) = spent.values()
@@ -102,9 +102,10 @@ def whole(campaign: Path, other: Path | None) -> None:
 
 def once(campaign: Path, code: Path, folder: Path, what: str) -> tuple[float, float]:
     """Seconds of the clock and of the processor of one diagnosis."""
-    place = os.environ | {"PNEUSMA_CACHE": str(folder / code.name / "cache"), "PYTHONPATH": str(code)}
+    folder.mkdir(exist_ok=True)
+    place = os.environ | {"PNEUSMA_CACHE": str(folder / "cache"), "PYTHONPATH": str(code)}
     command = [sys.executable, "-m", "fitting.cli", "diagnose", str(campaign)]
-    command += ["--out", str(folder / code.name / what)]
+    command += ["--out", str(folder / what)]
     before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     subprocess.run(command, check=True, env=place, capture_output=True, cwd=folder)
     wall, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_CHILDREN)

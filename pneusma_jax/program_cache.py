@@ -13,6 +13,7 @@ import functools
 import hashlib
 import json
 import os
+import threading
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -39,7 +40,7 @@ KNOWN = {*PACKAGES, "builtins", "collections", "equinox", "jax", "jaxlib", "nump
 
 
 def cached_program(
-    function: Callable, name: str, options: Mapping[str, bool | int] | None = None
+    function: Callable, name: str, options: Mapping[str, bool | int] | None = None, keep: bool = True
 ) -> Callable:
     """`jax.jit(function)`, traced once per source, structure and shapes, and not once per process.
 
@@ -51,8 +52,10 @@ def cached_program(
             must depend on nothing but its arguments, `name` and the source of the two packages.
         name: name of the function, with every number that it closes over.
         options: compiler options; left out where the version or device does not know them.
+        keep: false if it closes over laws from elsewhere, see `of_package`; it is then compiled only.
     """
     ready: dict[tuple, Callable] = {}
+    first: dict[tuple, threading.Lock] = {}
 
     @functools.cache
     def usable() -> dict[str, Any] | None:
@@ -69,20 +72,30 @@ def cached_program(
         folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
         if not _at_home(leaves):
             return plain()(*arguments)
-        key = (folder, structure, *map(_form, leaves))
-        if key not in ready:
-            shapes = [jax.typeof(leaf) for leaf in leaves]
-            words = f"{name}|{structure}|{shapes}"
-            lasting = " at 0x" not in words and "..." not in words  # or a long array that is not told in full
-            if not (folder and lasting and _ours(structure)):
-                return plain()(*arguments)
-            try:
-                program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
-            except NotImplementedError:  # a check inside the program that calls back cannot be stored
-                ready[key] = lambda *leaves: plain()(*jax.tree.unflatten(structure, leaves))
-                return ready[key](*leaves)
-            ready[key] = jax.jit(program.call, compiler_options=usable())
+        key = (folder, jax.config.jax_enable_x64, structure, *map(_form, leaves))  # type: ignore[attr-defined]
+        if key in ready:
+            return ready[key](*leaves)
+        with first.setdefault(key, threading.Lock()):  # or every thread would trace and compile it
+            if key not in ready:
+                made = stored(folder, leaves, structure)
+                found = made(*leaves)
+                ready[key] = made
+                return found
         return ready[key](*leaves)
+
+    def stored(folder: str | None, leaves: list, structure: jax.tree_util.PyTreeDef) -> Callable:
+        """The program of these arguments, from disk or written there; untold ones are only compiled."""
+        whole = lambda *leaves: plain()(*jax.tree.unflatten(structure, leaves))  # noqa: E731
+        shapes = [jax.typeof(leaf) for leaf in leaves]
+        words = f"{name}|{structure}|{shapes}"
+        lasting = " at 0x" not in words and "..." not in words  # or a long array that is not told in full
+        if not (keep and folder and lasting and _ours(structure)):
+            return whole
+        try:
+            program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
+        except NotImplementedError:  # a check inside the program that calls back cannot be stored
+            return whole
+        return jax.jit(program.call, compiler_options=usable())
 
     return call
 
@@ -125,6 +138,11 @@ def stored_jit(*returns: type) -> Callable[[Callable], Callable]:
     return decorate
 
 
+def of_package(law: type) -> bool:
+    """True if a type is of these packages, whose source identifies stored programs."""
+    return law.__module__.partition(".")[0] in PACKAGES
+
+
 def _ours(value: Any) -> bool:
     """True if nothing of a tree's structure or of static values comes from another package."""
     if isinstance(value, jax.tree_util.PyTreeDef):
@@ -154,7 +172,7 @@ def _at_home(leaves: list[Any]) -> bool:
 
 def _form(leaf: Any) -> Any:
     """What a program depends on of an argument. Of an array it is told here in a tenth of JAX's time."""
-    weak = isinstance(leaf, jax.Array) and leaf.weak_type
+    weak = isinstance(leaf, jax.Array) and getattr(leaf, "weak_type", True)  # a key has none
     plain = isinstance(leaf, np.ndarray | jax.Array) and not weak
     return (leaf.dtype, leaf.shape) if plain else jax.typeof(leaf)
 
@@ -284,9 +302,10 @@ def _versions() -> str:
 
 @functools.cache
 def _source() -> str:
-    """Digest of the source of the packages."""
+    """Digest of the source of the packages, and of the tables that are shipped with them."""
     found = hashlib.sha256()
-    for package in (Path(__file__).parents[1] / name for name in PACKAGES):
-        for path in sorted(package.rglob("*.py")):
+    for name, files in [*((package, "*.py") for package in PACKAGES), ("calibration_data", "*.toml")]:
+        package = Path(__file__).parents[1] / name
+        for path in sorted(package.rglob(files)):
             found.update(str(path.relative_to(package)).encode() + path.read_bytes())
     return found.hexdigest()

@@ -145,7 +145,7 @@ class Profile:
         if not len(mass):
             return float(value[0]), float(value[0])
         order = np.argsort(middle, kind="stable")
-        held = np.cumsum(mass[order]) / mass.sum()
+        held = (np.cumsum(mass[order]) - 0.5 * mass[order]) / mass.sum()  # up to the middle of each cell
         limit = np.interp(math.erf(math.sqrt(0.5 * RISES[percent])), held, middle[order])
         return float(np.interp(limit, low, left)), float(np.interp(limit, high, right))
 

@@ -138,7 +138,7 @@ def _mixed(
         mixtures: added variances and weights of each instrument's own mixture.
     """
     if not mixtures:
-        return least[None, :] + 1.0, np.ones(1)
+        return np.ones_like(least)[None, :], np.ones(1)
     if len(mixtures) == 1:
         return least + mixtures[0][0], mixtures[0][1]
     random, total = np.random.default_rng(0), np.tile(least, (MEMBERS, 1))

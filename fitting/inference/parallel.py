@@ -33,10 +33,32 @@ def small_matrices(function: Work) -> Work:
 
     @functools.wraps(function)
     def limited(*arguments: Any, **words: Any) -> Any:
-        with threadpool_limits(limits=1, user_api="blas"):
+        with _LIMIT:
             return function(*arguments, **words)
 
     return limited  # type: ignore[return-value]
+
+
+class _Limit:
+    """The limit, which is that of the process: the first one that enters sets it, the last one lifts it."""
+
+    def __init__(self) -> None:
+        self._lock, self._inside, self._limit = Lock(), 0, None
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self._inside == 0:
+                self._limit = threadpool_limits(limits=1, user_api="blas")
+            self._inside += 1
+
+    def __exit__(self, *_: Any) -> None:
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0:
+                self._limit.restore_original_limits()
+
+
+_LIMIT = _Limit()
 
 
 class Tally:
@@ -85,6 +107,10 @@ def run_briefly(function: Callable[[Job], Result], jobs: Sequence[Job]) -> list[
 @functools.cache
 def _lasting(workers: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(workers, thread_name_prefix="runs")
+
+
+if hasattr(os, "register_at_fork"):  # a child has none of the threads
+    os.register_at_fork(after_in_child=_lasting.cache_clear)
 
 
 def _cores() -> int:

@@ -9,7 +9,6 @@ from jax.sharding import PartitionSpec as P
 from jaxtyping import Array, Float, UInt8
 
 from pneusma_jax.numerics.rows import filled, first_rows
-from pneusma_jax.program_cache import cached_program
 
 CALL = 8192
 """Rows of one call of the compiled program. It bounds memory, and a call takes long against its start."""
@@ -26,20 +25,14 @@ class Evaluator:
     Args:
         row: values of one row, shape (values,), to columns and a status.
         side_by_side: rows that one device computes together.
-        fingerprint: fingerprint of all that `row` depends on beside the source of the packages. Programs on
-            one device are kept on disk under it.
         devices: devices to use; all local ones if None.
     """
 
     def __init__(
-        self,
-        row: Callable[[Array], tuple[Array, Array]],
-        side_by_side: int,
-        fingerprint: str,
-        devices: list | None = None,
+        self, row: Callable[[Array], tuple[Array, Array]], side_by_side: int, devices: list | None = None
     ):
         devices = jax.local_devices() if devices is None else devices
-        self._row, self._fingerprint = row, fingerprint
+        self._row = row
         self._mesh = Mesh(np.asarray(devices), ("rows",))
         self._split = NamedSharding(self._mesh, P("rows"))
         self._together = 1 << (side_by_side.bit_length() - 1)
@@ -98,8 +91,5 @@ class Evaluator:
                 part = jax.shard_map(
                     part, mesh=self._mesh, in_specs=P("rows"), out_specs=P("rows"), check_vma=False
                 )
-                self._programs[name, spread] = jax.jit(part)
-            else:
-                stored = f"{name} of a study, {together} together: {self._fingerprint}"
-                self._programs[name, spread] = cached_program(part, stored)
+            self._programs[name, spread] = jax.jit(part)
         return self._programs[name, spread]

@@ -80,7 +80,7 @@ class Problem:
     def evaluator(self) -> Evaluator:
         """Rows through the compiled model."""
         row = row_function(self.response, self.columns, self.inputs.value_names)
-        return Evaluator(row, self.response.side_by_side, self.fingerprint)
+        return Evaluator(row, self.response.side_by_side)
 
     @cached_property
     def nominal(self) -> np.ndarray:

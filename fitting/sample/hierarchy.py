@@ -296,11 +296,19 @@ def _parameters(
     for k, own in enumerate(entries):
         for name, entry in own.items():
             if entry.free and (k, name) not in known:
-                moves = bool(valleys[k].moves[own.layout().free.index(name)])
-                parameters.add(_renamed(entry, own_name(name, k), None if moves else entry.prior))
+                at = own.layout().free.index(name)
+                moves, power = bool(valleys[k].moves[at]), bool(valleys[k].power[at])
+                parameters.add(_coordinate(entry, own_name(name, k), moves, power))
     return parameters
 
 
-def _renamed(entry: Parameter, name: str, prior: Prior | None) -> Parameter:
-    """The same parameter under another name and with another prior."""
-    return Parameter(name, entry.value, entry.min, entry.max, unit=entry.unit, prior=prior, scale=entry.scale)
+def _coordinate(entry: Parameter, name: str, moves: bool, power: bool) -> Parameter:
+    """A parameter of one campaign under its name in the joint posterior.
+
+    One that moves has neither its prior nor its bounds there: both are those of the value that it moves to.
+    """
+    if not moves:
+        ends, prior = (entry.min, entry.max), entry.prior
+    else:
+        ends, prior = (0.0 if power else -np.inf, np.inf), None
+    return Parameter(name, entry.value, *ends, unit=entry.unit, prior=prior, scale=entry.scale)

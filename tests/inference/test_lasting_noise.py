@@ -69,3 +69,7 @@ def test_instruments_mix_independently():
     variance, weight = lasting_noise._mixed(np.zeros(1), [one, one])
     shares = [float(weight[np.isclose(variance[:, 0], v)].sum()) for v in (2.0, 10.0, 18.0)]
     np.testing.assert_allclose(shares, [0.25, 0.5, 0.25], atol=0.03)
+
+
+def test_without_a_series_errors_are_those_of_the_fit():
+    np.testing.assert_array_equal(lasting([], np.array([4.0, 1.0]), np.zeros(2)).variance, [1.0, 1.0])

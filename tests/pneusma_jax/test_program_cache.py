@@ -1,5 +1,6 @@
 """Traced programs that are kept on disk: the same answers, found again, and none that is out of date."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import pytest
 
 import pneusma_jax as pj
 from fitting.specimens.actuator_history import COMPILER_OPTIONS
-from pneusma_jax.program_cache import FOLDER, _known, cached_program, stored_jit
+from pneusma_jax.program_cache import FOLDER, _known, cached_program, of_package, stored_jit
 
 
 @pytest.fixture
@@ -170,3 +171,27 @@ def test_with_another_default_device_nothing_is_stored(cache: Path) -> None:
     with jax.default_device(jax.devices("cpu")[0]):
         cached_program(_counted([]), "twice")({"a": jnp.zeros(1)}, jnp.ones(1))
     assert not cache.exists()
+
+
+def test_threads_that_begin_at_once_trace_once(cache: Path) -> None:
+    traces: list[int] = []
+    program = cached_program(_counted(traces), "by threads")
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda k: program({"a": jnp.full(3, float(k))}, jnp.ones(3)), range(8)))
+    assert len(traces) == 1
+    assert [float(one["sum"][0]) for one in found] == [k + 2.0 for k in range(8)]
+
+
+def test_what_closes_over_laws_from_elsewhere_is_not_stored(cache: Path) -> None:
+    class Own(pj.effects.Effect):
+        """A law of one's own, which may change."""
+
+    assert of_package(pj.effects.CATALOGUE["thick_wall"]) and not of_package(Own)
+    program = cached_program(_counted([]), "own law", keep=False)
+    program({"a": jnp.zeros(3)}, jnp.ones(3))
+    assert not list(cache.glob("*.stablehlo"))
+
+
+def test_keys_of_random_numbers_are_arguments(cache: Path) -> None:
+    program = cached_program(lambda key: {"x": jax.random.normal(key, (2,))}, "random")
+    assert not np.array_equal(program(jax.random.key(0))["x"], program(jax.random.key(1))["x"])

@@ -15,8 +15,9 @@ import numpy as np
 from fitting.inference.parallel import run_briefly
 from fitting.specimens.rows import Rows
 from fitting.specimens.specimen import Specimen
+from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.pipeline import Effect, Switched
-from pneusma_jax.program_cache import cached_program
+from pneusma_jax.program_cache import cached_program, of_package
 
 from ..settings import DEFAULT
 from .evaluation import TRAJECTORY, Raw
@@ -75,7 +76,8 @@ class Compiled:
             return jax.vmap(along, out_axes=(None, 0, None))(along_base, along_own, along_trajectories)
 
         name = f"diagnosis of {specimen!r}: {' '.join(unknowns.slugs)}"
-        self._evaluate = cached_program(evaluate, name, specimen.compiler_options)
+        keep = all(of_package(CATALOGUE[slug]) for slug in unknowns.slugs)  # one's own may change
+        self._evaluate = cached_program(evaluate, name, specimen.compiler_options, keep)
 
     @property
     def width(self) -> int:

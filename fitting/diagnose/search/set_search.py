@@ -108,8 +108,8 @@ class SetSearch:
             self.progress(f"fitting {len(proposals)} sets of {size} effects")
             pool.add(fitted_sets(program, proposals, pool.base, self.progress, self.effort))
             ranked = pool.ranked()  # anew: what better fits leave deflates the evidence of all sets less
-            worth = {frozenset(fit.slugs): evidence for fit, evidence in ranked}
-            if ranked[0][1] - worth.get(frozenset(leader.slugs), 0.0) < EVIDENCE.minimum_further:
+            worth = {frozenset(): 0.0} | {frozenset(fit.slugs): evidence for fit, evidence in ranked}
+            if ranked[0][1] - worth[frozenset(leader.slugs)] < EVIDENCE.minimum_further:
                 return
             pool.add([polished(program, ranked[0][0])])
 

@@ -39,7 +39,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     explanation, taken_back = accepted(explanation, scores)
     judged, second = assess(explanation), explanation.second_look
     if second is not None and not judged.mismatch and (found_together := assess(second)).mismatch:
-        explanation, judged = second, found_together
+        explanation, judged, taken_back = second, found_together, []  # what was removed is of the first look
     program = explanation.program
     mismatch, named, unknown = judged.mismatch, judged.named, judged.unknown
     discrepancy, rest = judged.discrepancy, judged.rest
