@@ -138,16 +138,17 @@ class Profile:
 
     def _holding(self, percent: int) -> tuple[float, float]:
         """Ends of equal rise that hold a share of the density."""
-        (left, low), (right, high) = self._sides
-        value, root = np.concatenate([left[:0:-1], right]), np.concatenate([low[:0:-1], high])
-        density = np.exp(-0.5 * root**2)
-        mass, middle = 0.5 * (density[1:] + density[:-1]) * np.diff(value), 0.5 * (root[1:] + root[:-1])
-        if not len(mass):
-            return float(value[0]), float(value[0])
-        order = np.argsort(middle, kind="stable")
-        held = (np.cumsum(mass[order]) - 0.5 * mass[order]) / mass.sum()  # up to the middle of each cell
-        limit = np.interp(math.erf(math.sqrt(0.5 * RISES[percent])), held, middle[order])
-        return float(np.interp(limit, low, left)), float(np.interp(limit, high, right))
+        masses = []
+        for value, root in self._sides:
+            density = np.exp(-0.5 * root**2)
+            steps = 0.5 * (density[1:] + density[:-1]) * np.abs(np.diff(value))
+            masses.append(np.concatenate([[0.0], np.cumsum(steps)]))
+        rise = np.unique(np.concatenate([root for _, root in self._sides]))
+        held = sum(np.interp(rise, root, mass) for (_, root), mass in zip(self._sides, masses, strict=True))
+        share = math.erf(math.sqrt(0.5 * RISES[percent]))
+        limit = np.interp(share * held[-1], held, rise)
+        below, above = (float(np.interp(limit, root, value)) for value, root in self._sides)
+        return below, above
 
     @cached_property
     def distribution(self) -> tuple[np.ndarray, np.ndarray]:
@@ -178,7 +179,9 @@ class Profile:
         away, root = away[apart], root[apart]
         k = int(np.flatnonzero(away <= (1.0 - LAST) * away[-1])[-1])
         growth = (root[-1] - root[k]) / (away[-1] - away[k])
-        end = min(away[-1] + max(FADED - root[-1], 0.0) / growth, room)
+        further = max(FADED - root[-1], 0.0) / growth if growth > 0.0 else np.inf
+        end = min(away[-1] + further, room)
+        end = end if np.isfinite(end) else away[-1]  # flat, and without a bound: what lies beyond is unknown
         fine = np.unique(np.concatenate([np.linspace(0.0, min(x, end), FINE) for x in (away[-1], end)]))
         within = interpolate.PchipInterpolator(away, root)(np.minimum(fine, away[-1]))
         return best + side * fine, within + growth * np.maximum(fine - away[-1], 0.0)

@@ -161,3 +161,13 @@ def test_doubt_over_held_constants_never_makes_an_error_larger_than_the_prior(do
     entry = Parameter("x", 5.0, unit="1", prior=Prior(mean=5.0, sd=2.0), standard_error=0.5)
     quoted = estimate(entry, held=doubt)
     assert quoted.sd == pytest.approx(min(0.5 * (1.0 + doubt) ** 0.5, 2.0)) and quoted.of_prior <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize("low", (-4.0, 0.0))
+def test_ends_that_hold_a_share_of_a_gaussian_are_its_own(low):
+    """Also of half a Gaussian, which begins at a bound."""
+    value = np.arange(low, 4.01, 0.25)
+    whole = Profile("x", value, value**2, np.zeros(len(value), bool), 1.0, bounds=(low if low == 0.0 else -20.0, 20.0))
+    for percent, width in ((50, 0.674490), (68, 1.0), (90, 1.644854)):
+        below, above = whole._holding(percent)
+        np.testing.assert_allclose([below, above], [width * np.sign(low), width], atol=2e-5)
