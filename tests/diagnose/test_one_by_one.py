@@ -1,5 +1,7 @@
 """Recordings that a program runs one by one give what they give together, and only those that are asked for run."""
 
+from pathlib import Path
+
 import jax
 import numpy as np
 import pytest
@@ -64,3 +66,21 @@ def test_a_tree_is_packed_and_unpacked():
 def parts(run):
     """Outputs, derivatives and drivers of a run."""
     return run.found, run.slopes, run.drivers
+
+
+@pytest.mark.slow
+def test_an_actuator_one_by_one_is_that_of_a_stack():
+    """With latent trajectories, whose search runs fewer recordings from round to round."""
+    folder = Path(__file__).resolve().parents[2] / "calibration_data" / "examples" / "actuator"
+    program = Program.of(read_campaign(folder), "actuator")
+    u = program.unknowns.neutral.copy()
+    u[program.unknowns.base] = 0.3
+    columns = program.unknowns.base[:3]
+    alone = program.evaluate(u, columns)
+    program._compiled._apart = False
+    together = program.evaluate(u, columns)
+    for k in range(len(program.channels)):
+        np.testing.assert_allclose(alone.misfit[k], together.misfit[k], rtol=1e-5, atol=1e-5)
+        np.testing.assert_allclose(alone.jacobian[k], together.jacobian[k], rtol=1e-3, atol=1e-3)
+    count = len(program.channels)
+    np.testing.assert_allclose(alone.trajectories[:count], together.trajectories[:count], atol=1e-6)
