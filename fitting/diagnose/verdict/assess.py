@@ -91,7 +91,7 @@ def assess(explanation: Explanation) -> Assessment:
     beyond = named and unknown <= 0.5 and (more or lost > 0.0 or (over is not None and over.stated))
     unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
     rest = beside(program, explanation.final) if beyond or (named and last[0] > limits[0]) else None
-    left = left_of(program, explanation.final, rest) if named else None
+    left = over if rest is None else left_of(program, explanation.final, rest)
     if left is not None and not left.trusted:
         unknown = max(unknown, VERDICT.refuted_unknown)
     return Assessment(named, mismatch, unknown, beyond, last, more, lost, discrepancy, rest)
