@@ -138,13 +138,9 @@ class Profile:
 
     def _holding(self, percent: int) -> tuple[float, float]:
         """Ends of equal rise that hold a share of the density."""
-        masses = []
-        for value, root in self._sides:
-            density = np.exp(-0.5 * root**2)
-            steps = 0.5 * (density[1:] + density[:-1]) * np.abs(np.diff(value))
-            masses.append(np.concatenate([[0.0], np.cumsum(steps)]))
         rise = np.unique(np.concatenate([root for _, root in self._sides]))
-        held = sum(np.interp(rise, root, mass) for (_, root), mass in zip(self._sides, masses, strict=True))
+        pairs = zip(self._sides, self._masses, strict=True)
+        held = sum(np.interp(rise, root, mass) for (_, root), mass in pairs)
         share = math.erf(math.sqrt(0.5 * RISES[percent]))
         limit = np.interp(share * held[-1], held, rise)
         below, above = (float(np.interp(limit, root, value)) for value, root in self._sides)
@@ -153,12 +149,20 @@ class Profile:
     @cached_property
     def distribution(self) -> tuple[np.ndarray, np.ndarray]:
         """Values, ascending, and the part of the density exp(-rise / 2) below each."""
-        (left, low), (right, high) = self._sides
-        value, root = np.concatenate([left[:0:-1], right]), np.concatenate([low[:0:-1], high])
-        density = np.exp(-0.5 * root**2)
-        steps = 0.5 * (density[1:] + density[:-1]) * np.diff(value)
-        total = np.concatenate([[0.0], np.cumsum(steps)])
+        ((left, _), (right, _)), (below, above) = self._sides, self._masses
+        value = np.concatenate([left[:0:-1], right])
+        total = below[-1] + np.concatenate([-below[:0:-1], above])
         return value, total / total[-1] if total[-1] > 0.0 else np.linspace(0.0, 1.0, len(total))
+
+    @cached_property
+    def _masses(self) -> list[np.ndarray]:
+        """Density on each side between the best value and each of `_sides`."""
+        found = []
+        for value, root in self._sides:
+            density = np.exp(-0.5 * root**2)
+            steps = 0.5 * (density[1:] + density[:-1]) * np.abs(np.diff(value))
+            found.append(np.concatenate([[0.0], np.cumsum(steps)]))
+        return found
 
     @cached_property
     def _sides(self) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
