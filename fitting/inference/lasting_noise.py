@@ -42,7 +42,7 @@ BISECTIONS = 40
 """Halvings of the bracket of an interval's end; its error is then that of the arithmetic."""
 MEMBERS = 4000
 """Number of members of a mixture over several instruments, drawn from those of each. The end of a 90 %
-interval is then known to 3 %."""
+interval is then known to 3 % beside drifts of up to ten times the noise's width, and to 4 % at twenty."""
 
 
 @dataclass(frozen=True)
