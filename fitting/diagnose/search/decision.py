@@ -134,7 +134,7 @@ class Judge:
             return False
         if share < ENTRY.minimum_further_share:
             return True
-        if not leaves_more(program, fit, float(self.scores(fit).sum())):  # imperfect forms do
+        if not self._leaves_more(fit):  # imperfect forms do
             return False
         original = float(self.scores(base).sum())
         return gained < ENTRY.minimum_of_base * (original - 1.0) and taken < ENTRY.minimum_of_fitted
@@ -146,8 +146,13 @@ class Judge:
         parts = [self.pool.get([slug]) for slug in fit.slugs]
         if any(part is not None and self.refusal(part) is None for part in parts):
             return None
-        left = float(self.scores(fit).sum())
-        return REMAINS if leaves_more(self.pool.program, fit, left) else None
+        return REMAINS if self._leaves_more(fit) else None
+
+    def _leaves_more(self, fit: Fit) -> bool:
+        """True if a set leaves more than noise; parts left out in turn judge where no recording does."""
+        program = self.pool.program
+        left = float(self.scores(fit).sum()) if program.fitted.all() else np.nan
+        return leaves_more(program, fit, left)
 
 
 def loses(program: Program, rest: Fit, fit: Fit, gained: float, inflation: float) -> bool:
