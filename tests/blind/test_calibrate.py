@@ -16,6 +16,7 @@ from validation.blind.calibrate import (
     main,
     read_rows,
     unknown_acts,
+    weights,
     write_rows,
 )
 
@@ -44,8 +45,14 @@ def test_a_curve_is_found_again():
 def test_a_sign_that_tells_nothing_gets_no_weight():
     x = np.stack([np.ones(400), np.random.default_rng(1).uniform(0.0, 2.0, 400)], axis=1)
     y = (x[:, 1] < 0.7).astype(float)  # the other way round
-    assert fitted(x, y)[1] == 0.0
-    assert log_loss(x @ fitted(x, y), y) < np.log(2.0)
+    assert fitted(x, y, np.ones(400))[1] == 0.0
+    assert log_loss(x @ fitted(x, y, np.ones(400)), y, np.ones(400)) < np.log(2.0)
+
+
+def test_groups_count_as_in_the_full_plan():
+    rows = [{"group": group} for group in ("single", "single", "outside", "outside", "pair", "masked")]
+    weight = weights(rows, ["single", "outside", "pair"])
+    assert weight / weight[2] == pytest.approx([175.0 / 48.0, 0.5, 1.0]) and weight.mean() == pytest.approx(1.0)
 
 
 def test_too_few_campaigns_make_no_curve():

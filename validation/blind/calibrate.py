@@ -28,7 +28,7 @@ from fitting.diagnose.verdict.unknown import Signs
 from pneusma_jax import enable_float64
 from pneusma_jax.files import write_whole
 
-from .cases import KINDS, write_case
+from .cases import KINDS, SIZES, write_case
 from .proof.ledger import DEVELOPMENT
 from .proof.places import commit
 from .proof.run import chosen_cases
@@ -132,8 +132,9 @@ def curve_of(rows):
     y = np.array([float(row["unknown_acts"]) for row in named])
     if min(y.sum(), (1.0 - y).sum()) < 10:
         raise ValueError(f"{len(y)} campaigns with names, {int(y.sum())} with something unknown: ten of each are needed")
-    odds = fitted(x, y)
-    other = [fitted(np.delete(x, k, 0), np.delete(y, k)) @ x[k] for k in range(len(y))]
+    weight = weights(rows, [row["group"] for row in named])
+    odds = fitted(x, y, weight)
+    other = [fitted(*(np.delete(part, k, 0) for part in (x, y, weight))) @ x[k] for k in range(len(y))]
     seeds = ", ".join(sorted({row["seed"] for row in named}, key=int))
     return "\n".join([
         "# Odds that something unknown acts beside named effects; made by `python -m validation.blind.calibrate`.",
@@ -141,8 +142,8 @@ def curve_of(rows):
         f"seeds = [{seeds}]",
         f"campaigns = {len(y)}",
         f"with_something_unknown = {int(y.sum())}",
-        f"log_loss = {log_loss(x @ odds, y):.4f}",
-        f"log_loss_left_out = {log_loss(np.array(other), y):.4f}",
+        f"log_loss = {log_loss(x @ odds, y, weight):.4f}",
+        f"log_loss_left_out = {log_loss(np.array(other), y, weight):.4f}",
         "",
         "[odds]",
         *(f"{name} = {value:.4f}" for name, value in zip(("constant", "kept", "outdone"), odds, strict=True)),
@@ -150,21 +151,36 @@ def curve_of(rows):
     ])  # fmt: skip
 
 
-def fitted(x, y):
+def weights(rows, groups):
+    """Weights of campaigns by their groups, so that groups count as in the full plan of the trial.
+
+    Args:
+        rows: all campaigns, those without names among them.
+        groups: groups of the campaigns that get a weight.
+    """
+    _, strong, weaker, pairs, masked, outside = SIZES["full"]
+    plan = dict(zip(GROUPS, (strong + weaker, masked, pairs, outside), strict=True))
+    made = [row["group"] for row in rows]
+    found = np.array([plan[group] / made.count(group) for group in groups])
+    return found / found.mean()
+
+
+def fitted(x, y, weight):
     """Coefficients of a logistic curve, (signs,): no sign lowers the probability.
 
     Args:
         x: signs of every campaign, (campaigns, signs), the first one constant.
         y: 1 where something unknown acts, (campaigns,).
+        weight: weight of every campaign, mean 1, (campaigns,).
     """
-    cost = lambda b: len(y) * log_loss(x @ b, y) + RIDGE * b[1:] @ b[1:]  # noqa: E731
+    cost = lambda b: len(y) * log_loss(x @ b, y, weight) + RIDGE * b[1:] @ b[1:]  # noqa: E731
     low = [(None, None)] + [(0.0, None)] * (x.shape[1] - 1)
     return minimize(cost, np.zeros(x.shape[1]), bounds=low, method="L-BFGS-B").x
 
 
-def log_loss(odds, y):
-    """Mean negative log-probability of the answers, nat."""
-    return float(np.mean(np.logaddexp(0.0, -(2.0 * y - 1.0) * odds)))
+def log_loss(odds, y, weight):
+    """Weighted mean of the negative log-probability of the answers, nat."""
+    return float(np.mean(weight * np.logaddexp(0.0, -(2.0 * y - 1.0) * odds)))
 
 
 if __name__ == "__main__":

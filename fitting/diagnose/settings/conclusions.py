@@ -76,7 +76,7 @@ class Verdict:
         10.0, "Maximum difference of log Bayes factors for a rival to explain as well.", "nat"
     )
     refuted_unknown: float = threshold(
-        0.6, "Minimum probability of something unknown for names that leave far more than noise."
+        0.6, "Minimum probability of something unknown for names that leave far more than noise, or all."
     )
     clearly_left: float = threshold(
         2.0, "Maximum excess of a reduced chi-square over noise for names to be trusted.",

@@ -69,6 +69,8 @@ def assess(explanation: Explanation) -> Assessment:
     unknown, lost, over, beyond = 0.0, 0.0, None, False
     if signs is not None:
         unknown, lost = probability_of_unknown(signs), outdone(explanation, discrepancy)
+        if signs.kept >= 1.0:  # names that help nothing
+            unknown = max(unknown, VERDICT.refuted_unknown)
         over = left_of(program, explanation.final)
         told = unknown >= VERDICT.beside_unknown or (over is not None and over.stated)
         beyond = told and unknown <= 0.5
