@@ -23,6 +23,7 @@ from .by_tables import ByTables, tables_of
 from .forward import fresh, padded, springs_of, states_of
 from .goals import GOALS, misses
 from .search import MOST_STEPS, Box, Found, search_all
+from .touching import AT_END
 
 FIRST_TRY = 25
 """Maximum of steps in the first try: side by side, all wait for the slowest. Of a chain's searches that met
@@ -291,18 +292,27 @@ class Inverse:
 
     def _held(self, best: Found, k: int) -> str:
         """Bounds that hold an unmet target, in words."""
-        box, place, slope = self.box(), best.place[k], best.slope[k]
-        words = []
+        place, slope = best.place[k], best.slope[k]
+        low = np.flatnonzero((place <= AT_END) & (slope > 0.0))
+        high = np.flatnonzero((place >= 1.0 - AT_END) & (slope < 0.0))
+        return self.bound_words(low, high) or "the goals contradict each other"
+
+    def bound_words(self, low: np.ndarray, high: np.ndarray) -> str:
+        """Ends of drives in words; a drive whose ends are equal is no choice and is left out.
+
+        Args:
+            low, high: indices of the drives at their lowest and at their highest.
+        """
+        box, words = self.box(), []
         for j, name in enumerate(["pressure", *(f"xi0_{n}" for n in self.names)]):
             if not float(box.high[j]) > float(box.low[j]):
                 continue
-            ends = [float(from_si(float(x[j]), "kPa" if j == 0 else "1")) for x in (box.low, box.high)]
             unit = " kPa" if j == 0 else ""
-            if place[j] <= 1e-6 and slope[j] > 0.0:
-                words.append(f"{name} at its lowest, {ends[0]:.4g}{unit}")
-            if place[j] >= 1.0 - 1e-6 and slope[j] < 0.0:
-                words.append(f"{name} at its highest, {ends[1]:.4g}{unit}")
-        return "; ".join(words) or "the goals contradict each other"
+            for which, end, bound in ((low, "lowest", box.low), (high, "highest", box.high)):
+                if j in which:
+                    value = float(from_si(float(bound[j]), "kPa" if j == 0 else "1"))
+                    words.append(f"{name} at its {end}, {value:.4g}{unit}")
+        return "; ".join(words)
 
 
 def _replaced(old: np.ndarray, new: np.ndarray, where: np.ndarray) -> np.ndarray:
