@@ -4,11 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Array
-from scipy.optimize import nnls
 
 from fitting.design.log import Evaluation
+from pneusma_jax.late import Late
 
 from .lumen import progress
+
+optimize = Late("scipy.optimize")
 
 NEARLY = 1e-3
 """Difference from the largest violation up to which a point counts as tightest, too, in radii of the tube
@@ -77,6 +79,6 @@ def held_drives(one: Evaluation, rows: np.ndarray) -> tuple[np.ndarray, np.ndarr
     size = float(np.abs(steep).max()) or 1.0
     matrix = np.vstack([steep / size, -ends[low], ends[high]]).T
     sums = np.concatenate([np.ones(tight.size), np.zeros(low.size + high.size)])
-    weights, _ = nnls(np.vstack([matrix, sums]), np.append(np.zeros(one.place.size), 1.0))
+    weights, _ = optimize.nnls(np.vstack([matrix, sums]), np.append(np.zeros(one.place.size), 1.0))
     below, above = np.split(weights[tight.size :], [low.size])
     return low[below > 0.0], high[above > 0.0]

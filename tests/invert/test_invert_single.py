@@ -51,3 +51,18 @@ def test_what_heat_has_taken_is_said(inverse):
     assert found.without_memory.all() and found.lost.tolist() == [False, True]
     assert found.disagreement < 1e-6
     assert "only stretching the spring again brings it back" in found.warnings()[0]
+
+
+def test_few_targets_begin_where_many_do():
+    """Up to `WITHOUT_TREE` targets are compared with all states, more go through a tree."""
+    atlas = Inverse("pneusma2", LIMITS).atlas
+    random = np.random.default_rng(3)
+    wanted = np.column_stack([random.uniform(-60.0, 60.0, 40), random.uniform(0.05, 0.07, 40)])
+    goals, sizes = ("curvature", "length"), np.array([1.0, 1e-3])
+    for ranks, lean in ((1, False), (1, True), (range(2, 6), False)):
+        many = atlas.nearest(goals, wanted, ranks, lean)
+        few = np.concatenate([atlas.nearest(goals, wanted[k : k + 2], ranks, lean) for k in range(0, 40, 2)])
+        away = [
+            np.linalg.norm((atlas.values(goals)[k] - wanted[:, None]) / sizes, axis=2) for k in (few, many)
+        ]
+        np.testing.assert_allclose(*away, rtol=1e-12)  # two states may be equally near
