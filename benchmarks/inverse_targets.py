@@ -281,7 +281,8 @@ def evolved(inverse, lumen, seconds=75.0):
             callback=lambda *_, b=began, **__: time.process_time() - b > seconds,
         )  # fmt: skip
         ends = (ended.fun, polished(away, [ended.x])[0])
-        found[strategy] = {"evaluations": ended.nfev * len(ended.population), "mm": [diameter_for(inverse, x) for x in ends]}
+        needed = [diameter_for(inverse, x) for x in ends]
+        found[strategy] = {"evaluations": ended.nfev * len(ended.population), "diameters_mm": needed}
     return found
 
 
