@@ -28,6 +28,9 @@ from .touching import AT_END
 FIRST_TRY = 25
 """Maximum of steps in the first try: side by side, all wait for the slowest. Of a chain's searches that met
 their target, three quarters had done so after 19 steps (1,500 of 2,048 searches)."""
+LEAN = 4
+"""Number of the nearest states with at most one heated spring from which an actuator is searched, for little
+heat: with four, 400 curvatures of PneuSMA2 need 28 % less than with one, with eight 34 %."""
 MORE_STARTS = (3, 12)
 """Number of the nearest states that a target is tried from which no start has met so far, all in all."""
 SPREAD = (1, 2, 3, 5, 8, 13, 22, 36, 60, 100, 170, 280, 460, 770, 1300, 2100, 3500, 6000)
@@ -171,7 +174,7 @@ class Inverse:
         """
         goals, wanted = tuple(goals), np.atleast_2d(np.asarray(wanted, dtype=float))
         self.check(goals)
-        near, tried = self.atlas.nearest(goals, wanted, 1, lean=True), 0
+        near, tried = self.atlas.nearest(goals, wanted, LEAN if self.body.chain is None else 1, lean=True), 0
         # where a search costs little, it starts from the nearest state, too, for less heat
         if self.body.chain is None or self.by_tables is not None:
             near, tried = np.concatenate([near, self.atlas.nearest(goals, wanted, 1)], axis=1), 1
@@ -242,8 +245,9 @@ class Inverse:
         if self.body.chain is None:
             for size in range(1, count + 1):
                 for heated in itertools.combinations(range(count), size):
-                    near = self.atlas.nearest(goals, wanted, 1, lean=True)
-                    candidates.append(self._searched(goals, wanted, near, heated))
+                    near = self.atlas.nearest(goals, wanted, LEAN, lean=True)
+                    best_of_set = _best(self._searched(goals, wanted, near, heated))
+                    candidates.append(jax.tree.map(lambda x: x[:, None], best_of_set))
         else:
             many = self._searched(goals, wanted, self.atlas.nearest(goals, wanted, MORE_STARTS[-1]))
             candidates.append(self._exact(goals, wanted, many))
