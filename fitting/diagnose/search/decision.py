@@ -4,7 +4,8 @@ A set is named if every one of its effects is needed beside the others. Its evid
 must be enough, also less what drift and noise of inputs explain. It must predict fitted recordings that are
 left out in turn, and must not make validation recordings worse. A further effect must remove a large share of
 what the others leave. For the imperfect form of a true effect leaves a remainder, which another effect fits
-in part. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
+in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Only the
+strongest effect may end at a bound, unless the set leaves no more than noise.
 
 A set of which no part would be named alone must explain everything, down to the noise.
 """
@@ -133,6 +134,8 @@ class Judge:
             return False
         if share < ENTRY.minimum_further_share:
             return True
+        if not leaves_more(program, fit, float(self.scores(fit).sum())):  # imperfect forms do
+            return False
         original = float(self.scores(base).sum())
         return gained < ENTRY.minimum_of_base * (original - 1.0) and taken < ENTRY.minimum_of_fitted
 
