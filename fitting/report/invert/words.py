@@ -146,5 +146,5 @@ def _held_words(result: Passage) -> list[str]:
     near = [f"{short} at {joined(parts)} mm along the lumen."] if parts else []
     if result.held:
         return [*near, f"This is the least that was found. It is held by: {result.held}."]
-    return [*near, "This is the least that was found. No bound holds it: room gained at one place is lost at "
-            "another."]  # fmt: skip
+    why = "where it is tightest, no drive gives room without taking it elsewhere"
+    return [*near, f"This is the least that was found. No bound holds it: {why}."]
