@@ -159,6 +159,12 @@ def _search(
     good = [one for one in first if one.finite]
     if not good:
         raise InputError(f"{study.path}: {why_nothing(model, first[0], choice.words(study))}")
+    for j, one in enumerate(study.objectives):
+        if one.quantity != "failure_probability" and not any(np.any(o.jacobian[j]) for o in good):
+            raise InputError(
+                f"{study.path}: objective {one.name!r} changes with nothing that is free: its derivative is "
+                f"zero at all {len(good)} starts"
+            )
     count = len(study.objectives)
     sizes = np.array([max(abs(float(np.median([o.values[j] for o in good]))), 1e-12) for j in range(count)])
     total = good[0].values.size

@@ -101,6 +101,13 @@ def test_draws_without_equilibrium_are_counted(tmp_path):
         run_study(read_study(write_study(tmp_path, wide)))
 
 
+def test_an_objective_that_nothing_free_changes_is_refused(tmp_path):
+    held = changed('quantity = "curvature"', 'quantity = "outer_diameter"')
+    with pytest.raises(InputError, match="'bend' changes with nothing that is free"):
+        run_study(read_study(write_study(tmp_path, held)), tmp_path / "out" / "evaluations.jsonl")
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.slow
 def test_two_constraints_that_contradict_each_other_are_named_and_no_third(tmp_path):
     more = (
