@@ -108,7 +108,7 @@ def word_of(value: Any, words: Collection[str], where: str) -> str:
     Raises:
         InputError: for another one; names the nearest.
     """
-    if value not in words:
+    if not isinstance(value, str) or value not in words:
         raise InputError(f"{where} is {value!r}, {nearest(str(value), words)}")
     return value
 

@@ -59,12 +59,17 @@ def unit_of(table: Table, dimension: str, where: str) -> str:
         raise InputError(
             f"{where}: unit is missing; a {dimension} needs one, such as {usual_unit(dimension)!r}"
         )
-    if unit not in UNITS or UNITS[unit].dimension != dimension:
+    if not known_unit(unit) or UNITS[unit].dimension != dimension:
         raise InputError(
             f"{where}: unit {unit!r} is not of the right kind; a {dimension} needs one such as "
             f"{usual_unit(dimension)!r}"
         )
     return unit
+
+
+def known_unit(unit: Any) -> bool:
+    """True for the name of a unit; a list or a table in its place is none."""
+    return isinstance(unit, str) and unit in UNITS
 
 
 def usual_unit(dimension: str) -> str:

@@ -78,7 +78,7 @@ def _free(name: str, entry: Any, table: fields.Table, plans: Sequence[Plan], pat
 def _plain(name: str) -> str:
     """A dimension without its segment."""
     first, _, rest = name.partition(".")
-    return rest if first.isdigit() else name
+    return rest if first.isdecimal() else name
 
 
 def _dimension(name: str, entry: Any, plans: Sequence[Plan], where: str) -> str:
@@ -107,7 +107,7 @@ def _bound(value: Any, unit: str, table: fields.Table, where: str) -> Bound:
         return Bound(to_si(finite_number(value, where), unit))
     check_keys(value, ("parameter", "times", "plus"), where)
     other = value.get("parameter")
-    if other not in table:
+    if not isinstance(other, str) or other not in table:
         raise InputError(f"{where}: parameter {other!r} is not free, {nearest(str(other), table)}")
     times = finite_number(value.get("times", 1.0), f"{where}: times")
     return Bound(to_si(finite_number(value.get("plus", 0.0), f"{where}: plus"), unit), other, times)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 import pneusma_jax as pj
-from pneusma_jax.units import from_si
+from pneusma_jax.units import from_si, to_si
 
 from .log import Evaluation, Evaluator
 from .optimise import ALLOWED, Outcome, Problem, best_of, optimise
@@ -67,9 +67,35 @@ def why_nothing(model: Model, first: Evaluation, words: str) -> str:
                 sentence = pj.Status(int(segment.status)).sentence
                 where = f"state {name!r}, segment {k}: {sentence}"
                 return f"no start{whom} has an equilibrium in all states; {where}"
+    if model.uncertain and (lost := _lost_draws(model, first.place)):
+        return (
+            f"no start{whom} has an equilibrium in all {model.draws.count} draws: at the first one {lost} of "
+            "them have none; narrow what is uncertain, or the bounds"
+        )
     what = f"objective {bad[0]!r}" if bad else "a constraint or a derivative"
     count = model.study.starts
     return f"{what} is not a number at any of the {count} starts{whom}; check its function and bounds"
+
+
+def _lost_draws(model: Model, place: np.ndarray) -> int:
+    """Number of draws of the search in which a design has no equilibrium."""
+    values, margins = model.spread(place, model.draws)
+    return int(np.sum(~np.all(np.isfinite(np.hstack([values, margins])), axis=1)))
+
+
+def _missed_words(study: Study, k: int, missed: float) -> str:
+    """How far a constraint is missed, in its own unit.
+
+    Args:
+        study: study with the constraint.
+        k: index of the constraint.
+        missed: violation as the optimiser scales it, by the limit [1].
+    """
+    one = study.constraints[k]
+    if one.limit is None:
+        return f"{100.0 * missed:.2g} % of what was tested"
+    size = abs(one.limit) or float(to_si(1.0, one.unit, True))
+    return f"{from_si(missed * size, one.unit, True):.2g} {one.unit}".removesuffix(" 1")
 
 
 def limit_words(study: Study, k: int) -> str:
@@ -94,13 +120,11 @@ def why_infeasible(problem: Problem, outcomes: Sequence[Outcome], evaluate: Eval
         return "no start keeps all constraints, but none contradict each other: raise `starts`"
     kept, missed = found
     names = [f"{study.constraints[k].name!r} ({limit_words(study, k)})" for k in kept]
+    gaps = [_missed_words(study, k, missed) for k in kept]
     if len(names) == 1:
-        return (
-            f"no design within the bounds keeps constraint {names[0]}: "
-            f"it is missed by at least {missed:.2g} of its limit"
-        )
+        return f"no design within the bounds keeps constraint {names[0]}: it is missed by at least {gaps[0]}"
+    either = " or ".join(f"{study.constraints[k].name!r} by {gap}" for k, gap in zip(kept, gaps, strict=True))
     return (
-        f"constraints {' and '.join(names)} contradict each other within the bounds: the worst of "
-        "them is missed "
-        f"by at least {missed:.2g} of its limit"
+        f"constraints {' and '.join(names)} contradict each other within the bounds: the nearest design "
+        f"misses {either}"
     )

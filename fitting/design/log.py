@@ -5,6 +5,7 @@ evaluations in the file are not computed again. So the result is the same, to th
 kill cut short is dropped.
 """
 
+import contextlib
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,10 +54,12 @@ class Log:
         self.path = path
         self.known: dict[tuple[int, bytes], Evaluation] = {}
         self.reused = 0
+        self._made: list[Path] = []
         if path is None:
             return
         head = json.dumps({"schema": SCHEMA, "fingerprint": fingerprint}) + "\n"
         try:
+            self._made = [folder for folder in path.parents if not folder.exists()]
             path.parent.mkdir(parents=True, exist_ok=True)
             content = path.read_bytes() if path.exists() else b""
             whole = content[: content.rfind(b"\n") + 1]
@@ -74,6 +77,15 @@ class Log:
         for line in whole.splitlines()[1:]:
             self._remember(json.loads(line))
         self.reused = len(self.known)
+
+    def discard(self) -> None:
+        """Remove the file, and the folders that were made for it: a study that is refused leaves nothing."""
+        if self.path is None:
+            return
+        with contextlib.suppress(OSError):  # such as a folder that holds something else by now
+            self.path.unlink()
+            for folder in self._made:
+                folder.rmdir()
 
     def _remember(self, entry: dict) -> None:
         rows = zip(entry["places"], entry["values"], entry["jacobians"], strict=True)

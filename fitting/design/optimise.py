@@ -4,10 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import Bounds, NonlinearConstraint, minimize, nnls
+
+from pneusma_jax.late import Late
 
 from .lockstep import Ask, run_together
 from .log import Evaluation, Evaluator
+
+optimize = Late("scipy.optimize")
 
 PRECISION = 1e-9
 """Relative change of the scaled objective at which SLSQP ends [1]; the model is exact to 1e-10."""
@@ -211,9 +214,9 @@ class _Search:
         slope = -self._known(x).jacobian[self.problem.rows][:, self.free] / self.problem.scales[:, None]
         return np.hstack([slope, np.ones((len(slope), 1))]) if self.problem.slack else slope
 
-    def _box(self, x: np.ndarray) -> Bounds:
+    def _box(self, x: np.ndarray) -> object:
         more = x.size - self.free.size
-        return Bounds(
+        return optimize.Bounds(
             np.append(np.zeros(self.free.size), [-1e3] * more),
             np.append(np.ones(self.free.size), [1e6] * more),
         )
@@ -222,18 +225,18 @@ class _Search:
         rooms = (
             [{"type": "ineq", "fun": self._room, "jac": self._room_slope}] if self.problem.rows.size else []
         )
-        return minimize(
+        return optimize.minimize(
             self._value, x, jac=self._slope, bounds=self._box(x), constraints=rooms, method="SLSQP",
             options={"maxiter": self.ends.steps, "ftol": self.ends.precision},
         )  # fmt: skip
 
     def _trust_region(self, x: np.ndarray) -> object:
         rooms = (
-            [NonlinearConstraint(self._room, 0.0, np.inf, jac=self._room_slope)]
+            [optimize.NonlinearConstraint(self._room, 0.0, np.inf, jac=self._room_slope)]
             if self.problem.rows.size
             else []
         )
-        return minimize(
+        return optimize.minimize(
             self._value, x, jac=self._slope, bounds=self._box(x), constraints=rooms, method="trust-constr",
             options={"maxiter": 3 * MOST_STEPS, "gtol": 1e-7, "xtol": 1e-9},
         )  # fmt: skip
@@ -269,7 +272,7 @@ def conditions(problem: Problem, one: Evaluation) -> Conditions:
     found = np.zeros(matrix.shape[1])
     left = float(np.linalg.norm(gradient[free]))
     if matrix.size:
-        found, left = nnls(matrix, -gradient[free])
+        found, left = optimize.nnls(matrix, -gradient[free])
     rows, low, high = np.zeros(room.size), np.zeros(size), np.zeros(size)
     rows[active] = found[: active.size]
     low[below] = found[active.size : active.size + below.size]

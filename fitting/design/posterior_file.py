@@ -39,7 +39,7 @@ def posterior_draws(path: Path, specimen: int | None = None) -> tuple[dict[str, 
             }
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
-    numbers = sorted({int(n.partition("__")[2]) for n in found if n.partition("__")[2].isdigit()})
+    numbers = sorted({int(n.partition("__")[2]) for n in found if n.partition("__")[2].isdecimal()})
     if len(numbers) > 1 and specimen is None:
         raise InputError(f"{path}: it is of several specimens: add posterior_specimen = {numbers[0]}")
     if specimen is not None and specimen not in numbers:

@@ -128,8 +128,8 @@ def _study(document: dict[str, Any], path: Path) -> Study:
 
 def _name(document: dict[str, Any], path: Path) -> str:
     name = document.get("name", path.stem)
-    if not isinstance(name, str) or not name.strip():
-        raise InputError(f"{path}: name must be a text, but it is {name!r}")
+    if not isinstance(name, str) or not name.strip() or not name.isprintable():
+        raise InputError(f"{path}: name must be a text of one line, but it is {name!r}")
     return name
 
 

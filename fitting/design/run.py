@@ -64,9 +64,19 @@ def run_study(
         progress: called with a few words after every lot of evaluations.
 
     Raises:
-        InputError: one line, if nothing can be evaluated, or constraints contradict each other.
+        InputError: one line, if nothing can be evaluated, or constraints contradict each other. The file of
+            the evaluations is removed then.
     """
     kept = Log(log, fingerprint(study))
+    try:
+        return _solved_study(study, kept, progress)
+    except InputError:
+        kept.discard()
+        raise
+
+
+def _solved_study(study: Study, kept: Log, progress: Callable[[str], object]) -> DesignResult:
+    """Solve every combination of choices, and take the best."""
     choices = [Choice(*one) for one in itertools.product(study.designs, study.alloys, study.materials)]
     solved = []
     for number, choice in enumerate(choices):
@@ -129,7 +139,7 @@ def base_place(model: Model) -> np.ndarray | None:
     """Place of the tables' own dimensions in the box; None if a parameter has no such value."""
     table, values = model.plan.tables[0].values(), {}
     for one in model.space.free:
-        plain = one.name.partition(".")[2] if one.name[0].isdigit() else one.name
+        plain = one.name.partition(".")[2] if one.name[0].isdecimal() else one.name
         if plain not in table:
             return None
         values[one.name] = table[plain]
@@ -149,6 +159,12 @@ def _search(
     good = [one for one in first if one.finite]
     if not good:
         raise InputError(f"{study.path}: {why_nothing(model, first[0], choice.words(study))}")
+    for j, one in enumerate(study.objectives):
+        if one.quantity != "failure_probability" and not any(np.any(o.jacobian[j]) for o in good):
+            raise InputError(
+                f"{study.path}: objective {one.name!r} changes with nothing that is free: its derivative is "
+                f"zero at all {len(good)} starts"
+            )
     count = len(study.objectives)
     sizes = np.array([max(abs(float(np.median([o.values[j] for o in good]))), 1e-12) for j in range(count)])
     total = good[0].values.size

@@ -102,7 +102,7 @@ def _objective(
 def _dimension(quantity: str, entry: fields.Table, where: str) -> tuple[str, str]:
     if quantity == "function":
         unit = entry.get("unit", "1")
-        if unit not in UNITS:
+        if not fields.known_unit(unit):
             raise InputError(f"{where}: unit {unit!r} is not known")
         return UNITS[unit].dimension, unit
     if quantity in MORE:

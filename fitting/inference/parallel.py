@@ -117,6 +117,6 @@ def _cores() -> int:
     available = getattr(os, "sched_getaffinity", None)
     cores = len(available(0)) if available else os.cpu_count() or 1
     setting = os.environ.get(THREADS, str(cores))
-    if not setting.isdigit() or int(setting) < 1:
+    if not setting.isdecimal() or int(setting) < 1:
         raise InputError(f"{THREADS} must be a whole number of at least 1, but is {setting!r}")
     return min(cores, int(setting))

@@ -8,7 +8,6 @@ from functools import cached_property
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.spatial import cKDTree
 
 from fitting.design.bodies import Body, Solved
 from pneusma_jax.late import Late
@@ -18,7 +17,11 @@ from pneusma_jax.serial_chain.segments import chain_shape
 from .forward import denser, fresh, made_once, padded, springs_of, states_of
 from .goals import GOALS, sizes
 
-stats = Late("scipy.stats")
+stats, spatial = Late("scipy.stats"), Late("scipy.spatial")
+
+WITHOUT_TREE = 8
+"""Number of targets up to which all states are compared: a library of trees takes 0.1 s to load, and the
+comparison of a target with 40,000 states 2 ms."""
 
 PRESSURES = 9
 ALONE, TOGETHER = 25, 12
@@ -41,13 +44,14 @@ class Atlas:
         unknowns: scaled unknowns of the segments, filled up with zeros where one has fewer freedoms, shape
             (states, segments, freedoms).
         solved: all states, arrays with a leading axis.
-        trees: of `nearest`, kept by goals.
+        trees, known: of `nearest`, kept by goals.
     """
 
     drives: np.ndarray
     unknowns: np.ndarray
     solved: Solved
     trees: dict = field(default_factory=dict, repr=False, compare=False)
+    known: dict = field(default_factory=dict, repr=False, compare=False)
 
     def values(self, goals: tuple[str, ...]) -> np.ndarray:
         """Values of goals in all states, SI, shape (states, columns)."""
@@ -74,19 +78,24 @@ class Atlas:
             ranks: how many, or which: 1 is the nearest.
             lean: of `lean` states alone.
         """
-        good, tree = self._tree(goals, lean)
+        good, places = self._places(goals, lean)
         ranks = range(1, ranks + 1) if isinstance(ranks, int) else ranks
         some = [k for k in ranks if k <= good.size]
-        _, found = tree.query(wanted / np.asarray(sizes(goals)), k=some)
-        return good[found]
-
-    def _tree(self, goals: tuple[str, ...], lean: bool) -> tuple[np.ndarray, cKDTree]:
-        """Indices of the states that have all values, and a tree of these; made once."""
+        aims = wanted / np.asarray(sizes(goals))
+        if len(aims) <= WITHOUT_TREE:
+            away = np.linalg.norm(places[None] - aims[:, None], axis=2)
+            return good[np.argsort(away, axis=1, kind="stable")[:, np.array(some, dtype=int) - 1]]
         if (goals, lean) not in self.trees:
+            self.trees[goals, lean] = spatial.cKDTree(places)
+        return good[self.trees[goals, lean].query(aims, k=some)[1]]
+
+    def _places(self, goals: tuple[str, ...], lean: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Indices of the states that have all values, and these values in sizes of the goals; made once."""
+        if (goals, lean) not in self.known:
             values = self.values(goals)
             good = np.flatnonzero(np.all(np.isfinite(values), axis=1) & (self.lean if lean else True))
-            self.trees[goals, lean] = good, cKDTree(values[good] / np.asarray(sizes(goals)))
-        return self.trees[goals, lean]
+            self.known[goals, lean] = good, values[good] / np.asarray(sizes(goals))
+        return self.known[goals, lean]
 
 
 def goal_values(solved: Solved, goals: tuple[str, ...]) -> np.ndarray:

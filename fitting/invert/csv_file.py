@@ -6,6 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from pneusma_jax.errors import InputError
+from pneusma_jax.units import from_si, unit_of_column
+
+LARGEST = float(1.0 / np.sqrt(np.finfo(float).eps))
+"""Largest distance from the origin, in sizes that count as one [1]. Beyond it, 67 km for a tip, one size's
+square is lost in double precision beside the square of the distance."""
 
 
 def columns_of(path: Path) -> dict[str, np.ndarray]:
@@ -36,6 +41,36 @@ def columns_of(path: Path) -> dict[str, np.ndarray]:
     }
 
 
+def unit_of(column: str, where: str) -> str:
+    """The unit that a column's name states.
+
+    Raises:
+        InputError: if it is not known; begins with `where`, the file.
+    """
+    try:
+        return unit_of_column(column)[1]
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def check_sizes(values: np.ndarray, size: float, column: str, where: str) -> None:
+    """Refuse lengths and curvatures whose squares leave no digits for a state of the body.
+
+    Args:
+        values: [SI]; size: what counts as one [SI].
+        column: name of the column, for messages; where: the file.
+
+    Raises:
+        InputError: naming the column and the largest value that can be told.
+    """
+    if np.any(np.abs(values) > LARGEST * size):
+        most = from_si(LARGEST * size, unit_of(column, where))
+        raise InputError(
+            f"{where}: column {column} must lie within {most:.2g} of 0; farther away no state can be told "
+            "from another"
+        )
+
+
 def _rows(path: Path) -> list[list[str]]:
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
@@ -44,6 +79,8 @@ def _rows(path: Path) -> list[list[str]]:
         raise InputError(f"{path}: cannot be read ({(error.strerror or str(error)).lower()})") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: cannot be read as a text file") from None
+    except csv.Error as error:  # such as a field of more than a hundred thousand letters
+        raise InputError(f"{path}: cannot be read as a CSV file ({error})") from None
 
 
 def number(text: str | None, where: str) -> float:

@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Array
 
 from pneusma_jax.errors import InputError
-from pneusma_jax.units import UNITS, to_si, unit_of_column
+from pneusma_jax.units import UNITS, to_si
 
-from .csv_file import columns_of
+from .csv_file import check_sizes, columns_of, unit_of
 
 
 @dataclass(frozen=True)
@@ -53,10 +53,11 @@ def read_lumen(path: str | Path) -> Lumen:
             raise InputError(f"{path}: column {wanted}_mm is missing")
         if len(named) > 1:
             raise InputError(f"{path}: columns {' and '.join(named)} say the same; leave one out")
-        _, unit = unit_of_column(named[0])
+        unit = unit_of(named[0], str(path))
         if UNITS[unit].dimension != "length":
             raise InputError(f"{path}: column {named[0]} is no length; {wanted}_mm is one")
         columns[wanted] = to_si(given.pop(named[0]), unit)
+        check_sizes(columns[wanted], MILLIMETRE, named[0], str(path))
     if given:
         known = ", ".join(f"{n}_mm" for n in COLUMNS)
         raise InputError(f"{path}: unknown column {next(iter(given))!r}; a lumen has {known}")
@@ -76,6 +77,8 @@ def read_lumen(path: str | Path) -> Lumen:
     return Lumen(path.stem, points, columns["diameter"])
 
 
+MILLIMETRE = 1e-3
+"""Length that counts as one [m], as of a tip."""
 COLUMNS = ("x", "y", "z", "diameter")
 """Columns of a lumen, without their unit."""
 

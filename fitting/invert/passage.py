@@ -1,6 +1,6 @@
 """A chain in a lumen: as close to the centre line as it can be, without touching the lumen's wall."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import equinox as eqx
 import jax
@@ -14,16 +14,19 @@ from fitting.design.log import Evaluation
 from fitting.design.optimise import ALLOWED, Ends, Outcome, Problem, best_of, optimise
 from fitting.design.quantities import QUANTITIES
 from fitting.inference.results import Result
+from pneusma_jax.errors import InputError
 from pneusma_jax.late import Late
 from pneusma_jax.numerics.rows import filled
 from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.segments import chain_shape
+from pneusma_jax.units import from_si
 
 from .forward import Memories, first_guess, fresh, state_of
 from .lumen import Lumen, distances, progress, refined
 from .run import Inverse
 from .search import Box
 from .tables import Table, looked_up
+from .touching import Touch, held_drives, touch_of
 
 stats = Late("scipy.stats")
 
@@ -63,6 +66,10 @@ class Passage(Result):
         reached: distance along the lumen to the tip [m].
         line: points of the chain's centre line [m], shape (points, 3).
         solved: the solved state of the chain.
+        touch: where it comes nearest to the wall.
+        apart: least distance between parts of the chain itself [m].
+        held: ends of the drives that keep it from more room, in words; empty where it passes, or where none
+            does.
     """
 
     design: str
@@ -76,11 +83,15 @@ class Passage(Result):
     reached: float
     line: np.ndarray
     solved: Solved
+    touch: Touch
+    apart: float = np.inf
+    held: str = ""
 
     @property
     def passes(self) -> bool:
-        """True if the chain keeps the wanted distance from the lumen's wall everywhere."""
-        return self.clearance >= self.wanted - CLOSE
+        """True if the chain keeps the wanted distance from the lumen's wall everywhere, and does not touch
+        itself."""
+        return self.clearance >= self.wanted - CLOSE and self.apart >= -CLOSE
 
 
 class _Task(eqx.Module):
@@ -180,14 +191,27 @@ def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Pass
         inverse: inverse of a chain, or of one actuator.
         lumen: lumen to pass through; the chain begins at its first point, along z.
         clearance: least distance to keep between the walls [m].
+
+    Raises:
+        InputError: if the clearance is at least half of the lumen's width, the chain is longer than the lumen
+            in every state, or nothing can be computed.
     """
+    widest = float(lumen.diameter.max())
+    if 2.0 * clearance >= widest:
+        raise InputError(
+            f"{lumen.name}: no chain keeps {from_si(clearance, 'mm'):g} mm from the wall, since the lumen is "
+            f"at most {from_si(widest, 'mm'):g} mm wide"
+        )
+    _check_long(inverse, lumen)
     searches = inverse.by_tables
     tables = None if searches is None else searches.tables
     line = tuple(jnp.asarray(x) for x in refined(lumen))
     task = _Task(inverse.body, inverse.box(), fresh(inverse.body), line, jnp.asarray(clearance), tables)
     starts = _starts(inverse, line, STARTS if tables is None else IN_TABLES)
     best = _searched(task, starts)
-    found = _passage(inverse, lumen, clearance, line, best.evaluation.place)
+    if best.evaluation is None:
+        raise InputError(f"{lumen.name}: no state of {inverse.design} could be computed from any start")
+    found = _passage(inverse, lumen, clearance, line, best.evaluation)
     for _ in range(CORRECTIONS if tables is not None and best.kept else 0):
         short = clearance - found.clearance
         if short <= CLOSE:
@@ -195,7 +219,7 @@ def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Pass
         # the tables promise more room than the exact model has
         wider = eqx.tree_at(lambda t: t.clearance, task, task.clearance + 1.1 * short)
         again = _searched(wider, [best.evaluation.place])
-        task, new = wider, _passage(inverse, lumen, clearance, line, again.evaluation.place)
+        task, new = wider, _passage(inverse, lumen, clearance, line, again.evaluation)
         best, found = (again, new) if new.clearance > found.clearance else (best, found)
     return found
 
@@ -218,21 +242,42 @@ def _searched(task: _Task, starts: list[np.ndarray]) -> Outcome:
 
 
 def _passage(
-    inverse: Inverse, lumen: Lumen, wanted: float, line: tuple[Array, Array], place: np.ndarray
+    inverse: Inverse, lumen: Lumen, wanted: float, line: tuple[Array, Array], one: Evaluation
 ) -> Passage:
     """The passage of a place in the box, on the exact model."""
-    drives = np.asarray(inverse.box().drives(jnp.asarray(place)))
+    drives = np.asarray(inverse.box().drives(jnp.asarray(one.place)))
     state = jax.tree.map(lambda x: x[0], inverse.verified(drives[None]).parts)
     state = Solved(inverse.body, *state)
     drawn = np.asarray(_line(state))
     away, room = distances(jnp.asarray(drawn), line)
-    radius = max(float(s.section.radius) for s in inverse.body.segments)
-    return Passage(
+    gaps = np.asarray(room - away) - max(float(s.section.radius) for s in inverse.body.segments)
+    found = Passage(
         inverse.design, lumen, inverse.springs, float(drives[0]), drives[1:],
-        float(np.sqrt(np.mean(np.asarray(away) ** 2))),
-        float(np.min(np.asarray(room - away)) - radius), wanted,
+        float(np.sqrt(np.mean(np.asarray(away) ** 2))), float(np.min(gaps)), wanted,
         float(progress(state.end_pose[:3, 3], line[0])), drawn, state,
+        touch_of(drawn, gaps, line[0], len(inverse.body.segments), wanted - CLOSE),
+        float(QUANTITIES["clearance"].function(state, 0)),
     )  # fmt: skip
+    if found.passes:
+        return found
+    return replace(found, held=inverse.bound_words(*held_drives(one, np.arange(1, one.values.size))))
+
+
+def _check_long(inverse: Inverse, lumen: Lumen) -> None:
+    """Refuse a lumen beyond whose end the chain reaches in every state, where nothing is said of the walls.
+
+    Raises:
+        InputError: with both lengths.
+    """
+    shortest = np.sum([np.nanmin(np.asarray(x.length)) for x in inverse.atlas.solved.segments])
+    chain = inverse.body.chain
+    shortest += 0.0 if chain is None else float(np.sum(chain.connectors))
+    length, half = float(lumen.lengths[-1]), 0.5 * float(lumen.diameter[-1])
+    if shortest > length + half:
+        raise InputError(
+            f"{lumen.name}: the lumen is {from_si(length, 'mm'):.4g} mm long, but {inverse.design} at least "
+            f"{from_si(shortest, 'mm'):.4g} mm; of what lies beyond the lumen's end the file must tell, too"
+        )
 
 
 def _starts(inverse: Inverse, line: tuple[Array, Array], count: int) -> list[np.ndarray]:

@@ -40,6 +40,9 @@ NEAR = 3e-3
 """Step in the box from which on only the miss is closed [1]."""
 LONGEST = 0.3
 """Longest step of a drive in the box [1]: beyond it the linear model says little."""
+FLAT = 1e-3
+"""Least share of the steepest drive's squared slope that damps any drive [1]. A drive at a goal's maximum has
+no slope. Damped by that alone it took the longest step, and no damping made a step help."""
 COLD_PRESSURE = 0.1
 """Weight of pressure beside that of a spring's heat [1]: pressure costs little, heat is slow."""
 
@@ -171,7 +174,8 @@ def _trial(task: _Task, at: _Stage) -> Array:
     gradient = seen.slope.T @ seen.miss + weight * task.cost * (place - task.rest)
     held = ~task.wide | ((place <= 0.0) & (gradient > 0.0)) | ((place >= 1.0) & (gradient < 0.0))
     free = jnp.where(held, 0.0, 1.0)
-    damped = at.damping * jnp.maximum(jnp.sum(seen.slope**2, axis=0), 1e-8)
+    steep = jnp.sum(seen.slope**2, axis=0)
+    damped = at.damping * jnp.maximum(steep, jnp.maximum(FLAT * jnp.max(steep), 1e-8))
     matrix = seen.slope.T @ seen.slope + jnp.diag(weight * task.cost + damped)
     matrix = matrix * free[:, None] * free[None, :] + jnp.diag(1.0 - free)
     step = -jnp.linalg.solve(matrix, free * gradient)

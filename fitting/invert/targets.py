@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.units import UNITS, to_si, unit_of_column
+from pneusma_jax.units import UNITS, to_si
 
-from .csv_file import columns_of
+from .csv_file import check_sizes, columns_of, unit_of
 from .goals import GOALS
 
 
@@ -44,8 +44,8 @@ def targets_of(columns: Mapping[str, np.ndarray], where: str) -> Targets:
     """Targets of columns by name; each value is in the unit that the column's name states.
 
     Raises:
-        InputError: for a column that is no goal's, a goal whose columns are not all there, or time going
-            backwards.
+        InputError: for a column that is no goal's, a goal whose columns are not all there, a value beyond
+            what can be computed, or time that does not rise.
     """
     columns = dict(columns)
     time = columns.pop("time_s", None)
@@ -58,12 +58,14 @@ def targets_of(columns: Mapping[str, np.ndarray], where: str) -> Targets:
             raise InputError(f"{where}: unknown column {name!r}, {nearest(name, [*known, 'time_s'])}")
         if usual in found:
             raise InputError(f"{where}: column {name!r} says again what another one says of {_stem(usual)}")
-        unit = "1" if usual.startswith("direction") else unit_of_column(name)[1]
-        if not usual.startswith("direction"):
-            wanted = UNITS[unit_of_column(usual)[1]].dimension
-            if UNITS[unit].dimension != wanted:
-                raise InputError(f"{where}: column {name!r} is no {wanted}; {usual} is one")
+        if usual.startswith("direction"):
+            found[usual] = np.asarray(values, dtype=float)
+            continue
+        unit, wanted = unit_of(name, where), UNITS[unit_of(usual, where)].dimension
+        if UNITS[unit].dimension != wanted:
+            raise InputError(f"{where}: column {name!r} is no {wanted}; {usual} is one")
         found[usual] = to_si(np.asarray(values, dtype=float), unit)
+        check_sizes(found[usual], GOALS[known[usual]].size, usual, where)
     goals = tuple(n for n, g in GOALS.items() if any(c in found for c in g.columns))
     if not goals:
         raise InputError(f"{where}: nothing is wanted: name at least one of {', '.join(known)}")
@@ -74,12 +76,15 @@ def targets_of(columns: Mapping[str, np.ndarray], where: str) -> Targets:
     wanted = np.column_stack([found[c] for n in goals for c in GOALS[n].columns])
     if "direction" in goals:
         at = sum(len(GOALS[n].columns) for n in goals[: goals.index("direction")])
-        size = np.linalg.norm(wanted[:, at : at + 3], axis=1, keepdims=True)
-        if np.any(size <= 0.0):
+        largest = np.max(np.abs(wanted[:, at : at + 3]), axis=1, keepdims=True)
+        if np.any(largest <= 0.0):
             raise InputError(f"{where}: a direction must not be zero")
-        wanted[:, at : at + 3] /= size
-    if time is not None and np.any(np.diff(time) < 0.0):
-        raise InputError(f"{where}: column time_s goes backwards")
+        wanted[:, at : at + 3] /= largest
+        wanted[:, at : at + 3] /= np.linalg.norm(wanted[:, at : at + 3], axis=1, keepdims=True)
+    if time is not None and np.any(late := np.diff(time) <= 0.0):
+        k = int(np.argmax(late))
+        how = "goes backwards" if time[k + 1] < time[k] else "stands still"
+        raise InputError(f"{where}: column time_s {how}: after {time[k]:g} s comes {time[k + 1]:g} s")
     return Targets(goals, wanted, time)
 
 

@@ -3,15 +3,18 @@
 A new type of result needs one function `report_of(result) -> Report`; `render.py` does the rest.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any
 
 from .figures import style
 from .table import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,7 @@ class Section:
     """
 
     title: str
-    blocks: "Sequence[Block]"
+    blocks: Sequence[Block]
 
     @property
     def empty(self) -> bool:

@@ -69,7 +69,12 @@ class Bounds:
                 f"frequencies must ascend and be positive, but they are {self.low:g} and {self.high:g} Hz"
             )
         if not 0.0 < self.inductance[0] < self.inductance[1]:
-            raise InputError("inductances must ascend and be positive")
+            raise InputError(
+                "inductances must ascend and be positive, but they are "
+                f"{1e6 * self.inductance[0]:g} and {1e6 * self.inductance[1]:g} uH"
+            )
+        if not self.voltage > 0.0:
+            raise InputError(f"the voltage must be positive, but it is {self.voltage:g} V")
 
 
 @dataclass(frozen=True)
@@ -174,7 +179,7 @@ def choose_filters(springs: Springs, bounds: Bounds, count: int) -> Wiring:
         count: number of springs.
 
     Raises:
-        InputError: for bounds that cannot be, or less than two springs.
+        InputError: for bounds that cannot be, or less than two springs, or where nothing can be computed.
     """
     bounds.check()
     if count < 2:
@@ -190,6 +195,11 @@ def choose_filters(springs: Springs, bounds: Bounds, count: int) -> Wiring:
     rows = np.arange(1, size)
     problem = Problem(np.eye(size)[0], rows, np.zeros(rows.size), np.ones(rows.size))
     best: Outcome = best_of(optimise([problem] * len(starts), starts, numbers))
+    if best.evaluation is None:
+        raise InputError(
+            "the heat of the springs is no finite number anywhere between these frequencies and coils, at "
+            f"{bounds.voltage:g} V"
+        )
     place = best.evaluation.place
     low, high = bounds.inductance
     resonance = bounds.low * (bounds.high / bounds.low) ** place[:count]

@@ -158,7 +158,11 @@ def test_a_search_whose_held_sizes_break_a_limit_ends_after_one_evaluation(held,
     def evaluate(places):
         seen.extend(places)
         return [
-            Evaluation(np.array([x, y]), np.array([(x - 0.3) ** 2, y]), np.array([[2.0 * (x - 0.3), 0.0], [0.0, 1.0]]))
+            Evaluation(
+                np.array([x, y]),
+                np.array([(x - 0.3) ** 2, y]),
+                np.array([[2.0 * (x - 0.3), 0.0], [0.0, 1.0]]),
+            )
             for x, y in places
         ]
 

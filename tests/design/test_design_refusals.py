@@ -1,6 +1,9 @@
 """Bad studies end in one line that says where and what would be right."""
 
+import contextlib
+import functools
 import re
+import tomllib
 
 import h5py
 import numpy as np
@@ -9,7 +12,7 @@ from click.testing import CliRunner
 from study_files import SMALL, changed, write_study
 
 from fitting.cli import main
-from fitting.design import read_study
+from fitting.design import read_study, run_study
 from fitting.design.posterior_file import posterior_draws
 from pneusma_jax.errors import InputError
 
@@ -115,6 +118,83 @@ def test_a_bad_study_is_refused_in_one_line(name, tmp_path):
 def test_a_bad_uncertainty_is_refused_in_one_line(lines, words, tmp_path):
     with pytest.raises(InputError, match=re.escape(words)):
         read_study(write_study(tmp_path, UNCERTAIN + lines))
+
+
+ODD = ([], ["mm"], {}, {"value": [1]}, "", "x", True, -1, 0, 1e308, float("nan"), 10**30)
+"""Values that may stand where another kind is meant."""
+
+
+def _leaves(table, where=()):
+    for key, value in table.items():
+        yield (*where, key)
+        if isinstance(value, dict):
+            yield from _leaves(value, (*where, key))
+
+
+def _toml(value):
+    if isinstance(value, dict):
+        return "{" + ", ".join(f'"{k}" = {_toml(v)}' for k, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(_toml(v) for v in value) + "]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+LEAVES = list(
+    _leaves(
+        tomllib.loads(UNCERTAIN + 'priors = ["alloy"]\ntolerance.wall_thickness = {sd = 0.1, unit = "mm"}')
+    )
+)
+
+
+@pytest.mark.parametrize("leaf", LEAVES, ids=".".join)
+def test_any_value_in_any_place_is_read_or_refused_in_one_line(leaf, tmp_path):
+    lines = 'priors = ["alloy"]\ntolerance.wall_thickness = {sd = 0.1, unit = "mm"}'
+    for odd in ODD:
+        document = tomllib.loads(UNCERTAIN + lines)
+        table = functools.reduce(lambda inner, key: inner[key], leaf[:-1], document)
+        table[leaf[-1]] = odd
+        text = "\n".join(f"{key} = {_toml(value)}" for key, value in document.items())
+        with contextlib.suppress(InputError):
+            read_study(write_study(tmp_path, text))
+
+
+def test_a_number_that_is_no_digit_is_no_segment(tmp_path):
+    with pytest.raises(InputError, match="no such dimension of all designs"):
+        read_study(write_study(tmp_path, changed("wall_thickness =", '"\u00b2.wall_thickness" =')))
+
+
+FUNCTION = 'quantity = "function"\ngoal = "maximise"\nfile = "mine.py"\nfunction = "f"'
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        ("def f(s, p):\n    raise RuntimeError('one\\ntwo')", "ends in RuntimeError: one; it is called with"),
+        ("def f(s):\n    return 1.0", "function 'f' ends in TypeError: f() takes 1 positional argument"),
+        ("def f(s, p):\n    return s['cold'].only.curvature", "ends in KeyError: 'cold'; it is called with states hot"),
+        ("import jax.numpy as jnp\ndef f(s, p):\n    return jnp.ones(3)", "returns float64 of shape (3,)"),
+        ("def f(s, p):\n    return None", "must return one real number, but it returns None"),
+        ("def f(s, p):\n    return 'bend'", "must return one real number, but it returns bend"),
+        ("def f(s, p):\n    return s['hot'].only.curvature > 3", "returns bool of shape ()"),
+        ("def f(s, p):\n    return s['hot'].only.curvature * 1j", "returns complex128 of shape ()"),
+        ("import math\ndef f(s, p):\n    return math.sin(s['hot'].only.curvature)", "make all of it with jax.numpy"),
+    ],
+)  # fmt: skip
+def test_a_function_that_cannot_be_used_is_refused_in_one_line_and_leaves_nothing(code, words, tmp_path):
+    path = write_study(tmp_path, changed(BEND, FUNCTION))
+    (tmp_path / "mine.py").write_text(code + "\n")
+    with pytest.raises(InputError, match=re.escape(words)) as caught:
+        run_study(read_study(path), tmp_path / "new" / "out" / "evaluations.jsonl")
+    assert "\n" not in str(caught.value)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["mine.py", "study.toml"]
+
+
+def test_a_file_that_leaves_the_program_is_refused(tmp_path):
+    (tmp_path / "mine.py").write_text("import sys\nsys.exit(3)\n")
+    with pytest.raises(InputError, match="cannot be executed \\(SystemExit: 3\\)"):
+        read_study(write_study(tmp_path, changed(BEND, FUNCTION)))
 
 
 def _posterior(path, names):

@@ -78,18 +78,47 @@ def test_the_report_says_what_limits_the_design(small):
 
 def test_constraints_that_contradict_each_other_are_named(tmp_path):
     both = changed("value = 58.3", "value = 50.0")
-    with pytest.raises(InputError, match="keeps constraint 'length'.*missed by at least"):
-        run_study(read_study(write_study(tmp_path, both)))
+    with pytest.raises(InputError, match="keeps constraint 'length'.*missed by at least [0-9.]+ mm"):
+        run_study(read_study(write_study(tmp_path, both)), tmp_path / "out" / "evaluations.jsonl")
+    assert not (tmp_path / "out").exists()  # a study that is refused leaves nothing
+
+
+def test_a_refusal_of_another_study_s_evaluations_leaves_them(tmp_path):
+    log = tmp_path / "out" / "evaluations.jsonl"
+    log.parent.mkdir()
+    log.write_text("of another study\n")
+    with pytest.raises(InputError, match="evaluations of another study"):
+        run_study(read_study(write_study(tmp_path)), log)
+    assert log.read_text() == "of another study\n"
+
+
+@pytest.mark.slow
+def test_draws_without_equilibrium_are_counted(tmp_path):
+    wide = (
+        SMALL + '\n[uncertainty]\ndraws = 8\n[uncertainty.tolerance]\nwall_thickness = {sd = 5, unit = "mm"}'
+    )
+    with pytest.raises(InputError, match="in all 8 draws: at the first one [1-8] of them have none"):
+        run_study(read_study(write_study(tmp_path, wide)))
+
+
+def test_an_objective_that_nothing_free_changes_is_refused(tmp_path):
+    held = changed('quantity = "curvature"', 'quantity = "outer_diameter"')
+    with pytest.raises(InputError, match="'bend' changes with nothing that is free"):
+        run_study(read_study(write_study(tmp_path, held)), tmp_path / "out" / "evaluations.jsonl")
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
 def test_two_constraints_that_contradict_each_other_are_named_and_no_third(tmp_path):
-    more = '[constraint.long]\nquantity = "length"\nat_least = {value = 58.6, unit = "mm"}\n[constraint.shear]'
+    more = (
+        '[constraint.long]\nquantity = "length"\nat_least = {value = 58.6, unit = "mm"}\n[constraint.shear]'
+    )
     with pytest.raises(InputError) as caught:
         run_study(read_study(write_study(tmp_path, changed("[constraint.shear]", more))))
     said = str(caught.value)
     assert "'length' (length at most 58.3 mm) and 'long' (length at least 58.6 mm) contradict" in said
     assert "shear" not in said and "\n" not in said
+    assert re.search(r"misses 'length' by 0\.1\d mm or 'long' by 0\.1\d mm", said)
 
 
 def test_an_objective_that_is_not_a_number_is_said(tmp_path):

@@ -10,6 +10,7 @@ from fitting.invert.derivatives import values_with_slope
 from fitting.invert.forward import first_guess, fresh
 from fitting.invert.lumen import Lumen, distances, refined
 from fitting.invert.passage import pass_through
+from pneusma_jax.errors import InputError
 
 LIMITS = Limits((0.0, 50e3), 0.1)
 
@@ -87,6 +88,27 @@ def test_the_chain_follows_a_bent_lumen_clear_of_its_wall(inverse):
     away, room = (np.asarray(x) for x in distances(found.line, (points, lumen.diameter)))
     radius = float(inverse.body.segments[0].section.radius)
     assert np.min(room - away) - radius == pytest.approx(found.clearance, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("length", "clearance", "words"),
+    [
+        (0.05, 0.0, "the lumen is 50 mm long, but orthogonal_chain at least"),
+        (0.25, 9e-3, "no chain keeps 9 mm from the wall, since the lumen is at most 18 mm wide"),
+    ],
+)
+def test_a_lumen_that_says_too_little_is_refused(inverse, length, clearance, words):
+    lumen = Lumen("straight", np.array([[0.0, 0.0, 0.0], [0.0, 0.0, length]]), np.full(2, 18e-3))
+    with pytest.raises(InputError, match=words):
+        pass_through(inverse, lumen, clearance)
+
+
+@pytest.mark.slow
+def test_a_lumen_that_is_too_narrow_says_where_and_what_holds(inverse):
+    lumen = Lumen("narrow", np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.3]]), np.full(2, 8e-3))
+    found = pass_through(inverse, lumen)
+    assert not found.passes and found.clearance == pytest.approx(-1e-3, abs=1e-5)  # a straight tube of 10 mm
+    assert found.touch.stretches[0, 0] == 0.0 and found.touch.stretches[-1, 1] > 0.15
 
 
 def test_a_refined_line_is_the_same_line():

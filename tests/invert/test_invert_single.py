@@ -51,3 +51,38 @@ def test_what_heat_has_taken_is_said(inverse):
     assert found.without_memory.all() and found.lost.tolist() == [False, True]
     assert found.disagreement < 1e-6
     assert "only stretching the spring again brings it back" in found.warnings()[0]
+
+
+@pytest.mark.slow
+def test_a_curvature_is_met_with_little_more_heat_than_a_grid_needs(inverse):
+    """At 40 1/m the curvature has a maximum over the pressure, where a search once came to nothing."""
+    near = inverse.atlas.nearest(("curvature",), np.array([[40.0]]), 1, lean=True)
+    stuck = inverse._searched(("curvature",), np.array([[40.0]]), near, heated=(1,))
+    assert abs(float(stuck.values[0, 0, 0]) - 40.0) < 1e-3
+    found = inverse.solve(("curvature",), np.array([[40.0], [-40.0]]), all_ways=True)
+    assert found.met.all()
+    pressure, fraction = (
+        x.ravel() for x in np.meshgrid(np.linspace(0, 50e3, 26), np.linspace(0.1, 1.0, 451))
+    )
+    bends = np.asarray(
+        inverse.verified(np.column_stack([pressure, 0 * pressure + 1.0, fraction])).only.curvature
+    )
+    least = np.min((1.0 - fraction[np.abs(bends - 40.0) < 0.5]) ** 2)
+    heat = np.sum((1.0 - found.fractions) ** 2, axis=1)
+    np.testing.assert_allclose(heat[0], heat[1], rtol=1e-6)  # its mirror image
+    assert heat[0] < 1.25 * least  # a search from the nearest state alone took 1.9 times as much
+
+
+def test_few_targets_begin_where_many_do():
+    """Up to `WITHOUT_TREE` targets are compared with all states, more go through a tree."""
+    atlas = Inverse("pneusma2", LIMITS).atlas
+    random = np.random.default_rng(3)
+    wanted = np.column_stack([random.uniform(-60.0, 60.0, 40), random.uniform(0.05, 0.07, 40)])
+    goals, sizes = ("curvature", "length"), np.array([1.0, 1e-3])
+    for ranks, lean in ((1, False), (1, True), (range(2, 6), False)):
+        many = atlas.nearest(goals, wanted, ranks, lean)
+        few = np.concatenate([atlas.nearest(goals, wanted[k : k + 2], ranks, lean) for k in range(0, 40, 2)])
+        away = [
+            np.linalg.norm((atlas.values(goals)[k] - wanted[:, None]) / sizes, axis=2) for k in (few, many)
+        ]
+        np.testing.assert_allclose(*away, rtol=1e-12)  # two states may be equally near

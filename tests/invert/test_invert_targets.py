@@ -8,9 +8,11 @@ import pytest
 from click.testing import CliRunner
 
 from fitting.cli import main
+from fitting.design.log import Evaluation
 from fitting.invert.lumen import Lumen, distances, progress, read_lumen
 from fitting.invert.passage import Passage
 from fitting.invert.targets import read_targets
+from fitting.invert.touching import Touch, held_drives, touch_of
 from fitting.report.invert.words import passage_verdict
 from pneusma_jax.errors import InputError
 
@@ -39,6 +41,11 @@ def test_columns_in_any_unit_become_goals(tmp_path):
         ("length_mm\n60,61\n", "row 2 has 2 fields, but the header has 1"),
         ("length_mm,\n60,61\n", "a column of the header has no name"),
         ("length_kPa\n60\n", "column 'length_kPa' is no length; length_mm is one"),
+        ("length_ell\n60\n", "targets.csv: column 'length_ell': unknown unit 'ell'"),
+        ("time_s,curvature_1pm\n1,1\n1,2\n", "time_s stands still: after 1 s comes 1 s"),
+        ("curvature_1pm\n1e300\n", "column curvature_1pm must lie within 6.7e+07 of 0"),
+        ("tip_x_mm,tip_y_mm,tip_z_m\n0,0,1e9\n", "column tip_z_mm must lie within 6.7e+07 of 0"),
+        ("curvature_1pm\n" + 200_000 * "1" + "\n", "cannot be read as a CSV file (field larger"),
     ],
 )
 def test_bad_targets_are_refused_in_one_line(text, words, tmp_path):
@@ -46,6 +53,13 @@ def test_bad_targets_are_refused_in_one_line(text, words, tmp_path):
     path.write_text(text)
     with pytest.raises(InputError, match=re.escape(words)):
         read_targets(path)
+
+
+def test_a_direction_of_any_length_is_one(tmp_path):
+    path = tmp_path / "targets.csv"
+    path.write_text("direction_x,direction_y,direction_z\n1e308,1e308,0\n0,0,1e-308\n")
+    half = np.sqrt(0.5)
+    np.testing.assert_allclose(read_targets(path).wanted, [[half, half, 0.0], [0.0, 0.0, 1.0]])
 
 
 def test_blank_lines_and_a_mark_of_the_encoding_are_no_rows(tmp_path):
@@ -66,6 +80,8 @@ def test_blank_lines_and_a_mark_of_the_encoding_are_no_rows(tmp_path):
         ("x_mm,x_cm,y_mm,z_mm,diameter_mm\n0,0,0,0,5\n0,0,0,9,5\n", "x_mm and x_cm say the same"),
         ("x_mm,y_mm,z_kPa,diameter_mm\n0,0,0,5\n0,0,9,5\n", "column z_kPa is no length"),
         ("x_mm,y_mm,z_mm,diameter_mm\n120,80,3,5\n120,80,9,5\n", "the lumen at 120, 80, 3 mm"),
+        ("x_mm,y_mm,z_mm,diameter_mm\n0,0,0,5\n0,0,1e300,5\n", "column z_mm must lie within 6.7e+07 of 0"),
+        ("x_mm,y_mm,z_ell,diameter_mm\n0,0,0,5\n0,0,9,5\n", "lumen.csv: column 'z_ell': unknown unit"),
     ],
 )
 def test_bad_lumens_are_refused_in_one_line(text, words, tmp_path):
@@ -87,20 +103,64 @@ def test_distances_from_a_bent_line():
 @pytest.mark.parametrize(
     ("clearance", "wanted", "passes", "words"),
     [
-        (0.6e-3, 0.5e-3, True, "passes with 0.60 mm to the wall"),
-        (0.4e-3, 0.5e-3, False, "comes within 0.40 mm of the wall; a lumen 0.20 mm wider would let it"),
-        (-1.7e-3, 0.0, False, "overlaps the wall by 1.70 mm; a lumen 3.40 mm wider would let it"),
+        (0.6e-3, 0.5e-3, True, "passes with 0.60 mm to the wall, least at 30 mm along the lumen (segment 2)."),
+        (0.4e-3, 0.5e-3, False, "comes within 0.40 mm of the wall, most at 30 mm along the lumen (segment 2); a "
+         "lumen 0.20 mm wider would let it."),
+        (-1.7e-3, 0.0, False, "overlaps the wall by 1.70 mm, most at 30 mm along the lumen (segment 2); a lumen "
+         "3.40 mm wider would let it."),
         (0.5e-3 - 1e-8, 0.5e-3, True, "passes with 0.50 mm"),
     ],
-)
+)  # fmt: skip
 def test_a_chain_passes_where_it_keeps_the_wanted_clearance(clearance, wanted, passes, words):
-    lumen = Lumen("straight", np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.1]]), np.full(2, 12e-3))
-    found = Passage(
-        "c", lumen, ((1, 1),), 1e4, np.ones(1), 1e-3, clearance, wanted, 0.08, np.zeros((2, 3)), None
-    )
+    found = _passage(clearance, wanted, held="pressure at its lowest, 0 kPa")
     assert found.passes is passes
-    assert words in passage_verdict(found)[0]
-    assert "Its tip is at 80 of the lumen's 100 mm." in passage_verdict(found)
+    said = passage_verdict(found)
+    assert words in said[0]
+    assert "Its tip is at 80 of the lumen's 100 mm." in said
+    assert passes is not any("held by: pressure at its lowest, 0 kPa." in line for line in said)
+
+
+def _passage(clearance, wanted, **more):
+    lumen = Lumen("straight", np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.1]]), np.full(2, 12e-3))
+    touch = Touch(30e-3, 2, np.array([[20e-3, 40e-3], [70e-3, 70e-3]]))
+    return Passage(
+        "c", lumen, ((1, 1),), 1e4, np.ones(1), 1e-3, clearance, wanted, 0.08, np.zeros((2, 3)), None, touch,
+        **more,
+    )  # fmt: skip
+
+
+def test_where_a_lumen_is_touched_is_said():
+    assert "It touches at 20 to 40 and 70 mm along the lumen." in passage_verdict(_passage(-1e-3, 0.0))
+    near = passage_verdict(_passage(1e-3, 2e-3))
+    assert "It is too near to the wall at 20 to 40 and 70 mm along the lumen." in near
+    assert any("No bound holds it" in line for line in near)
+    tangled = _passage(1e-3, 0.0, apart=-2e-3)
+    assert not tangled.passes and "it overlaps itself by 2.00 mm" in passage_verdict(tangled)[0]
+
+
+def test_stretches_that_touch_are_found_along_the_lumen():
+    line = jnp.asarray([[0.0, 0.0, 0.0], [0.0, 0.0, 0.1]])
+    points = np.zeros((9, 3))
+    points[:, 2] = np.linspace(0.0, 0.08, 9)  # two segments of four points, and the tip
+    gaps = 1e-3 * np.array([1.0, -1.0, -2.0, 1.0, 1.0, -3.0, 1.0, 1.0, -1.0])
+    found = touch_of(points, gaps, line, 2, 0.0)
+    assert found.along == pytest.approx(0.05) and found.segment == 2
+    np.testing.assert_allclose(found.stretches, [[0.01, 0.02], [0.05, 0.05], [0.08, 0.08]], atol=1e-12)
+    assert touch_of(points, gaps + 1.0, line, 2, 0.0).stretches.shape == (0, 2)
+
+
+def test_the_bounds_that_hold_the_least_overlap_are_those_with_a_weight():
+    # the larger of 1 - x0 and 1 - x0 - x1 / 2 falls with x0 alone at its end: x1 gives no room to the first
+    place = np.array([1.0, 1.0, 0.0])
+    jacobian = np.array([[0.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [-1.0, -0.5, 0.0]])
+    one = Evaluation(place, np.array([9.0, 0.0, -0.5]), jacobian)
+    low, high = held_drives(one, np.arange(1, 3))
+    assert low.tolist() == [] and high.tolist() == [0]
+    # where room at one place is lost at another, no bound holds
+    ends = Evaluation(
+        np.array([0.5, 0.0]), np.array([0.0, 0.3, 0.3]), np.array([[0, 0], [1.0, 0], [-1.0, 0]])
+    )
+    assert [x.tolist() for x in held_drives(ends, np.arange(1, 3))] == [[], []]
 
 
 @pytest.mark.parametrize(

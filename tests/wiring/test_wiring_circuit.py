@@ -71,3 +71,19 @@ def test_the_springs_of_a_design_and_what_is_refused():
         springs_of_design("pneuflex_s")
     done = CliRunner().invoke(main, ["wiring", "--springs", "3", "--from-kHz", "50", "--to-kHz", "20"])
     assert done.exit_code == 2 and "frequencies must ascend" in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "words"),
+    [
+        ("--voltage", "0", "the voltage must be positive, but it is 0 V"),
+        ("--voltage", "-3", "the voltage must be positive, but it is -3 V"),
+        ("--inductance-uH-max", "-4", "but they are 1 and -4 uH"),
+        ("--to-kHz", "1e300", "no finite number anywhere between these frequencies"),
+    ],
+)
+def test_circuits_that_cannot_be_are_refused_in_one_line(option, value, words, tmp_path):
+    arguments = ["wiring", "--springs", "2", option, value, "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(main, arguments)
+    assert done.exit_code == 2 and words in done.stderr and done.stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()

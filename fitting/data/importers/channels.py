@@ -145,7 +145,7 @@ def _column(grid: Grid, wanted: str) -> int | None:
         hits = [i for i, heading in enumerate(grid.headings) if match(heading)]
         if hits:
             return hits[0]
-    if wanted.isdigit() and 1 <= int(wanted) <= grid.values.shape[1]:
+    if wanted.isdecimal() and 1 <= int(wanted) <= grid.values.shape[1]:
         return int(wanted) - 1
     return None
 

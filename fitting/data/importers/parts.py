@@ -124,7 +124,7 @@ def _wanted(raw: RawFile, sheet: str) -> list[Page]:
     for at, name in enumerate(names):
         if name.casefold() == sheet.casefold():
             return [raw.pages[at]]
-    if sheet.isdigit() and 1 <= int(sheet) <= len(names):
+    if sheet.isdecimal() and 1 <= int(sheet) <= len(names):
         return [raw.pages[int(sheet) - 1]]
     raise refuse(
         raw.path, f"--sheet {sheet}: there is no such sheet; there are {', '.join(map(repr, names))}"

@@ -165,7 +165,7 @@ def workspace_response(
     body, files = body_of(specimen, model)
     springs = body.layout.spring_numbers
     named = [key for key in settings if key.startswith("activation_")]
-    if len(named) != 1 or not named[0][11:].isdigit() or int(named[0][11:]) not in springs:
+    if len(named) != 1 or not named[0][11:].isdecimal() or int(named[0][11:]) not in springs:
         there = " or ".join(f"activation_{n}" for n in springs) or "a design with springs"
         raise InputError(f"{where}: a workspace needs {there}, the martensite fractions of one spring")
     number = int(named[0][11:])

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from fitting.design.infeasible import limit_words
+from fitting.design.optimise import ALLOWED
 from fitting.design.result import Design, DesignResult
 from fitting.design.study import Free
 from pneusma_jax.units import UNITS, from_si, to_si
@@ -182,7 +183,7 @@ def limit_table(result: DesignResult) -> Table:
             continue
         tight = max(own, key=lambda i: values[i])
         gain = float(np.sum(result.conditions.rows[own])) * LOOSER * size
-        row = groups[tight]
+        row, room = groups[tight], -100.0 * values[tight]
         where = (
             row.state
             + (f", segment {row.segment}" if row.segment > 1 else "")
@@ -194,7 +195,7 @@ def limit_table(result: DesignResult) -> Table:
                 study.constraints[k].name,
                 limit_words(study, k),
                 where,
-                f"{-100.0 * values[tight]:.3g} %",
+                "0 %" if abs(room) <= 100.0 * ALLOWED else f"{room:.3g} %",
                 worth,
             ]
         )

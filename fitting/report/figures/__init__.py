@@ -1,22 +1,31 @@
 """Shared style of all figures: colours that colour-blind readers can distinguish, every axis with its unit.
 
-Figures are made from results and never fit anything. No global state of matplotlib is touched.
+Figures are made from results and never fit anything. No global state of matplotlib is touched. It takes a
+fifth of a second to load, so it is loaded at the first figure: a report as text draws none.
 """
+
+from __future__ import annotations
 
 import io
 from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib import rc_context
-from matplotlib.artist import Artist
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from fitting.data.files import write_whole
+from pneusma_jax.late import Late
 from pneusma_jax.units import UNITS
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+matplotlib, agg = Late("matplotlib"), Late("matplotlib.backends.backend_agg")
+new = Late("matplotlib.figure")
+"""Makes figures: `new.Figure(...)`."""
 
 # Okabe and Ito's palette, in an order that also differs in lightness
 BLACK, BLUE, ORANGE, GREEN, SKY, PURPLE, VERMILION, YELLOW = (
@@ -60,7 +69,7 @@ QUANTITIES = {
 
 def style() -> AbstractContextManager:
     """Context in which figures are made and saved."""
-    return rc_context(STYLE)
+    return matplotlib.rc_context(STYLE)
 
 
 def axis_label(column: str) -> str:
@@ -105,7 +114,7 @@ def png(figure: Figure) -> bytes:
 def svg(figure: Figure) -> bytes:
     """The figure as SVG, the same bytes for the same figure."""
     stream = io.BytesIO()
-    with style(), rc_context({"svg.hashsalt": "pneusma"}):
+    with style(), matplotlib.rc_context({"svg.hashsalt": "pneusma"}):
         figure.savefig(stream, format="svg", metadata={"Date": None})
     return stream.getvalue()
 
@@ -132,7 +141,7 @@ def panel_grid(
     columns = min(count, MOST_COLUMNS)
     lines = -(-count // columns)
     size = (margin[0] + width * columns, margin[1] + height * lines)
-    figure = Figure(figsize=size, layout="constrained")
+    figure = new.Figure(figsize=size, layout="constrained")
     panels = figure.subplots(lines, columns, squeeze=False).ravel()
     for panel in panels[count:]:
         panel.set_visible(False)
@@ -158,7 +167,7 @@ def legend_over(
     """
     handles = list(handles)
     texts = [str(handle.get_label()) for handle in handles] if labels is None else list(labels)
-    renderer = FigureCanvasAgg(figure).get_renderer()
+    renderer = agg.FigureCanvasAgg(figure).get_renderer()
     for count in range(max(1, min(columns, len(handles))), 0, -1):
         legend = figure.legend(handles, texts, loc=place, ncols=count)
         if count == 1 or legend.get_window_extent(renderer).width < 0.97 * figure.bbox.width:
@@ -190,7 +199,7 @@ def recording_figure(
     """
     name, values = x
     with style():
-        figure = Figure(figsize=(2.0 + 5.4 * len(outputs), 5.6), layout="constrained")
+        figure = new.Figure(figsize=(2.0 + 5.4 * len(outputs), 5.6), layout="constrained")
         figure.suptitle(title, fontsize=12)
         panels = figure.subplots(
             2, len(outputs), sharex=True, squeeze=False, gridspec_kw={"height_ratios": (2.2, 1.0)}

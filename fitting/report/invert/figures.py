@@ -1,9 +1,11 @@
 """Figures of inverse problems: targets and results of the model, and chains in lumens."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from fitting.invert.goals import GOALS
 from fitting.invert.passage import Passage
@@ -21,7 +23,11 @@ from ..figures import (
     axis_label,
     draw_tube,
     legend_above,
+    new,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 MOST_PANELS = 3
@@ -33,7 +39,7 @@ def targets_figure(result: Inversion, time: np.ndarray | None = None) -> Figure:
     label = "target" if time is None else "time [s]"
     dots = "o" if time is None else "-"
     names = [c for goal in result.goals for c in GOALS[goal].columns][:MOST_PANELS]
-    figure = Figure(figsize=(7.2, 2.1 * (len(names) + 2)), layout="constrained")
+    figure = new.Figure(figsize=(7.2, 2.1 * (len(names) + 2)), layout="constrained")
     panels = figure.subplots(len(names) + 2, 1, sharex=True)
     for k, (axes, name) in enumerate(zip(panels, names, strict=False)):
         unit = "1" if name.startswith("direction") else unit_of_column(name)[1]
@@ -75,7 +81,7 @@ def targets_figure(result: Inversion, time: np.ndarray | None = None) -> Figure:
 
 def passage_figure(results: Sequence[Passage]) -> Figure:
     """Figure of chains in their lumens, each from two sides."""
-    figure = Figure(figsize=(3.6 * len(results), 7.6), layout="constrained")
+    figure = new.Figure(figsize=(3.6 * len(results), 7.6), layout="constrained")
     panels = figure.subplots(2, len(results), squeeze=False)
     for (above, below), one in zip(panels.T, results, strict=True):
         for axes, axis in ((above, 0), (below, 1)):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fitting.invert.goals import GOALS
-from fitting.invert.passage import Passage
+from fitting.invert.passage import CLOSE, Passage
 from fitting.invert.run import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
 from pneusma_jax.units import from_si, unit_of_column
@@ -113,20 +113,38 @@ def agreement(result: Trajectory) -> str:
 
 
 def passage_verdict(result: Passage) -> list[str]:
-    """Sentence on the passage of a chain through a lumen, and on its drives."""
-    gap = from_si(result.clearance, "mm")
-    if result.passes:
-        fit = f"passes with {gap:.2f} mm to the wall"
-    else:
-        how = f"overlaps the wall by {-gap:.2f} mm" if gap < 0.0 else f"comes within {gap:.2f} mm of the wall"
-        wider = 2.0 * from_si(result.wanted - result.clearance, "mm")
-        fit = f"does not pass: it {how}; a lumen {wider:.2f} mm wider would let it"
+    """Sentences on the passage of a chain through a lumen, where it is tightest, and on its drives."""
     springs = [f"xi0_{spring_name(result.springs, k)} {x:.3f}" for k, x in enumerate(result.fractions)]
     pressure = f"{from_si(result.pressure, 'kPa'):.3f} kPa"
     return [
-        f"{result.lumen.name}, tortuosity {result.lumen.tortuosity:.3f}: the chain {fit}.",
+        f"{result.lumen.name}, tortuosity {result.lumen.tortuosity:.3f}: the chain {_fit_words(result)}.",
+        *([] if result.passes else _held_words(result)),
         f"Its centre line is {from_si(result.offset, 'mm'):.2f} mm from the lumen's (root mean square).",
         f"Its tip is at {from_si(result.reached, 'mm'):.0f} of the lumen's "
         f"{from_si(float(result.lumen.lengths[-1]), 'mm'):.0f} mm.",
         f"Drives: {', '.join([pressure, *springs])}.",
     ]
+
+
+def _fit_words(result: Passage) -> str:
+    """How much room there is, or by how much and where it lacks."""
+    gap = from_si(result.clearance, "mm")
+    at = f"at {from_si(result.touch.along, 'mm'):.0f} mm along the lumen (segment {result.touch.segment})"
+    if result.passes:
+        return f"passes with {gap:.2f} mm to the wall, least {at}"
+    if result.clearance >= result.wanted - CLOSE:
+        return f"does not pass: it overlaps itself by {-from_si(result.apart, 'mm'):.2f} mm"
+    how = f"overlaps the wall by {-gap:.2f} mm" if gap < 0.0 else f"comes within {gap:.2f} mm of the wall"
+    wider = 2.0 * from_si(result.wanted - result.clearance, "mm")
+    return f"does not pass: it {how}, most {at}; a lumen {wider:.2f} mm wider would let it"
+
+
+def _held_words(result: Passage) -> list[str]:
+    """Every stretch that is too near to the wall, and the bounds that keep the chain there."""
+    parts = [f"{a:.0f}" if b - a < 0.5 else f"{a:.0f} to {b:.0f}" for a, b in 1e3 * result.touch.stretches]
+    short = "It touches" if result.wanted <= 0.0 else "It is too near to the wall"
+    near = [f"{short} at {joined(parts)} mm along the lumen."] if parts else []
+    if result.held:
+        return [*near, f"This is the least that was found. It is held by: {result.held}."]
+    why = "where it is tightest, no drive gives room without taking it elsewhere"
+    return [*near, f"This is the least that was found. No bound holds it: {why}."]

@@ -1,11 +1,17 @@
 """The figure of a choice of filters: heating over frequency, and crosstalk of all pairs."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.figure import Figure
 
 from fitting.wiring.circuit import Circuit, crosstalk, heating
 
-from ..figures import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from ..figures import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, new
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 
@@ -15,7 +21,7 @@ def wiring_figure(circuit: Circuit) -> Figure:
     ends = np.log10([float(circuit.resonance.min()) * 0.7, float(circuit.resonance.max()) * 1.4])
     frequency = np.unique(np.concatenate([np.logspace(*ends, 1500), np.asarray(circuit.resonance)]))
     power, table = np.asarray(heating(circuit, frequency)), np.asarray(crosstalk(circuit))
-    figure = Figure(figsize=(11.0, 4.4), layout="constrained")
+    figure = new.Figure(figsize=(11.0, 4.4), layout="constrained")
     left, right = figure.subplots(1, 2, gridspec_kw={"width_ratios": (1.7, 1.0)})
     for k in range(power.shape[1]):
         left.plot(
