@@ -11,7 +11,7 @@ from fitting.diagnose.fit.refit import Refitter, absent
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.steps import Explanation
 from fitting.diagnose.verdict import text
-from fitting.diagnose.verdict.accept import accepted
+from fitting.diagnose.verdict.accept import accepted, rises_too_much
 from fitting.diagnose.verdict.held_out import Scores
 from fitting.diagnose.verdict.text import verdict_sentences, went
 
@@ -74,6 +74,20 @@ def test_the_part_of_it_that_predicts_better_stays():
 def test_a_set_that_predicts_better_stays():
     found, said = explained((2.0, 4.0))
     assert set(found.final.slugs) == {CONSTANT, DELAY} and not said
+
+
+@pytest.mark.parametrize(("after", "values", "worse"), [
+    (1.12, 130.0, False),  # three units of log-likelihood: chance
+    (1.2, 130.0, False),  # eight, far less than left-out parts of fitted recordings gain
+    (9.0, 130.0, True),
+    (1.2, 13000.0, True),
+])  # fmt: skip
+def test_a_rise_counts_beyond_chance_and_beyond_what_left_out_parts_gain(after, values, worse):
+    found, _ = explained((2.0, 4.0))
+    found.named.left_out, found.steps[0].left_out = 0.95, 6.2
+    before, _ = Scores().held_out(found)
+    before = dataclasses.replace(before, reduced_chi2=1.07, values=values)
+    assert rises_too_much(found, before, dataclasses.replace(before, reduced_chi2=after)) is worse
 
 
 def test_an_effect_at_its_neutral_value_has_no_evidence_whatever_its_fit_gains(soft, monkeypatch):

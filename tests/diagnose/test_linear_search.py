@@ -43,6 +43,15 @@ def test_two_effects_are_both_named():
     assert all(f.probability > 0.9 for f in conclusion.found)
 
 
+def test_a_small_second_effect_is_named_where_nothing_else_is_left():
+    """It makes less than a fortieth of the misfit, and what is left with it is noise."""
+    rng = np.random.default_rng(4)
+    world = fast()
+    conclusion = conclude(searched(world, world.truth(rng, **{CONSTANT: 4.0, DELAY: 0.5})))
+    assert {f.slug for f in conclusion.found} == {CONSTANT, DELAY}
+    assert conclusion.left is None
+
+
 def test_two_effects_of_one_sensitivity_are_not_told_apart():
     rng = np.random.default_rng(5)
     world = tubes(effects=(DELAY, SWELLING, CONSTANT))

@@ -4,7 +4,8 @@ A set is named if every one of its effects is needed beside the others. Its evid
 must be enough, also less what drift and noise of inputs explain. It must predict fitted recordings that are
 left out in turn, and must not make validation recordings worse. A further effect must remove a large share of
 what the others leave. For the imperfect form of a true effect leaves a remainder, which another effect fits
-in part. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
+in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Only the
+strongest effect may end at a bound, unless the set leaves no more than noise.
 
 A set of which no part would be named alone must explain everything, down to the noise.
 """
@@ -133,6 +134,8 @@ class Judge:
             return False
         if share < ENTRY.minimum_further_share:
             return True
+        if not self._leaves_more(fit):  # imperfect forms do
+            return False
         original = float(self.scores(base).sum())
         return gained < ENTRY.minimum_of_base * (original - 1.0) and taken < ENTRY.minimum_of_fitted
 
@@ -143,8 +146,13 @@ class Judge:
         parts = [self.pool.get([slug]) for slug in fit.slugs]
         if any(part is not None and self.refusal(part) is None for part in parts):
             return None
-        left = float(self.scores(fit).sum())
-        return REMAINS if leaves_more(self.pool.program, fit, left) else None
+        return REMAINS if self._leaves_more(fit) else None
+
+    def _leaves_more(self, fit: Fit) -> bool:
+        """True if a set leaves more than noise; parts left out in turn judge where no recording does."""
+        program = self.pool.program
+        left = float(self.scores(fit).sum()) if program.fitted.all() else np.nan
+        return leaves_more(program, fit, left)
 
 
 def loses(program: Program, rest: Fit, fit: Fit, gained: float, inflation: float) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..evaluate.program import Program
 from ..fit.base_fit import base_fit, fit_with_noise
-from ..fit.misfit import floor, reduced
+from ..fit.misfit import floor, predictive_chi_square, reduced
 from ..fit.refit import Fit
 from ..fit.score_test import ScoreTest
 from ..settings import DEFAULT
@@ -96,10 +96,10 @@ def _better(one: Explanation, other: Explanation, chosen: np.ndarray) -> bool:
 
 
 def _contradicted(explanation: Explanation) -> bool:
-    """True if validation recordings keep most of a misfit that is more than chance."""
+    """True if validation recordings keep most of a misfit that is more than chance and than open numbers."""
     program, fit = explanation.program, explanation.final
     noise = floor(program, fit, program.unseen)
-    before = reduced(program, explanation.base, program.unseen) - noise
-    after = reduced(program, fit, program.unseen) - noise
+    before = predictive_chi_square(program, explanation.base, program.unseen) - noise
+    after = predictive_chi_square(program, fit, program.unseen) - noise
     certain = 0.5 * program.observations(program.unseen) * after > EVIDENCE.minimum_first
     return certain and after > VERDICT.maximum_kept * before

@@ -57,9 +57,6 @@ class Verdict:
     imperfect_share: float = threshold(
         0.05, "Maximum share of the misfit for a right explanation to leave.", basis=RIGHT_FORMS
     )
-    unknown_share: float = threshold(
-        0.45, "Minimum share of the misfit for no named effect to be right.", basis=RIGHT_FORMS
-    )
     minor_share: float = threshold(
         0.2, "Maximum share of all explained misfit for an effect to be another one's imperfect form."
     )
@@ -78,24 +75,22 @@ class Verdict:
     alike_evidence: float = threshold(
         10.0, "Maximum difference of log Bayes factors for a rival to explain as well.", "nat"
     )
-    astray: float = threshold(
-        3.5, "Maximum deviation of a base constant for an explanation of right form.", "sd"
-    )
-    astray_unknown: float = threshold(
-        0.2, "Minimum probability of something unknown for a base constant beyond that."
-    )
     refuted_unknown: float = threshold(
-        0.6, "Minimum probability of something unknown for effects that predict worse.",
-        basis="sixteenth to eighteenth run: of 39 mismatches one was like that, a null",
-    )  # fmt: skip
+        0.6, "Minimum probability of something unknown for names that leave far more than noise."
+    )
     clearly_left: float = threshold(
         2.0, "Maximum excess of a reduced chi-square over noise for names to be trusted.",
         basis="field: names that left a reduced chi-square of 3 to 233 were imperfect or wrong",
     )  # fmt: skip
     beside_unknown: float = threshold(
-        0.25, "Minimum probability of something unknown for effects that leave more than noise.",
+        0.25, "Minimum probability of something unknown for it to stand beside names.",
         basis="31 named blind cases: 4 of 7 that left more were wrong or incomplete, 4 of 24 others",
     )  # fmt: skip
+    chance_deviations: float = threshold(
+        2.0, "Maximum excess of a reduced chi-square for chance to have left it beside names.", "sd"
+    )
+    least_unknown: float = threshold(0.01, "Minimum probability of something unknown beside names.")
+    most_unknown: float = threshold(0.97, "Maximum probability of something unknown.")
     nothing_named_unknown: float = threshold(
         0.9, "Minimum probability of something unknown for a mismatch without a name."
     )

@@ -2,10 +2,14 @@
 
 from dataclasses import replace
 
+from ..fit.evidence import inflation_of, log_likelihood
 from ..search.pool import without
 from ..search.steps import Explanation, Named
-from .held_out import Scores
-from .text import refused, went
+from ..settings import DEFAULT
+from .held_out import HeldOut, Scores
+from .text import refused
+
+ENTRY = DEFAULT.entry
 
 
 def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, list[str]]:
@@ -23,7 +27,7 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
     said, program = [], explanation.program
     while explanation.final.slugs:
         before, after = scores.held_out(explanation)
-        if not went(before.reduced_chi2, after.reduced_chi2).startswith("rises"):
+        if not rises_too_much(explanation, before, after):
             break
         slugs = explanation.final.slugs
         said.append(refused(slugs, before.how, before.reduced_chi2, after.reduced_chi2))
@@ -35,3 +39,15 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
         if fewer.slugs and explanation.weigh_effects is not None:
             explanation.named = explanation.weigh_effects(explanation, fewer)
     return explanation, said
+
+
+def rises_too_much(explanation: Explanation, before: HeldOut, after: HeldOut) -> bool:
+    """True if held-out values contradict the effects, by more than chance and than left-out parts outweigh.
+
+    A validation recording in which an effect hardly acts is missed a little more or less by chance.
+    """
+    lost = 0.5 * after.values * (after.reduced_chi2 - before.reduced_chi2)
+    program, parts = explanation.program, explanation.left_out
+    gained = log_likelihood(program, parts[0] - parts[1] if parts[0] > parts[1] else 0.0)  # NaN if unasked
+    unlikely = lost / inflation_of(program, explanation.final) > ENTRY.maximum_loss
+    return unlikely and lost > ENTRY.maximum_loss_share * gained

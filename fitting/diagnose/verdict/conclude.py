@@ -84,6 +84,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         discrepancy,
         [*taken_back, *_contending(explanation, found)],
         left=left,
+        signs=judged.signs,
     )
 
 

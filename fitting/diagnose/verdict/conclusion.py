@@ -13,6 +13,7 @@ from .held_out import HeldOut
 from .left import Left
 from .locate import Place
 from .probabilities import UNMODELLED, Found
+from .unknown import Signs
 
 
 @dataclass
@@ -38,6 +39,7 @@ class Conclusion:
         asked: answers about effects that were asked for.
         start: model that the recordings were compared with.
         left: misfit beyond noise that names and the remainder leave.
+        signs: what speaks for something unknown beside names; None where none was found.
     """
 
     explanation: Explanation
@@ -60,6 +62,7 @@ class Conclusion:
     asked: list[dict] = field(default_factory=list)
     start: Start = field(default_factory=Start)
     left: Left | None = None
+    signs: Signs | None = None
 
     @property
     def explanation_set(self) -> list[str]:

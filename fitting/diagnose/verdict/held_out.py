@@ -29,12 +29,14 @@ class HeldOut:
         how: `validation`, `left out in turn` or `within-recording`.
         rmse: root mean square error by channel (canonical quantity), SI.
         reduced_chi2: chi-square per value.
+        values: number of values; those that latent trajectories follow count in part.
     """
 
     on: list[str]
     how: str
     rmse: dict[str, float]
     reduced_chi2: float
+    values: float
 
 
 Model = tuple[Program, Fit, float] | tuple[Program, Fit, float, Correction | None]
@@ -128,4 +130,4 @@ def _score(
                 squares.setdefault(channel.quantity, []).extend((error[np.isfinite(error)] ** 2).tolist())
                 first += size
     rmse = {name: float(np.sqrt(np.mean(values))) for name, values in squares.items() if values}
-    return HeldOut(names, how, rmse, total / max(count, 1.0))
+    return HeldOut(names, how, rmse, total / max(count, 1.0), count)

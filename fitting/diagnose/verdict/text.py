@@ -106,7 +106,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     held = not_fitted(base.how)
     rest = conclusion.remainder
     smooth = f"a smooth function of {rest.driver} added to {rest.quantity}" if rest is not None else ""
-    with_it = f"With {'it' if len(names) == 1 else 'them'}"
+    with_it, allowed = f"With {'it' if len(names) == 1 else 'them'}", ""
     if names[0] == "unmodelled":
         terms = [f"{name}, which is doubtful," for name in names[1:]]
         if smooth:
@@ -119,13 +119,15 @@ def _verdict(conclusion: Conclusion) -> list[str]:
                 _by_chance(chance),
             ]
         with_it = f"With {' and '.join(terms)}"
-    elif smooth:
+    elif after.reduced_chi2 > base.reduced_chi2:
+        allowed = ", no more than chance and the other recordings allow"
+    if smooth and names[0] != "unmodelled":
         with_it += f" and, for what it leaves, {smooth}, which explains nothing,"
     return [
         lead,
         *_not_told_apart(conclusion),
         *(f.text for f in over),
-        f"{with_it} the misfit of {held} {went(base.reduced_chi2, after.reduced_chi2)}.",
+        f"{with_it} the misfit of {held} {went(base.reduced_chi2, after.reduced_chi2)}{allowed}.",
         _by_chance(chance),
     ]
 

@@ -1,13 +1,10 @@
 """Judgement of the remaining misfit: chance, drift, a model discrepancy, held-out recordings."""
 
-import numpy as np
-
 from fitting.inference.chance import chi_square_tail
 
 from ..evaluate.program import Program
 from ..fit.evidence import inflation_of, log_likelihood
-from ..fit.misfit import reduced, spread
-from ..fit.refit import largest_deviation
+from ..fit.misfit import spread
 from ..search.steps import Explanation
 from ..settings import DEFAULT
 from .discrepancy_evidence import DiscrepancyEvidence
@@ -43,7 +40,7 @@ def discrepancy_probability(
     base: list[float],
     discrepancy: DiscrepancyEvidence | None,
     floors: list[float],
-    left: float,
+    limits: list[float],
 ) -> float:
     """Probability of something unknown where recordings contradict the base model without a named effect.
 
@@ -51,11 +48,14 @@ def discrepancy_probability(
 
     Args:
         explanation, base, discrepancy, floors: same as for `contradicted`.
-        left: probability of it from the remaining misfit.
+        limits: reduced chi-square up to which nothing is left, of fitted and of scored recordings.
     """
     certain = discrepancy is not None and discrepancy.bayes > EVIDENCE.minimum_settled
     certain = certain or _by_signature(explanation, base, discrepancy, floors)
-    return max(left, VERDICT.nothing_named_unknown) if certain else VERDICT.tentative
+    if not certain:
+        return VERDICT.tentative
+    sure = any(score > max(noise, limit) for score, noise, limit in zip(base, floors, limits, strict=True))
+    return VERDICT.most_unknown if sure else VERDICT.nothing_named_unknown
 
 
 def _by_signature(
@@ -87,78 +87,6 @@ def tail(program: Program, reduced_chi2: float) -> float:
     return float(chi_square_tail(reduced_chi2 * count, count))
 
 
-def refuted(
-    explanation: Explanation,
-    discrepancy: DiscrepancyEvidence | None,
-    limits: list[float],
-    base: list[float],
-    last: list[float],
-) -> float:
-    """Probability of something unknown, from evidence against the named effects.
-
-    A discrepancy counts that predicts left-out recordings better, where the effects leave more than noise. So
-    do validation recordings that are missed by more than without the effects.
-
-    Args:
-        explanation, discrepancy: same as for `contradicted`.
-        limits: reduced chi-square up to which nothing is left, of fitted and of scored recordings.
-        base, last: predictive reduced chi-squares of both, without and with the effects.
-    """
-    program, fit = explanation.program, explanation.final
-    doubt = 0.0
-    if largest_deviation(program.unknowns, fit) > VERDICT.astray:
-        doubt = VERDICT.astray_unknown
-    before, after = explanation.left_out
-    worse = after >= before or (not program.fitted.all() and last[1] > max(base[1], limits[1]))
-    left = min(after, reduced(program, fit, program.fitted)) > limits[0]
-    if discrepancy is not None and left and after - 1.0 > VERDICT.imperfect_share * (before - 1.0):
-        worse |= discrepancy.left_out - 1.0 < VERDICT.maximum_kept * (after - 1.0)
-    return VERDICT.refuted_unknown if worse else doubt
-
-
-def unexplained(base: list[float], last: list[float], floors: list[float], limits: list[float]) -> float:
-    """Probability that none of the candidates is right, from the share of the misfit that remains."""
-    worst = 0.0
-    for before, after, noise, limit in zip(base, last, floors, limits, strict=True):
-        if after > limit and before > noise:
-            share = (after - noise) / max(before - noise, 1e-6)
-            worst = max(
-                worst, (share - VERDICT.imperfect_share) / (VERDICT.unknown_share - VERDICT.imperfect_share)
-            )
-    return float(np.clip(worst, 0.01, 0.97))
-
-
-def leaves_more(base: list[float], last: list[float], floors: list[float]) -> bool:
-    """True if named effects leave more than noise and more than a right form may.
-
-    Args:
-        base, last: reduced chi-square without and with the effects, of fitted and of scored recordings.
-        floors: chi-square of noise of both.
-    """
-    return any(
-        _keeps(before, after, noise, VERDICT.imperfect_share)
-        for before, after, noise in zip(base, last, floors, strict=True)
-    )
-
-
-def helps_nobody(
-    base: list[float], last: list[float], floors: list[float], left_out: tuple[float, float]
-) -> bool:
-    """True if named effects leave held-out recordings more than half of their misfit.
-
-    Recordings left out in turn count only where others are missed, too, because a right model may extrapolate
-    badly.
-
-    Args:
-        base, last, floors: same as for `leaves_more`.
-        left_out: cross-validated reduced chi-squares, NaN if not computed.
-    """
-    over = any(after > noise + VERDICT.minimum_over for after, noise in zip(last, floors, strict=True))
-    return _keeps(base[1], last[1], floors[1], VERDICT.maximum_kept) or (
-        over and _keeps(*left_out, floors[0], VERDICT.maximum_kept)
-    )
-
-
 def outdone(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -> float:
     """Held-out log-likelihood, deflated, by which a discrepancy predicts better than named effects.
 
@@ -170,8 +98,3 @@ def outdone(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -
     better = explanation.left_out[1] - discrepancy.left_out  # NaN, which gains nothing, if unasked
     gain = log_likelihood(program, better, inflation_of(program, explanation.final))
     return float(gain) if gain > ENTRY.minimum_gain else 0.0
-
-
-def _keeps(before: float, after: float, noise: float, share: float) -> bool:
-    """True if more than noise is left, and more than a share of the misfit."""
-    return after > noise + VERDICT.minimum_over and after - noise > share * (before - noise)

@@ -8,7 +8,7 @@ from pathlib import Path
 from pneusma_jax.files import write_whole
 
 ROOT = Path(__file__).resolve().parents[3]
-CODE = ("fitting", "pneusma_jax", "calibration_data", "tests/blind")
+CODE = ("fitting", "pneusma_jax", "calibration_data", "validation/blind")
 """Paths of the code that a result depends on."""
 
 

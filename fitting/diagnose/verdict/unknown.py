@@ -1,0 +1,84 @@
+"""Probability that something unknown acts beside or for named effects: two signs and a calibrated curve.
+
+Both signs are shares of the base model's misfit, so that neither the number of rows nor the size of the noise
+decides. An imperfect form of a right effect leaves a small share. The curve was fitted to simulated campaigns
+whose truth is known: `python -m validation.blind.calibrate`.
+"""
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+import numpy as np
+
+from ..fit.misfit import spread
+from ..search.steps import Explanation
+from ..settings import DEFAULT
+from .discrepancy_evidence import DiscrepancyEvidence
+
+VERDICT = DEFAULT.verdict
+TABLE = "calibration.toml"
+
+
+@dataclass(frozen=True)
+class Signs:
+    """What speaks for something unknown.
+
+    Attributes:
+        kept: share of the base model's misfit that the effects leave beyond chance, of fitted or of unseen
+            recordings, whichever is larger; 0 to 1.
+        outdone: share of the left-out misfit by which a function of one driver predicts better; 0 to 1.
+    """
+
+    kept: float
+    outdone: float
+
+    @property
+    def scaled(self) -> np.ndarray:
+        """1 and both signs as decades of hundredths, (3,): 0 for none, 2 for all."""
+        return np.array([1.0, *np.log10(1.0 + 100.0 * np.array([self.kept, self.outdone]))])
+
+
+def signs_of(
+    explanation: Explanation,
+    discrepancy: DiscrepancyEvidence | None,
+    base: list[float],
+    last: list[float],
+    floors: list[float],
+) -> Signs:
+    """Signs of something unknown beside the effects of an explanation.
+
+    Args:
+        explanation: result of the search.
+        discrepancy: discrepancy of largest evidence about the base model; None if there is none.
+        base, last: predictive reduced chi-squares without and with the effects, of fitted and of unseen
+            recordings.
+        floors: chi-square of noise of both, see `misfit.floor`.
+    """
+    program, kept = explanation.program, 0.0
+    for mask, before, after, noise in zip((program.fitted, program.unseen), base, last, floors, strict=True):
+        beyond = after - noise - VERDICT.chance_deviations * spread(program, mask)
+        kept = max(kept, _share(beyond, before - noise))
+    alone, named = explanation.left_out
+    return Signs(kept, 0.0 if discrepancy is None else _share(named - discrepancy.left_out, alone - 1.0))
+
+
+def _share(part: float, whole: float) -> float:
+    """A part of a misfit, from 0 to 1; 0 for what was not computed, 1 for the whole of nothing."""
+    if not part > 0.0:
+        return 0.0
+    return float(min(part / max(whole, part), 1.0))
+
+
+def probability_of_unknown(signs: Signs) -> float:
+    """Calibrated probability that something unknown acts."""
+    odds = float(curve() @ signs.scaled)
+    return float(np.clip(1.0 / (1.0 + np.exp(-odds)), VERDICT.least_unknown, VERDICT.most_unknown))
+
+
+@cache
+def curve() -> np.ndarray:
+    """Coefficients of the logarithm of the odds, (3,): constant, and by each of `Signs.scaled`."""
+    table = tomllib.loads(files(__package__).joinpath(TABLE).read_text(encoding="utf-8"))
+    return np.array([table["odds"][name] for name in ("constant", "kept", "outdone")])

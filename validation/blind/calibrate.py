@@ -1,0 +1,171 @@
+"""`python -m validation.blind.calibrate`: how likely it is that something unknown acts beside named effects.
+
+Simulated campaigns of the independent generator are diagnosed, their truth known. Each gives two signs
+(`fitting.diagnose.verdict.unknown`) and whether something acted that the diagnosis did not tell of. A logistic
+curve through all of them becomes the table that the diagnosis reads. Seeds are development seeds, below 1000:
+no campaign of the blind trial takes part.
+
+The rows stand in `calibration.csv` beside this file. A campaign that has its row is not made again, so that the
+command can be stopped at any time.
+"""
+
+import argparse
+import csv
+import sys
+import tempfile
+import time
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import minimize
+from tqdm import tqdm
+
+from fitting.data.recordings import read_campaign
+from fitting.diagnose import diagnose
+from fitting.diagnose.verdict import unknown
+from fitting.diagnose.verdict.unknown import Signs
+from pneusma_jax import enable_float64
+from pneusma_jax.files import write_whole
+
+from .cases import KINDS, write_case
+from .proof.ledger import DEVELOPMENT
+from .proof.places import commit
+from .proof.run import chosen_cases
+
+ROWS = Path(__file__).with_name("calibration.csv")
+CURVE = Path(unknown.__file__).with_name(unknown.TABLE)
+GROUPS = ("single", "masked", "pair", "outside")
+COLUMNS = ("seed", "case", "kind", "group", "kept", "outdone", "unknown_acts", "commit")
+MINIMUM_EVIDENCE = 8.0
+"""Minimum log Bayes factor of a concealed effect for it to act: below it, nothing could be named."""
+RIDGE = 0.1
+"""Weight of the squares of the slopes, against a curve that separates the campaigns altogether."""
+
+
+def main(arguments=None):
+    """Exit code 0; 2 where the request cannot be met."""
+    parser = argparse.ArgumentParser(prog="python -m validation.blind.calibrate", description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, nargs="*", default=[], help="development seeds; none: only fit the curve")
+    parser.add_argument("--kinds", nargs="*", default=KINDS, help="only campaigns of these kinds")
+    parser.add_argument("--groups", nargs="*", default=GROUPS, help="only campaigns of these groups")
+    parser.add_argument("--limit", type=int, default=60, help="campaigns of every seed")
+    parser.add_argument("--budget-minutes", type=float, default=np.inf, help="begin no campaign later than this")
+    chosen = parser.parse_args(arguments)
+    late = [seed for seed in chosen.seeds if seed >= DEVELOPMENT]
+    if late:
+        print(f"calibrate: seed {late[0]} is one of the blind trial; take one below {DEVELOPMENT}", file=sys.stderr)
+        return 2
+    try:
+        cases = [
+            (seed, case)
+            for seed in chosen.seeds
+            for case in chosen_cases("full", seed, chosen.limit, chosen.kinds, chosen.groups)
+        ]
+    except ValueError as problem:
+        print(f"calibrate: {problem}", file=sys.stderr)
+        return 2
+    enable_float64()
+    _diagnosed(cases, chosen.budget_minutes)
+    table = curve_of(read_rows())
+    write_whole(CURVE, table.encode())
+    print(table)
+    return 0
+
+
+def _diagnosed(cases, minutes):
+    """Add the rows of campaigns that have none."""
+    rows, deadline = read_rows(), time.monotonic() + 60.0 * minutes
+    known = {(row["seed"], row["case"]) for row in rows}
+    for seed, case in tqdm([c for c in cases if (str(c[0]), c[1].name) not in known], unit="campaign", disable=None):
+        if time.monotonic() > deadline:
+            return
+        with tempfile.TemporaryDirectory() as folder:
+            truth = write_case(case, folder)
+            conclusion = diagnose(read_campaign(folder), seed=1)
+        signs = conclusion.signs
+        told = {s for one in conclusion.explanation_sets for s in one}.union(
+            *({f.slug, *f.confusable} for f in conclusion.found)
+        )
+        numbers = ("", "") if signs is None else (f"{signs.kept:.4g}", f"{signs.outdone:.4g}")
+        acts = int(unknown_acts(truth, told))
+        rows.append(dict(zip(COLUMNS, (seed, case.name, case.kind, case.group, *numbers, acts, commit()), strict=True)))
+        write_rows(rows)
+
+
+def unknown_acts(truth, told):
+    """True if something acts, strongly enough to be named, that a diagnosis did not tell of.
+
+    Args:
+        truth: truth of a case, as `cases.truth_of` gives it.
+        told: slugs of named effects, of those confusable with them, and of explanation sets.
+    """
+    if truth["group"] == "outside":
+        return True
+    each = truth.get("log_bayes_each") or [truth["log_bayes_post_refit"]]
+    strong = {s for s, worth in zip(truth["slugs"], each, strict=True) if worth > MINIMUM_EVIDENCE}
+    return not strong <= set(told)
+
+
+def read_rows(path=ROWS):
+    """Rows of the table, as text by column; none where there is no table."""
+    if not path.exists():
+        return []
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def write_rows(rows, path=ROWS):
+    """Write the table whole or not at all."""
+    text = "\n".join([",".join(COLUMNS), *(",".join(str(row[c]) for c in COLUMNS) for row in rows), ""])
+    write_whole(path, text.encode())
+
+
+def curve_of(rows):
+    """The curve as TOML, with what it was fitted to. Campaigns in which nothing was named do not count.
+
+    Raises:
+        ValueError: fewer than ten campaigns of either answer.
+    """
+    named = [row for row in rows if row["kept"]]
+    x = np.array([Signs(float(row["kept"]), float(row["outdone"])).scaled for row in named])
+    y = np.array([float(row["unknown_acts"]) for row in named])
+    if min(y.sum(), (1.0 - y).sum()) < 10:
+        raise ValueError(f"{len(y)} campaigns with names, {int(y.sum())} with something unknown: ten of each are needed")
+    odds = fitted(x, y)
+    other = [fitted(np.delete(x, k, 0), np.delete(y, k)) @ x[k] for k in range(len(y))]
+    seeds = ", ".join(sorted({row["seed"] for row in named}, key=int))
+    return "\n".join([
+        "# Odds that something unknown acts beside named effects; made by `python -m validation.blind.calibrate`.",
+        f'date = "{datetime.now(UTC):%Y-%m-%d}"',
+        f"seeds = [{seeds}]",
+        f"campaigns = {len(y)}",
+        f"with_something_unknown = {int(y.sum())}",
+        f"log_loss = {log_loss(x @ odds, y):.4f}",
+        f"log_loss_left_out = {log_loss(np.array(other), y):.4f}",
+        "",
+        "[odds]",
+        *(f"{name} = {value:.4f}" for name, value in zip(("constant", "kept", "outdone"), odds, strict=True)),
+        "",
+    ])  # fmt: skip
+
+
+def fitted(x, y):
+    """Coefficients of a logistic curve, (signs,): no sign lowers the probability.
+
+    Args:
+        x: signs of every campaign, (campaigns, signs), the first one constant.
+        y: 1 where something unknown acts, (campaigns,).
+    """
+    cost = lambda b: len(y) * log_loss(x @ b, y) + RIDGE * b[1:] @ b[1:]  # noqa: E731
+    low = [(None, None)] + [(0.0, None)] * (x.shape[1] - 1)
+    return minimize(cost, np.zeros(x.shape[1]), bounds=low, method="L-BFGS-B").x
+
+
+def log_loss(odds, y):
+    """Mean negative log-probability of the answers, nat."""
+    return float(np.mean(np.logaddexp(0.0, -(2.0 * y - 1.0) * odds)))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
