@@ -4,9 +4,17 @@ The fractions change slowly and the resistances are noisy. So the trajectory of 
 about the answer of the whole actuator. A heated spring pulls the other one longer, and both resistances
 change. A row by itself may have several equilibria or, with noise, none. A trajectory has one most likely
 solution.
+
+A spring that nobody heats is exactly cold. Beside such a spring lies another branch, on which it is slightly
+heated and the other spring is hotter. So rows in which a spring may be cold are held there, until the other
+springs have followed. They stay cold as long as their readings agree.
 """
 
-from collections.abc import Mapping, Sequence
+import itertools
+import operator
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -30,9 +38,18 @@ SHARES = (1.0, 0.3, 0.1, 0.03)
 """Shares of a step that are tried, the longest first [1]."""
 SETTLED = 0.1
 """Improvement of half the sum of squares below which the rounds end [1]; noise changes it by more."""
-NEARLY = (0.05, 0.01)
-"""Heats below which a spring is tried as cold [1]. On branches beside cold springs, these were heated by
-0.003 to 0.05."""
+NEARLY = (0.1, 0.03, 0.01)
+"""Heats below which a spring may be cold [1]. On branches beside cold springs, these were heated by 0.003 to
+0.06."""
+MISSED = 4.0
+"""Deviation of a reading, in units of its noise, from which its spring is not cold. One reading in 16,000 of
+a cold spring deviates by more."""
+OTHER = 1e-3
+"""Minimum difference of a fraction for another equilibrium to be tried [1]; less hardly bends an actuator."""
+TURNS = 3
+"""Maximum number of times that the ends of cold stretches are looked for anew."""
+RELEASES = 5
+"""Maximum number of times that rows are released from being cold."""
 LEAST_NOISE = 2e-6
 """Minimum relative noise of a resistance; files keep no smaller digits."""
 WANDER = 10.0 ** np.arange(-9.0, 0.0, 1.0)
@@ -40,6 +57,74 @@ WANDER = 10.0 ** np.arange(-9.0, 0.0, 1.0)
 seconds."""
 FIRST = 1.0
 """Variance of a fraction before the first reading [1], when it is unknown."""
+UNTIED = 1e12
+"""Variance of a step that ties nothing [1]."""
+
+
+@dataclass(frozen=True)
+class _Trajectory:
+    """Fractions of the measured springs.
+
+    Attributes:
+        x: fractions [1], beyond 0 and 1 where noise leads there, shape (rows, wired).
+        cold: true where a spring is exactly cold, shape (rows, wired).
+        missed: what readings miss, over their noise, shape (rows, wired).
+        beyond: true in rows whose fractions are further beyond 0 or 1 than noise leads, shape (rows,).
+        evidence: logarithm of the evidence of each row after all rows before, shape (rows,).
+    """
+
+    x: np.ndarray
+    cold: np.ndarray
+    missed: np.ndarray
+    beyond: np.ndarray
+    evidence: np.ndarray
+
+    @property
+    def likelihood(self) -> float:
+        """Logarithm of the evidence of all rows."""
+        return float(np.sum(self.evidence))
+
+
+@dataclass(frozen=True)
+class _Readings:
+    """Measured resistances of an actuator, and what predicts them; see `fractions_behind`.
+
+    Attributes:
+        wired: indices of the measured springs.
+        read, noise: measured resistances and their noise [ohm], shapes (rows, wired) and (wired,).
+    """
+
+    actuator: pj.Actuator
+    time: np.ndarray
+    pressure: np.ndarray
+    given: Sequence[pj.MartensiteFraction]
+    states: tuple[pj.SpringState, ...]
+    wired: tuple[int, ...]
+    read: np.ndarray
+    noise: np.ndarray
+
+    def missed(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What readings miss at fractions, and slopes of the predictions, both over the readings' noise;
+        shapes (rows, wired) and (rows, wired, wired)."""
+        inside = np.clip(x, 0.0, 1.0)
+        fractions = self.with_fractions(inside)
+        history = pj.simulate_history(self.actuator, self.pressure, fractions, self.states)
+        found = _predicted_resistances(
+            self.actuator, self.pressure, fractions, self.states, history, self.wired
+        )
+        ohms, slope = (np.asarray(part) for part in found)
+        good = np.all(np.isfinite(slope), axis=(1, 2)) & np.all(np.isfinite(ohms), axis=1)
+        ohms, slope = np.where(good[:, None], ohms, self.read), np.where(good[:, None, None], slope, 0.0)
+        # beyond its ends a fraction is continued, so that noise about a cold spring does not heat it
+        ohms = ohms + _along(slope, x - inside)
+        return (self.read - ohms) / self.noise, slope / self.noise[:, None]
+
+    def with_fractions(self, x: np.ndarray) -> tuple[pj.MartensiteFraction, ...]:
+        """Activations with the fractions of the measured springs replaced."""
+        fractions = list(self.given)
+        for column, k in enumerate(self.wired):
+            fractions[k] = pj.MartensiteFraction(x[:, column])
+        return tuple(fractions)
 
 
 def fractions_behind(
@@ -64,113 +149,141 @@ def fractions_behind(
     Returns:
         Fractions, one array per spring; of shape (rows,) where measured.
     """
-    wired = sorted(measured)
-    rows = len(time)
+    wired = tuple(sorted(measured))
     read = np.stack([measured[k] for k in wired], axis=1)
     noise = np.array([max(robust_noise(time, r), LEAST_NOISE * np.median(r)) for r in read.T])
-    begun = np.stack([np.broadcast_to(np.asarray(given[k].value), rows) for k in wired], axis=1)
-    starts = [begun]
-    for column in range(len(wired)):  # noise may have heated a spring that is cold throughout
-        cold = begun.copy()
-        cold[:, column] = 1.0
-        starts += [cold] if np.min(begun[:, column]) < 1.0 - CLOSE else []
-    smoothed = lambda x: _smoothed(actuator, time, pressure, read, noise, x, wired, given, states)  # noqa: E731
-    best = max(map(smoothed, starts), key=lambda one: one[1])
-    for heat in NEARLY:
-        for colder in _nearly_cold(best[0], heat):
-            best = max(best, smoothed(colder), key=lambda one: one[1])
-    return list(_with_fractions(given, wired, np.clip(best[0], 0.0, 1.0)))
+    readings = _Readings(actuator, time, pressure, given, states, wired, read, noise)
+    begun = np.stack([np.broadcast_to(np.asarray(given[k].value), len(time)) for k in wired], axis=1)
+    best = _searched(readings, begun, np.zeros(begun.shape, bool))
+    tried = [best.cold]
+    for heat in (1.0, *NEARLY):
+        for cold in _may_be_cold(best.x, heat):
+            if not any(np.array_equal(cold, other) for other in tried):
+                tried.append(cold)
+                best = max(best, _searched(readings, best.x, cold), key=_likelihood)
+    for _ in range(TURNS):
+        better = _turned(readings, best)
+        if better.likelihood < best.likelihood + SETTLED:
+            break
+        best = better
+    return list(readings.with_fractions(np.clip(best.x, 0.0, 1.0)))
 
 
-def _nearly_cold(x: np.ndarray, heat: float) -> list[np.ndarray]:
-    """Fractions with the nearly cold rows of all springs, and of each, made cold; shape (rows, wired) each.
+_likelihood = operator.attrgetter("likelihood")
 
-    Beside a cold spring lies another branch, on which it is slightly heated: a search for small changes goes
-    along either.
-    """
-    cold = np.where(x > 1.0 - heat, 1.0, x)
+
+def _may_be_cold(x: np.ndarray, heat: float) -> Iterator[np.ndarray]:
+    """Masks of rows in which all springs, or one of them, are heated by less; shape (rows, wired) each."""
+    cold = x > 1.0 - heat
     springs = np.arange(x.shape[1])
-    each = [np.where(springs == k, cold, x) for k in springs] if len(springs) > 1 else []
-    return [one for one in [cold, *each] if np.any(one != x)]
+    yield cold
+    for k in springs if len(springs) > 1 else ():
+        yield cold & (springs == k)
 
 
-def _smoothed(
-    actuator: pj.Actuator,
-    time: np.ndarray,
-    pressure: np.ndarray,
-    read: np.ndarray,
-    noise: np.ndarray,
-    x: np.ndarray,
-    wired: Sequence[int],
-    given: Sequence[pj.MartensiteFraction],
-    states: tuple[pj.SpringState, ...],
-) -> tuple[np.ndarray, float]:
-    """Fractions of the measured springs from a start, shape (rows, wired), and their log-likelihood.
+def _searched(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajectory:
+    """The trajectory that a search from fractions ends at, with springs held cold in the rows of a mask.
+
+    Whenever the other springs have followed, rows whose readings contradict it are released.
+    """
+    found = _smoothed(readings, np.where(cold, 1.0, x), cold)
+    for _ in range(RELEASES):
+        agrees = np.abs(found.missed) < MISSED
+        if np.all(agrees | ~found.cold):
+            break
+        start = np.where(found.cold & ~agrees, x, found.x)
+        found = _smoothed(readings, start, found.cold & agrees)
+    return found
+
+
+def _turned(readings: _Readings, found: _Trajectory) -> _Trajectory:
+    """The same trajectory or a likelier one. Rows at the ends of cold stretches are looked for anew, each by
+    itself.
+
+    There a fraction may leave 1 by a large step, and the row have an equilibrium on another branch. So all
+    combinations of cold springs are tried, with the others on straight lines between rows further away.
+    """
+    changed = np.any(found.cold[1:] != found.cold[:-1], axis=1)
+    turns = np.append(changed, False) | np.insert(changed, 0, False) | found.beyond
+    if not turns.any():
+        return found
+    rows = np.arange(len(turns))
+    known = np.flatnonzero(~turns) if not turns.all() else rows
+    between = np.stack([np.interp(rows, known, column[known]) for column in found.x.T], axis=1)
+    best = found
+    for which in itertools.product((False, True), repeat=found.x.shape[1]):
+        cold = np.where(turns[:, None], which, found.cold)
+        way = _smoothed(readings, np.where(turns[:, None], np.where(which, 1.0, between), found.x), cold)
+        agrees = np.all(np.abs(way.missed) < MISSED, axis=1) & ~way.beyond
+        other = np.any(np.abs(way.x - found.x) > OTHER, axis=1)
+        for row in np.flatnonzero(turns & agrees & other):
+            x, cold = best.x.copy(), best.cold.copy()
+            x[row], cold[row] = way.x[row], way.cold[row]
+            trial = _smoothed(readings, x, cold)
+            best = trial if trial.likelihood > best.likelihood + SETTLED else best
+    return best
+
+
+def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajectory:
+    """The most likely trajectory near fractions.
 
     Steps of the Gauss-Newton method are shortened until they improve the fit. Unshortened, they leave even
     the truth: near a cold spring, resistances turn over with its fraction.
     """
-
-    def told(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Resistances over their noise, and their slopes, at fractions."""
-        inside = np.clip(x, 0.0, 1.0)
-        fractions = _with_fractions(given, wired, inside)
-        history = pj.simulate_history(actuator, pressure, fractions, states)
-        found = _predicted_resistances(actuator, pressure, fractions, states, history, tuple(wired))
-        ohms, slope = (np.asarray(part) for part in found)
-        good = np.all(np.isfinite(slope), axis=(1, 2)) & np.all(np.isfinite(ohms), axis=1)
-        ohms, slope = np.where(good[:, None], ohms, read), np.where(good[:, None, None], slope, 0.0)
-        # beyond its ends a fraction is continued, so that noise about a cold spring does not heat it
-        ohms = ohms + np.einsum("tij,tj->ti", slope, x - inside)
-        return ohms / noise, slope / noise[:, None]
-
-    ohms, slope = told(x)
-    along = lambda x: np.einsum("tij,tj->ti", slope, x)  # noqa: E731
-    wander = _process_noise_of(time, read / noise - ohms + along(x), slope)
-    least = _unlikely(time, x, read / noise - ohms, wander)
+    time = readings.time
+    missed, slope = readings.missed(x)
+    wander = _process_noise_of(time, missed + _along(slope, x), slope, cold)
+    costs = _costs(time, x, missed, wander, cold)
     for _ in range(ROUNDS):
-        target = read / noise - ohms + along(x)
-        after, likelihood = _smooth(time, target, slope, wander)
-        # the likelihood of these fractions, not of those that the tangent promises
-        likelihood += _unlikely(time, after, target - along(after), wander) - least
+        after, _ = _smooth(time, missed + _along(slope, x), slope, wander, cold)
         step = np.clip(after - x, -LONGEST, LONGEST)
         for share in SHARES:
             trial = x + share * step
-            found = told(trial)
-            there = _unlikely(time, trial, read / noise - found[0], wander)
-            if there < least:
+            found = readings.missed(trial)
+            there = _costs(time, trial, found[0], wander, cold)
+            if np.sum(there) < np.sum(costs):
                 break
         else:
             break
-        settled = least - there < SETTLED or share * np.max(np.abs(step)) < CLOSE
-        x, (ohms, slope), least = trial, found, there
+        settled = np.sum(costs) - np.sum(there) < SETTLED or share * np.max(np.abs(step)) < CLOSE
+        x, (missed, slope), costs = trial, found, there
         if settled:
             break
-    return x, likelihood
+    after, evidence = _smooth(time, missed + _along(slope, x), slope, wander, cold)
+    # the likelihood of these fractions, not of those that the tangent promises
+    promised = _costs(time, after, missed + _along(slope, x - after), wander, cold)
+    turns = np.sum((cold[1:] != cold[:-1]) * 1 + (wander[1:] != wander[:-1]), axis=1)
+    turns = np.insert(turns, 0, 0)
+    # no fraction is beyond 0 or 1: there readings miss what they would at the ends
+    ends = np.sum(_along(slope, x - np.clip(x, 0.0, 1.0)) ** 2, axis=1)
+    beyond = ends > MISSED**2
+    evidence = evidence + promised - costs - turns * np.log(len(time)) - 0.5 * np.where(beyond, ends, 0.0)
+    return _Trajectory(x, cold, missed, beyond, evidence)
 
 
-def _unlikely(time: np.ndarray, x: np.ndarray, missed: np.ndarray, wander: np.ndarray) -> float:
-    """Half the sum of squares of what readings miss, and of the walk's steps in units of their deviation.
+def _along(slope: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Change of the readings with fractions, shape (rows, wired)."""
+    return np.einsum("tij,tj->ti", slope, x)
+
+
+def _costs(
+    time: np.ndarray, x: np.ndarray, missed: np.ndarray, wander: np.ndarray, cold: np.ndarray
+) -> np.ndarray:
+    """Half the sum of squares of each row: what readings miss, and half of the walk's two steps at the row,
+    in units of their deviation; shape (n,). The sum over all rows is that of the recording.
 
     Args:
         time: time [s], shape (n,).
         x: fractions [1], shape (n, m).
         missed: readings less predictions, in units of their noise, shape (n, m).
-        wander: variance of each fraction's change [1/s], shape (m,).
+        wander: variance of each fraction's change before each row [1/s], shape (n, m).
+        cold: true where a spring is cold; steps that end there are not of the walk. Shape (n, m).
     """
-    steps, changes = np.diff(time)[:, None], np.diff(x, axis=0)
-    walked = np.sum(changes**2 / (wander * np.maximum(steps, 1e-9)))
-    return 0.5 * float(np.sum(missed**2) + walked + np.sum((x[0] - 0.5) ** 2) / FIRST)
-
-
-def _with_fractions(
-    given: Sequence[pj.MartensiteFraction], wired: Sequence[int], x: np.ndarray
-) -> tuple[pj.MartensiteFraction, ...]:
-    """Activations with the fractions of the measured springs replaced."""
-    fractions = list(given)
-    for column, k in enumerate(wired):
-        fractions[k] = pj.MartensiteFraction(x[:, column])
-    return tuple(fractions)
+    steps, changes = np.diff(time)[:, None], np.where(cold[1:], 0.0, np.diff(x, axis=0))
+    walked = 0.5 * np.sum(changes**2 / (wander[1:] * np.maximum(steps, 1e-9)), axis=1)
+    costs = np.sum(missed**2, axis=1) + np.append(walked, 0.0) + np.insert(walked, 0, 0.0)
+    costs[0] += np.sum(np.where(cold[0], 0.0, x[0] - 0.5) ** 2) / FIRST
+    return 0.5 * costs
 
 
 @stored_jit()
@@ -203,51 +316,101 @@ def _predicted_resistances(
     return jax.vmap(one)((jnp.asarray(pressure), whole, before, history.rows.unknowns))
 
 
-def _process_noise_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """Most likely variance of each fraction's change [1/s], one spring after the other, twice."""
-    count = target.shape[1]
-    wander = np.full(count, 1e-4)
+def _process_noise_of(
+    time: np.ndarray, target: np.ndarray, slope: np.ndarray, cold: np.ndarray
+) -> np.ndarray:
+    """Most likely variance of each change of a fraction [1/s], one spring after the other, twice.
+
+    Between rows it may change, at the cost of the logarithm of their number: a heated spring is held still
+    afterwards. Shape (n, m).
+    """
+    rows, count = target.shape
+    wander = np.full((rows, count), 1e-4)
     for _ in range(2):
         for k in range(count):
-            trials = np.repeat(wander[None], len(WANDER), axis=0)
-            trials[:, k] = WANDER
-            wander = trials[int(np.argmax([_smooth(time, target, slope, w)[1] for w in trials]))]
+            trials = np.repeat(wander[:, None], len(WANDER), axis=1)
+            trials[:, :, k] = WANDER
+            found = _filtered(time, target, slope, trials, cold, np.log(rows))
+            way = int(np.argmax(found.score))
+            for t in range(rows - 1, -1, -1):
+                wander[t, k] = WANDER[way]
+                way = found.parents[t, way]
     return wander
 
 
-def _smooth(
-    time: np.ndarray, target: np.ndarray, slope: np.ndarray, wander: np.ndarray
-) -> tuple[np.ndarray, float]:
-    """Kalman filter and Rauch-Tung-Striebel smoother of a random walk.
+class _Filtered(NamedTuple):
+    """What `_filtered` finds for several candidates side by side.
+
+    Attributes:
+        means, variances: of the fractions, shapes (n, candidates, m) and (n, candidates, m, m).
+        evidence: log-likelihoods of each row's readings after all rows before, shape (n, candidates).
+        score: their sum less the cost of changes between candidates, shape (candidates,).
+        parents: candidate that each one went on from, shape (n, candidates).
+    """
+
+    means: np.ndarray
+    variances: np.ndarray
+    evidence: np.ndarray
+    score: np.ndarray
+    parents: np.ndarray
+
+
+def _filtered(
+    time: np.ndarray,
+    target: np.ndarray,
+    slope: np.ndarray,
+    wander: np.ndarray,
+    cold: np.ndarray,
+    change: float = np.inf,
+) -> _Filtered:
+    """Kalman filter of random walks, for several candidates of their variances side by side.
 
     Args:
         time: time [s], ascending, shape (n,).
         target: readings in units of their noise, shape (n, m).
         slope: slope of the readings over the fractions, shape (n, m, m).
-        wander: variance of each fraction's change [1/s], shape (m,).
+        wander: variance of each fraction's change before each row [1/s], shape (n, candidates, m).
+        cold: true where a spring is exactly cold, shape (n, m).
+        change: cost of going on with another candidate [nat].
+    """
+    rows, several, count = wander.shape
+    steps, unit, own = np.diff(time, prepend=time[0]), np.eye(count), np.arange(several)
+    means, variances = np.empty((rows, several, count)), np.empty((rows, several, count, count))
+    mean, variance = np.full((several, count), 0.5), np.tile(FIRST * unit, (several, 1, 1))
+    evidence, score, parents = np.zeros((rows, several)), np.zeros(several), np.zeros((rows, several), int)
+    for t in range(rows):
+        best = np.argmax(score)
+        parents[t] = from_ = np.where(score[best] - change > score, best, own)
+        mean, score = mean[from_], np.maximum(score, score[best] - change)
+        variance = variance[from_] + (wander[t] * steps[t])[:, :, None] * unit
+        if cold[t].any():
+            warm = ~cold[t]
+            mean = np.where(warm, mean, 1.0)
+            variance = variance * (warm[:, None] & warm)
+        for ohms, tangent in zip(target[t], slope[t], strict=True):
+            reach = variance @ tangent
+            spread = reach @ tangent + 1.0
+            surprise = ohms - mean @ tangent
+            mean = mean + (surprise / spread)[:, None] * reach
+            variance = variance - reach[:, :, None] * (reach / spread[:, None])[:, None, :]
+            evidence[t] -= 0.5 * (surprise**2 / spread + np.log(spread))
+        score = score + evidence[t]
+        means[t], variances[t] = mean, variance
+    return _Filtered(means, variances, evidence, score, parents)
+
+
+def _smooth(
+    time: np.ndarray, target: np.ndarray, slope: np.ndarray, wander: np.ndarray, cold: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rauch-Tung-Striebel smoother behind `_filtered`, of one candidate.
 
     Returns:
-        Fractions, shape (n, m), and the log-likelihood of the readings.
+        Fractions, shape (n, m), and the log-likelihoods of each row's readings, shape (n,).
     """
-    rows, count = target.shape
-    steps = np.diff(time, prepend=time[0])
-    unit = np.eye(count)
-    means, variances = np.empty((rows, count)), np.empty((rows, count, count))
-    mean, variance, likelihood = np.full(count, 0.5), FIRST * unit, 0.0
-    for t in range(rows):
-        variance = variance + np.diag(wander * steps[t])
-        H = slope[t]
-        spread = H @ variance @ H.T + unit
-        surprise = target[t] - H @ mean
-        gain = np.linalg.solve(spread, H @ variance).T
-        mean = mean + gain @ surprise
-        variance = variance - gain @ H @ variance
-        variance = 0.5 * (variance + variance.T)
-        likelihood -= 0.5 * (surprise @ np.linalg.solve(spread, surprise) + np.log(np.linalg.det(spread)))
-        means[t], variances[t] = mean, variance
-    smooth = means.copy()
-    for t in range(rows - 2, -1, -1):
-        ahead = variances[t] + np.diag(wander * steps[t + 1])
-        gain = np.linalg.solve(ahead + 1e-300 * unit, variances[t]).T
-        smooth[t] = means[t] + gain @ (smooth[t + 1] - means[t])
-    return smooth, float(likelihood)
+    found = _filtered(time, target, slope, wander[:, None], cold)
+    means, variances = found.means[:, 0], found.variances[:, 0]
+    steps, smooth = np.diff(time), means.copy()
+    for t in range(len(time) - 2, -1, -1):
+        ahead = variances[t] + np.diag(wander[t + 1] * steps[t] + UNTIED * cold[t + 1] + 1e-300)
+        smooth[t] = means[t] + variances[t] @ np.linalg.solve(ahead, smooth[t + 1] - means[t])
+    return smooth, found.evidence[:, 0]

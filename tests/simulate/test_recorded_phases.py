@@ -5,21 +5,42 @@ import numpy as np
 import pneusma_jax as pj
 from fitting.simulate.phases import fractions_behind
 
+ROWS = 128
+BODY = "pneusma2"
+
+
+def _error(pressure_kPa: float, first: np.ndarray, second: np.ndarray, noise: float, heat: float) -> float:
+    """Largest error of curvature where both fractions begin heated [1/m], of which noise is in resistances.
+
+    Args:
+        first, second: true fractions, shape (ROWS,).
+        noise: of resistances [ohm].
+        heat: heat of a cold spring where the search begins [1].
+    """
+    random, body, time = np.random.default_rng(9), pj.make_actuator(BODY), np.linspace(0.0, 120.0, ROWS)
+    pressure = 1e3 * pressure_kPa * np.interp(time, [0.0, 12.0, 120.0], [0.0, 1.0, 1.0])
+    history = pj.simulate_history(body, pressure, tuple(map(pj.MartensiteFraction, (first, second))))
+    measured = {
+        k: np.asarray(spring.resistance) + noise * random.normal(size=ROWS)
+        for k, spring in enumerate(history.rows.springs)
+    }
+    begun = tuple(pj.MartensiteFraction(np.minimum(x, 1.0 - heat)) for x in (first, second))
+    found = fractions_behind(body, time, pressure, measured, begun, body.fresh_states())
+    again = pj.simulate_history(body, pressure, tuple(found))
+    return float(np.sqrt(np.mean(np.asarray(again.rows.curvature - history.rows.curvature) ** 2)))
+
+
+def _pulse(heat: float, *seconds: float) -> np.ndarray:
+    """A fraction that falls by a heat and returns, between four times [s]; shape (ROWS,)."""
+    return 1.0 - heat * np.interp(np.linspace(0.0, 120.0, ROWS), seconds, [0.0, 1.0, 1.0, 0.0])
+
 
 def test_fractions_behind_noisy_resistances_stay_at_the_truth_where_cold_springs_have_several_branches():
     """At 44 kPa a search by full steps ended 8 1/m away, whether it began at the truth or not."""
-    rows, random = 128, np.random.default_rng(9)
-    body, time = pj.make_actuator("pneusma2"), np.linspace(0.0, 120.0, rows)
-    pressure = 44e3 * np.interp(time, [0.0, 12.0, 120.0], [0.0, 1.0, 1.0])
-    first = 1.0 - 0.9 * np.interp(time, [60.0, 72.0, 90.0, 100.0], [0.0, 1.0, 1.0, 0.0])
-    second = 1.0 - 0.4 * np.interp(time, [15.0, 25.0, 40.0, 50.0], [0.0, 1.0, 1.0, 0.0])
-    true = (pj.MartensiteFraction(first), pj.MartensiteFraction(second))
-    history = pj.simulate_history(body, pressure, true)
-    measured = {
-        k: np.asarray(spring.resistance) + 4e-4 * random.normal(size=rows)
-        for k, spring in enumerate(history.rows.springs)
-    }
-    found = fractions_behind(body, time, pressure, measured, true, body.fresh_states())
-    again = pj.simulate_history(body, pressure, tuple(found))
-    off = np.asarray(again.rows.curvature - history.rows.curvature)
-    assert np.sqrt(np.mean(off**2)) < 0.3
+    first, second = _pulse(0.9, 60.0, 72.0, 90.0, 100.0), _pulse(0.4, 15.0, 25.0, 40.0, 50.0)
+    assert _error(44.0, first, second, 4e-4, heat=0.0) < 0.3
+
+
+def test_a_spring_that_is_cold_throughout_is_found_cold_from_the_branch_on_which_it_is_heated():
+    """Beside the truth lies a branch on which the cold spring is heated by 0.05 and the other one hotter."""
+    assert _error(44.0, np.ones(ROWS), _pulse(0.7, 15.0, 30.0, 105.0, 118.0), 3e-5, heat=0.05) < 0.1
