@@ -112,7 +112,7 @@ def test_the_share_that_names_keep_is_what_chance_does_not_leave(before, after, 
 
 
 @pytest.mark.parametrize(("discrepancy", "left_out", "share"), [
-    (1.0, (3.0, 2.0), 0.5), (2.0, (3.0, 1.0), 0.0), (1.0, (np.nan, np.nan), 0.0), (0.9, (1.0, 1.1), 1.0),
+    (1.0, (3.0, 2.0), 0.5), (2.0, (3.0, 1.0), 0.0), (1.0, (np.nan, np.nan), 0.0), (1.0, (np.nan, 2.0), 0.0), (0.9, (1.0, 1.1), 1.0),
 ])  # fmt: skip
 def test_a_discrepancy_that_predicts_better_counts_by_its_share_of_the_misfit(discrepancy, left_out, share):
     rival = DiscrepancyEvidence("length", "time", 9.0, discrepancy, 1.0)

@@ -52,6 +52,18 @@ def test_a_small_second_effect_is_named_where_nothing_else_is_left():
     assert conclusion.left is None
 
 
+def test_the_base_is_scored_where_only_a_pair_explains():
+    """Neither effect has evidence alone, so that no question about it needs the base model's left-out score."""
+    world = fast()
+    apart, alike = (world.effects[slug].copy() for slug in (CONSTANT, DELAY))
+    world.effects[CONSTANT][:], world.effects[DELAY][:] = apart + 0.15 * alike, 0.15 * alike - apart
+    rng = np.random.default_rng(1)
+    found = searched(world, world.truth(rng, **{CONSTANT: 4.0, DELAY: 4.0}))
+    assert set(found.final.slugs) == {CONSTANT, DELAY}
+    before, after = found.left_out
+    assert before > 1.5 * after > 0.0
+
+
 def test_two_effects_of_one_sensitivity_are_not_told_apart():
     rng = np.random.default_rng(5)
     world = tubes(effects=(DELAY, SWELLING, CONSTANT))

@@ -200,6 +200,8 @@ class SetSearch:
             if why == INSTRUMENTS and fit.slugs and len(slugs) > 1 and not set(slugs) <= set(fit.slugs)
         ]
         explanation.named = self._weighed(explanation, pool, fit)
+        if fit.slugs:  # a pair may be named without a question that needs the base model's score
+            explanation.steps[0].left_out = float(explanation.scores(pool.base).sum())
         explanation.weigh_effects = partial(self._weighed_again, self._beside)
         explanation.steps[0].chosen = next(iter(explanation.named.fit.slugs), None)
 

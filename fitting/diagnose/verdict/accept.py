@@ -48,6 +48,7 @@ def rises_too_much(explanation: Explanation, before: HeldOut, after: HeldOut) ->
     """
     lost = 0.5 * after.values * (after.reduced_chi2 - before.reduced_chi2)
     program, parts = explanation.program, explanation.left_out
-    gained = log_likelihood(program, parts[0] - parts[1] if parts[0] > parts[1] else 0.0)  # NaN if unasked
+    fell = parts[0] - parts[1] if parts[0] > parts[1] else 0.0  # also where they are NaN, not computed
+    gained = log_likelihood(program, fell)
     unlikely = lost / inflation_of(program, explanation.final) > ENTRY.maximum_loss
     return unlikely and lost > ENTRY.maximum_loss_share * gained

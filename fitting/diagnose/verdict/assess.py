@@ -45,7 +45,7 @@ class Assessment:
 
     @property
     def rival(self) -> DiscrepancyEvidence | None:
-        """The discrepancy that predicts better, where the effects leave no more than noise."""
+        """The discrepancy that predicts better, where that is a larger share than what the effects leave."""
         better = self.signs is not None and self.signs.outdone > self.signs.kept
         return self.discrepancy if better else None
 
@@ -69,7 +69,8 @@ def assess(explanation: Explanation) -> Assessment:
     unknown, lost, over, beyond = 0.0, 0.0, None, False
     if signs is not None:
         unknown, lost = probability_of_unknown(signs), outdone(explanation, discrepancy)
-        if signs.kept >= 1.0:  # names that help nothing
+        beyond_chance = any(after > limit for after, limit in zip(last, limits, strict=True))
+        if signs.kept >= 1.0 and beyond_chance:  # names that help nothing
             unknown = max(unknown, VERDICT.refuted_unknown)
         over = left_of(program, explanation.final)
         told = unknown >= VERDICT.beside_unknown or (over is not None and over.stated)

@@ -66,7 +66,7 @@ def signs_of(
 
 def _share(part: float, whole: float) -> float:
     """A part of a misfit, from 0 to 1; 0 for what was not computed, 1 for the whole of nothing."""
-    if not part > 0.0:
+    if not part > 0.0 or np.isnan(whole):
         return 0.0
     return float(min(part / max(whole, part), 1.0))
 
