@@ -149,10 +149,15 @@ class Judge:
         return REMAINS if self._leaves_more(fit) else None
 
     def _leaves_more(self, fit: Fit) -> bool:
-        """True if a set leaves more than noise; parts left out in turn judge where no recording does."""
+        """True if a set leaves more than noise.
+
+        Recordings for validation judge where they contradict the base model. Otherwise parts left out in turn
+        judge, too; these may be extrapolated, and missed for that.
+        """
         program = self.pool.program
-        left = float(self.scores(fit).sum()) if program.fitted.all() else np.nan
-        return leaves_more(program, fit, left)
+        shown = predictive_chi_square(program, self.pool.base, program.unseen)
+        whole = not program.fitted.all() and shown > limit_of(program, program.unseen)
+        return leaves_more(program, fit, np.nan if whole else float(self.scores(fit).sum()))
 
 
 def loses(program: Program, rest: Fit, fit: Fit, gained: float, inflation: float) -> bool:
