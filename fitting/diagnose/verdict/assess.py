@@ -46,7 +46,7 @@ class Assessment:
     @property
     def rival(self) -> DiscrepancyEvidence | None:
         """The discrepancy that predicts better, where that is a larger share than what the effects leave."""
-        better = self.signs is not None and self.signs.outdone > self.signs.kept
+        better = self.signs is not None and self.lost > 0.0 and self.signs.outdone > self.signs.kept
         return self.discrepancy if better else None
 
 

@@ -178,7 +178,7 @@ def _left_over(explanation: Explanation, unknown: float, judged: Assessment, fou
             f"recordings that are left out better than {' and '.join(names)}: that may stand for something "
             "else."
         )
-    log_bayes = max(judged.lost, float(0.5 * max(excess)))
+    log_bayes = max(judged.lost, float(0.5 * max(excess)), 0.0)
     return Found(UNMODELLED, float(unknown), log_bayes, {}, names, text)
 
 
