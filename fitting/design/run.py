@@ -65,7 +65,7 @@ def run_study(
 
     Raises:
         InputError: one line, if nothing can be evaluated, or constraints contradict each other. The file of
-            the evaluations is removed then.
+            the evaluations is removed then, unless an earlier run made some of them.
     """
     kept = Log(log, fingerprint(study))
     try:
