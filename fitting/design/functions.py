@@ -59,7 +59,7 @@ def _checked(function: Callable, where: str) -> Callable:
 def _is_real_number(value: Any) -> bool:
     try:
         found = jnp.asarray(value)
-    except (TypeError, ValueError):  # such as a text, or nothing
+    except (TypeError, ValueError, OverflowError):  # such as a text, nothing, or a huge whole number
         return False
     real = jnp.issubdtype(found.dtype, jnp.floating) or jnp.issubdtype(found.dtype, jnp.integer)
     return found.size == 1 and real

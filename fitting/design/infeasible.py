@@ -70,15 +70,21 @@ def why_nothing(model: Model, first: Evaluation, words: str) -> str:
     if model.uncertain and (lost := _lost_draws(model, first.place)):
         return (
             f"no start{whom} has an equilibrium in all {model.draws.count} draws: at the first one {lost} of "
-            "them have none; narrow what is uncertain, or the bounds"
+            f"them have none{_or_function(model.study)}; narrow what is uncertain, or the bounds"
         )
     what = f"objective {bad[0]!r}" if bad else "a constraint or a derivative"
     count = model.study.starts
     return f"{what} is not a number at any of the {count} starts{whom}; check its function and bounds"
 
 
+def _or_function(study: Study) -> str:
+    """The other cause that draws may have in a study with functions of the user's own, in words."""
+    own = [one.name for one in (*study.objectives, *study.constraints) if one.file is not None]
+    return f", or the function of {own[0]!r} is no number" if own else ""
+
+
 def _lost_draws(model: Model, place: np.ndarray) -> int:
-    """Number of draws of the search in which a design has no equilibrium."""
+    """Number of draws of the search in which some number of a design is not finite."""
     values, margins = model.spread(place, model.draws)
     return int(np.sum(~np.all(np.isfinite(np.hstack([values, margins])), axis=1)))
 

@@ -79,8 +79,11 @@ class Log:
         self.reused = len(self.known)
 
     def discard(self) -> None:
-        """Remove the file, and the folders that were made for it: a study that is refused leaves nothing."""
-        if self.path is None:
+        """Remove the file, and the folders that were made for it: a study that is refused leaves nothing.
+
+        Evaluations of an earlier run stay: they may have taken hours.
+        """
+        if self.path is None or self.reused:
             return
         with contextlib.suppress(OSError):  # such as a folder that holds something else by now
             self.path.unlink()

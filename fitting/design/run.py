@@ -65,7 +65,7 @@ def run_study(
 
     Raises:
         InputError: one line, if nothing can be evaluated, or constraints contradict each other. The file of
-            the evaluations is removed then.
+            the evaluations is removed then, unless an earlier run made some of them.
     """
     kept = Log(log, fingerprint(study))
     try:
@@ -159,12 +159,8 @@ def _search(
     good = [one for one in first if one.finite]
     if not good:
         raise InputError(f"{study.path}: {why_nothing(model, first[0], choice.words(study))}")
-    for j, one in enumerate(study.objectives):
-        if one.quantity != "failure_probability" and not any(np.any(o.jacobian[j]) for o in good):
-            raise InputError(
-                f"{study.path}: objective {one.name!r} changes with nothing that is free: its derivative is "
-                f"zero at all {len(good)} starts"
-            )
+    if len(study.designs) * len(study.alloys) * len(study.materials) == 1:  # or the choice may change it
+        _check_changing(study, good)
     count = len(study.objectives)
     sizes = np.array([max(abs(float(np.median([o.values[j] for o in good]))), 1e-12) for j in range(count)])
     total = good[0].values.size
@@ -201,6 +197,16 @@ def _search(
             found.pairs = [pairs[k] for k in keep]
             found.made = found.pairs[_knee([o for o, _ in found.pairs], count)][0]
     return found
+
+
+def _check_changing(study: Study, starts: list[Evaluation]) -> None:
+    """Refuse an objective whose derivative is zero at all starts."""
+    for j, one in enumerate(study.objectives):
+        if one.quantity != "failure_probability" and not any(np.any(o.jacobian[j]) for o in starts):
+            raise InputError(
+                f"{study.path}: objective {one.name!r} changes with nothing that is free: its derivative is "
+                f"zero at all {len(starts)} starts"
+            )
 
 
 def _knee(outcomes: list[Outcome], count: int) -> int:

@@ -14,7 +14,6 @@ import itertools
 import operator
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -26,6 +25,8 @@ from fitting.inference.noise import robust_noise
 from pneusma_jax.actuator.balance import Problem, configuration, spring_responses
 from pneusma_jax.actuator.root_find import attached
 from pneusma_jax.program_cache import stored_jit
+
+from .walks import along, costs_of, process_noise_of, smoothed
 
 ROUNDS = 12
 """Maximum number of linearisations. Most recordings take three to six."""
@@ -52,13 +53,6 @@ RELEASES = 5
 """Maximum number of times that rows are released from being cold."""
 LEAST_NOISE = 2e-6
 """Minimum relative noise of a resistance; files keep no smaller digits."""
-WANDER = 10.0 ** np.arange(-9.0, 0.0, 1.0)
-"""Candidate variances of a fraction's change [1/s], from a cold spring, which stays, to one heated in
-seconds."""
-FIRST = 1.0
-"""Variance of a fraction before the first reading [1], when it is unknown."""
-UNTIED = 1e12
-"""Variance of a step that ties nothing [1]."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +110,7 @@ class _Readings:
         good = np.all(np.isfinite(slope), axis=(1, 2)) & np.all(np.isfinite(ohms), axis=1)
         ohms, slope = np.where(good[:, None], ohms, self.read), np.where(good[:, None, None], slope, 0.0)
         # beyond its ends a fraction is continued, so that noise about a cold spring does not heat it
-        ohms = ohms + _along(slope, x - inside)
+        ohms = ohms + along(slope, x - inside)
         return (self.read - ohms) / self.noise, slope / self.noise[:, None]
 
     def with_fractions(self, x: np.ndarray) -> tuple[pj.MartensiteFraction, ...]:
@@ -232,15 +226,15 @@ def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
     """
     time = readings.time
     missed, slope = readings.missed(x)
-    wander = _process_noise_of(time, missed + _along(slope, x), slope, cold)
-    costs = _costs(time, x, missed, wander, cold)
+    wander = process_noise_of(time, missed + along(slope, x), slope, cold)
+    costs = costs_of(time, x, missed, wander, cold)
     for _ in range(ROUNDS):
-        after, _ = _smooth(time, missed + _along(slope, x), slope, wander, cold)
+        after, _ = smoothed(time, missed + along(slope, x), slope, wander, cold)
         step = np.clip(after - x, -LONGEST, LONGEST)
         for share in SHARES:
             trial = x + share * step
             found = readings.missed(trial)
-            there = _costs(time, trial, found[0], wander, cold)
+            there = costs_of(time, trial, found[0], wander, cold)
             if np.sum(there) < np.sum(costs):
                 break
         else:
@@ -249,41 +243,16 @@ def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
         x, (missed, slope), costs = trial, found, there
         if settled:
             break
-    after, evidence = _smooth(time, missed + _along(slope, x), slope, wander, cold)
+    after, evidence = smoothed(time, missed + along(slope, x), slope, wander, cold)
     # the likelihood of these fractions, not of those that the tangent promises
-    promised = _costs(time, after, missed + _along(slope, x - after), wander, cold)
+    promised = costs_of(time, after, missed + along(slope, x - after), wander, cold)
     turns = np.sum((cold[1:] != cold[:-1]) * 1 + (wander[1:] != wander[:-1]), axis=1)
     turns = np.insert(turns, 0, 0)
     # no fraction is beyond 0 or 1: there readings miss what they would at the ends
-    ends = np.sum(_along(slope, x - np.clip(x, 0.0, 1.0)) ** 2, axis=1)
+    ends = np.sum(along(slope, x - np.clip(x, 0.0, 1.0)) ** 2, axis=1)
     beyond = ends > MISSED**2
     evidence = evidence + promised - costs - turns * np.log(len(time)) - 0.5 * np.where(beyond, ends, 0.0)
     return _Trajectory(x, cold, missed, beyond, evidence)
-
-
-def _along(slope: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Change of the readings with fractions, shape (rows, wired)."""
-    return np.einsum("tij,tj->ti", slope, x)
-
-
-def _costs(
-    time: np.ndarray, x: np.ndarray, missed: np.ndarray, wander: np.ndarray, cold: np.ndarray
-) -> np.ndarray:
-    """Half the sum of squares of each row: what readings miss, and half of the walk's two steps at the row,
-    in units of their deviation; shape (n,). The sum over all rows is that of the recording.
-
-    Args:
-        time: time [s], shape (n,).
-        x: fractions [1], shape (n, m).
-        missed: readings less predictions, in units of their noise, shape (n, m).
-        wander: variance of each fraction's change before each row [1/s], shape (n, m).
-        cold: true where a spring is cold; steps that end there are not of the walk. Shape (n, m).
-    """
-    steps, changes = np.diff(time)[:, None], np.where(cold[1:], 0.0, np.diff(x, axis=0))
-    walked = 0.5 * np.sum(changes**2 / (wander[1:] * np.maximum(steps, 1e-9)), axis=1)
-    costs = np.sum(missed**2, axis=1) + np.append(walked, 0.0) + np.insert(walked, 0, 0.0)
-    costs[0] += np.sum(np.where(cold[0], 0.0, x[0] - 0.5) ** 2) / FIRST
-    return 0.5 * costs
 
 
 @stored_jit()
@@ -314,103 +283,3 @@ def _predicted_resistances(
         return ohms_at(followed, row), jax.jacfwd(ohms_at)(followed, row)
 
     return jax.vmap(one)((jnp.asarray(pressure), whole, before, history.rows.unknowns))
-
-
-def _process_noise_of(
-    time: np.ndarray, target: np.ndarray, slope: np.ndarray, cold: np.ndarray
-) -> np.ndarray:
-    """Most likely variance of each change of a fraction [1/s], one spring after the other, twice.
-
-    Between rows it may change, at the cost of the logarithm of their number: a heated spring is held still
-    afterwards. Shape (n, m).
-    """
-    rows, count = target.shape
-    wander = np.full((rows, count), 1e-4)
-    for _ in range(2):
-        for k in range(count):
-            trials = np.repeat(wander[:, None], len(WANDER), axis=1)
-            trials[:, :, k] = WANDER
-            found = _filtered(time, target, slope, trials, cold, np.log(rows))
-            way = int(np.argmax(found.score))
-            for t in range(rows - 1, -1, -1):
-                wander[t, k] = WANDER[way]
-                way = found.parents[t, way]
-    return wander
-
-
-class _Filtered(NamedTuple):
-    """What `_filtered` finds for several candidates side by side.
-
-    Attributes:
-        means, variances: of the fractions, shapes (n, candidates, m) and (n, candidates, m, m).
-        evidence: log-likelihoods of each row's readings after all rows before, shape (n, candidates).
-        score: their sum less the cost of changes between candidates, shape (candidates,).
-        parents: candidate that each one went on from, shape (n, candidates).
-    """
-
-    means: np.ndarray
-    variances: np.ndarray
-    evidence: np.ndarray
-    score: np.ndarray
-    parents: np.ndarray
-
-
-def _filtered(
-    time: np.ndarray,
-    target: np.ndarray,
-    slope: np.ndarray,
-    wander: np.ndarray,
-    cold: np.ndarray,
-    change: float = np.inf,
-) -> _Filtered:
-    """Kalman filter of random walks, for several candidates of their variances side by side.
-
-    Args:
-        time: time [s], ascending, shape (n,).
-        target: readings in units of their noise, shape (n, m).
-        slope: slope of the readings over the fractions, shape (n, m, m).
-        wander: variance of each fraction's change before each row [1/s], shape (n, candidates, m).
-        cold: true where a spring is exactly cold, shape (n, m).
-        change: cost of going on with another candidate [nat].
-    """
-    rows, several, count = wander.shape
-    steps, unit, own = np.diff(time, prepend=time[0]), np.eye(count), np.arange(several)
-    means, variances = np.empty((rows, several, count)), np.empty((rows, several, count, count))
-    mean, variance = np.full((several, count), 0.5), np.tile(FIRST * unit, (several, 1, 1))
-    evidence, score, parents = np.zeros((rows, several)), np.zeros(several), np.zeros((rows, several), int)
-    for t in range(rows):
-        best = np.argmax(score)
-        parents[t] = from_ = np.where(score[best] - change > score, best, own)
-        mean, score = mean[from_], np.maximum(score, score[best] - change)
-        variance = variance[from_] + (wander[t] * steps[t])[:, :, None] * unit
-        if cold[t].any():
-            warm = ~cold[t]
-            mean = np.where(warm, mean, 1.0)
-            variance = variance * (warm[:, None] & warm)
-        for ohms, tangent in zip(target[t], slope[t], strict=True):
-            reach = variance @ tangent
-            spread = reach @ tangent + 1.0
-            surprise = ohms - mean @ tangent
-            mean = mean + (surprise / spread)[:, None] * reach
-            variance = variance - reach[:, :, None] * (reach / spread[:, None])[:, None, :]
-            evidence[t] -= 0.5 * (surprise**2 / spread + np.log(spread))
-        score = score + evidence[t]
-        means[t], variances[t] = mean, variance
-    return _Filtered(means, variances, evidence, score, parents)
-
-
-def _smooth(
-    time: np.ndarray, target: np.ndarray, slope: np.ndarray, wander: np.ndarray, cold: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Rauch-Tung-Striebel smoother behind `_filtered`, of one candidate.
-
-    Returns:
-        Fractions, shape (n, m), and the log-likelihoods of each row's readings, shape (n,).
-    """
-    found = _filtered(time, target, slope, wander[:, None], cold)
-    means, variances = found.means[:, 0], found.variances[:, 0]
-    steps, smooth = np.diff(time), means.copy()
-    for t in range(len(time) - 2, -1, -1):
-        ahead = variances[t] + np.diag(wander[t + 1] * steps[t] + UNTIED * cold[t + 1] + 1e-300)
-        smooth[t] = means[t] + variances[t] @ np.linalg.solve(ahead, smooth[t + 1] - means[t])
-    return smooth, found.evidence[:, 0]

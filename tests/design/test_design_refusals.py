@@ -13,6 +13,7 @@ from study_files import SMALL, changed, write_study
 
 from fitting.cli import main
 from fitting.design import read_study, run_study
+from fitting.design.log import Log
 from fitting.design.posterior_file import posterior_draws
 from pneusma_jax.errors import InputError
 
@@ -177,6 +178,7 @@ FUNCTION = 'quantity = "function"\ngoal = "maximise"\nfile = "mine.py"\nfunction
         ("import jax.numpy as jnp\ndef f(s, p):\n    return jnp.ones(3)", "returns float64 of shape (3,)"),
         ("def f(s, p):\n    return None", "must return one real number, but it returns None"),
         ("def f(s, p):\n    return 'bend'", "must return one real number, but it returns bend"),
+        ("def f(s, p):\n    return 10**30", "must return one real number, but it returns 1000000"),
         ("def f(s, p):\n    return s['hot'].only.curvature > 3", "returns bool of shape ()"),
         ("def f(s, p):\n    return s['hot'].only.curvature * 1j", "returns complex128 of shape ()"),
         ("import math\ndef f(s, p):\n    return math.sin(s['hot'].only.curvature)", "make all of it with jax.numpy"),
@@ -195,6 +197,17 @@ def test_a_file_that_leaves_the_program_is_refused(tmp_path):
     (tmp_path / "mine.py").write_text("import sys\nsys.exit(3)\n")
     with pytest.raises(InputError, match="cannot be executed \\(SystemExit: 3\\)"):
         read_study(write_study(tmp_path, changed(BEND, FUNCTION)))
+
+
+@pytest.mark.parametrize("earlier", [True, False])
+def test_a_refusal_leaves_evaluations_of_an_earlier_run(earlier, tmp_path):
+    path = tmp_path / "new" / "evaluations.jsonl"
+    if earlier:
+        Log(path, "a study").add(0, np.zeros((1, 2)), np.ones((1, 3)), np.ones((1, 3, 2)))
+    log = Log(path, "a study")
+    log.add(0, np.ones((1, 2)), np.ones((1, 3)), np.ones((1, 3, 2)))
+    log.discard()
+    assert path.exists() is earlier and path.parent.exists() is earlier
 
 
 def _posterior(path, names):

@@ -109,6 +109,16 @@ def test_an_objective_that_nothing_free_changes_is_refused(tmp_path):
 
 
 @pytest.mark.slow
+def test_an_objective_that_only_the_choice_of_a_design_changes_is_none_to_refuse(tmp_path):
+    held = changed('quantity = "curvature"\ngoal = "maximise"', 'quantity = "outer_diameter"\ngoal = "minimise"')
+    wide = held.replace('design = "pneusma2"', 'design = ["pneusma1", "pneusma2"]').replace("58.3", "80")
+    found = run_study(read_study(write_study(tmp_path, wide)))
+    others = [one.objectives[0] for one in found.others]
+    assert found.made.violation <= 1e-6 and all(found.made.objectives[0] <= other for other in others)
+    assert {found.made.choice.design, *(one.choice.design for one in found.others)} == {"pneusma1", "pneusma2"}
+
+
+@pytest.mark.slow
 def test_two_constraints_that_contradict_each_other_are_named_and_no_third(tmp_path):
     more = (
         '[constraint.long]\nquantity = "length"\nat_least = {value = 58.6, unit = "mm"}\n[constraint.shear]'

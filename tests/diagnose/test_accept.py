@@ -39,6 +39,13 @@ def test_the_verdict_says_the_same_of_every_kind_of_held_out_data(soft, how, aft
     assert not [other for other in ("rises", "falls", "stays") if other != word and f" {other} " in said]
 
 
+@pytest.mark.parametrize(("after", "excused"), [(4.4, True), (4.001, False), (1.0, False)])
+def test_only_a_rise_that_is_shown_is_excused(soft, after, excused):
+    scores = [dataclasses.replace(soft.before, reduced_chi2=x) for x in (4.0, after)]
+    said = " ".join(verdict_sentences(dataclasses.replace(soft, before=scores[0], after=scores[1])))
+    assert ("no more than chance" in said) is excused
+
+
 def explained(validation):
     """A search of four fitted recordings that show two effects, and what is accepted where others show other strengths.
 

@@ -119,7 +119,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
                 _by_chance(chance),
             ]
         with_it = f"With {' and '.join(terms)}"
-    elif after.reduced_chi2 > base.reduced_chi2:
+    elif went(base.reduced_chi2, after.reduced_chi2).startswith("rises"):
         allowed = ", no more than chance and the other recordings allow"
     if smooth and names[0] != "unmodelled":
         with_it += f" and, for what it leaves, {smooth}, which explains nothing,"
