@@ -40,6 +40,15 @@ def test_drives_reproduce_the_curvature_in_the_plain_solver(inverse):
     np.testing.assert_allclose([float(s.resistance) for s in state.springs], found.resistances[0], rtol=1e-8)
 
 
+@pytest.mark.parametrize(("design", "goal"), [("pneuflex_s", "bend_angle"), ("pneuflex_t", "curvature")])
+def test_pressure_alone_drives_a_design_without_springs(design, goal):
+    inverse = Inverse(design, LIMITS)
+    wanted = inverse.verified(np.array([[20e3]])).only
+    found = inverse.solve((goal,), np.asarray(getattr(wanted, goal))[:, None])
+    assert found.met.all() and found.fractions.shape == found.currents.shape == (1, 0)
+    assert found.pressure[0] == pytest.approx(20e3, rel=1e-3)
+
+
 @pytest.mark.slow
 def test_what_heat_has_taken_is_said(inverse):
     # bent as far as it goes to one side, and then straight and long: the heated spring does not let go again
