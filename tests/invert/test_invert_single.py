@@ -63,6 +63,17 @@ def test_what_heat_has_taken_is_said(inverse):
 
 
 @pytest.mark.slow
+def test_a_first_row_is_heated_no_more_than_a_target_without_time(inverse):
+    """The states nearest to 10 deg are warm, and a search from them alone ended in 0.42 of heat, not 0.0004."""
+    wanted = np.radians([[10.0]])
+    alone, first = inverse.solve(("bend_angle",), wanted), follow(inverse, ("bend_angle",), wanted, np.zeros(1))
+    assert alone.met.all() and first.inversion.met.all() and first.disagreement < 1e-6
+    heat = [np.sum((1.0 - x.fractions) ** 2) for x in (alone, first.inversion)]
+    assert heat[1] < 1.01 * heat[0] + 1e-6
+    np.testing.assert_allclose(first.remembered, first.inversion.fractions, rtol=1e-9)
+
+
+@pytest.mark.slow
 def test_a_curvature_is_met_with_little_more_heat_than_a_grid_needs(inverse):
     """At 40 1/m the curvature has a maximum over the pressure, where a search once came to nothing."""
     near = inverse.atlas.nearest(("curvature",), np.array([[40.0]]), 1, lean=True)
