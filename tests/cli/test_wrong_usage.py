@@ -59,6 +59,11 @@ def test_campaigns_none_of_which_is_there_are_refused(refused, command):
     assert "there is no such file or folder" in refused(command, "nowhere", "neither", "--out", "o")
 
 
+def test_a_range_without_limits_is_not_described(run):
+    said = run("control", "--help").output
+    assert "None" not in said and "-100.0<x<1000.0" in said
+
+
 def test_a_place_that_cannot_be_written_is_refused_before_the_work(refused):
     if not Path("/proc/self").exists():
         pytest.skip("no /proc here")
