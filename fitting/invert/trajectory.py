@@ -23,7 +23,7 @@ from pneusma_jax.program_cache import stored_jit
 from .atlas import goal_values
 from .forward import Memories, fresh, state_of
 from .goals import GOALS, misses
-from .run import LEAN, Inverse, Inversion, electrical
+from .run import LEAN, Inverse, Inversion, electrical, unheated
 from .search import Box, exact_look, places_of, search
 
 STARTS = 2
@@ -161,7 +161,7 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
     resistances, currents = electrical(solved)
     found = Inversion(
         inverse.design, goals, wanted, inverse.springs, drives[:, 0], drives[:, 1:], resistances, currents,
-        exact, missed, met, held, tuple(np.zeros((0, drives.shape[1])) for _ in met),
+        exact, missed, met, held, tuple(np.zeros((0, drives.shape[1])) for _ in met), unheated(inverse.body),
     )  # fmt: skip
     return Trajectory(found, np.asarray(time, dtype=float), least, alone.met, off)
 

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from fitting.invert import Inverse, Limits
+from fitting.invert import Inverse, Inversion, Limits
+from fitting.invert.run import unheated
 from fitting.invert.trajectory import follow
+from fitting.report.invert.words import verdict
 
 LIMITS = Limits((0.0, 50e3), 0.1)
 
@@ -47,6 +49,25 @@ def test_pressure_alone_drives_a_design_without_springs(design, goal):
     found = inverse.solve((goal,), np.asarray(getattr(wanted, goal))[:, None])
     assert found.met.all() and found.fractions.shape == found.currents.shape == (1, 0)
     assert found.pressure[0] == pytest.approx(20e3, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("fractions", "words"),
+    [
+        ([[1.0, 0.981]], "No heating gives xi0_2 0.981: a spring without a current is at 0.973"),
+        ([[0.5, 0.98], [0.99, 1.0], [0.4, 0.97]], "No heating gives xi0_1 and xi0_2 of 2 targets: "),
+        ([[1.0, 0.97]], ""),
+    ],
+)
+def test_fractions_that_no_heating_gives_are_said(inverse, fractions, words):
+    count, blank = len(fractions), np.zeros((len(fractions), 2))
+    result = Inversion(
+        "pneusma2", ("curvature",), np.zeros((count, 1)), inverse.springs, np.zeros(count), np.array(fractions),
+        blank, blank, np.zeros((count, 1)), {"curvature": np.zeros(count)}, np.ones(count, bool),
+        ("",) * count, (np.zeros((0, 3)),) * count, unheated(inverse.body),
+    )  # fmt: skip
+    said = verdict(result)
+    assert said[-1].startswith(words or "Drives") and ("No heating" in " ".join(said)) == bool(words)
 
 
 @pytest.mark.slow
