@@ -178,6 +178,8 @@ class Inverse:
         goals, wanted = tuple(goals), np.atleast_2d(np.asarray(wanted, dtype=float))
         self.check(goals)
         near, tried = self.atlas.nearest(goals, wanted, LEAN if self.body.chain is None else 1, lean=True), 0
+        if not near.shape[1]:  # no state of a loaded chain is lean
+            near, tried = self.atlas.nearest(goals, wanted, 1), 1
         # where a search costs little, it starts from the nearest state, too, for less heat
         if self.body.chain is None or self.by_tables is not None:
             near, tried = np.concatenate([near, self.atlas.nearest(goals, wanted, 1)], axis=1), 1
