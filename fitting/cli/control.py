@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from ._common import SEED, Finite, design_argument, done, prepare
+from ._common import FINITE, SEED, Finite, design_argument, done, prepare
 
 
 @click.command("control")
@@ -15,12 +15,14 @@ from ._common import SEED, Finite, design_argument, done, prepare
 @click.option(
     "--model", type=click.Path(path_type=Path), help="A model on disk as the plant; else five effects."
 )
+@click.option("--level-1pm", type=FINITE, default=20.0, show_default=True, help="Curvature after the step.")
+@click.option("--swing-1pm", type=FINITE, default=8.0, show_default=True, help="Amplitude of the sine.")
 @click.option(
-    "--level-1pm", type=Finite(), default=20.0, show_default=True, help="Curvature after the step."
-)
-@click.option("--swing-1pm", type=Finite(), default=8.0, show_default=True, help="Amplitude of the sine.")
-@click.option(
-    "--pressure-kPa", "pressure", type=Finite(-100.0, 1000.0), default=20.0, show_default=True,
+    "--pressure-kPa",
+    "pressure",
+    type=Finite(-100.0, 1000.0, min_open=True, max_open=True),
+    default=20.0,
+    show_default=True,
     help="Gauge pressure, constant.",
 )
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Of the noise.")

@@ -93,7 +93,7 @@ class Run:
         """
         rows = np.flatnonzero((self.time >= begin) & (self.time < end))
         height = abs(self.wanted[rows[-1]] - self.wanted[max(rows[0] - 1, 0)])
-        off = np.abs(self.curvature[rows] - self.wanted[rows]) > share * height
+        off = ~(np.abs(self.curvature[rows] - self.wanted[rows]) <= share * height)  # NaN never settles
         if off[-1]:
             return float("inf")
         last = np.flatnonzero(off)

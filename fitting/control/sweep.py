@@ -10,6 +10,7 @@ import numpy as np
 import pneusma_jax as pj
 from fitting.inference.results import Result
 from fitting.specimens.saved_models import AugmentedModel
+from pneusma_jax.actuator.result import Status, solved
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError
 from pneusma_jax.pipeline import Effect
@@ -66,9 +67,7 @@ class Sweep(Result):
     cases: tuple[Case, ...]
 
 
-def usual_loop(
-    seed: int = 0, level: float = LEVEL, swing: float = SWING, pressure: float = PRESSURE
-) -> Loop:
+def usual_loop(seed: int = 0, level: float = LEVEL, swing: float = SWING, pressure: float = PRESSURE) -> Loop:
     """A step to a curvature, held, then a sine about it.
 
     Args:
@@ -95,6 +94,20 @@ def all_effects(chosen: Mapping[str, Mapping[str, float]]) -> tuple[Effect, ...]
     )
 
 
+def _balanced(design: str, plant: Plant, run: Run, pressure: float) -> Run:
+    """A run in some row of which the plant balances, as the controller's own model does.
+
+    Raises:
+        InputError: where there is no such row; says why, of the plant that is cold.
+    """
+    if run.good.any() and np.isfinite(run.planned).any():
+        return run
+    cold = tuple(pj.MartensiteFraction(1.0) for _ in plant.body.springs)
+    status = Status(int(pj.solve(plant.body, pressure, cold, throw=False).status))
+    why = f". {status.sentence}" if not solved(status) else ""
+    raise InputError(f"{design}: under {1e-3 * pressure:g} kPa no row of the loop has an equilibrium{why}")
+
+
 def run_sweep(
     design: str = "pneusma2",
     error: float = 0.1,
@@ -109,6 +122,9 @@ def run_sweep(
         error: relative error of the numbers that the controller was told [1], as of a diagnosis.
         loop: task and settings; the usual ones if None.
         progress: called with the name of each case.
+
+    Raises:
+        InputError: where the plain plant has no equilibrium in any row.
     """
     loop, body = loop or usual_loop(), pj.make_actuator(design)
     place = body.section.enclosed_centroid
@@ -116,7 +132,9 @@ def run_sweep(
     nothing = Plant(under(0.0), all_effects({}))
     cases = []
     progress("no mismatch")
-    cases.append(Case("no mismatch", loop.run(nothing, nothing), None))
+    cases.append(
+        Case("no mismatch", _balanced(design, nothing, loop.run(nothing, nothing), loop.pressure), None)
+    )
     for slug, numbers in CONCEALED.items():
         progress(slug)
         off = find_effect(slug)()
@@ -141,14 +159,14 @@ def run_model(
     """A model on disk as the plant: a controller with the base model, and one with that model.
 
     Raises:
-        InputError: if the model adds nothing.
+        InputError: if the model adds nothing, or the plant has no equilibrium in any row.
     """
     if not model.effects:
         raise InputError(f"{model.path}: this model has no effect, so the base model is all there is to know")
     loop, body = loop or usual_loop(), pj.make_actuator(design)
     plant, base = Plant(body, model.effects), Plant(body)
     progress("without")
-    without = loop.run(plant, base)
+    without = _balanced(design, plant, loop.run(plant, base), loop.pressure)
     progress("known")
     name = ", ".join(e.slug for e in model.effects)
     return Sweep(Path(design).stem, loop, (Case(name, without, loop.run(plant, plant)),))

@@ -81,6 +81,8 @@ class Atlas:
         good, places = self._places(goals, lean)
         ranks = range(1, ranks + 1) if isinstance(ranks, int) else ranks
         some = [k for k in ranks if k <= good.size]
+        if not some:  # no state of a loaded chain is lean
+            return np.zeros((len(wanted), 0), dtype=int)
         aims = wanted / np.asarray(sizes(goals))
         if len(aims) <= WITHOUT_TREE:
             away = np.linalg.norm(places[None] - aims[:, None], axis=2)

@@ -70,6 +70,8 @@ class Inversion(Result):
         met: true where every goal is met within its tolerance.
         held: the ends of drives that hold an unmet target, in words.
         ways: drives of every other solution that was found for each target, shape (ways, drives).
+        unheated: martensite fraction of every spring that no current heats, in air of 22 degC [1], shape
+            (springs,).
     """
 
     design: str
@@ -85,6 +87,7 @@ class Inversion(Result):
     met: np.ndarray
     held: tuple[str, ...]
     ways: tuple[np.ndarray, ...]
+    unheated: np.ndarray
 
     def spring_name(self, k: int) -> str:
         """Name of a spring's column: `2`, or `1.2` in a chain."""
@@ -175,6 +178,8 @@ class Inverse:
         goals, wanted = tuple(goals), np.atleast_2d(np.asarray(wanted, dtype=float))
         self.check(goals)
         near, tried = self.atlas.nearest(goals, wanted, LEAN if self.body.chain is None else 1, lean=True), 0
+        if not near.shape[1]:  # no state of a loaded chain is lean
+            near, tried = self.atlas.nearest(goals, wanted, 1), 1
         # where a search costs little, it starts from the nearest state, too, for less heat
         if self.body.chain is None or self.by_tables is not None:
             near, tried = np.concatenate([near, self.atlas.nearest(goals, wanted, 1)], axis=1), 1
@@ -287,7 +292,7 @@ class Inverse:
         resistances, currents = electrical(solved)
         return Inversion(
             self.design, goals, wanted, self.springs, drives[:, 0], drives[:, 1:], resistances, currents,
-            values, found, met, held, tuple(ways),
+            values, found, met, held, tuple(ways), unheated(self.body),
         )  # fmt: skip
 
     def verified(self, drives: np.ndarray) -> Solved:
@@ -331,6 +336,12 @@ def _best(found: Found) -> Found:
     which = np.lexsort((found.effort, miss), axis=1)[:, 0]
     rows = np.arange(len(which))
     return jax.tree.map(lambda x: np.asarray(x)[rows, which], found)
+
+
+def unheated(body: Body) -> np.ndarray:
+    """Martensite fraction of every spring in air of 22 degC without a current [1], shape (springs,)."""
+    alloys = [spring.alloy for segment in body.segments for spring in segment.springs]
+    return np.array([float(alloy.martensite_fraction_at(jnp.asarray(AMBIENT))) for alloy in alloys])
 
 
 def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:

@@ -23,11 +23,11 @@ from pneusma_jax.program_cache import stored_jit
 from .atlas import goal_values
 from .forward import Memories, fresh, state_of
 from .goals import GOALS, misses
-from .run import Inverse, Inversion, electrical
+from .run import LEAN, Inverse, Inversion, electrical, unheated
 from .search import Box, exact_look, places_of, search
 
 STARTS = 2
-"""Number of states of the atlas from which a row is tried, beside the row before."""
+"""Number of states of the atlas from which a row is tried, beside the row before and those that are lean."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,8 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
     if len({segment.freedoms for segment in inverse.body.segments}) > 1:
         raise InputError("targets over time need a chain whose segments all bend in a plane, or none of them")
     atlas, box = inverse.atlas, inverse.box()
-    near = atlas.nearest(goals, wanted, STARTS)
+    lean = atlas.nearest(goals, wanted, LEAN if inverse.body.chain is None else 1, lean=True)
+    near = np.concatenate([lean, atlas.nearest(goals, wanted, STARTS)], axis=1)
     begin = jax.vmap(places_of, (None, 0))(box, jnp.asarray(atlas.drives[near]))
     rows = _followed(
         inverse.body,
@@ -160,7 +161,7 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
     resistances, currents = electrical(solved)
     found = Inversion(
         inverse.design, goals, wanted, inverse.springs, drives[:, 0], drives[:, 1:], resistances, currents,
-        exact, missed, met, held, tuple(np.zeros((0, drives.shape[1])) for _ in met),
+        exact, missed, met, held, tuple(np.zeros((0, drives.shape[1])) for _ in met), unheated(inverse.body),
     )  # fmt: skip
     return Trajectory(found, np.asarray(time, dtype=float), least, alone.met, off)
 

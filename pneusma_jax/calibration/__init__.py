@@ -18,10 +18,11 @@ from ..documents import read_text, shipped_names
 from ..errors import InputError, nearest
 from ..files import write_whole
 from .records import Calibration, Line, Prior, Quantity
-from .toml import SCHEMA, parse_calibration, render_calibration
+from .toml import SCHEMA, WANTED, parse_calibration, render_calibration
 
 _USUAL = {"material": "dragon_skin_10_fast", "alloy": "krl35"}
 _EXAMPLES = resources.files("calibration_data").joinpath("examples", "designs")
+_CHAINS = resources.files("calibration_data").joinpath("examples", "chains")
 _UNKNOWN = resources.files("calibration_data").joinpath("unknown")
 
 __all__ = [
@@ -115,6 +116,8 @@ def _locate(name_or_path: str | Path, kind: str | None) -> tuple[Path, Any]:
         file = f"{name}.toml"
         return Path("calibration_data", "unknown", file), _UNKNOWN.joinpath(file)
     if name not in available():
+        if name in shipped_names(_CHAINS):
+            raise InputError(f"{name} is a chain of actuators, but {WANTED} is wanted here")
         alloys = unknown() if kind in (None, "alloy") else []
         known = available(kind) + alloys + (examples() if kind in (None, "actuator") else [])
         raise InputError(f"no table of constants is called {name!r}, {nearest(name, known)}")

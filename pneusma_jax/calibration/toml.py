@@ -18,6 +18,14 @@ _SHAPE = "{value, unit, status, source}"
 _LINE_SHAPE = "{points = [[x, y], ...], unit, status, source}"
 
 
+OTHER_FILES = {
+    "pneusma-study/1": "a study, which `pneusma design` or `pneusma propagate` takes",
+    "pneusma-chain/1": "a chain of actuators",
+}
+"""Files that are no tables of constants, by schema."""
+WANTED = "a table of constants, such as that of a single actuator,"
+
+
 def parse_calibration(text: str, path: str | Path) -> Calibration:
     """Read and check a table.
 
@@ -58,6 +66,8 @@ def parse_calibration(text: str, path: str | Path) -> Calibration:
 
 def _check_text(strings: dict[str, Any], path: Path) -> str:
     """Check everything at the top level that is not a number, and return the kind."""
+    if (other := OTHER_FILES.get(str(strings.get("schema")))) is not None:
+        raise InputError(f"{path}: this is {other}, but {WANTED} is wanted here")
     for key in keys.REQUIRED_TEXT:
         if key not in strings:
             raise InputError(f"{path}: key {key!r} is missing")

@@ -59,6 +59,26 @@ def test_campaigns_none_of_which_is_there_are_refused(refused, command):
     assert "there is no such file or folder" in refused(command, "nowhere", "neither", "--out", "o")
 
 
+@pytest.mark.parametrize(
+    "words", [("control", "--out", "o"), ("invert", "--curvature-1pm", "10"), ("wiring", "--springs", "2")]
+)
+def test_a_study_in_the_place_of_a_design_is_called_one(refused, words):
+    study = SILICONE.parent / "design_studies" / "wider_pneusma2.toml"
+    said = refused(*words, "--design", study)
+    assert "this is a study, which `pneusma design` or `pneusma propagate` takes, but a table" in said
+
+
+@pytest.mark.parametrize("design", ["orthogonal_chain", SILICONE.parent / "chains" / "orthogonal_chain.toml"])
+def test_a_chain_in_the_place_of_an_actuator_is_called_one(refused, design):
+    said = refused("control", "--design", design, "--out", "o")
+    assert "is a chain of actuators, but a table of constants, such as that of a single actuator," in said
+
+
+def test_a_range_without_limits_is_not_described(run):
+    said = run("control", "--help").output
+    assert "None" not in said and "-100.0<x<1000.0" in said
+
+
 def test_a_place_that_cannot_be_written_is_refused_before_the_work(refused):
     if not Path("/proc/self").exists():
         pytest.skip("no /proc here")

@@ -11,7 +11,9 @@ import pytest
 import pneusma_jax as pj
 from fitting.control.loop import Run
 from fitting.control.plant import Plant
-from fitting.control.sweep import all_effects, usual_loop
+from fitting.control.sweep import Case, Sweep, all_effects, run_sweep, usual_loop
+from fitting.report.control.words import case_table, verdict
+from pneusma_jax.errors import InputError
 
 
 def run_of(curvature, wanted):
@@ -36,6 +38,32 @@ def test_errors_and_settling_times_are_counted_from_the_courses():
     assert run.rmse(since=3.0) == pytest.approx(0.5)
     assert run.settling(1.0, 7.0) == 3.0
     assert run_of([0, 5, 5, 5], [0, 10, 10, 10]).settling(1.0, 4.0) == float("inf")
+
+
+def test_a_plant_without_equilibrium_is_refused_in_one_line():
+    with pytest.raises(InputError, match=r"-50 kPa no row .* the wall would be sucked flat\.$"):
+        run_sweep("pneusma2", loop=usual_loop(pressure=-50e3))
+
+
+def sweep_of(level, planned, curvature):
+    loop = usual_loop(level=level)
+    blank, full = np.zeros((loop.time.size, 2)), lambda x: np.full(loop.time.size, float(x))
+    arrays = (full(curvature), full(planned), full(curvature), blank, blank, blank, full(1.0) > 0.0)
+    run = Run(loop.time, loop.wanted, *arrays)
+    return Sweep("pneusma2", loop, (Case("no mismatch", run, None), Case("friction", run, run)))
+
+
+def test_a_level_out_of_reach_is_said_first():
+    said = verdict(sweep_of(200.0, 64.66, 64.66))
+    assert said[0].startswith("A curvature of 200 1/m is out of reach") and "64.66 1/m" in said[0]
+    assert "out of reach" not in " ".join(verdict(sweep_of(20.0, 19.9, 19.9)))
+
+
+def test_no_number_is_told_where_there_is_none():
+    result = sweep_of(20.0, np.nan, np.nan)
+    assert "no equilibrium" in verdict(result)[0] and "nan" not in " ".join(verdict(result))
+    cells = case_table(result).rows[0]
+    assert cells[1:4] == ["no equilibrium", "does not", "no equilibrium"]
 
 
 @pytest.fixture(scope="module")

@@ -119,3 +119,11 @@ def test_a_refined_line_is_the_same_line():
     away, room = (np.asarray(x) for x in distances(line, (points, lumen.diameter)))
     np.testing.assert_allclose(away, 1e-9, rtol=1e-6)
     np.testing.assert_allclose(room, 0.5 * diameter)
+
+
+@pytest.mark.slow
+def test_a_loaded_chain_has_no_lean_state_and_is_searched_from_the_nearest(monkeypatch):
+    monkeypatch.setattr("fitting.invert.atlas.LOADED", 16)
+    inverse = Inverse("loaded_chain")
+    wanted = inverse.atlas.values(("tip",))[:1]
+    assert not inverse.atlas.lean.any() and inverse.solve(("tip",), wanted).met.all()

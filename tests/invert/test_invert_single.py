@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from fitting.invert import Inverse, Limits
+from fitting.invert import Inverse, Inversion, Limits
+from fitting.invert.run import unheated
 from fitting.invert.trajectory import follow
+from fitting.report.invert.words import verdict
 
 LIMITS = Limits((0.0, 50e3), 0.1)
 
@@ -40,6 +42,34 @@ def test_drives_reproduce_the_curvature_in_the_plain_solver(inverse):
     np.testing.assert_allclose([float(s.resistance) for s in state.springs], found.resistances[0], rtol=1e-8)
 
 
+@pytest.mark.parametrize(("design", "goal"), [("pneuflex_s", "bend_angle"), ("pneuflex_t", "curvature")])
+def test_pressure_alone_drives_a_design_without_springs(design, goal):
+    inverse = Inverse(design, LIMITS)
+    wanted = inverse.verified(np.array([[20e3]])).only
+    found = inverse.solve((goal,), np.asarray(getattr(wanted, goal))[:, None])
+    assert found.met.all() and found.fractions.shape == found.currents.shape == (1, 0)
+    assert found.pressure[0] == pytest.approx(20e3, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("fractions", "words"),
+    [
+        ([[1.0, 0.981]], "No heating gives xi0_2 0.981: a spring without a current is at 0.973"),
+        ([[0.5, 0.98], [0.99, 1.0], [0.4, 0.97]], "No heating gives xi0_1 and xi0_2 of 2 targets: "),
+        ([[1.0, 0.97]], ""),
+    ],
+)
+def test_fractions_that_no_heating_gives_are_said(inverse, fractions, words):
+    count, blank = len(fractions), np.zeros((len(fractions), 2))
+    result = Inversion(
+        "pneusma2", ("curvature",), np.zeros((count, 1)), inverse.springs, np.zeros(count), np.array(fractions),
+        blank, blank, np.zeros((count, 1)), {"curvature": np.zeros(count)}, np.ones(count, bool),
+        ("",) * count, (np.zeros((0, 3)),) * count, unheated(inverse.body),
+    )  # fmt: skip
+    said = verdict(result)
+    assert said[-1].startswith(words or "Drives") and ("No heating" in " ".join(said)) == bool(words)
+
+
 @pytest.mark.slow
 def test_what_heat_has_taken_is_said(inverse):
     # bent as far as it goes to one side, and then straight and long: the heated spring does not let go again
@@ -51,6 +81,18 @@ def test_what_heat_has_taken_is_said(inverse):
     assert found.without_memory.all() and found.lost.tolist() == [False, True]
     assert found.disagreement < 1e-6
     assert "only stretching the spring again brings it back" in found.warnings()[0]
+
+
+@pytest.mark.slow
+def test_a_first_row_is_heated_no_more_than_a_target_without_time(inverse):
+    """The states nearest to 10 deg are warm, and a search from them alone ended in 0.34 of heat, not 0.0004."""
+    wanted = np.radians([[10.0]])
+    alone = inverse.solve(("bend_angle",), wanted)
+    first = follow(inverse, ("bend_angle",), wanted, np.zeros(1))
+    assert alone.met.all() and first.inversion.met.all() and first.disagreement < 1e-6
+    heat = [np.sum((1.0 - x.fractions) ** 2) for x in (alone, first.inversion)]
+    assert heat[1] < 1.01 * heat[0] + 1e-6
+    np.testing.assert_allclose(first.remembered, first.inversion.fractions, rtol=1e-9)
 
 
 @pytest.mark.slow

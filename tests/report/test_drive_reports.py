@@ -23,7 +23,7 @@ def inversion(values):
     return Inversion(
         "pneusma2", ("curvature",), wanted, ((1, 1), (1, 2)), np.array([30e3, 50e3]), fractions, electrical,
         0.1 * electrical, values, {"curvature": missed}, missed < 0.1,
-        ("", "xi0_2 at its lowest, 0.1"), (way, way[:0]),
+        ("", "xi0_2 at its lowest, 0.1"), (way, way[:0]), np.full(2, 0.973),
     )  # fmt: skip
 
 

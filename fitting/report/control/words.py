@@ -15,22 +15,48 @@ MEASURES = ("RMSE [1/m]", "settles in [s]", "observer [1/m]")
 
 
 def verdict(result: Sweep) -> list[str]:
-    """Sentences on the largest degradation of the curvature, and on the largest benefit of modelling its
-    cause."""
+    """Sentences on a step that is out of reach, on the largest degradation of the curvature, and on the
+    largest benefit of modelling its cause."""
     known = [case for case in result.cases if case.known is not None]
-    if len(known) == 1:
-        case = known[0]
+    told = [case for case in known if np.isfinite([_spoilt(case), _left(case)]).all()]
+    if not told:
+        names = " and ".join(_named(case) for case in known)
         return [
-            f"With {_named(case)} concealed the curvature errs by {case.without.rmse(SINCE):.2f} 1/m "
-            f"(root mean square); with it in the controller, by {case.known.rmse(SINCE):.2f} 1/m."
+            *_out_of_reach(result),
+            f"With {names} concealed the plant has no equilibrium to be judged by.",
         ]
-    worst = max(known, key=lambda case: case.without.rmse(SINCE))
-    gain = max(known, key=lambda case: case.without.rmse(SINCE) - case.known.rmse(SINCE))
+    if len(known) == 1:
+        return [
+            *_out_of_reach(result),
+            f"With {_named(told[0])} concealed the curvature errs by {_spoilt(told[0]):.2f} 1/m "
+            f"(root mean square); with it in the controller, by {_left(told[0]):.2f} 1/m.",
+        ]
+    worst, gain = max(told, key=_spoilt), max(told, key=lambda case: _spoilt(case) - _left(case))
     return [
-        f"Curvature is spoilt most by {_named(worst)}: {worst.without.rmse(SINCE):.2f} 1/m root mean square.",
-        f"Knowing it gives back most for {_named(gain)}: {gain.known.rmse(SINCE):.2f} instead of "
-        f"{gain.without.rmse(SINCE):.2f} 1/m.",
+        *_out_of_reach(result),
+        f"Curvature is spoilt most by {_named(worst)}: {_spoilt(worst):.2f} 1/m root mean square.",
+        f"Knowing it gives back most for {_named(gain)}: {_left(gain):.2f} instead of "
+        f"{_spoilt(gain):.2f} 1/m.",
     ]
+
+
+def _spoilt(case: Case) -> float:
+    return case.without.rmse(SINCE)
+
+
+def _left(case: Case) -> float:
+    return float("nan") if case.known is None else case.known.rmse(SINCE)
+
+
+def _out_of_reach(result: Sweep) -> list[str]:
+    """Sentence on a step that even the controller's own model does not follow up to the end of its hold."""
+    run = result.cases[0].without
+    last = np.flatnonzero(run.time < HOLD)[-1]
+    wanted, reached = float(run.wanted[last]), float(run.planned[last])
+    if abs(wanted - reached) <= BAND * abs(wanted):
+        return []
+    came = f"it comes to {reached:.2f} 1/m" if np.isfinite(reached) else "it has no equilibrium"
+    return [f"A curvature of {wanted:g} 1/m is out of reach of the controller's own model: {came}."]
 
 
 def warnings(result: Sweep) -> list[str]:
@@ -77,8 +103,6 @@ def _measures(run: Run | None) -> list[str]:
     if run is None:
         return [""] * len(MEASURES)
     settling = run.settling(STEP, HOLD)
-    return [
-        f"{run.rmse(SINCE):.2f}",
-        f"{settling:.2f}" if np.isfinite(settling) else "does not",
-        f"{run.rmse(SINCE, observer=True):.2f}",
-    ]
+    errors = [run.rmse(SINCE), run.rmse(SINCE, observer=True)]
+    error, observer = (f"{x:.2f}" if np.isfinite(x) else "no equilibrium" for x in errors)
+    return [error, f"{settling:.2f}" if np.isfinite(settling) else "does not", observer]

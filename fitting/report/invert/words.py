@@ -33,15 +33,32 @@ def subtitle(result: Inversion) -> str:
 
 
 def verdict(result: Inversion) -> list[str]:
-    """Sentence on the number of targets that are met; for a single one, on its errors."""
+    """Sentence on the number of targets that are met; for a single one, on its errors. Last, on fractions
+    that no heating gives."""
     met, count = int(result.met.sum()), result.met.size
     if count > 1:
-        return [f"{met} of {count} targets are met."]
+        return [f"{met} of {count} targets are met.", *_without_heat(result)]
     drives = f"Drives: {drive_words(result, 0)}."
     if met:
-        return ["The target is met.", drives]
+        return ["The target is met.", drives, *_without_heat(result)]
     return [f"The target is out of reach: missed are {missed_words(result, 0)}.", drives,
-            f"This is the nearest. It is held by: {result.held[0]}."]  # fmt: skip
+            f"This is the nearest. It is held by: {result.held[0]}.", *_without_heat(result)]  # fmt: skip
+
+
+def _without_heat(result: Inversion) -> list[str]:
+    """Sentence on fractions above that of a spring without a current, which is not quite 1."""
+    above = (result.fractions > result.unheated) & (result.fractions < COLD)
+    rows, springs = np.flatnonzero(above.any(axis=1)), np.flatnonzero(above.any(axis=0))
+    if not rows.size:
+        return []
+    if result.met.size == 1:
+        what = joined([f"xi0_{result.spring_name(j)} {result.fractions[0, j]:.3f}" for j in springs])
+    else:
+        names = joined([f"xi0_{result.spring_name(j)}" for j in springs])
+        what = f"{names} of {rows.size} target{'s' * (rows.size != 1)}"
+    air = joined(sorted({f"{result.unheated[j]:.3f}" for j in springs}))
+    return [f"No heating gives {what}: a spring without a current is at {air} in air of 22 degC, and what "
+            "lies between that and 1 needs cooling or less stress."]  # fmt: skip
 
 
 def missed_words(result: Inversion, k: int) -> str:
