@@ -155,8 +155,10 @@ class Judge:
         judge, too; these may be extrapolated, and missed for that.
         """
         program = self.pool.program
-        shown = predictive_chi_square(program, self.pool.base, program.unseen)
-        whole = not program.fitted.all() and shown > limit_of(program, program.unseen)
+        unseen, base = program.unseen, self.pool.base
+        whole = not program.fitted.all() and (
+            predictive_chi_square(program, base, unseen) > limit_of(program, unseen)
+        )
         return leaves_more(program, fit, np.nan if whole else float(self.scores(fit).sum()))
 
 
@@ -164,6 +166,18 @@ def loses(program: Program, rest: Fit, fit: Fit, gained: float, inflation: float
     """True if validation recordings contradict a further effect, by more than left-out ones may outweigh."""
     lost = negative_log_predictive_density(program, fit, program.unseen)
     lost -= negative_log_predictive_density(program, rest, program.unseen)
+    return outweighs(program, lost, gained, inflation)
+
+
+def outweighs(program: Program, lost: float, gained: float, inflation: float) -> bool:
+    """True if values that were not fitted lose more than chance makes, and than left-out parts outweigh.
+
+    Args:
+        program: program of the campaign.
+        lost: their loss of log-likelihood, not deflated [nat].
+        gained: gain in the reduced chi-square of fitted values that were left out in turn.
+        inflation: inflation of variances [1], see `inflation_of`.
+    """
     outweighed = ENTRY.maximum_loss_share * log_likelihood(program, gained)
     return lost / inflation > ENTRY.maximum_loss and lost > outweighed
 

@@ -193,22 +193,20 @@ class SetSearch:
         fit = pool.get(chosen)
         explanation.base = pool.base
         explanation.steps[0].base = pool.base
-        self._note(explanation, pool, judge)
+        self._note(explanation, pool, judge, fit)
         explanation.contending = [
             slugs
             for slugs, why in decision.refused
             if why == INSTRUMENTS and fit.slugs and len(slugs) > 1 and not set(slugs) <= set(fit.slugs)
         ]
         explanation.named = self._weighed(explanation, pool, fit)
-        if fit.slugs:  # a pair may be named without a question that needs the base model's score
-            explanation.steps[0].left_out = float(explanation.scores(pool.base).sum())
         explanation.weigh_effects = partial(self._weighed_again, self._beside)
         explanation.steps[0].chosen = next(iter(explanation.named.fit.slugs), None)
 
-    def _note(self, explanation: Explanation, pool: Pool, judge: Judge) -> None:
+    def _note(self, explanation: Explanation, pool: Pool, judge: Judge, fit: Fit) -> None:
         """Keep with the candidates of the first step what decided about them."""
         first, scores = explanation.steps[0], explanation.scores
-        if scores.known(pool.base):
+        if fit.slugs or scores.known(pool.base):  # a pair may be named without a question that needs it
             first.left_out = float(scores(pool.base).sum())
         for candidate in first.candidates:
             candidate.explained_by_instruments = judge.explained.get(frozenset([candidate.slug]), 0.0)

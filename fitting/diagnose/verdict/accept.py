@@ -2,14 +2,12 @@
 
 from dataclasses import replace
 
-from ..fit.evidence import inflation_of, log_likelihood
+from ..fit.evidence import inflation_of
+from ..search.decision import outweighs
 from ..search.pool import without
 from ..search.steps import Explanation, Named
-from ..settings import DEFAULT
 from .held_out import HeldOut, Scores
 from .text import refused
-
-ENTRY = DEFAULT.entry
 
 
 def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, list[str]]:
@@ -49,6 +47,4 @@ def rises_too_much(explanation: Explanation, before: HeldOut, after: HeldOut) ->
     lost = 0.5 * after.values * (after.reduced_chi2 - before.reduced_chi2)
     program, parts = explanation.program, explanation.left_out
     fell = parts[0] - parts[1] if parts[0] > parts[1] else 0.0  # also where they are NaN, not computed
-    gained = log_likelihood(program, fell)
-    unlikely = lost / inflation_of(program, explanation.final) > ENTRY.maximum_loss
-    return unlikely and lost > ENTRY.maximum_loss_share * gained
+    return outweighs(program, lost, fell, inflation_of(program, explanation.final))
