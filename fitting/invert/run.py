@@ -248,9 +248,9 @@ class Inverse:
         count = len(self.springs)
         candidates: list[Found] = []
         if self.body.chain is None:
+            near = self.atlas.nearest(goals, wanted, LEAN, lean=True)
             for size in range(1, count + 1):
                 for heated in itertools.combinations(range(count), size):
-                    near = self.atlas.nearest(goals, wanted, LEAN, lean=True)
                     best_of_set = _best(self._searched(goals, wanted, near, heated))
                     candidates.append(jax.tree.map(lambda x: x[:, None], best_of_set))
         else:
