@@ -21,6 +21,7 @@ import numpy as np
 from scipy.optimize import minimize
 from tqdm import tqdm
 
+from fitting.data.csv_text import csv_rows
 from fitting.data.recordings import read_campaign
 from fitting.diagnose import diagnose
 from fitting.diagnose.verdict import unknown
@@ -29,6 +30,7 @@ from pneusma_jax import enable_float64
 from pneusma_jax.files import write_whole
 
 from .cases import KINDS, SIZES, write_case
+from .proof.judge import strengths
 from .proof.ledger import DEVELOPMENT
 from .proof.places import commit
 from .proof.run import chosen_cases
@@ -75,7 +77,7 @@ def main(arguments=None):
 
 def _diagnosed(cases, minutes):
     """Add the rows of campaigns that have none."""
-    rows, deadline = read_rows(), time.monotonic() + 60.0 * minutes
+    rows, deadline, code = read_rows(), time.monotonic() + 60.0 * minutes, commit()
     known = {(row["seed"], row["case"]) for row in rows}
     for seed, case in tqdm([c for c in cases if (str(c[0]), c[1].name) not in known], unit="campaign", disable=None):
         if time.monotonic() > deadline:
@@ -84,12 +86,10 @@ def _diagnosed(cases, minutes):
             truth = write_case(case, folder)
             conclusion = diagnose(read_campaign(folder), seed=1)
         signs = conclusion.signs
-        told = {s for one in conclusion.explanation_sets for s in one}.union(
-            *({f.slug, *f.confusable} for f in conclusion.found)
-        )
+        told = set(conclusion.explanation_set).union(*({f.slug, *f.confusable} for f in conclusion.found))
         numbers = ("", "") if signs is None else (f"{signs.kept:.4g}", f"{signs.outdone:.4g}")
         acts = int(unknown_acts(truth, told))
-        rows.append(dict(zip(COLUMNS, (seed, case.name, case.kind, case.group, *numbers, acts, commit()), strict=True)))
+        rows.append(dict(zip(COLUMNS, (seed, case.name, case.kind, case.group, *numbers, acts, code), strict=True)))
         write_rows(rows)
 
 
@@ -102,8 +102,7 @@ def unknown_acts(truth, told):
     """
     if truth["group"] == "outside":
         return True
-    each = truth.get("log_bayes_each") or [truth["log_bayes_post_refit"]]
-    strong = {s for s, worth in zip(truth["slugs"], each, strict=True) if worth > MINIMUM_EVIDENCE}
+    strong = {s for s, worth in zip(truth["slugs"], strengths(truth), strict=True) if worth > MINIMUM_EVIDENCE}
     return not strong <= set(told)
 
 
@@ -117,8 +116,7 @@ def read_rows(path=ROWS):
 
 def write_rows(rows, path=ROWS):
     """Write the table whole or not at all."""
-    text = "\n".join([",".join(COLUMNS), *(",".join(str(row[c]) for c in COLUMNS) for row in rows), ""])
-    write_whole(path, text.encode())
+    write_whole(path, csv_rows(COLUMNS, ([row[c] for c in COLUMNS] for row in rows)).encode())
 
 
 def curve_of(rows):

@@ -45,8 +45,12 @@ def judge(report, truth, timing=None):
 
 def _strong(truth):
     """True if every effect of a case is a strong one by itself."""
-    each = truth.get("log_bayes_each") or [truth["log_bayes_post_refit"]]
-    return truth["group"] not in NULLS and all(value is not None and value >= STRONG for value in each)
+    return truth["group"] not in NULLS and all(value is not None and value >= STRONG for value in strengths(truth))
+
+
+def strengths(truth):
+    """Log Bayes factor of every concealed effect of a truth; None where it has none."""
+    return truth.get("log_bayes_each") or [truth["log_bayes_post_refit"]]
 
 
 def _nothing_said():
