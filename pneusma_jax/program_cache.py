@@ -285,14 +285,19 @@ def _write(path: Path, content: bytes) -> None:
         pass
 
 
-@functools.cache
 def _known(options: tuple[tuple[str, bool | int], ...]) -> dict[str, bool | int]:
-    """Compiler options, or none where this version or device refuses them."""
+    """Those compiler options that this version and device accept, each asked alone."""
+    return {name: value for name, value in options if _accepted(name, value)}
+
+
+@functools.cache
+def _accepted(name: str, value: bool | int) -> bool:
+    """True if the compiler knows an option; its versions drop some."""
     try:
-        jax.jit(lambda x: x + 1.0, compiler_options=dict(options)).lower(0.0).compile()
+        jax.jit(lambda x: x + 1.0, compiler_options={name: value}).lower(0.0).compile()
     except Exception:  # the type of the exception differs between versions
-        return {}
-    return dict(options)
+        return False
+    return True
 
 
 def _versions() -> str:

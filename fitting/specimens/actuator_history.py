@@ -38,8 +38,9 @@ FOLLOWING = ("gain", "ohms", "gamma", "sd")
 COMPILER_OPTIONS = {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": 1}
 """Compiler options of a history with every effect, a long loop over small arrays.
 
-The older code generation needs a fifth less time for it. The lower level compiles it in 80 s of processor
-time instead of 150 s, and a run takes 39 ms instead of 32 ms (six recordings of 128 rows, loaded machine).
+The older code generation, which jax 0.11 no longer has, needs a fifth less time for it. The lower level
+compiles it in 80 s of processor time instead of 150 s, and a run takes 39 ms instead of 32 ms (six
+recordings of 128 rows, loaded machine).
 """
 
 
