@@ -302,10 +302,8 @@ class CyclicShakedown(Effect):
     slug: ClassVar[str] = "cyclic_shakedown"
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "ASW"
-    sentence: ClassVar[str] = (
-        "Every cycle leaves a little strain in the nitinol, until it has shaken down. "
-        "An attachment that slips a little every time looks the same."
-    )
+    sentence: ClassVar[str] = "Every cycle leaves a little strain in the nitinol, until it has shaken down."
+    lookalike: ClassVar[str] = "an attachment that slips a little every time"
     literature: ClassVar[str] = "Lagoudas and Entchev, Mech. Mater. 36 (2004) 865"
     specs: ClassVar[dict[str, Spec]] = {
         "strain": Spec(0.0, 0.0, 0.03, 8e-3, "1", "residual strain after many cycles"),

@@ -20,6 +20,7 @@ from fitting.diagnose.verdict.probabilities import effects_found, probabilities
 from fitting.diagnose.verdict.text import verdict_sentences
 from fitting.diagnose.verdict.unexplained import contradicted, discrepancy_probability, outdone, steady
 from fitting.diagnose.verdict.unknown import Signs, probability_of_unknown, signs_of
+from pneusma_jax.effects import CATALOGUE
 
 ROWS = 200
 
@@ -144,6 +145,20 @@ def test_an_effect_whose_form_is_not_natures_has_something_unmodelled_beside_it(
     assert beside.text.startswith(f"{CONSTANT} leaves more than noise")
 
 
+def test_an_effect_that_something_without_a_name_looks_like_has_that_beside_it(monkeypatch):
+    """The recordings are explained to the noise, so nothing in them speaks against the name."""
+    world, rng = tubes(), np.random.default_rng(4)
+    y = world.truth(rng, **{CONSTANT: 3.5})
+    alone = conclude(explain(world.program(y), np.random.default_rng(5)))
+    monkeypatch.setattr(CATALOGUE[CONSTANT], "lookalike", "a dent in the tube")
+    found = conclude(explain(world.program(y), np.random.default_rng(5)))
+    assert [f.slug for f in alone.found] == [CONSTANT] and [f.slug for f in found.found] == [CONSTANT, "unmodelled"]
+    assert found.unknown == pytest.approx(DEFAULT.verdict.beside_unknown) and found.left is None
+    assert found.found[0].probability < 0.75 < alone.found[0].probability
+    assert f"A dent in the tube looks the same as {CONSTANT}." in verdict_sentences(found)
+    assert "unmodelled" in found.explanation_set and found.remainder is None
+
+
 def test_an_effect_that_leaves_far_more_than_noise_is_not_first():
     conclusion = imperfect(6.0)
     assert conclusion.found[0].slug == "unmodelled" and conclusion.left.reduced_chi2 > 3.0 and not conclusion.left.trusted
@@ -166,7 +181,7 @@ def test_a_discrepancy_that_predicts_better_speaks_against_a_name(discrepancy, l
 
 def test_what_is_said_where_a_discrepancy_predicts_better():
     explanation, rival = named(), DiscrepancyEvidence("length", "pressure_rate", 9.0, 1.0, 1.0)
-    judged = Assessment(True, True, 0.25, True, [0.9, 0.9], Signs(0.0, 0.3), 12.0, rival, None)
+    judged = Assessment(True, True, 0.25, True, (), [0.9, 0.9], Signs(0.0, 0.3), 12.0, rival, None)
     found = _left_over(explanation, 0.25, judged, effects_found(explanation, 0.25))
     assert found.bayes == 12.0 and "function of pressure rate without a name predicts" in found.text
 

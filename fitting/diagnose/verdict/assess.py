@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from pneusma_jax.effects import CATALOGUE
+
 from ..evaluate.program import Program
 from ..fit.misfit import floor, limit_of, predictive_chi_square
 from ..fit.refit import Fit
@@ -25,7 +27,8 @@ class Assessment:
         named: true if it has effects.
         mismatch: true if recordings contradict the base model.
         unknown: probability of something unknown, before candidates share the rest.
-        beyond: true if something is said to be unmodelled beside effects that are believed.
+        beyond: true if the recordings speak for something unmodelled beside effects that are believed.
+        mimicked: effects that are believed, but which something outside the catalogue is known to look like.
         last: predictive reduced chi-square with the effects, of fitted and of scored recordings.
         signs: what speaks for something unknown beside effects; None where none is named.
         lost: held-out log-likelihood by which a discrepancy predicts better than the effects.
@@ -37,6 +40,7 @@ class Assessment:
     mismatch: bool
     unknown: float
     beyond: bool
+    mimicked: tuple[str, ...]
     last: list[float]
     signs: Signs | None
     lost: float
@@ -66,7 +70,7 @@ def assess(explanation: Explanation) -> Assessment:
     discrepancy = best_discrepancy(program, explanation.base)
     mismatch = named or contradicted(explanation, base, discrepancy, floors)
     signs = signs_of(explanation, discrepancy, base, last, floors) if named else None
-    unknown, lost, over, beyond = 0.0, 0.0, None, False
+    unknown, lost, over, beyond, mimicked = 0.0, 0.0, None, False, ()
     if signs is not None:
         unknown, lost = probability_of_unknown(signs), outdone(explanation, discrepancy)
         beyond_chance = any(after > limit for after, limit in zip(last, limits, strict=True))
@@ -75,7 +79,9 @@ def assess(explanation: Explanation) -> Assessment:
         over = left_of(program, explanation.final)
         told = unknown >= VERDICT.beside_unknown or (over is not None and over.stated)
         beyond = told and unknown <= 0.5
-        unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
+        if unknown <= 0.5:
+            mimicked = tuple(slug for slug in explanation.final.slugs if CATALOGUE[slug].lookalike)
+        unknown = max(unknown, VERDICT.beside_unknown) if beyond or mimicked else unknown
     elif mismatch:
         unknown = discrepancy_probability(explanation, base, discrepancy, floors, limits)
     else:  # no candidate survived being fitted; what is left is judged as a whole
@@ -85,7 +91,7 @@ def assess(explanation: Explanation) -> Assessment:
     left = over if rest is None else left_of(program, explanation.final, rest)
     if left is not None and not left.trusted:
         unknown = max(unknown, VERDICT.refuted_unknown)
-    return Assessment(named, mismatch, unknown, beyond, last, signs, lost, discrepancy, rest)
+    return Assessment(named, mismatch, unknown, beyond, mimicked, last, signs, lost, discrepancy, rest)
 
 
 def _of_both(program: Program, fit: Fit) -> list[float]:

@@ -61,6 +61,8 @@ def conclude(explanation: Explanation) -> Conclusion:
             members = [(*member[:4], rest.corrected) for member in members]
         if judged.beyond:
             found.append(_left_over(explanation, unknown, judged, found))
+        elif judged.mimicked:
+            found.append(_lookalike(unknown, judged.mimicked))
         found.sort(key=lambda f: -f.probability)
     names = any(f.slug != UNMODELLED for f in found)
     shown = explanation.final if names else explanation.base
@@ -178,8 +180,20 @@ def _left_over(explanation: Explanation, unknown: float, judged: Assessment, fou
             f"recordings that are left out better than {' and '.join(names)}: that may stand for something "
             "else."
         )
+    text = " ".join([text, *([_looks_like(judged.mimicked)] if judged.mimicked else ())])
     log_bayes = max(judged.lost, float(0.5 * max(excess)), 0.0)
     return Found(UNMODELLED, float(unknown), log_bayes, {}, names, text)
+
+
+def _lookalike(unknown: float, slugs: tuple[str, ...]) -> Found:
+    """Something outside the catalogue that looks like named effects, as an entry of its own beside them."""
+    return Found(UNMODELLED, float(unknown), 0.0, {}, list(slugs), _looks_like(slugs))
+
+
+def _looks_like(slugs: tuple[str, ...]) -> str:
+    """What is known to look like named effects, in sentences."""
+    alike = [(slug, CATALOGUE[slug].lookalike) for slug in slugs]
+    return " ".join(f"{other[0].upper()}{other[1:]} looks the same as {slug}." for slug, other in alike)
 
 
 def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) -> Found:

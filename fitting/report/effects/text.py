@@ -30,6 +30,7 @@ def described(slug: str) -> str:
     lines = [
         slug,
         *_filled(effect.sentence),
+        *(_filled(f"Looks the same: {effect.lookalike}.") if effect.lookalike else ()),
         "",
         *_filled(f"Law: {law}"),
         *_filled(f"Source: {effect.literature}."),
