@@ -53,8 +53,8 @@ class Effect(eqx.Module):
         kinds: recordings that can show it: A actuator, S spring, W wire, E elastomer, T tube.
         sentence: what was left out, for a laboratory.
         literature: where the form comes from.
-        lookalike: what is not in the catalogue and leaves the same misfit, as the subject of a sentence; empty if
-            nothing is known to.
+        lookalike: what is not in the catalogue and leaves the same misfit, as the subject of a sentence;
+            empty if nothing is known to.
         by_rate: true if only the clock tells it apart: without times of rows it cannot be tested.
 
     The methods below are the slots; each returns its value unchanged unless overridden. `memory` is what
