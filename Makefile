@@ -29,6 +29,7 @@ help:
 	@echo "make lint       style and types of the code"
 	@echo "make wheel-check the built wheel and sdist, each installed alone and checked"
 	@echo "make test-oldest the tests with the oldest supported Python, jax and NumPy"
+	@echo "make test-newest the tests with what pip installs today, without constraints"
 	@echo "make clean      remove .venv and out"
 
 $(READY): pyproject.toml constraints.txt
@@ -147,7 +148,7 @@ SOAK ?= 200
 soak: $(READY)
 	OPENBLAS_NUM_THREADS=1 NPROC=1 $(BIN)/python tests/reliability/soak.py --kills $(SOAK) --out out/soak
 
-.PHONY: types wheel-check test-oldest
+.PHONY: types wheel-check test-oldest test-newest
 lint: $(LINT_READY) types
 	$(BIN)/ruff check .
 
@@ -174,6 +175,17 @@ test-oldest: out/oldest/.ready
 out/oldest/.ready: pyproject.toml constraints-oldest.txt
 	$(OLDEST_PYTHON) -m venv out/oldest
 	@out/oldest/bin/pip install --quiet --disable-pip-version-check -c constraints-oldest.txt '.[test,uq,cluster]'
+	@touch $@
+
+# without constraints: what a newcomer's pip installs today
+NEWEST_PYTHON ?= $(firstword $(foreach python,python3.14 python3.13 python3.12 python3,$(shell command -v $(python))))
+NEWEST_TESTS ?= tests
+test-newest: out/newest/.ready
+	OPENBLAS_NUM_THREADS=1 NPROC=1 out/newest/bin/python -m pytest -m "not slow" -n 2 --dist loadfile $(NEWEST_TESTS)
+
+out/newest/.ready: pyproject.toml
+	$(NEWEST_PYTHON) -m venv out/newest
+	@out/newest/bin/pip install --quiet --disable-pip-version-check --upgrade '.[test,uq,cluster]'
 	@touch $@
 
 clean:
