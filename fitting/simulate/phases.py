@@ -97,9 +97,14 @@ class _Readings:
     read: np.ndarray
     noise: np.ndarray
 
-    def missed(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What readings miss at fractions, and slopes of the predictions, both over the readings' noise;
-        shapes (rows, wired) and (rows, wired, wired)."""
+    def missed(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What readings miss at fractions, slopes of the predictions, and the cost of rows without one.
+
+        Returns:
+            The first two over the readings' noise, shapes (rows, wired) and (rows, wired, wired). The cost
+            [nat], shape (rows,), is that of readings missed by `MISSED`: a row without a prediction pulls
+            nowhere, but does not speak for the fractions.
+        """
         inside = np.clip(x, 0.0, 1.0)
         fractions = self.with_fractions(inside)
         history = pj.simulate_history(self.actuator, self.pressure, fractions, self.states)
@@ -111,7 +116,8 @@ class _Readings:
         ohms, slope = np.where(good[:, None], ohms, self.read), np.where(good[:, None, None], slope, 0.0)
         # beyond its ends a fraction is continued, so that noise about a cold spring does not heat it
         ohms = ohms + along(slope, x - inside)
-        return (self.read - ohms) / self.noise, slope / self.noise[:, None]
+        lost = np.where(good, 0.0, 0.5 * MISSED**2 * len(self.wired))
+        return (self.read - ohms) / self.noise, slope / self.noise[:, None], lost
 
     def with_fractions(self, x: np.ndarray) -> tuple[pj.MartensiteFraction, ...]:
         """Activations with the fractions of the measured springs replaced."""
@@ -225,22 +231,22 @@ def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
     the truth: near a cold spring, resistances turn over with its fraction.
     """
     time = readings.time
-    missed, slope = readings.missed(x)
+    missed, slope, lost = readings.missed(x)
     wander = process_noise_of(time, missed + along(slope, x), slope, cold)
-    costs = costs_of(time, x, missed, wander, cold)
+    costs = costs_of(time, x, missed, wander, cold) + lost
     for _ in range(ROUNDS):
         after, _ = smoothed(time, missed + along(slope, x), slope, wander, cold)
         step = np.clip(after - x, -LONGEST, LONGEST)
         for share in SHARES:
             trial = x + share * step
             found = readings.missed(trial)
-            there = costs_of(time, trial, found[0], wander, cold)
+            there = costs_of(time, trial, found[0], wander, cold) + found[2]
             if np.sum(there) < np.sum(costs):
                 break
         else:
             break
         settled = np.sum(costs) - np.sum(there) < SETTLED or share * np.max(np.abs(step)) < CLOSE
-        x, (missed, slope), costs = trial, found, there
+        x, (missed, slope, _), costs = trial, found, there
         if settled:
             break
     after, evidence = smoothed(time, missed + along(slope, x), slope, wander, cold)

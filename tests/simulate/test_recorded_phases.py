@@ -3,6 +3,7 @@
 import numpy as np
 
 import pneusma_jax as pj
+from fitting.simulate import phases
 from fitting.simulate.phases import fractions_behind
 
 ROWS = 128
@@ -44,3 +45,25 @@ def test_fractions_behind_noisy_resistances_stay_at_the_truth_where_cold_springs
 def test_a_spring_that_is_cold_throughout_is_found_cold_from_the_branch_on_which_it_is_heated():
     """Beside the truth lies a branch on which the cold spring is heated by 0.05 and the other one hotter."""
     assert _error(44.0, np.ones(ROWS), _pulse(0.7, 15.0, 30.0, 105.0, 118.0), 3e-5, heat=0.05) < 0.1
+
+
+def test_a_row_without_a_prediction_does_not_speak_for_its_fractions(monkeypatch):
+    """A trial that fails in rows is less likely than one that explains them."""
+    body, time = pj.make_actuator(BODY), np.linspace(0.0, 120.0, ROWS)
+    pressure, fractions = np.full(ROWS, 1e4), np.stack([np.ones(ROWS), _pulse(0.7, 15.0, 30.0, 105.0, 118.0)], axis=1)
+    given = tuple(pj.MartensiteFraction(x) for x in fractions.T)
+    history = pj.simulate_history(body, pressure, given)
+    read = np.stack([np.asarray(spring.resistance) for spring in history.rows.springs], axis=1)
+    noise = np.full(2, 2e-4)
+    readings = phases._Readings(body, time, pressure, given, body.fresh_states(), (0, 1), read, noise)
+    cold = np.zeros((ROWS, 2), bool)
+    explained = phases._smoothed(readings, fractions, cold).likelihood
+    whole, failing = phases._predicted_resistances, 6
+
+    def failed(*arguments):
+        ohms, slope = map(np.array, whole(*arguments))
+        ohms[40 : 40 + failing] = np.nan
+        return ohms, slope
+
+    monkeypatch.setattr(phases, "_predicted_resistances", failed)
+    assert phases._smoothed(readings, fractions, cold).likelihood < explained - 0.4 * failing * phases.MISSED**2
