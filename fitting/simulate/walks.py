@@ -6,7 +6,13 @@ walks.
 
 from typing import NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
+
+from pneusma_jax.numerics.linear import solve_small
+from pneusma_jax.program_cache import stored_jit
 
 WANDER = 10.0 ** np.arange(-9.0, 0.0, 1.0)
 """Candidate variances of a fraction's change [1/s], from a cold spring, which stays, to one heated in
@@ -15,6 +21,8 @@ FIRST = 1.0
 """Variance of a fraction before the first reading [1], when it is unknown."""
 UNTIED = 1e12
 """Variance of a step that ties nothing [1]."""
+LEAST = 1e-30
+"""Least variance of a step [1], so that three of them have a determinant that is not rounded to zero."""
 
 
 def along(slope: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -48,18 +56,26 @@ def process_noise_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray, co
     Between rows it may change, at the cost of the logarithm of their number: a heated spring is held still
     afterwards. Shape (n, m).
     """
-    rows, count = target.shape
-    wander = np.full((rows, count), 1e-4)
-    for _ in range(2):
-        for k in range(count):
-            trials = np.repeat(wander[:, None], len(WANDER), axis=1)
-            trials[:, :, k] = WANDER
-            found = _filtered(time, target, slope, trials, cold, np.log(rows))
-            way = int(np.argmax(found.score))
-            for t in range(rows - 1, -1, -1):
-                wander[t, k] = WANDER[way]
-                way = found.parents[t, way]
-    return wander
+    return np.asarray(_process_noise(time, target, slope, cold))
+
+
+def smoothed(
+    time: np.ndarray, target: np.ndarray, slope: np.ndarray, wander: np.ndarray, cold: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rauch-Tung-Striebel smoother of random walks.
+
+    Args:
+        time: time [s], ascending, shape (n,).
+        target: readings in units of their noise, shape (n, m).
+        slope: slope of the readings over the fractions, shape (n, m, m).
+        wander: variance of each fraction's change before each row [1/s], shape (n, m).
+        cold: true where a spring is exactly cold, shape (n, m).
+
+    Returns:
+        Fractions, shape (n, m), and the log-likelihoods of each row's readings, shape (n,).
+    """
+    means, evidence = _smoothed(time, target, slope, wander, cold)
+    return np.asarray(means), np.asarray(evidence)
 
 
 class _Filtered(NamedTuple):
@@ -72,69 +88,78 @@ class _Filtered(NamedTuple):
         parents: candidate that each one went on from, shape (n, candidates).
     """
 
-    means: np.ndarray
-    variances: np.ndarray
-    evidence: np.ndarray
-    score: np.ndarray
-    parents: np.ndarray
+    means: Array
+    variances: Array
+    evidence: Array
+    score: Array
+    parents: Array
+
+
+@stored_jit()
+def _process_noise(time: Array, target: Array, slope: Array, cold: Array) -> Array:
+    """See `process_noise_of`."""
+    rows, count = jnp.shape(target)
+
+    def one_spring(wander: Array, k: Array) -> tuple[Array, None]:
+        trials = jnp.repeat(wander[:, None], len(WANDER), axis=1).at[:, :, k].set(WANDER)
+        found = _filtered(time, target, slope, trials, cold, jnp.log(rows * 1.0))
+        back = lambda way, parents: (parents[way], way)  # noqa: E731
+        _, ways = jax.lax.scan(back, jnp.argmax(found.score), found.parents, reverse=True)
+        return wander.at[:, k].set(jnp.asarray(WANDER)[ways]), None
+
+    order = jnp.tile(jnp.arange(count), 2)
+    return jax.lax.scan(one_spring, jnp.full((rows, count), 1e-4), order)[0]
+
+
+@stored_jit()
+def _smoothed(time: Array, target: Array, slope: Array, wander: Array, cold: Array) -> tuple[Array, Array]:
+    """See `smoothed`."""
+    found = _filtered(time, target, slope, wander[:, None], cold, jnp.inf)
+    means, variances = found.means[:, 0], found.variances[:, 0]
+    grown = wander[1:] * jnp.diff(time)[:, None] + jnp.where(cold[1:], UNTIED, 0.0) + LEAST
+
+    def back(later: Array, row: tuple[Array, Array, Array]) -> tuple[Array, Array]:
+        mean, variance, step = row
+        smooth = mean + variance @ solve_small(variance + jnp.diag(step), later - mean)
+        return smooth, smooth
+
+    _, smooth = jax.lax.scan(back, means[-1], (means[:-1], variances[:-1], grown), reverse=True)
+    return jnp.concatenate([smooth, means[-1:]]), found.evidence[:, 0]
 
 
 def _filtered(
-    time: np.ndarray,
-    target: np.ndarray,
-    slope: np.ndarray,
-    wander: np.ndarray,
-    cold: np.ndarray,
-    change: float = np.inf,
+    time: Array, target: Array, slope: Array, wander: Array, cold: Array, change: Array | float
 ) -> _Filtered:
     """Kalman filter of random walks, for several candidates of their variances side by side.
 
     Args:
-        time: time [s], ascending, shape (n,).
-        target: readings in units of their noise, shape (n, m).
-        slope: slope of the readings over the fractions, shape (n, m, m).
+        time, target, slope, cold: see `smoothed`.
         wander: variance of each fraction's change before each row [1/s], shape (n, candidates, m).
-        cold: true where a spring is exactly cold, shape (n, m).
-        change: cost of going on with another candidate [nat].
+        change: cost of going on with another candidate [nat]; infinite if none does.
     """
-    rows, several, count = wander.shape
-    steps, unit, own = np.diff(time, prepend=time[0]), np.eye(count), np.arange(several)
-    means, variances = np.empty((rows, several, count)), np.empty((rows, several, count, count))
-    mean, variance = np.full((several, count), 0.5), np.tile(FIRST * unit, (several, 1, 1))
-    evidence, score, parents = np.zeros((rows, several)), np.zeros(several), np.zeros((rows, several), int)
-    for t in range(rows):
-        best = np.argmax(score)
-        parents[t] = from_ = np.where(score[best] - change > score, best, own)
-        mean, score = mean[from_], np.maximum(score, score[best] - change)
-        variance = variance[from_] + (wander[t] * steps[t])[:, :, None] * unit
-        if cold[t].any():
-            warm = ~cold[t]
-            mean = np.where(warm, mean, 1.0)
-            variance = variance * (warm[:, None] & warm)
-        for ohms, tangent in zip(target[t], slope[t], strict=True):
-            reach = variance @ tangent
-            spread = reach @ tangent + 1.0
-            surprise = ohms - mean @ tangent
+    _, several, count = jnp.shape(wander)
+    own, unit = jnp.arange(several), jnp.eye(count)
+
+    def row(carry: tuple, at: tuple) -> tuple[tuple, tuple]:
+        (mean, variance, score), (step, ohms, tangents, wander, cold) = carry, at
+        best = jnp.argmax(score)
+        from_ = jnp.where(score[best] - change > score, best, own)
+        mean, score = mean[from_], jnp.maximum(score, score[best] - change)
+        variance = variance[from_] + (wander * step)[:, :, None] * unit
+        mean = jnp.where(cold, 1.0, mean)
+        variance = variance * (~cold[:, None] & ~cold)
+        evidence = jnp.zeros(several)
+        for k in range(count):  # the readings of one row, at most three
+            reach = variance @ tangents[k]
+            spread = reach @ tangents[k] + 1.0
+            surprise = ohms[k] - mean @ tangents[k]
             mean = mean + (surprise / spread)[:, None] * reach
             variance = variance - reach[:, :, None] * (reach / spread[:, None])[:, None, :]
-            evidence[t] -= 0.5 * (surprise**2 / spread + np.log(spread))
-        score = score + evidence[t]
-        means[t], variances[t] = mean, variance
+            evidence = evidence - 0.5 * (surprise**2 / spread + jnp.log(spread))
+        score = score + evidence
+        return (mean, variance, score), (mean, variance, evidence, from_)
+
+    begin = jnp.full((several, count), 0.5), jnp.tile(FIRST * unit, (several, 1, 1)), jnp.zeros(several)
+    rows = jnp.diff(time, prepend=time[:1]), target, slope, wander, cold
+    (_, _, score), (means, variances, evidence, parents) = jax.lax.scan(row, begin, rows)
     return _Filtered(means, variances, evidence, score, parents)
-
-
-def smoothed(
-    time: np.ndarray, target: np.ndarray, slope: np.ndarray, wander: np.ndarray, cold: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Rauch-Tung-Striebel smoother behind `_filtered`, of one candidate.
-
-    Returns:
-        Fractions, shape (n, m), and the log-likelihoods of each row's readings, shape (n,).
-    """
-    found = _filtered(time, target, slope, wander[:, None], cold)
-    means, variances = found.means[:, 0], found.variances[:, 0]
-    steps, smooth = np.diff(time), means.copy()
-    for t in range(len(time) - 2, -1, -1):
-        ahead = variances[t] + np.diag(wander[t + 1] * steps[t] + UNTIED * cold[t + 1] + 1e-300)
-        smooth[t] = means[t] + variances[t] @ np.linalg.solve(ahead, smooth[t + 1] - means[t])
-    return smooth, found.evidence[:, 0]
