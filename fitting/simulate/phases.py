@@ -24,6 +24,7 @@ import pneusma_jax as pj
 from fitting.inference.noise import robust_noise
 from pneusma_jax.actuator.balance import Problem, configuration, spring_responses
 from pneusma_jax.actuator.root_find import attached
+from pneusma_jax.numerics.lengths import fixed_length, lengthened
 from pneusma_jax.program_cache import stored_jit
 
 from .walks import along, costs_of, process_noise_of, smoothed
@@ -108,10 +109,11 @@ class _Readings:
         inside = np.clip(x, 0.0, 1.0)
         fractions = self.with_fractions(inside)
         history = pj.simulate_history(self.actuator, self.pressure, fractions, self.states)
-        found = _predicted_resistances(
-            self.actuator, self.pressure, fractions, self.states, history, self.wired
-        )
-        ohms, slope = (np.asarray(part) for part in found)
+        whole = np.stack([np.broadcast_to(np.asarray(a.value), len(self.time)) for a in fractions], axis=1)
+        rows = self.pressure, whole, _before(self.states, history), history.rows.unknowns
+        longer = lengthened(rows, fixed_length(len(self.time)))
+        found = _predicted_resistances(self.actuator, longer, self.wired)
+        ohms, slope = (np.asarray(part)[: len(self.time)] for part in found)
         good = np.all(np.isfinite(slope), axis=(1, 2)) & np.all(np.isfinite(ohms), axis=1)
         ohms, slope = np.where(good[:, None], ohms, self.read), np.where(good[:, None, None], slope, 0.0)
         # beyond its ends a fraction is continued, so that noise about a cold spring does not heat it
@@ -261,20 +263,23 @@ def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
     return _Trajectory(x, cold, missed, beyond, evidence)
 
 
+def _before(states: tuple[pj.SpringState, ...], history: pj.History) -> tuple[pj.SpringState, ...]:
+    """Memories that each row of a history begins with."""
+    begun = lambda first, later: np.append(np.asarray(first), np.asarray(later)[:-1])  # noqa: E731
+    return jax.tree.map(begun, states, history.states)
+
+
 @stored_jit()
 def _predicted_resistances(
-    actuator: pj.Actuator,
-    pressure: Array,
-    given: tuple[pj.MartensiteFraction, ...],
-    states: tuple[pj.SpringState, ...],
-    history: pj.History,
-    wired: tuple[int, ...],
+    actuator: pj.Actuator, rows: tuple[Array, Array, tuple, Array], wired: tuple[int, ...]
 ) -> tuple[Array, Array]:
-    """Resistances of a history, shape (rows, wired), and their slopes over the fractions of each row."""
-    rows = jnp.shape(pressure)[0]
-    whole = jnp.stack([jnp.broadcast_to(a.value, (rows,)) for a in given], axis=1)
-    begun = lambda first, later: jnp.concatenate([jnp.broadcast_to(first, (1,)), later[:-1]])  # noqa: E731
-    before = jax.tree.map(begun, states, history.states)
+    """Resistances of a history's rows, shape (rows, wired), and their slopes over the fractions of each row.
+
+    Args:
+        actuator: loaded actuator.
+        rows: pressure [Pa], fractions of all springs [1], memories before the row, and the configuration.
+        wired: indices of the measured springs.
+    """
 
     def ohms_at(followed: Array, row: tuple) -> Array:
         pressure, fractions, states, root = row
@@ -288,4 +293,4 @@ def _predicted_resistances(
         followed = row[1][jnp.asarray(wired)]
         return ohms_at(followed, row), jax.jacfwd(ohms_at)(followed, row)
 
-    return jax.vmap(one)((jnp.asarray(pressure), whole, before, history.rows.unknowns))
+    return jax.vmap(one)(rows)

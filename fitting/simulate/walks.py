@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from pneusma_jax.numerics.lengths import fixed_length, going_on, lengthened
 from pneusma_jax.numerics.linear import solve_small
 from pneusma_jax.program_cache import stored_jit
 
@@ -56,7 +57,8 @@ def process_noise_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray, co
     Between rows it may change, at the cost of the logarithm of their number: a heated spring is held still
     afterwards. Shape (n, m).
     """
-    return np.asarray(_process_noise(time, target, slope, cold))
+    longer = _with_silent_rows(time, (target, slope, cold))
+    return np.asarray(_process_noise(*longer, np.log(len(time))))[: len(time)]
 
 
 def smoothed(
@@ -74,8 +76,18 @@ def smoothed(
     Returns:
         Fractions, shape (n, m), and the log-likelihoods of each row's readings, shape (n,).
     """
-    means, evidence = _smoothed(time, target, slope, wander, cold)
-    return np.asarray(means), np.asarray(evidence)
+    longer = _with_silent_rows(time, (target, slope, wander, cold))
+    means, evidence = (np.asarray(found) for found in _smoothed(*longer))
+    return means[: len(time)], evidence[: len(time)]
+
+
+def _with_silent_rows(time: np.ndarray, courses: tuple) -> tuple:
+    """A clock and courses of a fixed length. The rows that are added say nothing: their slopes are zero."""
+    length, rows = fixed_length(len(time)), len(time)
+    target, slope, *others = lengthened(courses, length)
+    target, slope = target.copy(), slope.copy()
+    target[rows:], slope[rows:] = 0.0, 0.0
+    return going_on(time, length), target, slope, *others
 
 
 class _Filtered(NamedTuple):
@@ -96,13 +108,13 @@ class _Filtered(NamedTuple):
 
 
 @stored_jit()
-def _process_noise(time: Array, target: Array, slope: Array, cold: Array) -> Array:
-    """See `process_noise_of`."""
+def _process_noise(time: Array, target: Array, slope: Array, cold: Array, change: Array) -> Array:
+    """See `process_noise_of`; `change` is the cost of another variance [nat]."""
     rows, count = jnp.shape(target)
 
     def one_spring(wander: Array, k: Array) -> tuple[Array, None]:
         trials = jnp.repeat(wander[:, None], len(WANDER), axis=1).at[:, :, k].set(WANDER)
-        found = _filtered(time, target, slope, trials, cold, jnp.log(rows * 1.0))
+        found = _filtered(time, target, slope, trials, cold, change)
         back = lambda way, parents: (parents[way], way)  # noqa: E731
         _, ways = jax.lax.scan(back, jnp.argmax(found.score), found.parents, reverse=True)
         return wander.at[:, k].set(jnp.asarray(WANDER)[ways]), None

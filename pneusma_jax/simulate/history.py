@@ -20,6 +20,7 @@ from ..actuator.root_find import at_given_phases, attached, stiffness_signs
 from ..nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
 from ..nitinol.spring import Activation, Resistance, check_fractions
 from ..nitinol.thermal import Heating, next_temperature
+from ..numerics.lengths import fixed_length, going_on, known, lengthened, shortened
 from ..numerics.safe import begun_as
 from ..pipeline import Effect, as_recorded
 from ..precision import require_doubles, require_float64
@@ -108,15 +109,24 @@ def simulate_history(
     rows = pressure.shape[0]
     spread = jax.tree.map(lambda x: jnp.broadcast_to(x, (rows, *x.shape[1:])), activations)
     clock = jnp.zeros(rows) if time is None else jnp.asarray(time, float)
-    known = {}
+    if not effects and known((actuator, pressure, spread, states, clock)) and not _by_resistance(spread):
+        length = fixed_length(rows)  # a row says nothing of those before it
+        longer = *lengthened((pressure, spread), length), states, going_on(clock, length)
+        return shortened(_simulate(actuator, *longer, (), {}), rows)
+    recorded = {}
     if effects and any(x is not None for x in currents):
         named = zip(actuator.spring_numbers, currents, strict=True)
-        known["currents"] = {n: jnp.asarray(x, dtype=float) for n, x in named if x is not None}
+        recorded["currents"] = {n: jnp.asarray(x, dtype=float) for n, x in named if x is not None}
     if effects and ambient is not None:
-        known["temperature"] = jnp.broadcast_to(jnp.asarray(ambient, dtype=float), (rows,))
+        recorded["temperature"] = jnp.broadcast_to(jnp.asarray(ambient, dtype=float), (rows,))
     if effects and gravity is not None:
-        known["gravity"] = jnp.broadcast_to(jnp.asarray(gravity, dtype=float), (rows, 3))
-    return _simulate(actuator, pressure, spread, states, clock, tuple(effects), known)
+        recorded["gravity"] = jnp.broadcast_to(jnp.asarray(gravity, dtype=float), (rows, 3))
+    return _simulate(actuator, pressure, spread, states, clock, tuple(effects), recorded)
+
+
+def _by_resistance(activations: tuple) -> bool:
+    """True if a resistance drives a spring: branches of equilibria are then chosen by later rows as well."""
+    return any(isinstance(a, Resistance) for a in activations)
 
 
 @stored_jit(History, Equilibrium, Validity, SpringResponse, SpringState)
@@ -159,7 +169,7 @@ def _simulate(
     history = (pressure, activations, time, jnp.diff(time, prepend=time[:1]), recorded)
     first = begun_as(first, (actuator, effects, history))
     way = None
-    if any(isinstance(a, Resistance) for a in activations):
+    if _by_resistance(activations):
         way = follow(first, history, problem_of, commit)
     _, (rows, memories, temperatures, seen) = jax.lax.scan(step, first, (history, way))
     return History(rows, memories, temperatures, as_recorded(effects, seen, time))

@@ -1,0 +1,57 @@
+"""A few lengths for all courses, so that courses of many lengths run few compiled programs.
+
+Tracing and compiling a history of an actuator takes seconds for every length; a further row of it takes
+0.1 ms.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import PyTree
+
+SHORTEST = 64
+"""Least length [rows]."""
+STEPS = 2
+"""Number of lengths from one length to twice as much. A course gets longer by a half at most."""
+
+
+def fixed_length(rows: int) -> int:
+    """The shortest of the fixed lengths that holds a course.
+
+    Args:
+        rows: number of rows.
+    """
+    step = max(SHORTEST, 1 << (max(rows - 1, 1).bit_length() - 1)) // STEPS
+    return max(SHORTEST, -(-rows // step) * step)
+
+
+def lengthened(courses: PyTree, length: int) -> PyTree:
+    """Courses whose last row is repeated up to a length.
+
+    Args:
+        courses: arrays of known values with a leading axis of rows, (rows, ...).
+        length: number of rows afterwards.
+    """
+
+    def longer(course: jax.Array) -> np.ndarray:
+        course = np.asarray(course)
+        return np.concatenate([course, np.repeat(course[-1:], length - len(course), axis=0)])
+
+    return jax.tree.map(longer, courses)
+
+
+def shortened(courses: PyTree, rows: int) -> PyTree:
+    """The first rows of arrays of known values; without a program for every number of rows."""
+    return jax.tree.map(lambda course: jnp.asarray(np.asarray(course)[:rows]), courses)
+
+
+def going_on(time: np.ndarray, length: int) -> np.ndarray:
+    """A clock of known values that goes on at its last interval [s], shape (length,)."""
+    time = np.asarray(time, float)
+    last = time[-1] - time[-2] if len(time) > 1 else 0.0
+    return np.concatenate([time, time[-1] + last * np.arange(1, length - len(time) + 1)])
+
+
+def known(tree: PyTree) -> bool:
+    """True if no number of a tree is traced."""
+    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(tree))
