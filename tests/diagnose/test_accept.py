@@ -98,7 +98,7 @@ def test_a_rise_counts_beyond_chance_and_beyond_what_left_out_parts_gain(after, 
     found.named.left_out, found.steps[0].left_out = 0.95, 6.2
     before, _ = Scores().held_out(found)
     before = dataclasses.replace(before, reduced_chi2=1.07, values=values)
-    assert rises_too_much(found, before, dataclasses.replace(before, reduced_chi2=after)) is worse
+    assert rises_too_much(found, before, dataclasses.replace(before, reduced_chi2=after), Scores()) is worse
 
 
 @pytest.mark.parametrize(("seed", "first"), [(7, "name"), (5, "name"), (6, "name"), (3, "unmodelled")])

@@ -13,7 +13,9 @@ from fitting.diagnose.fit.instrument_drift import drift_columns, drift_gain
 from fitting.diagnose.fit.misfit import negative_log_predictive_density, predictive_chi_square, reduced
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.fit.score_test import score_effects
+from fitting.diagnose.search.steps import Explanation, Named
 from fitting.diagnose.settings import DEFAULT
+from fitting.diagnose.verdict.held_out import Scores
 
 BASE = (0.6, -0.4)
 
@@ -140,6 +142,24 @@ def test_cross_validation_is_the_misfit_of_fits_without_each_fold(rng):
         mean, _ = ridge(A[~gone], values[~gone])
         left = values[gone] - A[gone] @ mean
         assert chi_square * y.size == pytest.approx(left @ left, abs=1.0)  # a fold's fit ends within NEARLY
+
+
+def test_what_effects_cost_of_recordings_left_out_in_turn_is_a_difference_of_predictive_densities(rng):
+    """Of whole recordings, each predicted by fits without it, with the uncertainty of their numbers."""
+    world = tubes(recordings=3, rows=12)
+    y = world.truth(rng, BASE)
+    program, base = fitted(world, y)
+    final = Refitter(program).fit((CONSTANT,))
+    explanation = Explanation(program, base, Named(final), [], 0.5, False)
+    exact = []
+    for slugs in ((), (CONSTANT,)):
+        total = 0.0
+        for k in range(3):
+            seen, unseen = world.design(slugs, [j for j in range(3) if j != k]), world.design(slugs, [k])
+            mean, covariance = ridge(seen, np.delete(y, k, axis=0).ravel())
+            total -= log_density(y[k] - unseen @ mean, np.eye(y.shape[1]) + unseen @ covariance @ unseen.T)
+        exact.append(total)
+    assert Scores().lost(explanation) == pytest.approx(exact[1] - exact[0], abs=1.0)
 
 
 def test_drift_is_worth_the_ratio_of_marginal_likelihoods(rng):

@@ -7,7 +7,8 @@ what the others leave. For the imperfect form of a true effect leaves a remainde
 in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Only the
 strongest effect may end at a bound, unless the set leaves no more than noise.
 
-A set of which no part would be named alone must explain everything, down to the noise.
+A set of which no part would be named alone must explain all but a small share of the misfit, or everything
+down to the noise.
 """
 
 from collections import Counter
@@ -140,13 +141,24 @@ class Judge:
         return gained < ENTRY.minimum_of_base * (original - 1.0) and taken < ENTRY.minimum_of_fitted
 
     def _too_much_left(self, fit: Fit) -> str | None:
-        """True if a set of which no effect would be named alone leaves more than noise."""
+        """Why a set is refused of which no effect would be named alone.
+
+        It leaves more than noise, and more than right effects in imperfect forms do.
+        """
         if len(fit.slugs) < 2:
             return None
         parts = [self.pool.get([slug]) for slug in fit.slugs]
         if any(part is not None and self.refusal(part) is None for part in parts):
             return None
-        return REMAINS if self._leaves_more(fit) else None
+        return REMAINS if self._leaves_more(fit) and self._kept(fit) > VERDICT.imperfect_share else None
+
+    def _kept(self, fit: Fit) -> float:
+        """Largest share of the base's misfit that a set leaves, of fitted and of validation recordings."""
+        program, shares = self.pool.program, [0.0]
+        for mask in (program.fitted, program.unseen):
+            left, whole = (predictive_chi_square(program, f, mask) - 1.0 for f in (fit, self.pool.base))
+            shares.append(left / max(whole, left) if left > 0.0 else 0.0)
+        return max(shares)
 
     def _leaves_more(self, fit: Fit) -> bool:
         """True if a set leaves more than noise.

@@ -25,7 +25,7 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
     said, program = [], explanation.program
     while explanation.final.slugs:
         before, after = scores.held_out(explanation)
-        if not rises_too_much(explanation, before, after):
+        if not rises_too_much(explanation, before, after, scores):
             break
         slugs = explanation.final.slugs
         said.append(refused(slugs, before.how, before.reduced_chi2, after.reduced_chi2))
@@ -39,12 +39,15 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
     return explanation, said
 
 
-def rises_too_much(explanation: Explanation, before: HeldOut, after: HeldOut) -> bool:
+def rises_too_much(explanation: Explanation, before: HeldOut, after: HeldOut, scores: Scores) -> bool:
     """True if held-out values contradict the effects, by more than chance and than left-out parts outweigh.
 
-    A validation recording in which an effect hardly acts is missed a little more or less by chance.
+    A validation recording in which an effect hardly acts is missed a little more or less by chance. Whole
+    recordings that are left out in turn are extrapolated: there, the predictions' own uncertainty counts.
     """
     lost = 0.5 * after.values * (after.reduced_chi2 - before.reduced_chi2)
+    if lost > 0.0 and after.how == "left out in turn":
+        lost = scores.lost(explanation)
     program, parts = explanation.program, explanation.left_out
     fell = parts[0] - parts[1] if parts[0] > parts[1] else 0.0  # also where they are NaN, not computed
     return outweighs(program, lost, fell, inflation_of(program, explanation.final))

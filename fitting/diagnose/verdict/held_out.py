@@ -10,6 +10,7 @@ from fitting.inference.parallel import run_parallel
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..fit.cross_validation import Masks, folds
+from ..fit.misfit import negative_log_predictive_density
 from ..fit.refit import Fit, Refitter
 from ..search.steps import Explanation
 from ..settings import DEFAULT
@@ -49,7 +50,7 @@ class Scores:
     """
 
     def __init__(self) -> None:
-        self._without: dict[tuple[int, int], tuple[Fit, Evaluation]] = {}
+        self._without: dict[tuple[int, int], tuple[Fit, Fit]] = {}
 
     def held_out(self, explanation: Explanation) -> tuple[HeldOut, HeldOut]:
         """Scores of the refitted base model and of the final one, on the same values."""
@@ -70,7 +71,7 @@ class Scores:
             how = "left out in turn" if len(sizes) > 1 else "within-recording"
             names = [r.name for r in program.recordings]
             outs = folds(sizes, np.arange(len(sizes)), CROSS_VALIDATION.maximum_folds)
-            predicted = self._refitted
+            predicted = lambda p, fit, number, out: self._refitted(p, fit, number, out).evaluation  # noqa: E731
         else:
             how = "validation"
             names = [r.name for r, f in zip(program.recordings, program.fitted, strict=True) if not f]
@@ -86,16 +87,34 @@ class Scores:
 
         return _score(program, run_parallel(averaged_over, enumerate(outs)), names, how)
 
-    def _refitted(self, program: Program, fit: Fit, number: int, out: Masks) -> Evaluation:
-        """Prediction of a fit without one group of recordings, by its number."""
+    def lost(self, explanation: Explanation) -> float:
+        """Log predictive density of whole recordings left out in turn that effects cost, [nat].
+
+        Without a recording, a fit may leave open what decides there. Its prediction is then as uncertain as
+        its numbers are.
+        """
+        program = explanation.program
+        sizes = [len(m) for m in explanation.base.evaluation.misfit]
+        groups = list(enumerate(folds(sizes, np.arange(len(sizes)), CROSS_VALIDATION.maximum_folds)))
+
+        def surprise(job: tuple[Fit, tuple[int, Masks]]) -> float:
+            fit, (number, out) = job
+            chosen = np.array([bool(np.any(mask > 0.0)) for mask in out])
+            without = replace(program, fitted=~chosen)
+            return negative_log_predictive_density(without, self._refitted(program, fit, number, out), chosen)
+
+        before, after = (
+            sum(run_parallel(surprise, [(fit, group) for group in groups]))
+            for fit in (explanation.base, explanation.final)
+        )
+        return after - before
+
+    def _refitted(self, program: Program, fit: Fit, number: int, out: Masks) -> Fit:
+        """A model fitted without one group of recordings, by its number."""
         held = self._without.get((id(fit), number))
         if held is None:
-            evaluation = (
-                Refitter(program, [1.0 - w for w in out])
-                .fit(fit.slugs, fit, CROSS_VALIDATION.steps)
-                .evaluation
-            )
-            held = self._without[id(fit), number] = fit, evaluation  # which keeps the fit, and so its id
+            without = Refitter(program, [1.0 - w for w in out]).fit(fit.slugs, fit, CROSS_VALIDATION.steps)
+            held = self._without[id(fit), number] = fit, without  # which keeps the fit, and so its id
         return held[1]
 
 
