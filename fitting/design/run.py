@@ -17,13 +17,13 @@ from pneusma_jax.late import Late
 
 from .bodies import material_of, plan_of
 from .chances import chances_of, notes_on_draws
-from .discrete import made_from
+from .discrete import blocked_steps, made_from
 from .infeasible import why_infeasible, why_nothing
 from .log import Evaluation, Evaluator, Log
 from .optimise import ON_FRONTS, Outcome, Problem, best_of, conditions, optimise
 from .pareto import front_of, not_dominated, share_of_box
 from .program import Model
-from .result import Choice, Design, DesignResult, Front
+from .result import Choice, Design, DesignResult, Front, Limits
 from .study import Study
 from .uncertain import sampler_of
 
@@ -43,14 +43,21 @@ class _Solved:
     starts: list[np.ndarray]
     outcomes: list[Outcome]
     ideal: Outcome
-    made: Outcome | None = None
+    made: tuple[Outcome, Problem] | None = None
     pairs: list[tuple[Outcome, Problem]] | None = None
     rounded: bool = True
 
     @property
     def final(self) -> Outcome:
         """The design that can be made, or the continuous one where no neighbour keeps the constraints."""
-        return self.made or self.ideal
+        return self.made[0] if self.made else self.ideal
+
+    @property
+    def limits(self) -> Limits:
+        """Conditions at the final design."""
+        outcome, problem = self.made or (self.ideal, self.problem)
+        blocked = blocked_steps(outcome, problem, self.evaluate) if self.made else []
+        return Limits(conditions(problem, outcome.evaluation), tuple(blocked))
 
 
 def run_study(
@@ -192,10 +199,10 @@ def _search(
         made = [made_from(o, p, evaluate, study.optimiser, **once) for o, p in found.pairs]
         found.rounded = any(made)
         if found.rounded:
-            pairs = [(m, p) for m, (_, p) in zip(made, found.pairs, strict=True) if m]
+            pairs = [pair for pair in made if pair]
             keep = not_dominated(np.array([o.evaluation.values[:count] for o, _ in pairs]))
             found.pairs = [pairs[k] for k in keep]
-            found.made = found.pairs[_knee([o for o, _ in found.pairs], count)][0]
+            found.made = found.pairs[_knee([o for o, _ in found.pairs], count)]
     return found
 
 
@@ -261,6 +268,7 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
         made=_design(best, best.final),
         problem=best.problem,
         conditions=conditions(best.problem, best.ideal.evaluation),
+        limits=best.limits,
         front=_front(best) if best.pairs else None,
         chances=chances,
         others=tuple(_design(w, w.final) for w in able if w is not best),
