@@ -1,27 +1,25 @@
 """Inverse problems of one body: targets to drives, many at once."""
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.design.bodies import Body, Solved, build_body, plan_of
-from fitting.design.quantities import AMBIENT, temperature
-from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
-from pneusma_jax.numerics.rows import first_rows, joined, lots
+from pneusma_jax.numerics.rows import joined, lots
 from pneusma_jax.numerics.safe import as_array, as_numpy
-from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.units import from_si
 
 from .atlas import Atlas, atlas_of, goal_values
 from .by_tables import ByTables, tables_of
-from .forward import fresh, padded, springs_of, states_of
+from .electrical import electrical, unheated
+from .forward import fresh, springs_of, states_of
 from .goals import GOALS, misses
+from .result import Inversion, spring_name
 from .search import MOST_STEPS, Box, Found, search_all
 from .touching import AT_END
 
@@ -53,51 +51,6 @@ class Limits:
 
     pressure: tuple[float, float] = (0.0, 50e3)
     xi0_min: float = 0.1
-
-
-@dataclass(frozen=True)
-class Inversion(Result):
-    """Drives for targets; arrays have a leading axis of targets.
-
-    Attributes:
-        design: name of what is driven.
-        goals: names; wanted: their values in SI, shape (targets, columns).
-        springs: segment and number of every spring.
-        pressure: gauge [Pa]; fractions: shape (targets, springs); resistances [ohm] and currents [A] that
-            hold them in still air, the same.
-        values: model's values of the goals under these drives [SI], shape (targets, columns).
-        misses: distance from each goal [SI], by goal.
-        met: true where every goal is met within its tolerance.
-        held: the ends of drives that hold an unmet target, in words.
-        ways: drives of every other solution that was found for each target, shape (ways, drives).
-        unheated: martensite fraction of every spring that no current heats, in air of 22 degC [1], shape
-            (springs,).
-    """
-
-    design: str
-    goals: tuple[str, ...]
-    wanted: np.ndarray
-    springs: tuple[tuple[int, int], ...]
-    pressure: np.ndarray
-    fractions: np.ndarray
-    resistances: np.ndarray
-    currents: np.ndarray
-    values: np.ndarray
-    misses: Mapping[str, np.ndarray]
-    met: np.ndarray
-    held: tuple[str, ...]
-    ways: tuple[np.ndarray, ...]
-    unheated: np.ndarray
-
-    def spring_name(self, k: int) -> str:
-        """Name of a spring's column: `2`, or `1.2` in a chain."""
-        return spring_name(self.springs, k)
-
-
-def spring_name(springs: Sequence[tuple[int, int]], k: int) -> str:
-    """Name of a spring: its number, in a chain after that of its segment."""
-    several = len({segment for segment, _ in springs}) > 1
-    return f"{springs[k][0]}.{springs[k][1]}" if several else str(springs[k][1])
 
 
 class Inverse:
@@ -336,43 +289,3 @@ def _best(found: Found) -> Found:
     which = np.lexsort((found.effort, miss), axis=1)[:, 0]
     rows = np.arange(len(which))
     return jax.tree.map(lambda x: np.asarray(x)[rows, which], found)
-
-
-def unheated(body: Body) -> np.ndarray:
-    """Martensite fraction of every spring in air of 22 degC without a current [1], shape (springs,)."""
-    alloys = [spring.alloy for segment in body.segments for spring in segment.springs]
-    return np.array([float(alloy.martensite_fraction_at(jnp.asarray(AMBIENT))) for alloy in alloys])
-
-
-def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:
-    """Resistance of every spring [ohm], and the current that holds its temperature in air of 22 degC [A].
-
-    Args:
-        solved: states, arrays with a leading axis of rows.
-    """
-    parts, size = padded(solved.parts)
-    return first_rows(_electrical(solved.body, parts), size)
-
-
-@stored_jit()
-def _electrical(body: Body, parts: tuple) -> tuple[jax.Array, jax.Array]:
-    """Resistances and currents in every row, (rows, springs)."""
-
-    def one(part: tuple) -> tuple[jax.Array, jax.Array]:
-        state = Solved(body, *part)
-        resistances, currents = [], []
-        for k, segment in enumerate(body.segments):
-            if not segment.springs:
-                continue
-            for spring, found, degrees in zip(
-                segment.springs, state.segments[k].springs, temperature(state, k), strict=True
-            ):
-                geometry = spring.geometry
-                surface = jnp.pi * geometry.wire_diameter * geometry.wire_length
-                power = spring.alloy.convection * surface * jnp.maximum(degrees - AMBIENT, 0.0)
-                resistances.append(found.resistance)
-                currents.append(jnp.where(found.xi0 < 1.0, jnp.sqrt(power / found.resistance), 0.0))
-        blank = jnp.zeros(0)
-        return (jnp.stack(resistances), jnp.stack(currents)) if resistances else (blank, blank)
-
-    return jax.vmap(one)(parts)

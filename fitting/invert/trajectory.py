@@ -21,9 +21,11 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.program_cache import stored_jit
 
 from .atlas import goal_values
+from .electrical import electrical, unheated
 from .forward import Memories, fresh, state_of
 from .goals import GOALS, misses
-from .run import LEAN, Inverse, Inversion, electrical, unheated
+from .result import Inversion
+from .run import LEAN, Inverse
 from .search import Box, exact_look, places_of, search
 
 STARTS = 2

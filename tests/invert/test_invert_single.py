@@ -5,7 +5,7 @@ import pytest
 
 import pneusma_jax as pj
 from fitting.invert import Inverse, Inversion, Limits
-from fitting.invert.run import unheated
+from fitting.invert.electrical import unheated
 from fitting.invert.trajectory import follow
 from fitting.report.invert.words import verdict
 

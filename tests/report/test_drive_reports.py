@@ -8,7 +8,7 @@ import pytest
 
 from fitting.control.loop import Run
 from fitting.control.sweep import Case, Sweep, usual_loop
-from fitting.invert.run import Inversion
+from fitting.invert.result import Inversion
 from fitting.invert.trajectory import Trajectory
 from fitting.report.results import save, text
 from fitting.wiring import Bounds, Springs, choose_filters

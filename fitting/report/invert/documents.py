@@ -7,7 +7,7 @@ import numpy as np
 from fitting.data.csv_text import csv_text
 from fitting.invert.goals import GOALS
 from fitting.invert.passage import Passage
-from fitting.invert.run import Inversion, spring_name
+from fitting.invert.result import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
 from pneusma_jax.units import from_si
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from fitting.invert.goals import GOALS
 from fitting.invert.passage import Passage
-from fitting.invert.run import Inversion
+from fitting.invert.result import Inversion
 from pneusma_jax.units import from_si, unit_of_column
 
 from ..figures import (

@@ -1,7 +1,7 @@
 """Reports of inverse problems: drives for targets, drives over time, a chain in a lumen."""
 
 from fitting.invert.passage import Passage
-from fitting.invert.run import Inversion
+from fitting.invert.result import Inversion
 from fitting.invert.trajectory import Trajectory
 
 from ..report import Picture, Report, Section

@@ -4,7 +4,7 @@ import numpy as np
 
 from fitting.invert.goals import GOALS
 from fitting.invert.passage import CLOSE, Passage
-from fitting.invert.run import Inversion, spring_name
+from fitting.invert.result import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
 from pneusma_jax.units import from_si, unit_of_column
 
