@@ -12,11 +12,25 @@ from pneusma_jax.program_cache import stored_jit
 
 from .forward import padded
 
+COOL = 1e-9
+"""Rise over the air's temperature that is rounding error [K]: a spring without a current has none."""
+
 
 def unheated(body: Body) -> np.ndarray:
     """Martensite fraction of every spring in air of 22 degC without a current [1], shape (springs,)."""
     alloys = [spring.alloy for segment in body.segments for spring in segment.springs]
     return np.array([float(alloy.martensite_fraction_at(jnp.asarray(AMBIENT))) for alloy in alloys])
+
+
+def highest(body: Body, xi0_max: float | None) -> np.ndarray:
+    """Largest martensite fraction that the drives may give every spring [1], shape (springs,).
+
+    Args:
+        body: the body that is driven.
+        xi0_max: the same for all springs; None for that which each has without a current.
+    """
+    found = unheated(body)
+    return found if xi0_max is None else np.full(found.size, xi0_max)
 
 
 def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:
@@ -44,7 +58,8 @@ def _electrical(body: Body, parts: tuple) -> tuple[jax.Array, jax.Array]:
             ):
                 geometry = spring.geometry
                 surface = jnp.pi * geometry.wire_diameter * geometry.wire_length
-                power = spring.alloy.convection * surface * jnp.maximum(degrees - AMBIENT, 0.0)
+                warm = jnp.where(degrees - AMBIENT > COOL, degrees - AMBIENT, 0.0)
+                power = spring.alloy.convection * surface * warm
                 resistances.append(found.resistance)
                 currents.append(jnp.where(found.xi0 < 1.0, jnp.sqrt(power / found.resistance), 0.0))
         blank = jnp.zeros(0)

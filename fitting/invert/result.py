@@ -23,8 +23,8 @@ class Inversion(Result):
         met: true where every goal is met within its tolerance.
         held: the ends of drives that hold an unmet target, in words.
         ways: drives of every other solution that was found for each target, shape (ways, drives).
-        unheated: martensite fraction of every spring that no current heats, in air of 22 degC [1], shape
-            (springs,).
+        unheated: martensite fraction of every spring that no current heats, in air of 22 degC [1]; highest:
+            the largest that the drives may give it; shape (springs,).
     """
 
     design: str
@@ -41,6 +41,12 @@ class Inversion(Result):
     held: tuple[str, ...]
     ways: tuple[np.ndarray, ...]
     unheated: np.ndarray
+    highest: np.ndarray
+
+    @property
+    def left_alone(self) -> np.ndarray:
+        """Fraction from which on a spring counts as one that is left alone [1], shape (springs,)."""
+        return np.maximum(self.unheated, self.highest)
 
     def spring_name(self, k: int) -> str:
         """Name of a spring's column: `2`, or `1.2` in a chain."""

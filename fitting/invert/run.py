@@ -14,9 +14,9 @@ from pneusma_jax.numerics.rows import joined, lots
 from pneusma_jax.numerics.safe import as_array, as_numpy
 from pneusma_jax.units import from_si
 
-from .atlas import Atlas, atlas_of, goal_values
+from .atlas import Atlas, Span, atlas_of, goal_values
 from .by_tables import ByTables, tables_of
-from .electrical import electrical, unheated
+from .electrical import electrical, highest, unheated
 from .forward import fresh, springs_of, states_of
 from .goals import GOALS, misses
 from .result import Inversion, spring_name
@@ -27,8 +27,8 @@ FIRST_TRY = 25
 """Maximum of steps in the first try: side by side, all wait for the slowest. Of a chain's searches that met
 their target, three quarters had done so after 19 steps (1,500 of 2,048 searches)."""
 LEAN = 4
-"""Number of the nearest states with at most one heated spring from which an actuator is searched, for little
-heat: with four, 400 curvatures of PneuSMA2 need 28 % less than with one, with eight 34 %."""
+"""Number of states with at most one heated spring from which an actuator is searched, for little heat. See
+`atlas.AMONG` for which."""
 MORE_STARTS = (3, 12)
 """Number of the nearest states that a target is tried from which no start has met so far, all in all."""
 SPREAD = (1, 2, 3, 5, 8, 13, 22, 36, 60, 100, 170, 280, 460, 770, 1300, 2100, 3500, 6000)
@@ -47,10 +47,17 @@ class Limits:
     Attributes:
         pressure: gauge [Pa], lowest and highest; equal ends hold it.
         xi0_min: martensite fraction of the hottest spring [1].
+        xi0_max: that of the coldest [1]; None for the one of a spring without a current in air of 22 degC.
     """
 
     pressure: tuple[float, float] = (0.0, 50e3)
     xi0_min: float = 0.1
+    xi0_max: float | None = None
+
+    @property
+    def span(self) -> Span:
+        """Least and largest fraction."""
+        return self.xi0_min, self.xi0_max
 
 
 class Inverse:
@@ -62,7 +69,8 @@ class Inverse:
         seed: seed of random combinations.
 
     Raises:
-        InputError: for a design that cannot be used, or without springs under a held pressure.
+        InputError: for a design that cannot be used, or without springs under a held pressure, or fractions
+            that no spring has.
     """
 
     def __init__(
@@ -79,30 +87,35 @@ class Inverse:
         self.limits, self.seed, self.springs = limits, seed, springs_of(self.body)
         if not self.springs and limits.pressure[0] == limits.pressure[1]:
             raise InputError(f"{design}: without springs and with a held pressure there is nothing to drive")
+        self.highest = highest(self.body, limits.xi0_max)
+        if np.any(self.highest <= limits.xi0_min):
+            raise InputError(
+                f"{design}: the fraction of the hottest spring, {limits.xi0_min:g}, is not below that of the "
+                f"coldest, {self.highest.min():.4g}"
+                + (", which has no current in air of 22 degC" if limits.xi0_max is None else "")
+            )
         self.names = tuple(spring_name(self.springs, k) for k in range(len(self.springs)))
 
     @cached_property
     def atlas(self) -> Atlas:
         """States to start from."""
-        return atlas_of(self.body, self.limits.pressure, self.limits.xi0_min, self.seed)
+        return atlas_of(self.body, self.limits.pressure, self.limits.span, self.seed)
 
     @cached_property
     def by_tables(self) -> ByTables | None:
         """Searches in tables, for a chain whose segments are independent of each other."""
-        tables = tables_of(self.body, self.limits.pressure, self.limits.xi0_min)
+        tables = tables_of(self.body, self.limits.pressure, self.limits.span)
         return None if tables is None else ByTables(self.body, self.atlas, tables, self.box())
 
     def box(self, heated: Sequence[int] | None = None) -> Box:
-        """Ranges of the drives; springs beyond those of `heated` (indices) stay cold."""
+        """Ranges of the drives; springs beyond those of `heated` (indices) are not heated."""
         count = len(self.springs)
         low = np.full(count, self.limits.xi0_min)
         if heated is not None:
-            low[[k for k in range(count) if k not in heated]] = 1.0
+            low = np.where(np.isin(np.arange(count), heated), low, self.highest)
         ends = self.limits.pressure
-        rest = np.append(np.clip(0.0, *ends), np.ones(count))
-        return Box(
-            *(as_array(x) for x in (np.append(ends[0], low), np.append(ends[1], np.ones(count)), rest))
-        )
+        rest = np.append(np.clip(0.0, *ends), self.highest)
+        return Box(*(as_array(x) for x in (np.append(ends[0], low), np.append(ends[1], self.highest), rest)))
 
     def check(self, goals: Sequence[str]) -> None:
         """Refuse goals that this body cannot have.
@@ -130,7 +143,7 @@ class Inverse:
         """
         goals, wanted = tuple(goals), np.atleast_2d(np.asarray(wanted, dtype=float))
         self.check(goals)
-        near, tried = self.atlas.nearest(goals, wanted, LEAN if self.body.chain is None else 1, lean=True), 0
+        near, tried = self.lean_starts(goals, wanted), 0
         if not near.shape[1]:  # no state of a loaded chain is lean
             near, tried = self.atlas.nearest(goals, wanted, 1), 1
         # where a search costs little, it starts from the nearest state, too, for less heat
@@ -155,6 +168,12 @@ class Inverse:
             else [np.zeros((0, 1 + len(self.springs)))] * len(wanted)
         )
         return self._inversion(goals, wanted, best, ways)
+
+    def lean_starts(self, goals: tuple[str, ...], wanted: np.ndarray) -> np.ndarray:
+        """Indices of states of the atlas with little heat, shape (targets, starts)."""
+        if self.body.chain is None:
+            return self.atlas.least_heated(goals, wanted, LEAN)
+        return self.atlas.nearest(goals, wanted, 1, lean=True)
 
     def _searched(
         self,
@@ -201,7 +220,7 @@ class Inverse:
         count = len(self.springs)
         candidates: list[Found] = []
         if self.body.chain is None:
-            near = self.atlas.nearest(goals, wanted, LEAN, lean=True)
+            near = self.lean_starts(goals, wanted)
             for size in range(1, count + 1):
                 for heated in itertools.combinations(range(count), size):
                     best_of_set = _best(self._searched(goals, wanted, near, heated))
@@ -245,7 +264,7 @@ class Inverse:
         resistances, currents = electrical(solved)
         return Inversion(
             self.design, goals, wanted, self.springs, drives[:, 0], drives[:, 1:], resistances, currents,
-            values, found, met, held, tuple(ways), unheated(self.body),
+            values, found, met, held, tuple(ways), unheated(self.body), self.highest,
         )  # fmt: skip
 
     def verified(self, drives: np.ndarray) -> Solved:

@@ -23,14 +23,17 @@ def inversion(values):
     return Inversion(
         "pneusma2", ("curvature",), wanted, ((1, 1), (1, 2)), np.array([30e3, 50e3]), fractions, electrical,
         0.1 * electrical, values, {"curvature": missed}, missed < 0.1,
-        ("", "xi0_2 at its lowest, 0.1"), (way, way[:0]), np.full(2, 0.973),
+        ("", "xi0_2 at its lowest, 0.1"), (way, way[:0]), np.full(2, 0.973), np.full(2, 0.973),
     )  # fmt: skip
 
 
 def test_drives_say_what_is_met_and_what_holds_the_rest(tmp_path):
     result = inversion([10.0, 58.5])
     said = text(result)
-    assert result.verdict == ["1 of 2 targets are met."]
+    assert result.verdict == [
+        "1 of 2 targets are met.",
+        "Springs that are not named stay at 0.973, their fraction without a current in air of 22 degC.",
+    ]
     words = [" ".join(line.split()) for line in said.splitlines()]
     assert "1 30.000 xi0_2 0.500 met" in words
     assert "2 50.000 xi0_2 0.100 misses curvature by 1.5 1/m xi0_2 at its lowest, 0.1" in words
@@ -106,5 +109,7 @@ def test_a_loop_that_cannot_follow_or_balance_says_so(sweep):
     lost = dataclasses.replace(first, good=first.time > 2.0)
     cases = Case("no mismatch", full, None), Case("wrap_friction", first, lost)
     said = " ".join(text(Sweep("x", sweep.loop, cases)).split())
-    assert "misses the wanted curvature by up to 4.00 1/m; a heater is at its limit of 0.4 A for 100 %" in said
+    assert (
+        "misses the wanted curvature by up to 4.00 1/m; a heater is at its limit of 0.4 A for 100 %" in said
+    )
     assert "wrap friction, told: in 9 of 600 rows the plant has no equilibrium" in said

@@ -13,8 +13,8 @@ from ..table import Table
 
 SHOWN = 20
 """Maximum number of targets in a table; `targets.csv` has all."""
-COLD = 1.0 - 1e-6
-"""Minimum martensite fraction of a spring that is called cold [1]; beyond it a table shows 1.000."""
+SAME = 1e-6
+"""Difference of martensite fractions that is none [1]: a table shows three digits."""
 
 
 def unit_of(column: str) -> str:
@@ -33,21 +33,34 @@ def subtitle(result: Inversion) -> str:
 
 
 def verdict(result: Inversion) -> list[str]:
-    """Sentence on the number of targets that are met; for a single one, on its errors. Last, on fractions
-    that no heating gives."""
+    """Sentence on the number of targets that are met; for a single one, on its errors. Last, on springs that
+    are left alone, and on fractions that no heating gives."""
     met, count = int(result.met.sum()), result.met.size
+    springs = [*_left_alone(result), *_without_heat(result)]
     if count > 1:
-        return [f"{met} of {count} targets are met.", *_without_heat(result)]
+        return [f"{met} of {count} targets are met.", *springs]
     drives = f"Drives: {drive_words(result, 0)}."
     if met:
-        return ["The target is met.", drives, *_without_heat(result)]
+        return ["The target is met.", drives, *springs]
     return [f"The target is out of reach: missed are {missed_words(result, 0)}.", drives,
-            f"This is the nearest. It is held by: {result.held[0]}.", *_without_heat(result)]  # fmt: skip
+            f"This is the nearest. It is held by: {result.held[0]}.", *springs]  # fmt: skip
+
+
+def _left_alone(result: Inversion) -> list[str]:
+    """Sentence on the fraction of springs that no drive names."""
+    alone = result.fractions >= result.left_alone - SAME
+    fractions = result.left_alone[alone.any(axis=0)]
+    if not fractions.size:
+        return []
+    where = joined(sorted({f"{x:.3f}" for x in fractions}))
+    natural = np.all(fractions <= result.unheated[alone.any(axis=0)] + SAME)
+    why = ", their fraction without a current in air of 22 degC" if natural else ""
+    return [f"Springs that are not named stay at {where}{why}."]
 
 
 def _without_heat(result: Inversion) -> list[str]:
     """Sentence on fractions above that of a spring without a current, which is not quite 1."""
-    above = (result.fractions > result.unheated) & (result.fractions < COLD)
+    above = (result.fractions > result.unheated + SAME) & (result.fractions < 1.0 - SAME)
     rows, springs = np.flatnonzero(above.any(axis=1)), np.flatnonzero(above.any(axis=0))
     if not rows.size:
         return []
@@ -78,12 +91,13 @@ def drive_words(result: Inversion, k: int) -> str:
     """Drives of one target, in words."""
     springs = heated_words(result, result.fractions[k])
     pressure = f"{from_si(result.pressure[k], 'kPa'):.3f} kPa"
-    return f"{pressure}, {springs or 'all springs cold'}" if result.springs else pressure
+    return f"{pressure}, {springs or 'no spring heated'}" if result.springs else pressure
 
 
 def heated_words(result: Inversion, fractions: np.ndarray) -> str:
-    """Martensite fractions of the springs that are not cold, in words."""
-    pairs = [f"xi0_{result.spring_name(j)} {x:.3f}" for j, x in enumerate(fractions) if x < COLD]
+    """Martensite fractions of the springs that are not left alone, in words."""
+    heated = np.flatnonzero(fractions < result.left_alone - SAME)
+    pairs = [f"xi0_{result.spring_name(j)} {fractions[j]:.3f}" for j in heated]
     return ", ".join(pairs)
 
 
@@ -106,10 +120,9 @@ def spring_table(result: Inversion) -> Table:
     """Table of the resistance and the current that hold every heated spring."""
     rows = []
     for k in range(min(result.met.size, SHOWN)):
-        for j, fraction in enumerate(result.fractions[k]):
-            if fraction < COLD:
-                electrical = (result.resistances[k, j], result.currents[k, j])
-                rows.append([str(k + 1), result.spring_name(j), *(number(x, ".4g") for x in electrical)])
+        for j in np.flatnonzero(result.fractions[k] < result.left_alone - SAME):
+            electrical = (result.resistances[k, j], result.currents[k, j])
+            rows.append([str(k + 1), result.spring_name(j), *(number(x, ".4g") for x in electrical)])
     header = ["target", "spring", "resistance [ohm]", "current [A]"]
     return Table(header, rows, "The current holds the spring's temperature in still air of 22 degC.")
 
