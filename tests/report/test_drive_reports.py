@@ -2,14 +2,20 @@
 
 import dataclasses
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.backends import backend_agg as agg
 
 from fitting.control.loop import Run
 from fitting.control.sweep import Case, Sweep, usual_loop
+from fitting.invert.lumen import Lumen
+from fitting.invert.passage import Passage
 from fitting.invert.result import Inversion
+from fitting.invert.touching import Touch
 from fitting.invert.trajectory import Trajectory
+from fitting.report.invert.figures import passage_figure, targets_figure
 from fitting.report.results import save, text
 from fitting.wiring import Bounds, Springs, choose_filters
 
@@ -44,6 +50,36 @@ def test_drives_say_what_is_met_and_what_holds_the_rest(tmp_path):
     assert (found["schema"], found["met"], found["goals"]) == ("pneusma-inversion/1", 1, ["curvature"])
     header = (tmp_path / "out" / "targets.csv").read_text().splitlines()[0]
     assert header.startswith("wanted_curvature_1pm,model_curvature_1pm,pressure_kPa,xi0_1")
+
+
+def test_targets_are_counted_in_whole_numbers_and_rounding_errors_do_not_fill_an_axis():
+    drawn = targets_figure(inversion([10.0 + 1e-11, 60.0 - 1e-11]))
+    assert drawn.axes[-1].get_xticks().tolist() == [1.0, 2.0]
+    first = inversion([10.0 + 1e-11, 60.0])
+    one = dataclasses.replace(
+        first, wanted=first.wanted[:1], values=first.values[:1], pressure=first.pressure[:1],
+        fractions=first.fractions[:1], met=first.met[:1],
+    )  # fmt: skip
+    drawn = targets_figure(one)
+    assert drawn.axes[-1].get_xticks().tolist() == [1.0]
+    assert np.ptp(drawn.axes[0].get_ylim()) == pytest.approx(0.2)  # the tolerance on both sides
+
+
+def test_ticks_of_a_narrow_lumen_have_room():
+    tube = SimpleNamespace(section=SimpleNamespace(radius=5e-3))
+    straight = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.2]])
+    found = Passage(
+        "c", Lumen("straight", straight, np.full(2, 12e-3)), ((1, 1),), 1e4, np.ones(1), np.ones(1), np.zeros(1),
+        0.0, 1e-3, 0.0, 0.1, 0.5 * straight, SimpleNamespace(body=SimpleNamespace(segments=[tube])),
+        Touch(0.05, 1, np.zeros((0, 2))),
+    )  # fmt: skip
+    figure = passage_figure([found])
+    agg.FigureCanvasAgg(figure).draw()
+    for axes in figure.axes:
+        boxes = [t.get_window_extent() for t in axes.get_xticklabels() if t.get_text()]
+        shown = sorted((b.x0, b.x1) for b in boxes)
+        assert all(a[1] < b[0] for a, b in zip(shown, shown[1:], strict=False))
+        assert axes.get_legend() is None  # it stands below all panels
 
 
 def test_a_trajectory_warns_first_of_what_cannot_be_undone(tmp_path):

@@ -13,8 +13,9 @@ from ..table import Table
 
 SHOWN = 20
 """Maximum number of targets in a table; `targets.csv` has all."""
-SAME = 1e-6
-"""Difference of martensite fractions that is none [1]: a table shows three digits."""
+HELD_BY_CURRENT = "The current holds the spring's temperature in still air of 22 degC."
+SAME = 5e-4
+"""Difference of martensite fractions that is not told [1]: half of the last digit shown."""
 
 
 def unit_of(column: str) -> str:
@@ -124,7 +125,7 @@ def spring_table(result: Inversion) -> Table:
             electrical = (result.resistances[k, j], result.currents[k, j])
             rows.append([str(k + 1), result.spring_name(j), *(number(x, ".4g") for x in electrical)])
     header = ["target", "spring", "resistance [ohm]", "current [A]"]
-    return Table(header, rows, "The current holds the spring's temperature in still air of 22 degC.")
+    return Table(header, rows, HELD_BY_CURRENT)
 
 
 def way_table(result: Inversion) -> Table:
@@ -143,15 +144,15 @@ def agreement(result: Trajectory) -> str:
 
 
 def passage_verdict(result: Passage) -> list[str]:
-    """Sentences on the passage of a chain through a lumen, where it is tightest, and on its drives."""
+    """Sentences on a body in a lumen, where it is tightest, how far it gets, and on its drives."""
     springs = [f"xi0_{spring_name(result.springs, k)} {x:.3f}" for k, x in enumerate(result.fractions)]
     pressure = f"{from_si(result.pressure, 'kPa'):.3f} kPa"
     return [
-        f"{result.lumen.name}, tortuosity {result.lumen.tortuosity:.3f}: the chain {_fit_words(result)}.",
+        f"{result.lumen.name}, tortuosity {result.lumen.tortuosity:.3f}: the "
+        f"{'actuator' if result.alone else 'chain'} {_fit_words(result)}.",
         *([] if result.passes else _held_words(result)),
         f"Its centre line is {from_si(result.offset, 'mm'):.2f} mm from the lumen's (root mean square).",
-        f"Its tip is at {from_si(result.reached, 'mm'):.0f} of the lumen's "
-        f"{from_si(float(result.lumen.lengths[-1]), 'mm'):.0f} mm.",
+        _reach_words(result),
         f"Drives: {', '.join([pressure, *springs])}.",
     ]
 
@@ -159,14 +160,35 @@ def passage_verdict(result: Passage) -> list[str]:
 def _fit_words(result: Passage) -> str:
     """How much room there is, or by how much and where it lacks."""
     gap = from_si(result.clearance, "mm")
-    at = f"at {from_si(result.touch.along, 'mm'):.0f} mm along the lumen (segment {result.touch.segment})"
+    at = f"at {from_si(result.touch.along, 'mm'):.0f} mm along the lumen"
+    at += "" if result.alone else f" (segment {result.touch.segment})"
     if result.passes:
-        return f"passes with {gap:.2f} mm to the wall, least {at}"
+        how = "passes" if result.to_the_end else "fits as far as it reaches,"
+        return f"{how} with {gap:.2f} mm to the wall, least {at}"
     if result.clearance >= result.wanted - CLOSE:
-        return f"does not pass: it overlaps itself by {-from_si(result.apart, 'mm'):.2f} mm"
+        return f"does not fit: it overlaps itself by {-from_si(result.apart, 'mm'):.2f} mm"
     how = f"overlaps the wall by {-gap:.2f} mm" if gap < 0.0 else f"comes within {gap:.2f} mm of the wall"
     wider = 2.0 * from_si(result.wanted - result.clearance, "mm")
-    return f"does not pass: it {how}, most {at}; a lumen {wider:.2f} mm wider would let it"
+    return f"does not fit: it {how}, most {at}; a lumen {wider:.2f} mm wider would let it"
+
+
+def _reach_words(result: Passage) -> str:
+    """How far the tip gets, and which part of the lumen is beyond it."""
+    tip, end = (from_si(x, "mm") for x in (result.reached, float(result.lumen.lengths[-1])))
+    if result.to_the_end:
+        return f"Its tip is at the lumen's end, {end:.0f} mm along it."
+    beyond = f"Nothing is said of the {end - tip:.0f} mm beyond."
+    return f"Its tip is at {tip:.0f} of the lumen's {end:.0f} mm. {beyond}"
+
+
+def passage_table(result: Passage) -> Table:
+    """Table of every spring: fraction, resistance and current."""
+    rows = [
+        [spring_name(result.springs, k), *(number(x, ".4g") for x in values)]
+        for k, values in enumerate(zip(result.fractions, result.resistances, result.currents, strict=True))
+    ]
+    header = ["spring", "martensite fraction [1]", "resistance [ohm]", "current [A]"]
+    return Table(header, rows, HELD_BY_CURRENT)
 
 
 def _held_words(result: Passage) -> list[str]:
