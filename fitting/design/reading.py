@@ -38,6 +38,7 @@ from pneusma_jax.errors import InputError, nearest
 
 from . import fields
 from .bodies import Plan, plan_of
+from .buildable import check_ends
 from .free import read_free
 from .functions import load_function
 from .posterior_file import posterior_draws
@@ -122,7 +123,7 @@ def _study(document: dict[str, Any], path: Path) -> Study:
         points=fields.whole(document, "front_points", 9, 2, 50, str(path)),
         optimiser=fields.word(document, "optimiser", OPTIMISERS, str(path), "slsqp"),
     )
-    _check_whole(study, plans)
+    _check_whole(study, plans, [one.name for one in driven])
     return study
 
 
@@ -141,8 +142,8 @@ def _tables(document: dict[str, Any], key: str, path: Path) -> tuple:
     return tuple(str((path.parent / n).resolve()) if n.endswith(".toml") else n for n in names)
 
 
-def _check_whole(study: Study, plans: Sequence[Plan]) -> None:
-    """Checks of the whole study, once everything is read."""
+def _check_whole(study: Study, plans: Sequence[Plan], drives: Sequence[str]) -> None:
+    """Checks of the whole study, once everything is read; `drives` are parameters that are no dimensions."""
     try:
         space = Space(study.free)
     except InputError as error:
@@ -166,6 +167,7 @@ def _check_whole(study: Study, plans: Sequence[Plan]) -> None:
         for plan in plans:
             _check_uncertain(study, plan)
     _check_box(study, space)
+    check_ends(space, drives, plans, str(study.path))
 
 
 def _check_uncertain(study: Study, plan: Plan) -> None:

@@ -121,6 +121,7 @@ class DesignResult(Result):
             without uncertainty.
         others: the best of the other combinations of choices.
         starts: objective [SI] and violation that each start of the chosen combination ended with.
+        lost: number of its starts that could not be solved.
         evaluations, equilibria: numbers of evaluations and of equilibria that were computed.
         notes: cautions for the reader.
     """
@@ -137,6 +138,7 @@ class DesignResult(Result):
     chances: Mapping[str, Chance]
     others: tuple[Design, ...]
     starts: tuple[tuple[float, float], ...]
+    lost: int
     evaluations: int
     equilibria: int
     notes: list[str] = field(default_factory=list)

@@ -14,6 +14,7 @@ import pneusma_jax as pj
 from pneusma_jax.calibration import load_calibration, named_table
 from pneusma_jax.errors import InputError
 from pneusma_jax.late import Late
+from pneusma_jax.units import to_si
 
 from .bodies import material_of, plan_of
 from .chances import chances_of, notes_on_draws
@@ -29,6 +30,9 @@ from .uncertain import sampler_of
 
 stats = Late("scipy.stats")
 
+STILL = 1e-10
+"""Change of an objective over the whole range of a parameter that is rounding error, as part of its size, or
+of one in its unit [1]: equilibria are exact to 1e-10."""
 LEAST_SIZE = 8
 """Least number of places that go through the program at once."""
 
@@ -166,8 +170,12 @@ def _search(
     good = [one for one in first if one.finite]
     if not good:
         raise InputError(f"{study.path}: {why_nothing(model, first[0], choice.words(study))}")
-    if len(study.designs) * len(study.alloys) * len(study.materials) == 1:  # or the choice may change it
-        _check_changing(study, good)
+    still = _unchanging(study, good)
+    if still and len(study.designs) * len(study.alloys) * len(study.materials) == 1:  # a choice may change it
+        raise InputError(
+            f"{study.path}: objective {still[0]!r} changes with nothing that is free: its derivative is "
+            f"zero at all {len(good)} starts"
+        )
     count = len(study.objectives)
     sizes = np.array([max(abs(float(np.median([o.values[j] for o in good]))), 1e-12) for j in range(count)])
     total = good[0].values.size
@@ -206,14 +214,16 @@ def _search(
     return found
 
 
-def _check_changing(study: Study, starts: list[Evaluation]) -> None:
-    """Refuse an objective whose derivative is zero at all starts."""
+def _unchanging(study: Study, at: list[Evaluation]) -> list[str]:
+    """Names of objectives whose derivatives are zero, to rounding error, in all of some designs."""
+    found = []
     for j, one in enumerate(study.objectives):
-        if one.quantity != "failure_probability" and not any(np.any(o.jacobian[j]) for o in starts):
-            raise InputError(
-                f"{study.path}: objective {one.name!r} changes with nothing that is free: its derivative is "
-                f"zero at all {len(starts)} starts"
-            )
+        size = max(abs(float(to_si(1.0, one.unit, True))), *(abs(o.values[j]) for o in at))
+        if one.quantity != "failure_probability" and all(
+            np.max(np.abs(o.jacobian[j])) <= STILL * size for o in at
+        ):
+            found.append(one.name)
+    return found
 
 
 def _knee(outcomes: list[Outcome], count: int) -> int:
@@ -253,6 +263,7 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
         "no design next to the continuous one that can be made keeps all constraints: widen a "
         "catalogue or a limit"
     ]  # fmt: skip
+    notes += _notes_on_search(study, best)
     base = _base_design(best)
     chances = {}
     if study.uncertainty is not None:
@@ -277,10 +288,24 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
             for o in best.outcomes
             if o.evaluation is not None
         ),
+        lost=sum(o.evaluation is None for o in best.outcomes),
         evaluations=len(log.known),
         equilibria=sum(w.evaluate.equilibria for one in solved for w in one.values()),
         notes=notes,
     )
+
+
+def _notes_on_search(study: Study, best: _Solved) -> list[str]:
+    """Cautions on starts that were lost, and on objectives that have no slope at the design."""
+    notes, lost = [], sum(o.evaluation is None for o in best.outcomes)
+    if lost:
+        notes.append(
+            f"{lost} of {len(best.outcomes)} starts were not solved, since their dimensions have no "
+            "equilibrium in all states; the search went on from the others"
+        )
+    for name in _unchanging(study, [best.final.evaluation]):
+        notes.append(f"objective {name!r} has no slope at the design: nothing that is free changes it there")
+    return notes
 
 
 def _to_compare(robust: _Solved, nominal: _Solved, base: Design | None) -> dict[str, np.ndarray]:

@@ -285,9 +285,10 @@ def how_it_was_found(result: DesignResult) -> list[str]:
     first = result.study.objectives[0]
     feasible = [value for value, violation in result.starts if violation <= 1e-6]
     ends = [shown(x, first.unit) for x in (min(feasible, default=math.nan), max(feasible, default=math.nan))]
+    lost = f"{result.lost} were not solved, " if result.lost else ""
+    count = len(result.starts) + result.lost
     return [
-        f"{len(result.starts)} starts; {len(feasible)} ended with all constraints kept, at {ends[0]} to "
-        f"{ends[1]}.",
+        f"{count} starts; {lost}{len(feasible)} ended with all constraints kept, at {ends[0]} to {ends[1]}.",
         f"{result.evaluations} evaluations with exact derivatives, {result.equilibria} equilibria.",
         f"Of the objective's gradient {100.0 * result.conditions.left:.2g} % is not explained by what "
         "limits the "
