@@ -101,6 +101,6 @@ def test_the_shipped_choice_among_materials_is_the_best_of_its_catalogue():
     kept = np.all(values[:, 1:] <= 1e-6, axis=1)
     assert result.made.objectives[0] == pytest.approx(-values[kept, 0].min(), rel=1e-9)
     assert result.evaluations < len(every) / 10
-    assert "limited by constraint 'contact' and the lower end of wall_thickness" in re.sub(
+    assert "limited by constraint 'contact', the lower end of wall_thickness and the upper end" in re.sub(
         r"\s+", " ", text(result)
     )
