@@ -31,7 +31,7 @@ from fitting.design import read_study
 from fitting.design.bodies import plan_of
 from fitting.design.discrete import places_of
 from fitting.design.log import Evaluator, Log
-from fitting.design.optimise import ALLOWED, Problem, optimise
+from fitting.design.optimise import ALLOWED, Problem, from_starts, optimise
 from fitting.design.program import Model
 from fitting.design.run import run_study, start_places
 from fitting.report.figures import BLUE, GREEN, GREY, PURPLE, VERMILION, legend_above, save_figure, style
@@ -225,7 +225,7 @@ def side_by_side(study: object, model: Model) -> np.ndarray:
     rows = np.arange(1, first[0].values.size)
     size = float(np.median([abs(one.values[0]) for one in first]))
     problem = Problem(np.eye(rows.size + 1)[0] / size, rows, np.zeros(rows.size), np.ones(rows.size))
-    optimise([problem] * len(places), places, evaluate)
+    from_starts(problem, places, evaluate)
     return course_of_log(evaluate.log)
 
 

@@ -121,7 +121,8 @@ class DesignResult(Result):
             without uncertainty.
         others: the best of the other combinations of choices.
         starts: objective [SI] and violation that each start of the chosen combination ended with.
-        lost: number of its starts that could not be solved.
+        lost, joined: number of its starts that could not be solved, and that were stopped near an optimum
+            found before.
         evaluations, equilibria: numbers of evaluations and of equilibria that were computed.
         notes: cautions for the reader.
     """
@@ -139,6 +140,7 @@ class DesignResult(Result):
     others: tuple[Design, ...]
     starts: tuple[tuple[float, float], ...]
     lost: int
+    joined: int
     evaluations: int
     equilibria: int
     notes: list[str] = field(default_factory=list)

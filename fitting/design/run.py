@@ -13,7 +13,6 @@ import numpy as np
 import pneusma_jax as pj
 from pneusma_jax.calibration import load_calibration, named_table
 from pneusma_jax.errors import InputError
-from pneusma_jax.late import Late
 from pneusma_jax.units import to_si
 
 from .bodies import material_of, plan_of
@@ -21,14 +20,12 @@ from .chances import chances_of, notes_on_draws
 from .discrete import blocked_steps, made_from
 from .infeasible import why_infeasible, why_nothing
 from .log import Evaluation, Evaluator, Log
-from .optimise import ON_FRONTS, Outcome, Problem, best_of, conditions, optimise
+from .optimise import JOINED, ON_FRONTS, Outcome, Problem, best_of, conditions, from_starts
 from .pareto import front_of, not_dominated, share_of_box
 from .program import Model
 from .result import Choice, Design, DesignResult, Front, Limits
 from .study import Study
 from .uncertain import sampler_of
-
-stats = Late("scipy.stats")
 
 STILL = 1e-10
 """Change of an objective over the whole range of a parameter that is rounding error, as part of its size, or
@@ -138,11 +135,15 @@ def _without_uncertainty(study: Study) -> Study:
 
 
 def start_places(study: Study, model: Model) -> list[np.ndarray]:
-    """The tables' own design, where it is one, and a scrambled Sobol sequence."""
+    """The tables' own design, where it is one, and a Latin hypercube.
+
+    SciPy's sequences would spread as few places no better, and its statistics take half a second to load.
+    """
     base = base_place(model)
     count = study.starts - (base is not None)
-    size = 2 ** int(np.ceil(np.log2(max(count, 1))))
-    spread = stats.qmc.Sobol(len(model.space), seed=np.random.default_rng(study.seed)).random(size)[:count]
+    random = np.random.default_rng(study.seed)
+    cells = np.stack([random.permutation(count) for _ in range(len(model.space))], axis=1)
+    spread = (cells + random.random(cells.shape)) / max(count, 1)
     return [*([np.clip(base, 0.0, 1.0)] if base is not None else []), *spread]
 
 
@@ -185,9 +186,9 @@ def _search(
         for j in range(count)
     ]
     phase[0] = "continuous design"
-    outcomes = optimise([p for p in problems for _ in starts], starts * count, evaluate, study.optimiser)
-    anchors = [best_of(outcomes[j * len(starts) : (j + 1) * len(starts)]) for j in range(count)]
-    found = _Solved(choice, evaluate, problems[0], starts, outcomes[: len(starts)], anchors[0])
+    outcomes = [from_starts(problem, starts, evaluate, study.optimiser) for problem in problems]
+    anchors = [best_of(ended) for ended in outcomes]
+    found = _Solved(choice, evaluate, problems[0], starts, outcomes[0], anchors[0])
     if not all(anchor.kept for anchor in anchors):
         return found
     discrete = any(one.discrete for one in model.space.free)
@@ -289,6 +290,7 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
             if o.evaluation is not None
         ),
         lost=sum(o.evaluation is None for o in best.outcomes),
+        joined=sum(o.message == JOINED for o in best.outcomes),
         evaluations=len(log.known),
         equilibria=sum(w.evaluate.equilibria for one in solved for w in one.values()),
         notes=notes,

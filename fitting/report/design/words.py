@@ -288,7 +288,8 @@ def how_it_was_found(result: DesignResult) -> list[str]:
     lost = f"{result.lost} were not solved, " if result.lost else ""
     count = len(result.starts) + result.lost
     return [
-        f"{count} starts; {lost}{len(feasible)} ended with all constraints kept, at {ends[0]} to {ends[1]}.",
+        f"{count} starts; {lost}{len(feasible)} ended with all constraints kept, at {ends[0]} to {ends[1]}."
+        + (f" {result.joined} were stopped near an optimum that was found already." * bool(result.joined)),
         f"{result.evaluations} evaluations with exact derivatives, {result.equilibria} equilibria.",
         f"Of the objective's gradient {100.0 * result.conditions.left:.2g} % is not explained by what "
         "limits the "
