@@ -15,6 +15,7 @@ own in the folder, and is not computed again when the script is given again.
 """
 
 import argparse
+import dataclasses
 import itertools
 import json
 import time
@@ -218,7 +219,7 @@ def whole_study(study: object) -> dict:
 
 
 def side_by_side(study: object, model: Model) -> np.ndarray:
-    """Course of the study's own continuous search, from all its starts."""
+    """Course of the study's own continuous search, from all its starts; `study` has the seed of these."""
     evaluate = Evaluator(model, Log(None, ""), 0, study.starts)
     places = start_places(study, model)
     first = evaluate(places)
@@ -284,7 +285,9 @@ def main() -> None:
     if wanted("study"):
         kept("study_1", lambda: whole_study(study))
     if wanted("starts"):
-        kept("together_1", lambda: side_by_side(study, model))
+        for seed in range(options.seeds):
+            other = dataclasses.replace(study, seed=seed)
+            kept(f"together_{seed + 1}", lambda other=other: side_by_side(other, model))
         for k, place in enumerate([own[0], *spread], 1):
             kept(f"start_{k}", lambda place=place: single_start(model, place))
     if wanted("grid"):
