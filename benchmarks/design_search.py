@@ -15,6 +15,7 @@ own in the folder, and is not computed again when the script is given again.
 """
 
 import argparse
+import dataclasses
 import itertools
 import json
 import time
@@ -31,7 +32,7 @@ from fitting.design import read_study
 from fitting.design.bodies import plan_of
 from fitting.design.discrete import places_of
 from fitting.design.log import Evaluator, Log
-from fitting.design.optimise import ALLOWED, Problem, optimise
+from fitting.design.optimise import ALLOWED, Problem, from_starts, optimise
 from fitting.design.program import Model
 from fitting.design.run import run_study, start_places
 from fitting.report.figures import BLUE, GREEN, GREY, PURPLE, VERMILION, legend_above, save_figure, style
@@ -218,14 +219,14 @@ def whole_study(study: object) -> dict:
 
 
 def side_by_side(study: object, model: Model) -> np.ndarray:
-    """Course of the study's own continuous search, from all its starts."""
+    """Course of the study's own continuous search, from all its starts; `study` has the seed of these."""
     evaluate = Evaluator(model, Log(None, ""), 0, study.starts)
     places = start_places(study, model)
     first = evaluate(places)
     rows = np.arange(1, first[0].values.size)
     size = float(np.median([abs(one.values[0]) for one in first]))
     problem = Problem(np.eye(rows.size + 1)[0] / size, rows, np.zeros(rows.size), np.ones(rows.size))
-    optimise([problem] * len(places), places, evaluate)
+    from_starts(problem, places, evaluate)
     return course_of_log(evaluate.log)
 
 
@@ -284,7 +285,9 @@ def main() -> None:
     if wanted("study"):
         kept("study_1", lambda: whole_study(study))
     if wanted("starts"):
-        kept("together_1", lambda: side_by_side(study, model))
+        for seed in range(options.seeds):
+            other = dataclasses.replace(study, seed=seed)
+            kept(f"together_{seed + 1}", lambda other=other: side_by_side(other, model))
         for k, place in enumerate([own[0], *spread], 1):
             kept(f"start_{k}", lambda place=place: single_start(model, place))
     if wanted("grid"):

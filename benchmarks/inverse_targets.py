@@ -47,10 +47,10 @@ REFINED = 3
 """Number of random states from which the brute-force search of a pose goes on."""
 
 
-def random_drives(random, count, springs):
+def random_drives(random, count, highest):
     """Pressures and fractions, half of the springs cold."""
-    fractions = random.uniform(LIMITS.xi0_min, 1.0, (count, springs))
-    fractions[random.random((count, springs)) < 0.5] = 1.0
+    fractions = random.uniform(LIMITS.xi0_min, highest, (count, highest.size))
+    fractions = np.where(random.random(fractions.shape) < 0.5, highest, fractions)
     return np.column_stack([random.uniform(*LIMITS.pressure, count), fractions])
 
 
@@ -65,9 +65,10 @@ def timed(work):
 def single(count, unreachable, seed):
     """PneuSMA2 to curvatures."""
     random, inverse = np.random.default_rng(seed), Inverse("pneusma2", LIMITS)
-    wanted = np.asarray(inverse.verified(random_drives(random, count, 2)).only.curvature)[:, None]
+    drives = random_drives(random, count, inverse.highest)
+    wanted = np.asarray(inverse.verified(drives).only.curvature)[:, None]
     found, seconds, busy = timed(lambda: inverse.solve(("curvature",), wanted))
-    seen = np.asarray(inverse.verified(random_drives(random, 200_000, 2)).only.curvature)
+    seen = np.asarray(inverse.verified(random_drives(random, 200_000, inverse.highest)).only.curvature)
     far = (
         random.uniform(1.05, 4.0, unreachable)
         * np.where(random.random(unreachable) < 0.5, -1, 1)
@@ -92,7 +93,7 @@ def chain(count, unreachable, seed):
     """The chain of four to tip poses."""
     random, inverse = np.random.default_rng(seed), Inverse("orthogonal_chain", LIMITS)
     goals = ("tip", "direction")
-    pose = np.asarray(inverse.verified(random_drives(random, count, len(inverse.springs))).end_pose)
+    pose = np.asarray(inverse.verified(random_drives(random, count, inverse.highest)).end_pose)
     wanted = np.column_stack([pose[:, :3, 3], pose[:, :3, 2]])
     found, seconds, busy = timed(lambda: inverse.solve(goals, wanted))
     some = wanted[:unreachable].copy()
@@ -101,10 +102,11 @@ def chain(count, unreachable, seed):
     lost, spent, _ = timed(lambda: inverse.solve(goals, some))
     scale = np.asarray(sizes(goals))
     look = exact_poses(inverse.body.chain)
-    drives = random_drives(random, 100_000, len(inverse.springs))
+    drives = random_drives(random, 100_000, inverse.highest)
     seen = look(drives) / scale
     nearest, which = cKDTree(seen).query(some / scale, k=REFINED)
-    refined = np.minimum(nearest[:, 0], brute_force(look, some / scale, scale, drives[which]))
+    refined = brute_force(look, some / scale, scale, drives[which], inverse.highest)
+    refined = np.minimum(nearest[:, 0], refined)
     ours = np.linalg.norm((lost.values - some) / scale, axis=1)
     return {
         "segments": len(inverse.body.segments),
@@ -113,7 +115,7 @@ def chain(count, unreachable, seed):
         "median_miss_mm": float(1e3 * np.median(found.misses["tip"])),
         "per_second": count / seconds,
         "per_second_of_processor_time": count / busy,
-        "mean_heat": float(np.mean(np.sum((1.0 - found.fractions) ** 2, axis=1))),
+        "mean_heat": float(np.mean(np.sum((inverse.highest - found.fractions) ** 2, axis=1))),
         "unreachable": len(some),
         "unreachable_per_second": len(some) / spent,
         "recognised": float(np.mean(~lost.met)),
@@ -149,10 +151,10 @@ def exact_poses(chain):
     return look
 
 
-def brute_force(look, targets, scale, starts):
+def brute_force(look, targets, scale, starts, highest):
     """Least distances from targets, in sizes of the goals, by SciPy from several states, by differences."""
     low = np.append(LIMITS.pressure[0], np.full(starts.shape[-1] - 1, LIMITS.xi0_min))
-    high = np.append(LIMITS.pressure[1], np.ones(starts.shape[-1] - 1))
+    high = np.append(LIMITS.pressure[1], highest)
     step = 1e-5
 
     def both(x, target):
@@ -260,7 +262,7 @@ def narrowest(inverse, lumen, starts=24):
     random state, and that where SLSQP ends from the nearest of 240,000 random states and from others of them.
     """
     box, random, away = inverse.box(), np.random.default_rng(0), away_from(inverse, lumen)
-    more = box.places(random_drives(random, 200_000, len(inverse.springs)))
+    more = box.places(random_drives(random, 200_000, inverse.highest))
     places = np.clip(np.concatenate([more, box.places(inverse.atlas.drives)]), 0.0, 1.0)
     far = largest_of(away)(places)
     order = np.argsort(np.where(np.isfinite(far), far, np.inf))

@@ -35,6 +35,10 @@ PLACE = ("tip_mm", "direction")
     "--xi0-min", type=Finite(0.0, 1.0, max_open=True), default=0.1, show_default=True,
     help="Martensite fraction of the hottest spring.",
 )  # fmt: skip
+@click.option(
+    "--xi0-max", type=Finite(0.0, 1.0, min_open=True),
+    help="Martensite fraction of the coldest spring; by default that without a current in air of 22 degC.",
+)  # fmt: skip
 @click.option("--alloy", help="Name or path of an alloy table; the design's own by default.")
 @click.option("--material", help="Name or path of a silicone table; the design's own by default.")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Of the starts of chains.")
@@ -73,7 +77,7 @@ def invert_command(**options: Any) -> None:
             if options["targets"] is not None
             else targets_of(wanted, "targets")
         )
-    limits = Limits((1e3 * options["least"], 1e3 * options["most"]), options["xi0_min"])
+    limits = Limits((1e3 * options["least"], 1e3 * options["most"]), options["xi0_min"], options["xi0_max"])
     tables = [
         None if name is None else table_argument(name) for name in (options["alloy"], options["material"])
     ]

@@ -41,7 +41,7 @@ def wiring_command(**options: Any) -> None:
     prepare()
     from fitting.data.publish import check_free
     from fitting.report.results import save, text
-    from fitting.wiring.choose import Bounds, choose_filters, most_segments
+    from fitting.wiring.choose import MOST, Bounds, choose_filters, most_segments
     from fitting.wiring.springs import springs_of_design
 
     if options["out"] is not None:
@@ -55,13 +55,17 @@ def wiring_command(**options: Any) -> None:
     )
     allowed = 0.01 * options["allowed"]
     if options["springs"] is None:
-        count, result = most_segments(springs, bounds, allowed)
-        click.echo(f"{count} springs fit between {options['low']:g} and {options['high']:g} kHz.")
-        if result is None:
-            raise SystemExit(1)
+        count, found = most_segments(springs, bounds, allowed)
+        band = f"between {options['low']:g} and {options['high']:g} kHz"
+        if found is None:
+            click.echo(f"Not even two springs fit {band}; these are the best filters for two.")
+        else:
+            more = " or more" if count == MOST else ""
+            click.echo(f"{count}{more} springs fit {band}.")
+        result = found or choose_filters(springs, bounds, 2, allowed)
     else:
-        result = choose_filters(springs, bounds, options["springs"])
+        result = choose_filters(springs, bounds, options["springs"], allowed)
     click.echo(text(result))
     if options["out"] is not None:
         done(save(result, options["out"], options["force"]))
-    raise SystemExit(0 if result.crosstalk <= allowed else 1)
+    raise SystemExit(0 if result.kept else 1)

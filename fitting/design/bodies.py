@@ -139,6 +139,12 @@ class Solved(eqx.Module):
         return self.pressure, self.segments, self.end_pose, self.chain
 
 
+def sizes_of(parameters: Mapping[str, Array], k: int) -> dict[str, Array]:
+    """Dimensions of a segment, from 1: those of all, and its own; other parameters are left out."""
+    of_all = {name: x for name, x in parameters.items() if name in GEOMETRY_KEYS or name in SECTION_KEYS}
+    return of_all | {n.partition(".")[2]: x for n, x in parameters.items() if n.startswith(f"{k}.")}
+
+
 def build_body(
     plan: Plan,
     parameters: Mapping[str, Array],
@@ -159,9 +165,7 @@ def build_body(
     """
     segments = []
     for k, (table, own) in enumerate(zip(plan.tables, materials, strict=True), 1):
-        of_all = {name: x for name, x in parameters.items() if name in GEOMETRY_KEYS or name in SECTION_KEYS}
-        of_one = {n.partition(".")[2]: x for n, x in parameters.items() if n.startswith(f"{k}.")}
-        sizes = of_all | of_one
+        sizes = sizes_of(parameters, k)
         nominal = table.values()
         sizes |= {
             n: sizes.get(n, nominal[n]) + more for n, more in added.items() if n in sizes or n in nominal

@@ -1,19 +1,44 @@
-"""The best design that can be made, from the best continuous one."""
+"""The best design that can be made, from the best continuous one.
+
+A workshop has no wire between two gauges. The discrete parameters are fixed one after the other, the coarsest
+first, each at the values just below and just above. Before the next one is fixed, the rest is solved anew, so
+that it makes up for the rounding: many coils of a thick wire do what few of a thin one do. Then single steps
+follow from the best design as long as one of them helps.
+"""
 
 import dataclasses
-import itertools
 from collections.abc import Sequence
 
 import numpy as np
 
 from .log import Evaluator
-from .optimise import Ends, Outcome, Problem, best_of, optimise
+from .optimise import ALLOWED, Ends, Outcome, Problem, optimise
 from .space import Space
 
-MOST = 64
-"""Maximum of neighbours that are tried together; those nearest to the continuous design come first."""
+WIDTH = 4
+"""Number of partly fixed designs that are followed side by side."""
 MOST_ROUNDS = 20
-"""Maximum of rounds of single steps from the best neighbour."""
+"""Maximum of rounds of single steps from the best design."""
+SAME = 1e-9
+"""Distance in the box up to which a value counts as one that can be made [1]."""
+
+Held = dict[int, float]
+"""Places in the box at which discrete parameters are fixed, by the parameter's index."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Step:
+    """A step of a discrete parameter that the objective asks for, and that cannot be taken.
+
+    Attributes:
+        parameter: its index; up: true if the step goes to the next higher value.
+        rows: indices of the evaluation's numbers that violate their limits after it; empty at the end of the
+            range.
+    """
+
+    parameter: int
+    up: bool
+    rows: tuple[int, ...] = ()
 
 
 def places_of(space: Space, k: int) -> np.ndarray:
@@ -22,28 +47,28 @@ def places_of(space: Space, k: int) -> np.ndarray:
     return (np.array(one.values) - one.low.value) / (one.high.value - one.low.value)
 
 
-def neighbours(space: Space, place: np.ndarray) -> list[dict[int, float]]:
-    """Every combination of the values just below and just above, nearest first; at most `MOST`."""
-    options = []
-    for k, one in enumerate(space.free):
-        if not one.discrete:
-            continue
-        made = places_of(space, k)
-        at = int(np.searchsorted(made, place[k]))
-        near = {float(made[i]) for i in (max(at - 1, 0), min(at, made.size - 1))}
-        exact = [x for x in near if abs(x - place[k]) < 1e-9]
-        options.append([(k, x) for x in (exact or sorted(near))])
-    combined = [dict(pairs) for pairs in itertools.product(*options)]
-    return sorted(combined, key=lambda held: sum((x - place[k]) ** 2 for k, x in held.items()))[:MOST]
+def near(space: Space, k: int, x: float) -> list[float]:
+    """Places of the values just below and just above; only one where `x` is such a value or beyond the
+    last."""
+    made = places_of(space, k)
+    at = int(np.searchsorted(made, x))
+    some = sorted({float(made[i]) for i in (max(at - 1, 0), min(at, made.size - 1))})
+    return [place for place in some if abs(place - x) < SAME] or some
 
 
-def steps_from(space: Space, held: dict[int, float]) -> list[dict[int, float]]:
-    """The same with one parameter one step further down or up."""
+def coarsest_first(space: Space) -> list[int]:
+    """Indices of the discrete parameters: that with the longest steps, as parts of its range, first."""
+    steps = {k: np.diff(places_of(space, k)).mean() for k, one in enumerate(space.free) if one.discrete}
+    return sorted(steps, key=lambda k: -steps[k])
+
+
+def steps_from(space: Space, held: Held) -> list[tuple[int, bool, float]]:
+    """Single steps: the parameter, whether it goes up, and its new place."""
     found = []
     for k, x in held.items():
         made = places_of(space, k)
         at = int(np.argmin(np.abs(made - x)))
-        found += [held | {k: float(made[i])} for i in (at - 1, at + 1) if 0 <= i < made.size]
+        found += [(k, i > at, float(made[i])) for i in (at - 1, at + 1) if 0 <= i < made.size]
     return found
 
 
@@ -54,7 +79,7 @@ def made_from(
     method: str,
     further: bool = True,
     ends: Ends = Ends(),
-) -> Outcome | None:
+) -> tuple[Outcome, Problem] | None:
     """The best design near a continuous one that can be made, the rest of the parameters solved anew.
 
     Args:
@@ -66,27 +91,93 @@ def made_from(
         ends: stopping rules of the optimiser.
 
     Returns:
-        None where no neighbour keeps the constraints.
+        The design, and the problem of the parameters that are left; None where no design that was tried keeps
+        the constraints.
     """
-    space = evaluate.model.space
-    tried: dict[tuple, Outcome] = {}
+    search = _Rounding(ideal, problem, evaluate, method, ends)
+    search.fix_in_turn()
+    if further:
+        search.step_while_it_helps()
+    held, best = search.best
+    return (best, dataclasses.replace(problem, held=held)) if best.kept else None
 
-    def solved(choices: Sequence[dict[int, float]]) -> None:
-        new = [held for held in choices if tuple(sorted(held.items())) not in tried]
-        problems = [dataclasses.replace(problem, held=held) for held in new]
-        outcomes = optimise(problems, [ideal.evaluation.place] * len(new), evaluate, method, ends)
-        tried.update((tuple(sorted(held.items())), o) for held, o in zip(new, outcomes, strict=True))
 
-    solved(neighbours(space, ideal.evaluation.place))
-    for _ in range(MOST_ROUNDS if further else 0):
-        key = min(
-            tried,
-            key=lambda k: (not tried[k].kept, tried[k].objective if tried[k].kept else tried[k].violation),
-        )
-        before = len(tried)
-        solved(steps_from(space, dict(key)))
-        best = best_of(list(tried.values()))
-        if len(tried) == before or (tried[key].kept and best is tried[key]):
-            break
-    found = best_of(list(tried.values()))
-    return found if found.kept else None
+def blocked_steps(best: Outcome, problem: Problem, evaluate: Evaluator) -> list[Step]:
+    """Steps that the objective asks for, and that limits or ends of ranges forbid, the rest left as it is.
+
+    Args:
+        best: a design that can be made; problem: that of the parameters that are left.
+        evaluate: evaluator of the model.
+    """
+    space, place = evaluate.model.space, best.evaluation.place
+    slope = problem.weights @ best.evaluation.jacobian
+    steps = [s for s in steps_from(space, problem.held) if slope[s[0]] * (s[2] - place[s[0]]) < 0.0]
+    ends = {k for k in problem.held if slope[k] != 0.0} - {k for k, _, _ in steps}
+    found = [Step(k, bool(slope[k] < 0.0)) for k in sorted(ends)]
+    moved = [np.where(np.arange(place.size) == k, x, place) for k, _, x in steps]
+    for (k, up, _), one in zip(steps, evaluate(moved) if moved else [], strict=True):
+        over = problem.rows[problem.excess(one) > ALLOWED] if one.finite else ()
+        if len(over):
+            found.append(Step(k, up, tuple(int(row) for row in over)))
+    return found
+
+
+class _Rounding:
+    """The search from one continuous design; every set of fixed parameters is solved once."""
+
+    def __init__(self, ideal: Outcome, problem: Problem, evaluate: Evaluator, method: str, ends: Ends):
+        self.ideal, self.problem, self.evaluate = ideal, problem, evaluate
+        self.method, self.ends = method, ends
+        self.space = evaluate.model.space
+        self.order = coarsest_first(self.space)
+        self.tried: dict[tuple, Outcome] = {}
+
+    def solved(self, many: Sequence[tuple[Held, np.ndarray]]) -> list[Outcome]:
+        """Outcomes with parameters fixed, each from a start; those that are known are not solved again."""
+        new = {_key(held): (held, start) for held, start in many if _key(held) not in self.tried}
+        problems = [dataclasses.replace(self.problem, held=held) for held, _ in new.values()]
+        starts = [start for _, start in new.values()]
+        outcomes = optimise(problems, starts, self.evaluate, self.method, self.ends)
+        self.tried.update(zip(new, outcomes, strict=True))
+        return [self.tried[_key(held)] for held, _ in many]
+
+    @property
+    def best(self) -> tuple[Held, Outcome]:
+        """The best design that can be made of all that were tried."""
+        whole = [(dict(key), one) for key, one in self.tried.items() if len(key) == len(self.order)]
+        return min(whole, key=lambda pair: _rank(pair[1]))
+
+    def fix_in_turn(self) -> None:
+        """Fix one parameter after the other, and follow the best few sets."""
+        followed: list[tuple[Held, Outcome]] = [({}, self.ideal)]
+        for k in self.order:
+            grown = [
+                (held | {k: x}, one.evaluation.place)
+                for held, one in followed
+                if one.evaluation is not None
+                for x in near(self.space, k, float(one.evaluation.place[k]))
+            ]
+            pairs = [(held, one) for (held, _), one in zip(grown, self.solved(grown), strict=True)]
+            kept = [pair for pair in pairs if pair[1].kept]
+            followed = sorted(kept or pairs, key=lambda pair: _rank(pair[1]))[:WIDTH]
+
+    def step_while_it_helps(self) -> None:
+        """Single steps from the best design until none is better."""
+        for _ in range(MOST_ROUNDS):
+            held, one = self.best
+            self.solved([(held | {k: x}, self._start(one)) for k, _, x in steps_from(self.space, held)])
+            if _key(self.best[0]) == _key(held):
+                return
+
+    def _start(self, one: Outcome) -> np.ndarray:
+        return self.ideal.evaluation.place if one.evaluation is None else one.evaluation.place
+
+
+def _key(held: Held) -> tuple:
+    return tuple(sorted(held.items()))
+
+
+def _rank(one: Outcome) -> tuple[bool, float]:
+    """Order of outcomes: those that keep the constraints by their objective, then the others by their
+    violation."""
+    return (not one.kept, one.objective if one.kept else one.violation)

@@ -1,5 +1,6 @@
 """One constrained problem from many starts by an optimiser of SciPy, and the conditions at what it found."""
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -104,6 +105,11 @@ class Ends:
     steps: int = MOST_STEPS
 
 
+JOINED = "stopped near an optimum that was found already"
+"""Message of such a search."""
+NEAR = 0.03
+"""Distance in the box, along any parameter, at which a search that is no better joins a known optimum [1].
+The next iterations would only close this distance."""
 ON_FRONTS = Ends(1e-6, 40)
 """Stopping rules on fronts: a millionth of an objective is far below what a workshop can do. A search that
 crept towards its limit of the heat took more than 400 evaluations."""
@@ -115,6 +121,7 @@ def optimise(
     evaluate: Evaluator,
     method: str = "slsqp",
     ends: Ends = Ends(),
+    known: Sequence[Outcome] = (),
 ) -> list[Outcome]:
     """Solve problems side by side, one for each start.
 
@@ -124,19 +131,54 @@ def optimise(
         evaluate: evaluator of the model.
         method: `slsqp` or `trust-constr`.
         ends: stopping rules of `slsqp`.
+        known: optima of the same problem; a search that comes near to one, and is no better, ends with it.
     """
     pairs = zip(problems, starts, strict=True)
     workers = [
-        lambda ask, p=p, x=x: _Search(p, ask, np.array(x, dtype=float), ends).run(method) for p, x in pairs
+        lambda ask, p=p, x=x: _Search(p, ask, np.array(x, dtype=float), ends, known).run(method)
+        for p, x in pairs
     ]
     return run_together(workers, evaluate) if workers else []
+
+
+def from_starts(
+    problem: Problem, starts: Sequence[np.ndarray], evaluate: Evaluator, method: str = "slsqp"
+) -> list[Outcome]:
+    """One problem from many starts: from the best one first, then from the others side by side.
+
+    Most starts often lead to one optimum. So the others end where they come near to it.
+    """
+    first = [
+        Outcome(one, problem.objective(one), problem.violation(one), "", 0)
+        if one.finite
+        else Outcome(None, np.inf, np.inf, "", 0)
+        for one in evaluate(list(starts))
+    ]
+    best = best_of(first)
+    begin = next(k for k, one in enumerate(first) if one is best)
+    (ended,) = optimise([problem], [starts[begin]], evaluate, method)
+    rest = [k for k in range(len(starts)) if k != begin]
+    known = [ended] if ended.kept else []
+    others = optimise([problem] * len(rest), [starts[k] for k in rest], evaluate, method, known=known)
+    found = dict(zip(rest, others, strict=True)) | {begin: ended}
+    return [found[k] for k in range(len(starts))]
+
+
+class _Joined(Exception):
+    """Ends a search that leads to a known optimum."""
+
+    def __init__(self, other: Outcome):
+        super().__init__()
+        self.other = other
 
 
 class _Search:
     """One start of one problem."""
 
-    def __init__(self, problem: Problem, ask: Ask, start: np.ndarray, ends: Ends):
-        self.problem, self.ask, self.ends = problem, ask, ends
+    def __init__(
+        self, problem: Problem, ask: Ask, start: np.ndarray, ends: Ends, known: Sequence[Outcome] = ()
+    ):
+        self.problem, self.ask, self.ends, self.known = problem, ask, ends, known
         for k, value in problem.held.items():
             start[k] = value
         self.place, self.free = np.clip(start, 0.0, 1.0), problem.free(start.size)
@@ -161,9 +203,19 @@ class _Search:
             found = Outcome(one, found.violation, 0.0, "", 0)
         self.best = found if self.best is None else best_of([self.best, found])
         self.good = one
+        for other in self.known:
+            apart = float(np.max(np.abs(one.place - other.evaluation.place)))
+            if apart < NEAR and best_of([other, self.best]) is other:
+                raise _Joined(other)
 
     def run(self, method: str) -> Outcome:
         """Search from the start."""
+        try:
+            return self._searched(method)
+        except _Joined as joined:
+            return dataclasses.replace(joined.other, message=JOINED)
+
+    def _searched(self, method: str) -> Outcome:
         first = self.at(self.place[self.free])
         if not first.finite:
             return Outcome(None, np.inf, np.inf, "the start cannot be evaluated", 0)

@@ -210,6 +210,14 @@ def _wound(spring: Spring) -> Array:
     return spring.geometry.coil_diameter / spring.geometry.wire_diameter
 
 
+def _pitch(spring: Spring) -> Array:
+    return spring.geometry.initial_pitch / spring.geometry.wire_diameter
+
+
+def _stretch(spring: Spring) -> Array:
+    return spring.attached_length / spring.geometry.free_length
+
+
 _tested_wall = lambda end: lambda solved, k: jnp.asarray(solved.body.segments[k].silicone.tested[end])  # noqa: E731
 
 QUANTITIES: dict[str, Quantity] = {
@@ -244,12 +252,15 @@ QUANTITIES: dict[str, Quantity] = {
     "outer_diameter_with_springs": Quantity(_with_springs, "length", "mm", "diameter over the springs"),
     "bore_diameter": Quantity(_bore, "length", "mm", "diameter of the bore"),
     "spring_index": Quantity(_spring(_wound), "number", "1", "coil over wire diameter", springs=True),
+    "pitch_ratio": Quantity(_spring(_pitch), "number", "1", "pitch over wire diameter", springs=True),
+    "stretch_ratio": Quantity(_spring(_stretch), "number", "1", "attached over free length", springs=True),
     "wire_mass": Quantity(_mass, "mass", "g", "mass of the wires"),
 }  # fmt: skip
 """Quantities by the name that studies use."""
 
 STILL = (
-    "outer_diameter", "outer_diameter_with_springs", "bore_diameter", "spring_index", "wire_mass",
+    "outer_diameter", "outer_diameter_with_springs", "bore_diameter", "spring_index", "pitch_ratio",
+    "stretch_ratio", "wire_mass",
 )  # fmt: skip
 """Quantities that are the same in every state."""
 ROUND_ONLY = ("hoop_stress", "outer_diameter", "outer_diameter_with_springs", "bore_diameter")

@@ -6,7 +6,7 @@
 
     [free]
     wall_thickness = {made = "continuous", from = 0.6, to = 1.6, unit = "mm"}
-    wire_diameter = {made = "catalogue", values = [0.2, 0.25, 0.3], unit = "mm"}
+    wire_diameter = {made = "catalogue", values = [0.15, 0.2, 0.25], unit = "mm"}
     active_coils = {made = "integer", from = 40, to = 70}
 
     [state.hot]
@@ -26,6 +26,7 @@
 docs/design.md has every key.
 """
 
+import dataclasses
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
@@ -38,6 +39,7 @@ from pneusma_jax.errors import InputError, nearest
 
 from . import fields
 from .bodies import Plan, plan_of
+from .buildable import check_ends, implied
 from .free import read_free
 from .functions import load_function
 from .posterior_file import posterior_draws
@@ -122,8 +124,8 @@ def _study(document: dict[str, Any], path: Path) -> Study:
         points=fields.whole(document, "front_points", 9, 2, 50, str(path)),
         optimiser=fields.word(document, "optimiser", OPTIMISERS, str(path), "slsqp"),
     )
-    _check_whole(study, plans)
-    return study
+    space = _check_whole(study, plans, [one.name for one in driven])
+    return dataclasses.replace(study, constraints=(*constraints, *implied(space, plans)))
 
 
 def _name(document: dict[str, Any], path: Path) -> str:
@@ -141,8 +143,8 @@ def _tables(document: dict[str, Any], key: str, path: Path) -> tuple:
     return tuple(str((path.parent / n).resolve()) if n.endswith(".toml") else n for n in names)
 
 
-def _check_whole(study: Study, plans: Sequence[Plan]) -> None:
-    """Checks of the whole study, once everything is read."""
+def _check_whole(study: Study, plans: Sequence[Plan], drives: Sequence[str]) -> Space:
+    """Checks of the whole study, once everything is read; `drives` are parameters that are no dimensions."""
     try:
         space = Space(study.free)
     except InputError as error:
@@ -166,6 +168,8 @@ def _check_whole(study: Study, plans: Sequence[Plan]) -> None:
         for plan in plans:
             _check_uncertain(study, plan)
     _check_box(study, space)
+    check_ends(space, drives, plans, str(study.path))
+    return space
 
 
 def _check_uncertain(study: Study, plan: Plan) -> None:

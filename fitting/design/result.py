@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.inference.results import Result
 
+from .discrete import Step
 from .log import Evaluation
 from .optimise import Conditions, Problem
 from .program import Model
@@ -90,6 +91,19 @@ class Front:
     made: bool
 
 
+@dataclass(frozen=True)
+class Limits:
+    """What keeps a design that can be made from being better.
+
+    Attributes:
+        conditions: of its continuous parameters, the discrete ones fixed.
+        blocked: steps of its discrete parameters that would help.
+    """
+
+    conditions: Conditions
+    blocked: tuple[Step, ...]
+
+
 @dataclass
 class DesignResult(Result):
     """A solved study.
@@ -101,11 +115,14 @@ class DesignResult(Result):
         ideal: the best before rounding to what can be made.
         made: the design that can be made; the same where nothing is discrete.
         problem: the problem that was solved; conditions: first-order conditions at `ideal`.
+        limits: what limits `made`.
         front: designs of which none dominates another; None for a single objective.
         chances: results on fresh draws by `robust design`, `nominal design` and `design of the tables`; empty
             without uncertainty.
         others: the best of the other combinations of choices.
         starts: objective [SI] and violation that each start of the chosen combination ended with.
+        lost, joined: number of its starts that could not be solved, and that were stopped near an optimum
+            found before.
         evaluations, equilibria: numbers of evaluations and of equilibria that were computed.
         notes: cautions for the reader.
     """
@@ -117,10 +134,13 @@ class DesignResult(Result):
     made: Design
     problem: Problem
     conditions: Conditions
+    limits: Limits
     front: Front | None
     chances: Mapping[str, Chance]
     others: tuple[Design, ...]
     starts: tuple[tuple[float, float], ...]
+    lost: int
+    joined: int
     evaluations: int
     equilibria: int
     notes: list[str] = field(default_factory=list)

@@ -13,22 +13,23 @@ import numpy as np
 import pneusma_jax as pj
 from pneusma_jax.calibration import load_calibration, named_table
 from pneusma_jax.errors import InputError
-from pneusma_jax.late import Late
+from pneusma_jax.units import to_si
 
 from .bodies import material_of, plan_of
 from .chances import chances_of, notes_on_draws
-from .discrete import made_from
+from .discrete import blocked_steps, made_from
 from .infeasible import why_infeasible, why_nothing
 from .log import Evaluation, Evaluator, Log
-from .optimise import ON_FRONTS, Outcome, Problem, best_of, conditions, optimise
+from .optimise import JOINED, ON_FRONTS, Outcome, Problem, best_of, conditions, from_starts
 from .pareto import front_of, not_dominated, share_of_box
 from .program import Model
-from .result import Choice, Design, DesignResult, Front
+from .result import Choice, Design, DesignResult, Front, Limits
 from .study import Study
 from .uncertain import sampler_of
 
-stats = Late("scipy.stats")
-
+STILL = 1e-10
+"""Change of an objective over the whole range of a parameter that is rounding error, as part of its size, or
+of one in its unit [1]: equilibria are exact to 1e-10."""
 LEAST_SIZE = 8
 """Least number of places that go through the program at once."""
 
@@ -43,14 +44,21 @@ class _Solved:
     starts: list[np.ndarray]
     outcomes: list[Outcome]
     ideal: Outcome
-    made: Outcome | None = None
+    made: tuple[Outcome, Problem] | None = None
     pairs: list[tuple[Outcome, Problem]] | None = None
     rounded: bool = True
 
     @property
     def final(self) -> Outcome:
         """The design that can be made, or the continuous one where no neighbour keeps the constraints."""
-        return self.made or self.ideal
+        return self.made[0] if self.made else self.ideal
+
+    @property
+    def limits(self) -> Limits:
+        """Conditions at the final design."""
+        outcome, problem = self.made or (self.ideal, self.problem)
+        blocked = blocked_steps(outcome, problem, self.evaluate) if self.made else []
+        return Limits(conditions(problem, outcome.evaluation), tuple(blocked))
 
 
 def run_study(
@@ -127,11 +135,15 @@ def _without_uncertainty(study: Study) -> Study:
 
 
 def start_places(study: Study, model: Model) -> list[np.ndarray]:
-    """The tables' own design, where it is one, and a scrambled Sobol sequence."""
+    """The tables' own design, where it is one, and a Latin hypercube.
+
+    SciPy's sequences would spread as few places no better, and its statistics take half a second to load.
+    """
     base = base_place(model)
     count = study.starts - (base is not None)
-    size = 2 ** int(np.ceil(np.log2(max(count, 1))))
-    spread = stats.qmc.Sobol(len(model.space), seed=np.random.default_rng(study.seed)).random(size)[:count]
+    random = np.random.default_rng(study.seed)
+    cells = np.stack([random.permutation(count) for _ in range(len(model.space))], axis=1)
+    spread = (cells + random.random(cells.shape)) / max(count, 1)
     return [*([np.clip(base, 0.0, 1.0)] if base is not None else []), *spread]
 
 
@@ -159,8 +171,12 @@ def _search(
     good = [one for one in first if one.finite]
     if not good:
         raise InputError(f"{study.path}: {why_nothing(model, first[0], choice.words(study))}")
-    if len(study.designs) * len(study.alloys) * len(study.materials) == 1:  # or the choice may change it
-        _check_changing(study, good)
+    still = _unchanging(study, good)
+    if still and len(study.designs) * len(study.alloys) * len(study.materials) == 1:  # a choice may change it
+        raise InputError(
+            f"{study.path}: objective {still[0]!r} changes with nothing that is free: its derivative is "
+            f"zero at all {len(good)} starts"
+        )
     count = len(study.objectives)
     sizes = np.array([max(abs(float(np.median([o.values[j] for o in good]))), 1e-12) for j in range(count)])
     total = good[0].values.size
@@ -170,9 +186,9 @@ def _search(
         for j in range(count)
     ]
     phase[0] = "continuous design"
-    outcomes = optimise([p for p in problems for _ in starts], starts * count, evaluate, study.optimiser)
-    anchors = [best_of(outcomes[j * len(starts) : (j + 1) * len(starts)]) for j in range(count)]
-    found = _Solved(choice, evaluate, problems[0], starts, outcomes[: len(starts)], anchors[0])
+    outcomes = [from_starts(problem, starts, evaluate, study.optimiser) for problem in problems]
+    anchors = [best_of(ended) for ended in outcomes]
+    found = _Solved(choice, evaluate, problems[0], starts, outcomes[0], anchors[0])
     if not all(anchor.kept for anchor in anchors):
         return found
     discrete = any(one.discrete for one in model.space.free)
@@ -192,21 +208,23 @@ def _search(
         made = [made_from(o, p, evaluate, study.optimiser, **once) for o, p in found.pairs]
         found.rounded = any(made)
         if found.rounded:
-            pairs = [(m, p) for m, (_, p) in zip(made, found.pairs, strict=True) if m]
+            pairs = [pair for pair in made if pair]
             keep = not_dominated(np.array([o.evaluation.values[:count] for o, _ in pairs]))
             found.pairs = [pairs[k] for k in keep]
-            found.made = found.pairs[_knee([o for o, _ in found.pairs], count)][0]
+            found.made = found.pairs[_knee([o for o, _ in found.pairs], count)]
     return found
 
 
-def _check_changing(study: Study, starts: list[Evaluation]) -> None:
-    """Refuse an objective whose derivative is zero at all starts."""
+def _unchanging(study: Study, at: list[Evaluation]) -> list[str]:
+    """Names of objectives whose derivatives are zero, to rounding error, in all of some designs."""
+    found = []
     for j, one in enumerate(study.objectives):
-        if one.quantity != "failure_probability" and not any(np.any(o.jacobian[j]) for o in starts):
-            raise InputError(
-                f"{study.path}: objective {one.name!r} changes with nothing that is free: its derivative is "
-                f"zero at all {len(starts)} starts"
-            )
+        size = max(abs(float(to_si(1.0, one.unit, True))), *(abs(o.values[j]) for o in at))
+        if one.quantity != "failure_probability" and all(
+            np.max(np.abs(o.jacobian[j])) <= STILL * size for o in at
+        ):
+            found.append(one.name)
+    return found
 
 
 def _knee(outcomes: list[Outcome], count: int) -> int:
@@ -246,6 +264,7 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
         "no design next to the continuous one that can be made keeps all constraints: widen a "
         "catalogue or a limit"
     ]  # fmt: skip
+    notes += _notes_on_search(study, best)
     base = _base_design(best)
     chances = {}
     if study.uncertainty is not None:
@@ -261,6 +280,7 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
         made=_design(best, best.final),
         problem=best.problem,
         conditions=conditions(best.problem, best.ideal.evaluation),
+        limits=best.limits,
         front=_front(best) if best.pairs else None,
         chances=chances,
         others=tuple(_design(w, w.final) for w in able if w is not best),
@@ -269,10 +289,25 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
             for o in best.outcomes
             if o.evaluation is not None
         ),
+        lost=sum(o.evaluation is None for o in best.outcomes),
+        joined=sum(o.message == JOINED for o in best.outcomes),
         evaluations=len(log.known),
         equilibria=sum(w.evaluate.equilibria for one in solved for w in one.values()),
         notes=notes,
     )
+
+
+def _notes_on_search(study: Study, best: _Solved) -> list[str]:
+    """Cautions on starts that were lost, and on objectives that have no slope at the design."""
+    notes, lost = [], sum(o.evaluation is None for o in best.outcomes)
+    if lost:
+        notes.append(
+            f"{lost} of {len(best.outcomes)} starts were not solved, since their dimensions have no "
+            "equilibrium in all states; the search went on from the others"
+        )
+    for name in _unchanging(study, [best.final.evaluation]):
+        notes.append(f"objective {name!r} has no slope at the design: nothing that is free changes it there")
+    return notes
 
 
 def _to_compare(robust: _Solved, nominal: _Solved, base: Design | None) -> dict[str, np.ndarray]:

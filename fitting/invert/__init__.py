@@ -2,6 +2,7 @@
 docs/invert.md."""
 
 from .goals import GOALS, Goal
-from .run import Inverse, Inversion, Limits
+from .result import Inversion
+from .run import Inverse, Limits
 
 __all__ = ["GOALS", "Goal", "Inverse", "Inversion", "Limits"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.design.bodies import Body
 
-from .atlas import Atlas, goal_values
+from .atlas import Atlas, Span, goal_values
 from .forward import fresh, in_parallel, made_once, states_of
 from .goals import sizes
 from .search import LAST_WEIGHT, MOST_STEPS, WEIGHT, Box, Found, search_tables
@@ -25,18 +25,18 @@ CORRECTING = 10
 """Maximum of steps of a correction; it starts where the tables meet the target."""
 
 
-def tables_of(body: Body, pressure: tuple[float, float], xi0_min: float) -> tuple[Table, ...] | None:
+def tables_of(body: Body, pressure: tuple[float, float], span: Span) -> tuple[Table, ...] | None:
     """Tables of a chain's segments, equal ones made once; None for a body that has to be solved as a whole.
 
     Args:
         body: the body that is driven.
         pressure: lowest and highest, gauge [Pa].
-        xi0_min: least fraction [1].
+        span: least and largest fraction.
     """
     if body.chain is None or body.chain.loaded:
         return None
     tables = []
-    for own in made_once(body.segments, lambda segment: table_of(segment, pressure, xi0_min)):
+    for own in made_once(body.segments, lambda segment: table_of(segment, pressure, *span)):
         if own is None:
             return None
         tables.append(own)

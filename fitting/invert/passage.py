@@ -21,6 +21,7 @@ from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.segments import chain_shape
 from pneusma_jax.units import from_si
 
+from .electrical import electrical
 from .forward import Memories, first_guess, fresh, state_of
 from .lumen import Lumen, distances, progress, refined
 from .run import Inverse
@@ -47,6 +48,8 @@ mean distance of a third of the tube's radius. With a weight of 1 a chain shorte
 a gentle lumen of 230 mm it left 72 mm."""
 CLOSE = 1e-6
 """Distance up to which a wanted clearance counts as kept [m]."""
+AT_THE_END = 1e-3
+"""Distance from a lumen's end at which a tip counts as there [m]."""
 PICKED = 8_000
 """Number of states of the atlas that are compared with the line; the search starts from the nearest ones."""
 
@@ -60,6 +63,7 @@ class Passage(Result):
         lumen: the lumen.
         springs: segment and number of every spring.
         pressure: gauge pressure [Pa]; fractions: martensite fractions of all springs [1].
+        resistances: [ohm]; currents: those that hold them in still air of 22 degC [A]; shape (springs,).
         offset: root mean square distance of the chain's centre line from the lumen's [m].
         clearance: least distance between the walls [m], negative where they would overlap.
         wanted: least distance to keep [m].
@@ -70,6 +74,7 @@ class Passage(Result):
         apart: least distance between parts of the chain itself [m].
         held: ends of the drives that keep it from more room, in words; empty where it passes, or where none
             does.
+        alone: true for a single actuator.
     """
 
     design: str
@@ -77,6 +82,8 @@ class Passage(Result):
     springs: tuple[tuple[int, int], ...]
     pressure: float
     fractions: np.ndarray
+    resistances: np.ndarray
+    currents: np.ndarray
     offset: float
     clearance: float
     wanted: float
@@ -86,10 +93,16 @@ class Passage(Result):
     touch: Touch
     apart: float = np.inf
     held: str = ""
+    alone: bool = False
+
+    @property
+    def to_the_end(self) -> bool:
+        """True if the tip gets to the end of the lumen."""
+        return self.reached >= float(self.lumen.lengths[-1]) - AT_THE_END
 
     @property
     def passes(self) -> bool:
-        """True if the chain keeps the wanted distance from the lumen's wall everywhere, and does not touch
+        """True if the body keeps the wanted distance from the wall as far as it reaches, and does not touch
         itself."""
         return self.clearance >= self.wanted - CLOSE and self.apart >= -CLOSE
 
@@ -246,17 +259,18 @@ def _passage(
 ) -> Passage:
     """The passage of a place in the box, on the exact model."""
     drives = np.asarray(inverse.box().drives(jnp.asarray(one.place)))
-    state = jax.tree.map(lambda x: x[0], inverse.verified(drives[None]).parts)
-    state = Solved(inverse.body, *state)
+    row = inverse.verified(drives[None])
+    resistances, currents = electrical(row)
+    state = Solved(inverse.body, *jax.tree.map(lambda x: x[0], row.parts))
     drawn = np.asarray(_line(state))
     away, room = distances(jnp.asarray(drawn), line)
     gaps = np.asarray(room - away) - max(float(s.section.radius) for s in inverse.body.segments)
     found = Passage(
-        inverse.design, lumen, inverse.springs, float(drives[0]), drives[1:],
+        inverse.design, lumen, inverse.springs, float(drives[0]), drives[1:], resistances[0], currents[0],
         float(np.sqrt(np.mean(np.asarray(away) ** 2))), float(np.min(gaps)), wanted,
         float(progress(state.end_pose[:3, 3], line[0])), drawn, state,
         touch_of(drawn, gaps, line[0], len(inverse.body.segments), wanted - CLOSE),
-        float(QUANTITIES["clearance"].function(state, 0)),
+        float(QUANTITIES["clearance"].function(state, 0)), alone=inverse.body.chain is None,
     )  # fmt: skip
     if found.passes:
         return found

@@ -1,27 +1,25 @@
 """Inverse problems of one body: targets to drives, many at once."""
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.design.bodies import Body, Solved, build_body, plan_of
-from fitting.design.quantities import AMBIENT, temperature
-from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
-from pneusma_jax.numerics.rows import first_rows, joined, lots
+from pneusma_jax.numerics.rows import joined, lots
 from pneusma_jax.numerics.safe import as_array, as_numpy
-from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.units import from_si
 
-from .atlas import Atlas, atlas_of, goal_values
+from .atlas import Atlas, Span, atlas_of, goal_values
 from .by_tables import ByTables, tables_of
-from .forward import fresh, padded, springs_of, states_of
+from .electrical import electrical, highest, unheated
+from .forward import fresh, springs_of, states_of
 from .goals import GOALS, misses
+from .result import Inversion, spring_name
 from .search import MOST_STEPS, Box, Found, search_all
 from .touching import AT_END
 
@@ -29,8 +27,8 @@ FIRST_TRY = 25
 """Maximum of steps in the first try: side by side, all wait for the slowest. Of a chain's searches that met
 their target, three quarters had done so after 19 steps (1,500 of 2,048 searches)."""
 LEAN = 4
-"""Number of the nearest states with at most one heated spring from which an actuator is searched, for little
-heat: with four, 400 curvatures of PneuSMA2 need 28 % less than with one, with eight 34 %."""
+"""Number of states with at most one heated spring from which an actuator is searched, for little heat. See
+`atlas.AMONG` for which."""
 MORE_STARTS = (3, 12)
 """Number of the nearest states that a target is tried from which no start has met so far, all in all."""
 SPREAD = (1, 2, 3, 5, 8, 13, 22, 36, 60, 100, 170, 280, 460, 770, 1300, 2100, 3500, 6000)
@@ -49,55 +47,17 @@ class Limits:
     Attributes:
         pressure: gauge [Pa], lowest and highest; equal ends hold it.
         xi0_min: martensite fraction of the hottest spring [1].
+        xi0_max: that of the coldest [1]; None for the one of a spring without a current in air of 22 degC.
     """
 
     pressure: tuple[float, float] = (0.0, 50e3)
     xi0_min: float = 0.1
+    xi0_max: float | None = None
 
-
-@dataclass(frozen=True)
-class Inversion(Result):
-    """Drives for targets; arrays have a leading axis of targets.
-
-    Attributes:
-        design: name of what is driven.
-        goals: names; wanted: their values in SI, shape (targets, columns).
-        springs: segment and number of every spring.
-        pressure: gauge [Pa]; fractions: shape (targets, springs); resistances [ohm] and currents [A] that
-            hold them in still air, the same.
-        values: model's values of the goals under these drives [SI], shape (targets, columns).
-        misses: distance from each goal [SI], by goal.
-        met: true where every goal is met within its tolerance.
-        held: the ends of drives that hold an unmet target, in words.
-        ways: drives of every other solution that was found for each target, shape (ways, drives).
-        unheated: martensite fraction of every spring that no current heats, in air of 22 degC [1], shape
-            (springs,).
-    """
-
-    design: str
-    goals: tuple[str, ...]
-    wanted: np.ndarray
-    springs: tuple[tuple[int, int], ...]
-    pressure: np.ndarray
-    fractions: np.ndarray
-    resistances: np.ndarray
-    currents: np.ndarray
-    values: np.ndarray
-    misses: Mapping[str, np.ndarray]
-    met: np.ndarray
-    held: tuple[str, ...]
-    ways: tuple[np.ndarray, ...]
-    unheated: np.ndarray
-
-    def spring_name(self, k: int) -> str:
-        """Name of a spring's column: `2`, or `1.2` in a chain."""
-        return spring_name(self.springs, k)
-
-
-def spring_name(springs: Sequence[tuple[int, int]], k: int) -> str:
-    """Name of a spring: its number, in a chain after that of its segment."""
-    several = len({segment for segment, _ in springs}) > 1
-    return f"{springs[k][0]}.{springs[k][1]}" if several else str(springs[k][1])
+    @property
+    def span(self) -> Span:
+        """Least and largest fraction."""
+        return self.xi0_min, self.xi0_max
 
 
 class Inverse:
@@ -109,7 +69,8 @@ class Inverse:
         seed: seed of random combinations.
 
     Raises:
-        InputError: for a design that cannot be used, or without springs under a held pressure.
+        InputError: for a design that cannot be used, or without springs under a held pressure, or fractions
+            that no spring has.
     """
 
     def __init__(
@@ -126,30 +87,35 @@ class Inverse:
         self.limits, self.seed, self.springs = limits, seed, springs_of(self.body)
         if not self.springs and limits.pressure[0] == limits.pressure[1]:
             raise InputError(f"{design}: without springs and with a held pressure there is nothing to drive")
+        self.highest = highest(self.body, limits.xi0_max)
+        if np.any(self.highest <= limits.xi0_min):
+            raise InputError(
+                f"{design}: the fraction of the hottest spring, {limits.xi0_min:g}, is not below that of the "
+                f"coldest, {self.highest.min():.4g}"
+                + (", which has no current in air of 22 degC" if limits.xi0_max is None else "")
+            )
         self.names = tuple(spring_name(self.springs, k) for k in range(len(self.springs)))
 
     @cached_property
     def atlas(self) -> Atlas:
         """States to start from."""
-        return atlas_of(self.body, self.limits.pressure, self.limits.xi0_min, self.seed)
+        return atlas_of(self.body, self.limits.pressure, self.limits.span, self.seed)
 
     @cached_property
     def by_tables(self) -> ByTables | None:
         """Searches in tables, for a chain whose segments are independent of each other."""
-        tables = tables_of(self.body, self.limits.pressure, self.limits.xi0_min)
+        tables = tables_of(self.body, self.limits.pressure, self.limits.span)
         return None if tables is None else ByTables(self.body, self.atlas, tables, self.box())
 
     def box(self, heated: Sequence[int] | None = None) -> Box:
-        """Ranges of the drives; springs beyond those of `heated` (indices) stay cold."""
+        """Ranges of the drives; springs beyond those of `heated` (indices) are not heated."""
         count = len(self.springs)
         low = np.full(count, self.limits.xi0_min)
         if heated is not None:
-            low[[k for k in range(count) if k not in heated]] = 1.0
+            low = np.where(np.isin(np.arange(count), heated), low, self.highest)
         ends = self.limits.pressure
-        rest = np.append(np.clip(0.0, *ends), np.ones(count))
-        return Box(
-            *(as_array(x) for x in (np.append(ends[0], low), np.append(ends[1], np.ones(count)), rest))
-        )
+        rest = np.append(np.clip(0.0, *ends), self.highest)
+        return Box(*(as_array(x) for x in (np.append(ends[0], low), np.append(ends[1], self.highest), rest)))
 
     def check(self, goals: Sequence[str]) -> None:
         """Refuse goals that this body cannot have.
@@ -177,7 +143,7 @@ class Inverse:
         """
         goals, wanted = tuple(goals), np.atleast_2d(np.asarray(wanted, dtype=float))
         self.check(goals)
-        near, tried = self.atlas.nearest(goals, wanted, LEAN if self.body.chain is None else 1, lean=True), 0
+        near, tried = self.lean_starts(goals, wanted), 0
         if not near.shape[1]:  # no state of a loaded chain is lean
             near, tried = self.atlas.nearest(goals, wanted, 1), 1
         # where a search costs little, it starts from the nearest state, too, for less heat
@@ -202,6 +168,12 @@ class Inverse:
             else [np.zeros((0, 1 + len(self.springs)))] * len(wanted)
         )
         return self._inversion(goals, wanted, best, ways)
+
+    def lean_starts(self, goals: tuple[str, ...], wanted: np.ndarray) -> np.ndarray:
+        """Indices of states of the atlas with little heat, shape (targets, starts)."""
+        if self.body.chain is None:
+            return self.atlas.least_heated(goals, wanted, LEAN)
+        return self.atlas.nearest(goals, wanted, 1, lean=True)
 
     def _searched(
         self,
@@ -248,7 +220,7 @@ class Inverse:
         count = len(self.springs)
         candidates: list[Found] = []
         if self.body.chain is None:
-            near = self.atlas.nearest(goals, wanted, LEAN, lean=True)
+            near = self.lean_starts(goals, wanted)
             for size in range(1, count + 1):
                 for heated in itertools.combinations(range(count), size):
                     best_of_set = _best(self._searched(goals, wanted, near, heated))
@@ -292,7 +264,7 @@ class Inverse:
         resistances, currents = electrical(solved)
         return Inversion(
             self.design, goals, wanted, self.springs, drives[:, 0], drives[:, 1:], resistances, currents,
-            values, found, met, held, tuple(ways), unheated(self.body),
+            values, found, met, held, tuple(ways), unheated(self.body), self.highest,
         )  # fmt: skip
 
     def verified(self, drives: np.ndarray) -> Solved:
@@ -336,43 +308,3 @@ def _best(found: Found) -> Found:
     which = np.lexsort((found.effort, miss), axis=1)[:, 0]
     rows = np.arange(len(which))
     return jax.tree.map(lambda x: np.asarray(x)[rows, which], found)
-
-
-def unheated(body: Body) -> np.ndarray:
-    """Martensite fraction of every spring in air of 22 degC without a current [1], shape (springs,)."""
-    alloys = [spring.alloy for segment in body.segments for spring in segment.springs]
-    return np.array([float(alloy.martensite_fraction_at(jnp.asarray(AMBIENT))) for alloy in alloys])
-
-
-def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:
-    """Resistance of every spring [ohm], and the current that holds its temperature in air of 22 degC [A].
-
-    Args:
-        solved: states, arrays with a leading axis of rows.
-    """
-    parts, size = padded(solved.parts)
-    return first_rows(_electrical(solved.body, parts), size)
-
-
-@stored_jit()
-def _electrical(body: Body, parts: tuple) -> tuple[jax.Array, jax.Array]:
-    """Resistances and currents in every row, (rows, springs)."""
-
-    def one(part: tuple) -> tuple[jax.Array, jax.Array]:
-        state = Solved(body, *part)
-        resistances, currents = [], []
-        for k, segment in enumerate(body.segments):
-            if not segment.springs:
-                continue
-            for spring, found, degrees in zip(
-                segment.springs, state.segments[k].springs, temperature(state, k), strict=True
-            ):
-                geometry = spring.geometry
-                surface = jnp.pi * geometry.wire_diameter * geometry.wire_length
-                power = spring.alloy.convection * surface * jnp.maximum(degrees - AMBIENT, 0.0)
-                resistances.append(found.resistance)
-                currents.append(jnp.where(found.xi0 < 1.0, jnp.sqrt(power / found.resistance), 0.0))
-        blank = jnp.zeros(0)
-        return (jnp.stack(resistances), jnp.stack(currents)) if resistances else (blank, blank)
-
-    return jax.vmap(one)(parts)

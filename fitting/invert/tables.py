@@ -15,6 +15,7 @@ from jaxtyping import Array
 from fitting.design.bodies import Body
 from pneusma_jax import Actuator
 
+from .electrical import highest
 from .forward import denser, fresh, states_of
 
 PRESSURES = 25
@@ -30,7 +31,7 @@ class Table(eqx.Module):
 
     Attributes:
         pressures: [Pa], evenly spaced, shape (pressures,).
-        fractions: [1], ascending, denser towards 1, shape (fractions,).
+        fractions: [1], ascending, denser towards the largest, shape (fractions,).
         shapes: bend angle vector [rad] and length [m] of every state, shape (3, pressures, fractions, ...),
             with an axis of fractions for every spring.
     """
@@ -85,23 +86,26 @@ def _four(nodes: Array, at: Array) -> tuple[Array, Array]:
     return first, jnp.prod(across, axis=1) / jnp.prod(apart, axis=1)
 
 
-def table_of(segment: Actuator, pressure: tuple[float, float], xi0_min: float) -> Table | None:
+def table_of(
+    segment: Actuator, pressure: tuple[float, float], xi0_min: float, xi0_max: float | None = None
+) -> Table | None:
     """Table of one segment; None where it has too many springs, or a state of it no equilibrium.
 
     Args:
         segment: the actuator.
         pressure: lowest and highest, gauge [Pa].
-        xi0_min: least fraction [1].
+        xi0_min, xi0_max: least and largest fraction [1]; None for that of a spring without a current.
     """
     count = len(segment.springs)
     if count not in FRACTIONS:
         return None
     low, high = pressure
     levels = np.linspace(low, max(high, low + NARROW), PRESSURES)
-    nodes = np.sort(1.0 - max(1.0 - xi0_min, 1e-3) * (1.0 - denser(FRACTIONS[count])))
+    body = Body((segment,), None)
+    top = float(highest(body, xi0_max).max(initial=0.0)) or 1.0
+    nodes = np.sort(top - max(top - xi0_min, 1e-3) * (1.0 - denser(FRACTIONS[count])))
     grid = np.meshgrid(levels, *[nodes] * count, indexing="ij")
     rows = np.stack([x.ravel() for x in grid], axis=1)
-    body = Body((segment,), None)
     found = states_of(body, jnp.asarray(rows[:, 0]), jnp.asarray(rows[:, 1:]), fresh(body)).only
     shapes = np.column_stack([found.bend, found.length])
     if not np.all(np.isfinite(shapes)):

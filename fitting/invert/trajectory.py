@@ -21,9 +21,11 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.program_cache import stored_jit
 
 from .atlas import goal_values
+from .electrical import electrical, unheated
 from .forward import Memories, fresh, state_of
 from .goals import GOALS, misses
-from .run import LEAN, Inverse, Inversion, electrical, unheated
+from .result import Inversion
+from .run import Inverse
 from .search import Box, exact_look, places_of, search
 
 STARTS = 2
@@ -64,7 +66,7 @@ class Trajectory(Result):
         name = min(self.inversion.misses, key=lambda n: -self.inversion.misses[n][first])
         for k in range(len(self.inversion.springs)):
             least = self.remembered[first, k]
-            if least < 1.0 - 1e-3:
+            if least < self.inversion.left_alone[k] - 1e-3:
                 when = self.time[np.flatnonzero(self.remembered[:, k] <= least + 1e-9)[0]]
                 words.append(
                     f"from {self.time[first]:g} s on, {targets} what spring "
@@ -136,7 +138,7 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
     if len({segment.freedoms for segment in inverse.body.segments}) > 1:
         raise InputError("targets over time need a chain whose segments all bend in a plane, or none of them")
     atlas, box = inverse.atlas, inverse.box()
-    lean = atlas.nearest(goals, wanted, LEAN if inverse.body.chain is None else 1, lean=True)
+    lean = inverse.lean_starts(goals, wanted)
     near = np.concatenate([lean, atlas.nearest(goals, wanted, STARTS)], axis=1)
     begin = jax.vmap(places_of, (None, 0))(box, jnp.asarray(atlas.drives[near]))
     rows = _followed(
@@ -162,6 +164,7 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
     found = Inversion(
         inverse.design, goals, wanted, inverse.springs, drives[:, 0], drives[:, 1:], resistances, currents,
         exact, missed, met, held, tuple(np.zeros((0, drives.shape[1])) for _ in met), unheated(inverse.body),
+        inverse.highest,
     )  # fmt: skip
     return Trajectory(found, np.asarray(time, dtype=float), least, alone.met, off)
 

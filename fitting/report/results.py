@@ -26,7 +26,7 @@ REPORTS = {
     "fitting.diagnose.batch:Diagnoses": "diagnosis.batch:report_of",
     "fitting.diagnose.custom_model.result:Explained": "custom_model:report_of",
     "fitting.invert.passage:Passage": "invert.report:passage_report",
-    "fitting.invert.run:Inversion": "invert.report:inversion_report",
+    "fitting.invert.result:Inversion": "invert.report:inversion_report",
     "fitting.invert.trajectory:Trajectory": "invert.report:trajectory_report",
     "fitting.plan.plan:Plan": "plan.report:report_of",
     "fitting.propagate.result:Propagation": "propagate.report:report_of",

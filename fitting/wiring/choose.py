@@ -25,6 +25,8 @@ E24 = (
 NEIGHBOURS = 2
 """Maximum distance in the order of resonances of pairs that are constraints; the check afterwards takes all
 pairs."""
+ALLOWED = 0.01
+"""Limit of the crosstalk where nothing else is said [1]."""
 MOST = 40
 """Maximum of segments that are tried."""
 
@@ -87,6 +89,7 @@ class Wiring(Result):
         crosstalk: worst, over all pairs [1], of `circuit`; made_crosstalk: of `made`; spread_crosstalk: of
             `spread`.
         even: worst crosstalk of evenly spaced resonances with the largest coils, before the search [1].
+        allowed: limit of the crosstalk [1].
     """
 
     circuit: Circuit
@@ -96,6 +99,12 @@ class Wiring(Result):
     made_crosstalk: float
     spread_crosstalk: float
     even: float
+    allowed: float = ALLOWED
+
+    @property
+    def kept(self) -> bool:
+        """True if the crosstalk keeps its limit."""
+        return self.crosstalk <= self.allowed
 
 
 def worst(circuit: Circuit) -> float:
@@ -168,7 +177,7 @@ class _Numbers:
         return [Evaluation(np.array(p), v, s) for p, v, s in zip(places, values, slopes, strict=True)]
 
 
-def choose_filters(springs: Springs, bounds: Bounds, count: int) -> Wiring:
+def choose_filters(springs: Springs, bounds: Bounds, count: int, allowed: float = ALLOWED) -> Wiring:
     """Filters with the least of the worst crosstalk.
 
     The logarithm of the worst crosstalk is minimised, every pair a constraint.
@@ -177,6 +186,7 @@ def choose_filters(springs: Springs, bounds: Bounds, count: int) -> Wiring:
         springs: the springs to be heated, all alike.
         bounds: bounds of the filters.
         count: number of springs.
+        allowed: limit of the crosstalk that the result is compared with [1].
 
     Raises:
         InputError: for bounds that cannot be, or less than two springs, or where nothing can be computed.
@@ -213,6 +223,7 @@ def choose_filters(springs: Springs, bounds: Bounds, count: int) -> Wiring:
         worst(made),
         worst(spread),
         worst(_even(springs, bounds, count)),
+        allowed,
     )
 
 
@@ -230,7 +241,7 @@ def _sold(circuit: Circuit) -> tuple[Circuit, Circuit]:
     return made, eqx.tree_at(lambda c: c.capacitance, circuit, near)
 
 
-def most_segments(springs: Springs, bounds: Bounds, allowed: float = 0.01) -> tuple[int, Wiring | None]:
+def most_segments(springs: Springs, bounds: Bounds, allowed: float = ALLOWED) -> tuple[int, Wiring | None]:
     """Largest number of springs whose worst crosstalk is allowed, and their filters.
 
     Args:
@@ -245,10 +256,10 @@ def most_segments(springs: Springs, bounds: Bounds, allowed: float = 0.01) -> tu
     count = 1
     while count < MOST and worst(_even(springs, bounds, count + 1)) <= allowed:
         count += 1
-    found = choose_filters(springs, bounds, count) if count > 1 else None
+    found = choose_filters(springs, bounds, count, allowed) if count > 1 else None
     while count < MOST:
-        better = choose_filters(springs, bounds, count + 1)
-        if better.crosstalk > allowed:
+        better = choose_filters(springs, bounds, count + 1, allowed)
+        if not better.kept:
             break
         count, found = count + 1, better
     return count, found

@@ -1,6 +1,7 @@
 """The parts of a study that need no equilibrium: boxes, side-by-side searches, fronts, measures, the log."""
 
 import json
+from types import SimpleNamespace
 
 import jax.numpy as jnp
 import numpy as np
@@ -11,9 +12,10 @@ from scipy.stats import beta
 from fitting.design.every_state import States
 from fitting.design.lockstep import run_together
 from fitting.design.log import Evaluation, Log
-from fitting.design.optimise import Problem, optimise
+from fitting.design.optimise import JOINED, NEAR, Problem, best_of, from_starts, optimise
 from fitting.design.pareto import hypervolume, not_dominated
 from fitting.design.program import first_of
+from fitting.design.run import start_places
 from fitting.design.seen import LEVER, Seen
 from fitting.design.space import Space
 from fitting.design.study import Bound, Free, Objective, Pose
@@ -180,3 +182,42 @@ def test_rounding_error_at_a_bound_of_zero_is_told_as_zero():
     assert parameter_value(pressure, 6.6e-11) == 0.0
     assert parameter_value(pressure, 1.0) == 1.0
     assert parameter_value(free("wall", Bound(1e-3), Bound(2e-3)), 1e-3) == 1e-3
+
+
+class Bowl:
+    """Evaluations of a function of two parameters that has two minima, at (0.2, 0.5) and (0.8, 0.5)."""
+
+    def __init__(self):
+        self.asked = 0
+
+    def __call__(self, places):
+        self.asked += len(places)
+        found = []
+        for x, y in places:
+            value = 50.0 * (x - 0.2) ** 2 * (x - 0.8) ** 2 + (y - 0.5) ** 2 - 0.1 * x
+            slope = 100.0 * (x - 0.2) * (x - 0.8) * (2.0 * x - 1.0) - 0.1, 2.0 * (y - 0.5)
+            found.append(Evaluation(np.array([x, y]), np.array([value]), np.array([slope])))
+        return found
+
+
+def test_searches_that_lead_to_a_known_optimum_join_it_and_others_do_not():
+    problem = Problem(np.ones(1), np.zeros(0, int), np.zeros(0), np.ones(0))
+    starts = [np.array([0.25, 0.4]), np.array([0.75, 0.9]), np.array([0.9, 0.1]), np.array([0.3, 0.55])]
+    alone, together = Bowl(), Bowl()
+    each = optimise([problem] * 4, starts, alone)
+    found = from_starts(problem, starts, together)
+    ends = [o.evaluation.place for o in found]
+    for end, own in zip(ends, each, strict=True):
+        np.testing.assert_allclose(end, own.evaluation.place, atol=NEAR)
+    assert {o.message == JOINED for o in found} == {True, False} and together.asked < alone.asked
+    assert best_of(found).evaluation.place[0] == pytest.approx(0.8, abs=0.02)
+
+
+def test_starts_are_a_latin_hypercube():
+    """Every fifth of every parameter holds one start; there is no design of the tables in this box."""
+    model = SimpleNamespace(
+        space=Space([free("a", Bound(0.0), Bound(1.0)), free("b", Bound(0.0), Bound(2.0))]),
+        plan=SimpleNamespace(tables=[SimpleNamespace(values=lambda: {})]),
+    )
+    places = np.array(start_places(SimpleNamespace(starts=5, seed=3), model))
+    np.testing.assert_array_equal(np.sort(np.floor(5.0 * places), axis=0), np.arange(5.0)[:, None].repeat(2, 1))

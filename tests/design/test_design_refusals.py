@@ -85,6 +85,8 @@ BAD = {
     "direction without length": (BEND, POSE.replace("[0, 1, 1]", "[0, 0, 0]"), "direction has no length"),
     "direction of two numbers": (BEND, POSE.replace("[0, 1, 1]", "[0, 1]"), "direction must be three numbers"),
     "a state with two poses": (BEND, POSE.replace("poses = [", "poses = [{state = 'hot', target = {value = [0, 0, 9], unit = 'mm'}}, "), "poses name state 'hot' twice"),
+    "a wall that leaves no bore": (WALL, WALL.replace("1.6", "40"), "[free] wall_thickness: nothing can be made at the upper end of its range: `wall_thickness` must be positive and leave a bore, but it is 40 mm in a tube of 10 mm"),
+    "more coils than there is room": (COILS, COILS.replace("70", "500"), "active_coils: nothing can be made at the upper end of its range: `attached_length` must be at least the free length"),
     "stiffness of free bending": (
         'design = "pneusma2"', 'design = "triad"', None,
     ),

@@ -108,6 +108,27 @@ def test_an_objective_that_nothing_free_changes_is_refused(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_an_objective_that_only_rounding_errors_change_is_refused(tmp_path):
+    """With both springs cold the curvature is zero, and its derivatives are rounding errors."""
+    cold = changed("xi0_2 = 0.3\n", "")
+    with pytest.raises(InputError, match="'bend' changes with nothing that is free"):
+        run_study(read_study(write_study(tmp_path, cold)))
+
+
+def test_starts_that_are_lost_are_counted_and_said(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "import jax.numpy as jnp\n\n\ndef bend(states, parameters):\n"
+        "    thick = parameters['wall_thickness'] > 1.05e-3\n"
+        "    return jnp.where(thick, jnp.nan, states['hot'].only.curvature)\n"
+    )
+    mine = changed('quantity = "curvature"', 'quantity = "function"\nfile = "mine.py"')
+    mine = mine.replace('state = "hot"\n', "").replace("starts = 3", "starts = 4")
+    result = run_study(read_study(write_study(tmp_path, mine)))
+    said = re.sub(r"\s+", " ", text(result))
+    assert result.lost > 0 and result.lost + len(result.starts) == 4
+    assert f"{result.lost} of 4 starts were not solved" in said and f"4 starts; {result.lost} were not" in said
+
+
 @pytest.mark.slow
 def test_an_objective_that_only_the_choice_of_a_design_changes_is_none_to_refuse(tmp_path):
     held = changed('quantity = "curvature"\ngoal = "maximise"', 'quantity = "outer_diameter"\ngoal = "minimise"')

@@ -13,7 +13,8 @@ from fitting.invert.lumen import Lumen, distances, progress, read_lumen
 from fitting.invert.passage import Passage
 from fitting.invert.targets import read_targets
 from fitting.invert.touching import Touch, held_drives, touch_of
-from fitting.report.invert.words import passage_verdict
+from fitting.report.invert.documents import passage_files, passage_summary
+from fitting.report.invert.words import passage_table, passage_verdict
 from pneusma_jax.errors import InputError
 
 
@@ -103,12 +104,13 @@ def test_distances_from_a_bent_line():
 @pytest.mark.parametrize(
     ("clearance", "wanted", "passes", "words"),
     [
-        (0.6e-3, 0.5e-3, True, "passes with 0.60 mm to the wall, least at 30 mm along the lumen (segment 2)."),
+        (0.6e-3, 0.5e-3, True, "the chain fits as far as it reaches, with 0.60 mm to the wall, least at 30 mm along "
+         "the lumen (segment 2)."),
         (0.4e-3, 0.5e-3, False, "comes within 0.40 mm of the wall, most at 30 mm along the lumen (segment 2); a "
          "lumen 0.20 mm wider would let it."),
         (-1.7e-3, 0.0, False, "overlaps the wall by 1.70 mm, most at 30 mm along the lumen (segment 2); a lumen "
          "3.40 mm wider would let it."),
-        (0.5e-3 - 1e-8, 0.5e-3, True, "passes with 0.50 mm"),
+        (0.5e-3 - 1e-8, 0.5e-3, True, "with 0.50 mm to the wall"),
     ],
 )  # fmt: skip
 def test_a_chain_passes_where_it_keeps_the_wanted_clearance(clearance, wanted, passes, words):
@@ -116,7 +118,7 @@ def test_a_chain_passes_where_it_keeps_the_wanted_clearance(clearance, wanted, p
     assert found.passes is passes
     said = passage_verdict(found)
     assert words in said[0]
-    assert "Its tip is at 80 of the lumen's 100 mm." in said
+    assert "Its tip is at 80 of the lumen's 100 mm. Nothing is said of the 20 mm beyond." in said
     assert passes is not any("held by: pressure at its lowest, 0 kPa." in line for line in said)
 
 
@@ -124,9 +126,28 @@ def _passage(clearance, wanted, **more):
     lumen = Lumen("straight", np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.1]]), np.full(2, 12e-3))
     touch = Touch(30e-3, 2, np.array([[20e-3, 40e-3], [70e-3, 70e-3]]))
     return Passage(
-        "c", lumen, ((1, 1),), 1e4, np.ones(1), 1e-3, clearance, wanted, 0.08, np.zeros((2, 3)), None, touch,
-        **more,
+        "c", lumen, ((1, 1),), 1e4, np.ones(1), np.full(1, 3.6), np.zeros(1), 1e-3, clearance, wanted,
+        **{"reached": 0.08, "line": np.zeros((2, 3)), "solved": None, "touch": touch} | more,
     )  # fmt: skip
+
+
+def test_only_a_tip_at_the_end_has_passed():
+    through = passage_verdict(_passage(1e-3, 0.0, reached=0.0995))
+    assert "the chain passes with 1.00 mm" in through[0]
+    assert "Its tip is at the lumen's end, 100 mm along it." in through
+    alone = passage_verdict(_passage(1e-3, 0.0, alone=True))
+    assert "the actuator fits as far as it reaches, with 1.00 mm to the wall, least at 30 mm" in alone[0]
+    assert "segment" not in alone[0] and not any("passes" in line for line in alone)
+
+
+def test_a_passage_tells_resistances_and_currents():
+    found = _passage(1e-3, 0.0)
+    assert passage_table(found).rows == [["1", "1", "3.6", "0"]]
+    content = passage_summary(found)
+    assert content["resistance_ohm"] == {"1": 3.6} and content["current_A"] == {"1": 0.0}
+    assert not content["to_the_end"]
+    header, row = passage_files(found)["drives.csv"].splitlines()
+    assert header == "pressure_kPa,xi0_1,resistance_1_ohm,current_1_A" and row == "10,1,3.6,0"
 
 
 def test_where_a_lumen_is_touched_is_said():

@@ -2,14 +2,20 @@
 
 import dataclasses
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.backends import backend_agg as agg
 
 from fitting.control.loop import Run
 from fitting.control.sweep import Case, Sweep, usual_loop
-from fitting.invert.run import Inversion
+from fitting.invert.lumen import Lumen
+from fitting.invert.passage import Passage
+from fitting.invert.result import Inversion
+from fitting.invert.touching import Touch
 from fitting.invert.trajectory import Trajectory
+from fitting.report.invert.figures import passage_figure, targets_figure
 from fitting.report.results import save, text
 from fitting.wiring import Bounds, Springs, choose_filters
 
@@ -23,14 +29,17 @@ def inversion(values):
     return Inversion(
         "pneusma2", ("curvature",), wanted, ((1, 1), (1, 2)), np.array([30e3, 50e3]), fractions, electrical,
         0.1 * electrical, values, {"curvature": missed}, missed < 0.1,
-        ("", "xi0_2 at its lowest, 0.1"), (way, way[:0]), np.full(2, 0.973),
+        ("", "xi0_2 at its lowest, 0.1"), (way, way[:0]), np.full(2, 0.973), np.full(2, 0.973),
     )  # fmt: skip
 
 
 def test_drives_say_what_is_met_and_what_holds_the_rest(tmp_path):
     result = inversion([10.0, 58.5])
     said = text(result)
-    assert result.verdict == ["1 of 2 targets are met."]
+    assert result.verdict == [
+        "1 of 2 targets are met.",
+        "Springs that are not named stay at 0.973, their fraction without a current in air of 22 degC.",
+    ]
     words = [" ".join(line.split()) for line in said.splitlines()]
     assert "1 30.000 xi0_2 0.500 met" in words
     assert "2 50.000 xi0_2 0.100 misses curvature by 1.5 1/m xi0_2 at its lowest, 0.1" in words
@@ -41,6 +50,36 @@ def test_drives_say_what_is_met_and_what_holds_the_rest(tmp_path):
     assert (found["schema"], found["met"], found["goals"]) == ("pneusma-inversion/1", 1, ["curvature"])
     header = (tmp_path / "out" / "targets.csv").read_text().splitlines()[0]
     assert header.startswith("wanted_curvature_1pm,model_curvature_1pm,pressure_kPa,xi0_1")
+
+
+def test_targets_are_counted_in_whole_numbers_and_rounding_errors_do_not_fill_an_axis():
+    drawn = targets_figure(inversion([10.0 + 1e-11, 60.0 - 1e-11]))
+    assert drawn.axes[-1].get_xticks().tolist() == [1.0, 2.0]
+    first = inversion([10.0 + 1e-11, 60.0])
+    one = dataclasses.replace(
+        first, wanted=first.wanted[:1], values=first.values[:1], pressure=first.pressure[:1],
+        fractions=first.fractions[:1], met=first.met[:1],
+    )  # fmt: skip
+    drawn = targets_figure(one)
+    assert drawn.axes[-1].get_xticks().tolist() == [1.0]
+    assert np.ptp(drawn.axes[0].get_ylim()) == pytest.approx(0.2)  # the tolerance on both sides
+
+
+def test_ticks_of_a_narrow_lumen_have_room():
+    tube = SimpleNamespace(section=SimpleNamespace(radius=5e-3))
+    straight = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.2]])
+    found = Passage(
+        "c", Lumen("straight", straight, np.full(2, 12e-3)), ((1, 1),), 1e4, np.ones(1), np.ones(1), np.zeros(1),
+        0.0, 1e-3, 0.0, 0.1, 0.5 * straight, SimpleNamespace(body=SimpleNamespace(segments=[tube])),
+        Touch(0.05, 1, np.zeros((0, 2))),
+    )  # fmt: skip
+    figure = passage_figure([found])
+    agg.FigureCanvasAgg(figure).draw()
+    for axes in figure.axes:
+        boxes = [t.get_window_extent() for t in axes.get_xticklabels() if t.get_text()]
+        shown = sorted((b.x0, b.x1) for b in boxes)
+        assert all(a[1] < b[0] for a, b in zip(shown, shown[1:], strict=False))
+        assert axes.get_legend() is None  # it stands below all panels
 
 
 def test_a_trajectory_warns_first_of_what_cannot_be_undone(tmp_path):
@@ -106,5 +145,7 @@ def test_a_loop_that_cannot_follow_or_balance_says_so(sweep):
     lost = dataclasses.replace(first, good=first.time > 2.0)
     cases = Case("no mismatch", full, None), Case("wrap_friction", first, lost)
     said = " ".join(text(Sweep("x", sweep.loop, cases)).split())
-    assert "misses the wanted curvature by up to 4.00 1/m; a heater is at its limit of 0.4 A for 100 %" in said
+    assert (
+        "misses the wanted curvature by up to 4.00 1/m; a heater is at its limit of 0.4 A for 100 %" in said
+    )
     assert "wrap friction, told: in 9 of 600 rows the plant has no equilibrium" in said

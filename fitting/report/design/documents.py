@@ -14,7 +14,7 @@ from pneusma_jax.calibration.toml import render_calibration
 from pneusma_jax.serial_chain.designs import KEYS, NUMBERS, SCHEMA
 from pneusma_jax.units import INTERNAL_UNITS, from_si
 
-from .words import verdict
+from .words import row_words, verdict
 
 RESULT_SCHEMA = "pneusma-design/1"
 
@@ -36,7 +36,7 @@ def summary(result: DesignResult) -> dict[str, Any]:
             "spring": r.part,
             "multiplier": float(m),
         }
-        for r, m in zip(rows, result.conditions.rows, strict=False)
+        for r, m in zip(rows, result.limits.conditions.rows, strict=False)
         if m > 0.0
     ]
     return {
@@ -51,10 +51,21 @@ def summary(result: DesignResult) -> dict[str, Any]:
         "ends": {
             f.name: {"low": float(a), "high": float(b)}
             for f, a, b in zip(
-                result.model.space.free, result.conditions.low, result.conditions.high, strict=True
+                result.model.space.free,
+                result.limits.conditions.low,
+                result.limits.conditions.high,
+                strict=True,
             )
             if a > 0.0 or b > 0.0
         },
+        "steps_not_taken": [
+            {
+                "parameter": result.model.space.free[step.parameter].name,
+                "up": step.up,
+                "breaks": list(dict.fromkeys(row_words(result, row) for row in step.rows)),
+            }
+            for step in result.limits.blocked
+        ],
         "unexplained_gradient": result.conditions.left,
         "front": None if result.front is None else {
             "designs": [_numbers(result, d) for d in result.front.designs],

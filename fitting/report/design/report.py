@@ -23,7 +23,7 @@ def report_of(result: DesignResult) -> Report:
         sections=[
             Section("The design",
                     [words.parameter_table(result), *of("shapes", "workspace", "sensitivities")]),
-            Section("What limits it", [words.limit_table(result)]),
+            Section("What limits it", [words.limit_table(result), words.step_table(result)]),
             Section("The front", [*front, *of("front")]),
             Section("How often it fails", [*chances, *of("chances")]),
             Section("Other choices", [words.other_table(result)]),

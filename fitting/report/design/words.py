@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from fitting.design.discrete import Step
 from fitting.design.infeasible import limit_words
 from fitting.design.optimise import ALLOWED
 from fitting.design.result import Design, DesignResult
@@ -81,17 +82,49 @@ def _comparison_with_base(result: DesignResult) -> str:
 
 
 def _active_limits(result: DesignResult) -> list[str]:
-    """Names of active constraints with a multiplier, and of limits of ranges."""
-    study, found = result.study, []
-    for index, multiplier in zip(result.model.groups, result.conditions.rows, strict=False):
-        if multiplier > 0.0 and study.constraints[index.constraint].name not in found:
-            found.append(study.constraints[index.constraint].name)
-    names = [f"constraint {name!r}" for name in found]
-    for k, free in enumerate(result.model.space.free):
-        for end, multipliers in (("lower", result.conditions.low), ("upper", result.conditions.high)):
-            if multipliers[k] > 0.0:
-                names.append(f"the {end} end of {free.name}")
-    return names
+    """What limits the final design: active constraints, ends of ranges, and what forbids a step."""
+    study, free, limits = result.study, result.model.space.free, result.limits
+    groups, count = result.model.groups, len(study.objectives)
+    rows = [k + count for k in np.flatnonzero(limits.conditions.rows[: len(groups)] > 0.0)]
+    rows += [row for step in limits.blocked for row in step.rows]
+    names = [row_words(result, row) for row in rows]
+    for end, multipliers in (("lower", limits.conditions.low), ("upper", limits.conditions.high)):
+        names += [f"the {end} end of {free[k].name}" for k in np.flatnonzero(multipliers > 0.0)]
+    names += [
+        f"the {'upper' if step.up else 'lower'} end of {free[step.parameter].name}"
+        for step in limits.blocked
+        if not step.rows
+    ]
+    return list(dict.fromkeys(names))
+
+
+def row_words(result: DesignResult, row: int) -> str:
+    """Name of one of an evaluation's numbers that has a limit.
+
+    Args:
+        result: solved study.
+        row: index of the number: objectives come first, they have limits on fronts.
+    """
+    study, count = result.study, len(result.study.objectives)
+    if row < count:
+        return f"the other objective {study.objectives[row].name!r}"
+    return f"constraint {study.constraints[result.model.groups[row - count].constraint].name!r}"
+
+
+def step_table(result: DesignResult) -> Table:
+    """Table of the steps of discrete parameters that would help, and of what forbids them."""
+    rows = []
+    for step in result.limits.blocked:
+        free = result.model.space.free[step.parameter]
+        broken = list(dict.fromkeys(row_words(result, row) for row in step.rows))
+        why = f"breaks {joined(broken)}" if broken else f"{shown(_end_of(free, step), free.unit)} is the last"
+        rows.append([free.name, "up" if step.up else "down", why])
+    note = "Each step would help the objective, the rest left as it is."
+    return Table(["parameter", "one step", "why it is not taken"], rows, note)
+
+
+def _end_of(free: Free, step: Step) -> float:
+    return free.values[-1 if step.up else 0]
 
 
 def rounding_words(result: DesignResult) -> str:
@@ -182,7 +215,7 @@ def limit_table(result: DesignResult) -> Table:
             rows.append([study.constraints[k].name, limit_words(study, k), "", "counted only", ""])
             continue
         tight = max(own, key=lambda i: values[i])
-        gain = float(np.sum(result.conditions.rows[own])) * LOOSER * size
+        gain = float(np.sum(result.limits.conditions.rows[own])) * LOOSER * size
         row, room = groups[tight], -100.0 * values[tight]
         where = (
             row.state
@@ -252,9 +285,11 @@ def how_it_was_found(result: DesignResult) -> list[str]:
     first = result.study.objectives[0]
     feasible = [value for value, violation in result.starts if violation <= 1e-6]
     ends = [shown(x, first.unit) for x in (min(feasible, default=math.nan), max(feasible, default=math.nan))]
+    lost = f"{result.lost} were not solved, " if result.lost else ""
+    count = len(result.starts) + result.lost
     return [
-        f"{len(result.starts)} starts; {len(feasible)} ended with all constraints kept, at {ends[0]} to "
-        f"{ends[1]}.",
+        f"{count} starts; {lost}{len(feasible)} ended with all constraints kept, at {ends[0]} to {ends[1]}."
+        + (f" {result.joined} were stopped near an optimum that was found already." * bool(result.joined)),
         f"{result.evaluations} evaluations with exact derivatives, {result.equilibria} equilibria.",
         f"Of the objective's gradient {100.0 * result.conditions.left:.2g} % is not explained by what "
         "limits the "

@@ -7,7 +7,7 @@ import numpy as np
 from fitting.data.csv_text import csv_text
 from fitting.invert.goals import GOALS
 from fitting.invert.passage import Passage
-from fitting.invert.run import Inversion, spring_name
+from fitting.invert.result import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
 from pneusma_jax.units import from_si
 
@@ -62,7 +62,20 @@ def trajectory_summary(result: Trajectory) -> dict[str, Any]:
 def passage_files(result: Passage) -> dict[str, str]:
     """Content of the files beside the report of a passage, by file name."""
     line = from_si(result.line, "mm")
-    return {"centre_line.csv": csv_text({f"{a}_mm": line[:, k] for k, a in enumerate("xyz")})}
+    drives: dict[str, Any] = {"pressure_kPa": [from_si(result.pressure, "kPa")]}
+    for name, x, ohms, amperes in zip(
+        _names(result), result.fractions, result.resistances, result.currents, strict=True
+    ):
+        drives |= {f"xi0_{name}": [x], f"resistance_{name}_ohm": [ohms], f"current_{name}_A": [amperes]}
+    return {
+        "centre_line.csv": csv_text({f"{a}_mm": line[:, k] for k, a in enumerate("xyz")}),
+        "drives.csv": csv_text(drives),
+    }
+
+
+def _names(result: Passage) -> list[str]:
+    """Names of all springs."""
+    return [spring_name(result.springs, k) for k in range(len(result.springs))]
 
 
 def passage_summary(result: Passage) -> dict[str, Any]:
@@ -81,8 +94,11 @@ def passage_summary(result: Passage) -> dict[str, Any]:
         "too_near_mm": from_si(result.touch.stretches, "mm").tolist(),
         "held_by": result.held,
         "apart_mm": from_si(result.apart, "mm"),
+        "to_the_end": result.to_the_end,
         "reached_mm": from_si(result.reached, "mm"),
         "offset_mm": from_si(result.offset, "mm"),
         "pressure_kPa": from_si(result.pressure, "kPa"),
-        "xi0": {spring_name(result.springs, k): float(x) for k, x in enumerate(result.fractions)},
+        "xi0": dict(zip(_names(result), result.fractions.tolist(), strict=True)),
+        "resistance_ohm": dict(zip(_names(result), result.resistances.tolist(), strict=True)),
+        "current_A": dict(zip(_names(result), result.currents.tolist(), strict=True)),
     }

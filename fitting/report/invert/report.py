@@ -1,7 +1,7 @@
 """Reports of inverse problems: drives for targets, drives over time, a chain in a lumen."""
 
 from fitting.invert.passage import Passage
-from fitting.invert.run import Inversion
+from fitting.invert.result import Inversion
 from fitting.invert.trajectory import Trajectory
 
 from ..report import Picture, Report, Section
@@ -55,13 +55,13 @@ def trajectory_report(result: Trajectory) -> Report:
 
 def passage_report(result: Passage) -> Report:
     """The report of a chain in a lumen."""
-    picture = Picture("passage", "The chain in the lumen, from two sides.", lambda: passage_figure([result]))
+    picture = Picture("passage", "The body in the lumen, from two sides.", lambda: passage_figure([result]))
     return Report(
         title=result.design,
-        subtitle=f"A chain through the lumen {result.lumen.name}",
+        subtitle=f"{'An actuator' if result.alone else 'A chain'} in the lumen {result.lumen.name}",
         verdict=words.passage_verdict(result),
-        sections=[Section("Shape", [picture])],
-        window=f"{result.design}: through a lumen",
+        sections=[Section("Springs", [words.passage_table(result)]), Section("Shape", [picture])],
+        window=f"{result.design}: in a lumen",
         footer=FOOTER,
         content=lambda: documents.passage_summary(result),
         files=lambda: documents.passage_files(result),

@@ -4,7 +4,7 @@ import numpy as np
 
 from fitting.invert.goals import GOALS
 from fitting.invert.passage import CLOSE, Passage
-from fitting.invert.run import Inversion, spring_name
+from fitting.invert.result import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
 from pneusma_jax.units import from_si, unit_of_column
 
@@ -13,8 +13,9 @@ from ..table import Table
 
 SHOWN = 20
 """Maximum number of targets in a table; `targets.csv` has all."""
-COLD = 1.0 - 1e-6
-"""Minimum martensite fraction of a spring that is called cold [1]; beyond it a table shows 1.000."""
+HELD_BY_CURRENT = "The current holds the spring's temperature in still air of 22 degC."
+SAME = 5e-4
+"""Difference of martensite fractions that is not told [1]: half of the last digit shown."""
 
 
 def unit_of(column: str) -> str:
@@ -33,21 +34,34 @@ def subtitle(result: Inversion) -> str:
 
 
 def verdict(result: Inversion) -> list[str]:
-    """Sentence on the number of targets that are met; for a single one, on its errors. Last, on fractions
-    that no heating gives."""
+    """Sentence on the number of targets that are met; for a single one, on its errors. Last, on springs that
+    are left alone, and on fractions that no heating gives."""
     met, count = int(result.met.sum()), result.met.size
+    springs = [*_left_alone(result), *_without_heat(result)]
     if count > 1:
-        return [f"{met} of {count} targets are met.", *_without_heat(result)]
+        return [f"{met} of {count} targets are met.", *springs]
     drives = f"Drives: {drive_words(result, 0)}."
     if met:
-        return ["The target is met.", drives, *_without_heat(result)]
+        return ["The target is met.", drives, *springs]
     return [f"The target is out of reach: missed are {missed_words(result, 0)}.", drives,
-            f"This is the nearest. It is held by: {result.held[0]}.", *_without_heat(result)]  # fmt: skip
+            f"This is the nearest. It is held by: {result.held[0]}.", *springs]  # fmt: skip
+
+
+def _left_alone(result: Inversion) -> list[str]:
+    """Sentence on the fraction of springs that no drive names."""
+    alone = result.fractions >= result.left_alone - SAME
+    fractions = result.left_alone[alone.any(axis=0)]
+    if not fractions.size:
+        return []
+    where = joined(sorted({f"{x:.3f}" for x in fractions}))
+    natural = np.all(fractions <= result.unheated[alone.any(axis=0)] + SAME)
+    why = ", their fraction without a current in air of 22 degC" if natural else ""
+    return [f"Springs that are not named stay at {where}{why}."]
 
 
 def _without_heat(result: Inversion) -> list[str]:
     """Sentence on fractions above that of a spring without a current, which is not quite 1."""
-    above = (result.fractions > result.unheated) & (result.fractions < COLD)
+    above = (result.fractions > result.unheated + SAME) & (result.fractions < 1.0 - SAME)
     rows, springs = np.flatnonzero(above.any(axis=1)), np.flatnonzero(above.any(axis=0))
     if not rows.size:
         return []
@@ -78,12 +92,13 @@ def drive_words(result: Inversion, k: int) -> str:
     """Drives of one target, in words."""
     springs = heated_words(result, result.fractions[k])
     pressure = f"{from_si(result.pressure[k], 'kPa'):.3f} kPa"
-    return f"{pressure}, {springs or 'all springs cold'}" if result.springs else pressure
+    return f"{pressure}, {springs or 'no spring heated'}" if result.springs else pressure
 
 
 def heated_words(result: Inversion, fractions: np.ndarray) -> str:
-    """Martensite fractions of the springs that are not cold, in words."""
-    pairs = [f"xi0_{result.spring_name(j)} {x:.3f}" for j, x in enumerate(fractions) if x < COLD]
+    """Martensite fractions of the springs that are not left alone, in words."""
+    heated = np.flatnonzero(fractions < result.left_alone - SAME)
+    pairs = [f"xi0_{result.spring_name(j)} {fractions[j]:.3f}" for j in heated]
     return ", ".join(pairs)
 
 
@@ -106,12 +121,11 @@ def spring_table(result: Inversion) -> Table:
     """Table of the resistance and the current that hold every heated spring."""
     rows = []
     for k in range(min(result.met.size, SHOWN)):
-        for j, fraction in enumerate(result.fractions[k]):
-            if fraction < COLD:
-                electrical = (result.resistances[k, j], result.currents[k, j])
-                rows.append([str(k + 1), result.spring_name(j), *(number(x, ".4g") for x in electrical)])
+        for j in np.flatnonzero(result.fractions[k] < result.left_alone - SAME):
+            electrical = (result.resistances[k, j], result.currents[k, j])
+            rows.append([str(k + 1), result.spring_name(j), *(number(x, ".4g") for x in electrical)])
     header = ["target", "spring", "resistance [ohm]", "current [A]"]
-    return Table(header, rows, "The current holds the spring's temperature in still air of 22 degC.")
+    return Table(header, rows, HELD_BY_CURRENT)
 
 
 def way_table(result: Inversion) -> Table:
@@ -130,15 +144,15 @@ def agreement(result: Trajectory) -> str:
 
 
 def passage_verdict(result: Passage) -> list[str]:
-    """Sentences on the passage of a chain through a lumen, where it is tightest, and on its drives."""
+    """Sentences on a body in a lumen, where it is tightest, how far it gets, and on its drives."""
     springs = [f"xi0_{spring_name(result.springs, k)} {x:.3f}" for k, x in enumerate(result.fractions)]
     pressure = f"{from_si(result.pressure, 'kPa'):.3f} kPa"
     return [
-        f"{result.lumen.name}, tortuosity {result.lumen.tortuosity:.3f}: the chain {_fit_words(result)}.",
+        f"{result.lumen.name}, tortuosity {result.lumen.tortuosity:.3f}: the "
+        f"{'actuator' if result.alone else 'chain'} {_fit_words(result)}.",
         *([] if result.passes else _held_words(result)),
         f"Its centre line is {from_si(result.offset, 'mm'):.2f} mm from the lumen's (root mean square).",
-        f"Its tip is at {from_si(result.reached, 'mm'):.0f} of the lumen's "
-        f"{from_si(float(result.lumen.lengths[-1]), 'mm'):.0f} mm.",
+        _reach_words(result),
         f"Drives: {', '.join([pressure, *springs])}.",
     ]
 
@@ -146,14 +160,35 @@ def passage_verdict(result: Passage) -> list[str]:
 def _fit_words(result: Passage) -> str:
     """How much room there is, or by how much and where it lacks."""
     gap = from_si(result.clearance, "mm")
-    at = f"at {from_si(result.touch.along, 'mm'):.0f} mm along the lumen (segment {result.touch.segment})"
+    at = f"at {from_si(result.touch.along, 'mm'):.0f} mm along the lumen"
+    at += "" if result.alone else f" (segment {result.touch.segment})"
     if result.passes:
-        return f"passes with {gap:.2f} mm to the wall, least {at}"
+        how = "passes" if result.to_the_end else "fits as far as it reaches,"
+        return f"{how} with {gap:.2f} mm to the wall, least {at}"
     if result.clearance >= result.wanted - CLOSE:
-        return f"does not pass: it overlaps itself by {-from_si(result.apart, 'mm'):.2f} mm"
+        return f"does not fit: it overlaps itself by {-from_si(result.apart, 'mm'):.2f} mm"
     how = f"overlaps the wall by {-gap:.2f} mm" if gap < 0.0 else f"comes within {gap:.2f} mm of the wall"
     wider = 2.0 * from_si(result.wanted - result.clearance, "mm")
-    return f"does not pass: it {how}, most {at}; a lumen {wider:.2f} mm wider would let it"
+    return f"does not fit: it {how}, most {at}; a lumen {wider:.2f} mm wider would let it"
+
+
+def _reach_words(result: Passage) -> str:
+    """How far the tip gets, and which part of the lumen is beyond it."""
+    tip, end = (from_si(x, "mm") for x in (result.reached, float(result.lumen.lengths[-1])))
+    if result.to_the_end:
+        return f"Its tip is at the lumen's end, {end:.0f} mm along it."
+    beyond = f"Nothing is said of the {end - tip:.0f} mm beyond."
+    return f"Its tip is at {tip:.0f} of the lumen's {end:.0f} mm. {beyond}"
+
+
+def passage_table(result: Passage) -> Table:
+    """Table of every spring: fraction, resistance and current."""
+    rows = [
+        [spring_name(result.springs, k), *(number(x, ".4g") for x in values)]
+        for k, values in enumerate(zip(result.fractions, result.resistances, result.currents, strict=True))
+    ]
+    header = ["spring", "martensite fraction [1]", "resistance [ohm]", "current [A]"]
+    return Table(header, rows, HELD_BY_CURRENT)
 
 
 def _held_words(result: Passage) -> list[str]:

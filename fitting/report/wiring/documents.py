@@ -18,6 +18,8 @@ def summary(result: Wiring) -> dict[str, Any]:
         "verdict": verdict(result),
         "springs": len(circuit.resistance),
         "crosstalk": result.crosstalk,
+        "crosstalk_allowed": result.allowed,
+        "kept": result.kept,
         "crosstalk_even": result.even,
         "crosstalk_sold_trimmed": result.made_crosstalk,
         "crosstalk_sold": result.spread_crosstalk,

@@ -10,13 +10,20 @@ from ..table import Table
 
 
 def verdict(result: Wiring) -> list[str]:
-    """Sentence on the number of springs, and on the crosstalk."""
+    """Sentences on the number of springs, on the crosstalk and its limit."""
+    limit = f"the limit of {100.0 * result.allowed:.3g} %"
+    said = f"keeps {limit}" if result.kept else f"does not keep {limit}"
+    sold = [x > result.allowed for x in (result.made_crosstalk, result.spread_crosstalk)]
+    which = {(True, True): "Neither keeps", (False, True): "The latter does not keep",
+             (True, False): "The former does not keep"}  # fmt: skip
+    over = [f"{which[sold[0], sold[1]]} {limit}."] if any(sold) and result.kept else []
     return [
         f"{len(result.circuit.resistance)} springs on one pair of wires; worst crosstalk: "
-        f"{100.0 * result.crosstalk:.3g} % of the heat.",
+        f"{100.0 * result.crosstalk:.3g} % of the heat. That {said}.",
         f"Evenly spaced, with the largest coils, it would be {100.0 * result.even:.3g} %.",
         f"With capacitors that are sold, {100.0 * result.made_crosstalk:.3g} % if the coils are trimmed, "
         f"{100.0 * result.spread_crosstalk:.3g} % if not.",
+        *over,
     ]
 
 

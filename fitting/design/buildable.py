@@ -1,0 +1,139 @@
+"""What can be made: ends of ranges at which nothing can, and constraints that keep a search to what can.
+
+A traced program does not refuse impossible dimensions. So where the box holds some, such as turns that
+overlap, what forbids them becomes a constraint like those of the user.
+"""
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+import pneusma_jax as pj
+from pneusma_jax.actuator import SLACK
+from pneusma_jax.actuator.designs import GEOMETRY_KEYS
+from pneusma_jax.errors import InputError
+from pneusma_jax.nitinol.geometry import OVERLAP
+
+from .bodies import Plan, sizes_of
+from .space import Space
+from .study import Constraint
+
+MOST_CORNERS = 64
+"""Maximum of combinations of the other parameters' ends that are tried for an end."""
+
+LEAST_BORE = 1e-4
+"""Least diameter of a bore that can be made [m]."""
+LIMITS = {
+    "pitch_ratio": ("turns do not overlap", 1.0 - OVERLAP, "1"),
+    "stretch_ratio": ("springs are no longer than their place", 1.0 - SLACK, "1"),
+    "bore_diameter": ("the wall leaves a bore", LEAST_BORE, "mm"),
+}
+"""Name of the constraint, least value [SI] and unit, by quantity."""
+MATTERS = (
+    "wire_diameter", "initial_pitch", "active_coils", "free_length", "attached_length", "length",
+    "outer_diameter", "wall_thickness",
+)  # fmt: skip
+"""Dimensions on which these quantities depend."""
+
+
+def implied(space: Space, plans: Sequence[Plan]) -> tuple[Constraint, ...]:
+    """Constraints without which the box would hold designs that cannot be made.
+
+    Args:
+        space: box of the free parameters.
+        plans: plans of every combination of choices.
+    """
+    some = [k for k, one in enumerate(space.free) if one.name.rpartition(".")[2] in MATTERS]
+    if not some:
+        return ()
+    least: dict[str, float] = {}
+    for corner in itertools.islice(itertools.product((0.0, 1.0), repeat=len(some)), 4 * MOST_CORNERS):
+        place = np.full(len(space), 0.5)
+        place[some] = corner
+        sizes = {name: float(x) for name, x in space.parameters(place).items()}
+        for plan in plans:
+            for name, value in _values(plan, sizes).items():
+                least[name] = min(value, least.get(name, np.inf))
+    everywhere = set.intersection(*(set(_values(plan, {})) for plan in plans))
+    return tuple(
+        Constraint(LIMITS[name][0], name, False, LIMITS[name][1], unit=LIMITS[name][2])
+        for name in LIMITS
+        if name in everywhere and least[name] < LIMITS[name][1]
+    )
+
+
+def _values(plan: Plan, sizes: dict[str, float]) -> dict[str, float]:
+    """Least values over the segments of the quantities that `LIMITS` names, where all segments have them."""
+    found: dict[str, list[float]] = {}
+    for k, table in enumerate(plan.tables, 1):
+        own = {n: x for n, x in sizes_of(sizes, k).items() if n in GEOMETRY_KEYS}
+        geometry = pj.design_geometry(table, **own)
+        size = lambda name, geometry=geometry: float(getattr(geometry, name))  # noqa: E731
+        if pj.layout(table).spring_numbers:
+            found.setdefault("pitch_ratio", []).append(size("initial_pitch") / size("wire_diameter"))
+            found.setdefault("stretch_ratio", []).append(size("attached_length") / size("free_length"))
+        if "outer_diameter" in table.quantities:
+            bore = size("outer_diameter") - 2.0 * size("wall_thickness")
+            found.setdefault("bore_diameter", []).append(bore)
+    return {name: min(values) for name, values in found.items() if len(values) == len(plan.tables)}
+
+
+def check_ends(space: Space, drives: Sequence[str], plans: Sequence[Plan], path: str) -> None:
+    """Refuse an end of a range at which no design can be made, wherever the other parameters are.
+
+    Args:
+        space: box of the free parameters.
+        drives: names of those that are drives of states and no dimensions.
+        plans: plans of every combination of choices; an end is refused if none of them can be made there.
+        path: path of the file, for messages.
+
+    Raises:
+        InputError: naming the parameter, its end and what is impossible.
+    """
+    sizes = [k for k, one in enumerate(space.free) if one.name not in drives]
+    for end in (0.0, 1.0):  # where both these corners can be made, no end is impossible
+        if _impossible(space, plans, np.full(len(space), end)):
+            break
+    else:
+        return
+    for k in sizes:
+        others = [j for j in sizes if j != k]
+        for end, word in ((0.0, "lower"), (1.0, "upper")):
+            reason = _everywhere(space, plans, k, end, others)
+            if reason:
+                one = space.free[k]
+                raise InputError(
+                    f"{path}: [free] {one.name}: nothing can be made at the {word} end of its range: {reason}"
+                )
+
+
+def _everywhere(space: Space, plans: Sequence[Plan], k: int, end: float, others: list[int]) -> str:
+    """Reason why nothing can be made at an end of a parameter, by the last corner; empty if something can."""
+    reason = ""
+    for corner in itertools.islice(itertools.product((0.0, 1.0, 0.5), repeat=len(others)), MOST_CORNERS):
+        place = np.full(len(space), 0.5)
+        place[others], place[k] = corner, end
+        reason = _impossible(space, plans, place)
+        if not reason:
+            return ""
+    return reason
+
+
+def _impossible(space: Space, plans: Sequence[Plan], place: np.ndarray) -> str:
+    """Reason why no plan can be made at a place in the box; empty if one can."""
+    sizes = {name: float(x) for name, x in space.parameters(place).items()}
+    reason = ""
+    for plan in plans:
+        known = set()
+        try:
+            for k, table in enumerate(plan.tables, 1):
+                own = sizes_of(sizes, k)
+                if (key := (table.name, *sorted(own.items()))) not in known:  # segments may be alike
+                    known.add(key)
+                    pj.make_actuator(table, plan.alloy, plan.silicone, **own)
+        except ValueError as error:
+            reason = str(error).removeprefix("Argument ").rstrip(".")
+        else:
+            return ""
+    return reason

@@ -1,0 +1,68 @@
+"""What a spring's fraction means on its wires: resistance, the current that holds it, the fraction without
+one."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.design.bodies import Body, Solved
+from fitting.design.quantities import AMBIENT, temperature
+from pneusma_jax.numerics.rows import first_rows
+from pneusma_jax.program_cache import stored_jit
+
+from .forward import padded
+
+COOL = 1e-9
+"""Rise over the air's temperature that is rounding error [K]: a spring without a current has none."""
+
+
+def unheated(body: Body) -> np.ndarray:
+    """Martensite fraction of every spring in air of 22 degC without a current [1], shape (springs,)."""
+    alloys = [spring.alloy for segment in body.segments for spring in segment.springs]
+    return np.array([float(alloy.martensite_fraction_at(jnp.asarray(AMBIENT))) for alloy in alloys])
+
+
+def highest(body: Body, xi0_max: float | None) -> np.ndarray:
+    """Largest martensite fraction that the drives may give every spring [1], shape (springs,).
+
+    Args:
+        body: the body that is driven.
+        xi0_max: the same for all springs; None for that which each has without a current.
+    """
+    found = unheated(body)
+    return found if xi0_max is None else np.full(found.size, xi0_max)
+
+
+def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:
+    """Resistance of every spring [ohm], and the current that holds its temperature in air of 22 degC [A].
+
+    Args:
+        solved: states, arrays with a leading axis of rows.
+    """
+    parts, size = padded(solved.parts)
+    return first_rows(_electrical(solved.body, parts), size)
+
+
+@stored_jit()
+def _electrical(body: Body, parts: tuple) -> tuple[jax.Array, jax.Array]:
+    """Resistances and currents in every row, (rows, springs)."""
+
+    def one(part: tuple) -> tuple[jax.Array, jax.Array]:
+        state = Solved(body, *part)
+        resistances, currents = [], []
+        for k, segment in enumerate(body.segments):
+            if not segment.springs:
+                continue
+            for spring, found, degrees in zip(
+                segment.springs, state.segments[k].springs, temperature(state, k), strict=True
+            ):
+                geometry = spring.geometry
+                surface = jnp.pi * geometry.wire_diameter * geometry.wire_length
+                warm = jnp.where(degrees - AMBIENT > COOL, degrees - AMBIENT, 0.0)
+                power = spring.alloy.convection * surface * warm
+                resistances.append(found.resistance)
+                currents.append(jnp.where(found.xi0 < 1.0, jnp.sqrt(power / found.resistance), 0.0))
+        blank = jnp.zeros(0)
+        return (jnp.stack(resistances), jnp.stack(currents)) if resistances else (blank, blank)
+
+    return jax.vmap(one)(parts)

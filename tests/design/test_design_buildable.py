@@ -1,0 +1,79 @@
+"""Studies stay within what can be made: turns side by side, a bore, springs that are stretched."""
+
+import re
+
+import numpy as np
+import pytest
+from study_files import SMALL, changed, write_study
+
+import pneusma_jax as pj
+from fitting.design import read_study, run_study
+from fitting.design.bodies import plan_of
+from fitting.design.program import Model
+from fitting.report.design.documents import tables
+from fitting.report.results import text
+from pneusma_jax.errors import InputError
+
+COILS = 'active_coils = {made = "integer", from = 40, to = 70}'
+WIRES = (
+    'wire_diameter = {made = "catalogue", values = [0.2, 0.25, 0.3, 0.35], unit = "mm"}\n'
+    'initial_pitch = {made = "steps", from = 0.25, to = 0.4, step = 0.01, unit = "mm"}'
+)
+
+
+@pytest.mark.parametrize(
+    ("free", "names"),
+    [
+        (COILS, []),
+        (WIRES, ["turns do not overlap"]),
+        ('active_coils = {made = "integer", from = 40, to = 220}\ninitial_pitch = {from = 0.25, to = 0.3, unit = "mm"}',
+         ["springs are no longer than their place"]),
+        ('outer_diameter = {from = 2.5, to = 8, unit = "mm"}', ["the wall leaves a bore"]),
+    ],
+)  # fmt: skip
+def test_what_forbids_a_design_of_the_box_becomes_a_constraint(free, names, tmp_path):
+    study = read_study(write_study(tmp_path, changed(COILS, free)))
+    assert [one.name for one in study.constraints] == ["length", "shear", *names]
+
+
+@pytest.mark.parametrize(
+    ("wires", "words"),
+    [
+        ("[0.2, 0.25, 0.3]", "nothing can be made at the upper end of its range: `initial_pitch` must be at least"),
+        ("[0.2, 0.25, 0.28]", None),  # turns may overlap by a twentieth of the wire, as in the tables' own priors
+    ],
+)  # fmt: skip
+def test_a_wire_that_is_thicker_than_the_pitch_is_refused(wires, words, tmp_path):
+    gauges = f'wire_diameter = {{made = "catalogue", values = {wires}, unit = "mm"}}'
+    path = write_study(tmp_path, changed(COILS, gauges))
+    if words is None:
+        assert len(read_study(path).constraints) == 2
+        return
+    with pytest.raises(InputError, match=re.escape(words)):
+        read_study(path)
+
+
+def test_ratios_are_those_of_the_spring(tmp_path):
+    study = read_study(write_study(tmp_path, changed(COILS, WIRES)))
+    model = Model(study, plan_of("pneusma2"))
+    place = model.space.place({"wall_thickness": 1e-3, "wire_diameter": 0.3e-3, "initial_pitch": 0.27e-3})
+    values = model.values(place[None])[0, 1:]
+    rows = [study.constraints[row.constraint].name == "turns do not overlap" for row in model.rows]
+    np.testing.assert_allclose(values[rows], (0.95 - 0.9) / 0.95, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_a_search_that_is_drawn_to_overlapping_turns_ends_with_a_design_that_can_be_made(tmp_path):
+    """Thick wires bend less, and a short pitch leaves them more pre-strain: the least length wants both."""
+    short = changed(COILS, WIRES).replace('"curvature"\ngoal = "maximise"', '"length"\ngoal = "minimise"')
+    result = run_study(read_study(write_study(tmp_path, short)))
+    made = result.made.parameters
+    assert made["initial_pitch"] >= 0.95 * made["wire_diameter"] * (1.0 - 1e-6)
+    assert "turns do not overlap" in re.sub(r"\s+", " ", text(result))
+    (tmp_path / "design.toml").write_text(tables(result, result.made)["design.toml"])
+    found = pj.solve(pj.make_actuator(tmp_path / "design.toml"), 30e3, (pj.MartensiteFraction(1.0), pj.MartensiteFraction(0.3)))  # fmt: skip
+    assert float(found.length) == pytest.approx(result.made.objectives[0], rel=1e-9)
+
+
+def test_the_small_study_needs_no_such_constraint(tmp_path):
+    assert len(read_study(write_study(tmp_path, SMALL)).constraints) == 2
