@@ -7,8 +7,7 @@ what the others leave. For the imperfect form of a true effect leaves a remainde
 in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Only the
 strongest effect may end at a bound, unless the set leaves no more than noise.
 
-A set of which no part would be named alone must explain all but a small share of the misfit, or everything
-down to the noise.
+A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
 """
 
 from collections import Counter
