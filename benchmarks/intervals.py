@@ -360,9 +360,10 @@ def main() -> None:
         else:
             work(given.kind, file, missing, multiprocessing.Value("q", 0), given.minutes)
     found = read(file)
-    for entry in found:
-        if "failed" in entry:
-            print(f"seed {entry['seed']} failed: {entry['failed']}")
+    failed = [entry for entry in found if "failed" in entry]
+    for reason in dict.fromkeys(entry["failed"] for entry in failed):
+        seeds = [entry["seed"] for entry in failed if entry["failed"] == reason]
+        print(f"{len(seeds)} failed, the first of them seed {seeds[0]}: {reason}")
     done = [entry for entry in found if "failed" not in entry]
     if not done:
         raise SystemExit(f"{file} holds no finished campaign")

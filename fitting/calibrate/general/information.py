@@ -10,6 +10,7 @@ from fitting.calibrate.information import Information
 from fitting.inference.lasting_noise import Lasting, Series, lasting
 from fitting.inference.parameters import Parameter
 from fitting.specimens import Rows
+from fitting.specimens.correlated_noise import independent
 from pneusma_jax.calibration.records import Quantity
 
 from .fit import GeneralFit
@@ -69,7 +70,7 @@ def informed(
     )
     series = [one for k in fitted for one in _series(fit, k, slopes, ~told.fixed)]
     pull = np.array([0.0 if e.prior is None else e.value - e.prior.mean for e in entries])
-    last = lasting(series, told.prior, pull, fit.inflation)
+    last = lasting(series, told.prior, pull, fit.inflation, fit.zeros)
     if held:
         last = replace(last, held=_considered(fit, told, [columns[k] for k in fitted], fitted, held))
     return told, each, last
@@ -124,7 +125,8 @@ def _series(
         columns = np.stack([_column_of(weight * held, s[k][name]) for s in slopes], axis=-1)
         if held.any():
             misfit = weight * (predicted[name] - rows.measured[name])
-            found.append(Series(np.asarray(rows.time)[held], misfit[held], (columns * free)[held], name))
+            time, share = np.asarray(rows.time)[held], rows.own_share(name)[held]
+            found.append(Series(time, misfit[held], (columns * free)[held], name, share=share))
     return found
 
 
@@ -153,7 +155,8 @@ def _slopes(fit: GeneralFit, entry: Parameter, size: float) -> list[dict[str, np
 
 def _column(rows: Rows, slopes: Mapping[str, np.ndarray], inflation: float) -> np.ndarray:
     weights = {name: np.asarray(rows.weight[name]) / inflation for name in slopes}
-    return np.concatenate([_column_of(weights[name], slope) for name, slope in slopes.items()])
+    columns = {name: _column_of(weights[name], slope) for name, slope in slopes.items()}
+    return np.concatenate([np.asarray(independent(rows, name, x)) for name, x in columns.items()])
 
 
 def _column_of(weight: np.ndarray, slope: np.ndarray) -> np.ndarray:
