@@ -100,6 +100,7 @@ class Lasting:
             are then longer than a Gaussian's, and on the side that zeros have moved the fit to.
         scale: posterior mean of the white noise by output, in units of the noise.
         steady: probability that no zero is off or wanders.
+        taken: true if the fit was made with noise that zeros correlate.
     """
 
     variance: np.ndarray
@@ -109,6 +110,7 @@ class Lasting:
     levels: Mapping[int, np.ndarray] = field(default_factory=dict)
     scale: Mapping[str, float] = field(default_factory=dict)
     steady: float = 1.0
+    taken: bool = False
 
     @property
     def sizes(self) -> dict[str, Size]:
@@ -157,7 +159,9 @@ def lasting(
     longer = sides[90].max(axis=1)
     levels = {percent: (side / longer[:, None]) ** 2 for percent, side in sides.items()}
     mean = lambda k: {o: float(weight @ members.size[:, i, k]) for i, o in enumerate(outputs)}  # noqa: E731
-    return Lasting(longer**2, mean(0), mean(1), levels=levels, scale=mean(2), steady=steady)
+    return Lasting(
+        longer**2, mean(0), mean(1), levels=levels, scale=mean(2), steady=steady, taken=bool(taken)
+    )
 
 
 @dataclass(frozen=True)
