@@ -52,6 +52,9 @@ of a 90 % interval is then known to 3 % beside drifts of up to ten times the noi
 twenty."""
 REACH = 0.1
 """Least length of one side of an interval over that of the fit, so that it holds the value that is quoted."""
+WHOLE = 1.0
+"""The same where constants are held that the recordings would move. They do so by several errors at times,
+for which the derivatives at the fit are only a hint: `ka_3` of a wire was moved to the wrong side."""
 SURE = 0.5
 """Probability of zeros that neither are off nor wander, from which white noise serves a fit. Below, the fit
 is made with correlated noise. Where that misses the recordings, intervals reach equally far to both sides."""
@@ -132,6 +135,7 @@ def lasting(
     pull: np.ndarray,
     inflation: float = 1.0,
     taken: Mapping[str, Size] | None = None,
+    held: int = 0,
 ) -> Lasting:
     """Effect of offsets and drifts of zeros on the intervals of a fit's constants.
 
@@ -141,21 +145,26 @@ def lasting(
         pull: distance of each parameter from its prior's mean, shape (parameters,).
         inflation: factor on the noise that the fit's standard errors contain already.
         taken: sizes of zeros that the fit was made with, by output; none for a fit with white noise.
+        held: number of last parameters that the fit held at their priors' means. What recordings say of them
+            moves the others, and their doubt counts.
     """
+    free = len(precision) - held
     counted = [one for one in series if len(one.misfit) > 2]
     outputs = list(dict.fromkeys(one.output for one in counted))
     each = [_sizes([s for s in counted if s.output == output], precision, pull) for output in outputs]
     if not each:
-        return Lasting(np.ones(len(precision)), {}, {})
+        return Lasting(np.ones(free), {}, {})
     members, weight = _joint(each, precision, pull)
     own = sum(_square(s, (taken or {}).get(s.output, (0.0, 0.0, 1.0))) for s in counted) / inflation**2
-    unit = np.sqrt(np.diag(_inverse(_with_prior(own[:-1, :-1], precision))))
+    unit = np.sqrt(np.diag(_inverse(_with_prior(own[:free, :free], precision[:free]))))
     # a fit that stopped early has a slope of its own, which no zero has made
-    slope = members.slope - (own[:-1, -1] + precision * pull)
-    shift = -np.einsum("mij,mj->mi", members.covariance, slope) / unit
-    sd = np.sqrt(np.einsum("mii->mi", members.covariance)) / unit
+    slope = own[:-1, -1] + precision * pull
+    slope = members.slope - np.where(np.arange(len(precision)) < free, slope, 0.0)
+    shift = -np.einsum("mij,mj->mi", members.covariance, slope)[:, :free] / unit
+    sd = np.sqrt(np.einsum("mii->mi", members.covariance))[:, :free] / unit
     steady = float(weight @ np.all(members.size[:, :, :2] == 0.0, axis=(1, 2)))
-    sides = _sides(shift, sd, weight, even=steady < SURE and not taken)
+    even, least = steady < SURE and not taken, WHOLE if held else REACH
+    sides = _sides(shift, sd, weight, even, least)
     longer = sides[90].max(axis=1)
     levels = {percent: (side / longer[:, None]) ** 2 for percent, side in sides.items()}
     mean = lambda k: {o: float(weight @ members.size[:, i, k]) for i, o in enumerate(outputs)}  # noqa: E731
@@ -351,7 +360,7 @@ def _inverse(normal: np.ndarray) -> np.ndarray:
 
 
 def _sides(
-    centre: np.ndarray, sd: np.ndarray, weight: np.ndarray, even: bool = False
+    centre: np.ndarray, sd: np.ndarray, weight: np.ndarray, even: bool = False, least: float = REACH
 ) -> dict[int, np.ndarray]:
     """Lower and upper side of a mixture's intervals over those of a unit Gaussian about zero, by per cent.
 
@@ -359,6 +368,7 @@ def _sides(
         centre, sd: centre and standard deviation of each member, shape (members, parameters).
         weight: probability of each, shape (members,).
         even: true for intervals that reach equally far to both sides of zero.
+        least: least length of one side.
 
     Returns:
         Shape (parameters, 2) each. Both sides together are never shorter than the Gaussian's.
@@ -371,7 +381,7 @@ def _sides(
             both = np.concatenate([centre, -centre]), np.concatenate([sd, sd]), 0.5 * np.tile(weight, 2)
             upper = _quantile(*both, 0.5 + 0.5 * share)
             ends = [-upper, upper]
-        sides = np.maximum(np.stack([-ends[0], ends[1]], axis=1) / gaussian, REACH)
+        sides = np.maximum(np.stack([-ends[0], ends[1]], axis=1) / gaussian, least)
         found[percent] = sides * np.maximum(2.0 / sides.sum(axis=1), 1.0)[:, None]
     return found
 
