@@ -32,7 +32,6 @@ def estimates(
     fitted: Mapping[str, Parameter],
     profiles: Mapping[str, Profile],
     units: Mapping[str, float] | None = None,
-    held: Mapping[str, float] | None = None,
     levels: Mapping[str, Levels] | None = None,
 ) -> dict[str, Estimate]:
     """Quoted values and errors of all free parameters, in the unit of files.
@@ -41,14 +40,13 @@ def estimates(
         fitted: free parameters at the values found, SI, with standard errors.
         profiles: profile likelihoods of some or all of them.
         units: rise of chi-square that counts as one standard deviation, by name; 1 where nobody says more.
-        held: variance that the doubt about constants that are held adds, over that of the standard error.
         levels: factors on that unit for both ends of intervals of so many per cent, by name; 1 where nobody
             says more.
     """
     none: dict[str, Any] = {}
-    units, held, levels = units or none, held or none, levels or none
+    units, levels = units or none, levels or none
     return {
-        name: estimate(entry, profiles.get(name), units.get(name, 1.0), held.get(name, 0.0), levels.get(name))
+        name: estimate(entry, profiles.get(name), units.get(name, 1.0), levels.get(name))
         for name, entry in fitted.items()
     }
 
@@ -57,13 +55,11 @@ def estimate(
     entry: Parameter,
     profile: Profile | None = None,
     unit: float = 1.0,
-    held: float = 0.0,
     levels: Levels | None = None,
 ) -> Estimate:
     """Quoted value and errors of one parameter, in the unit of files; see `estimates`."""
     sd = np.nan if entry.standard_error is None else entry.standard_error * np.sqrt(unit)
     mean = float(np.mean(np.sqrt((levels or {}).get(90, ALIKE))))
-    doubt = 0.0 if entry.standard_error is None else entry.standard_error * np.sqrt(held)
     profiled = profile is not None and len(profile.value) > 1
     if profiled:
         interval = {percent: profile.quoted(percent, (levels or {}).get(percent, ALIKE)) for percent in RISES}
@@ -74,11 +70,6 @@ def estimate(
         interval, told, curved = _of_parabola(entry, sd, levels or {}), (True, True), False
     if not (profiled and curved):
         sd *= mean
-    if entry.prior is not None and np.isfinite(sd):  # an error is never more than was known before
-        doubt = min(doubt, float(np.sqrt(max(entry.prior.sd**2 - sd**2, 0.0))))
-    if doubt > 0.0:
-        interval = {percent: _wider(entry, ends, percent, doubt) for percent, ends in interval.items()}
-        sd = float(np.hypot(sd, doubt))
     in_file = lambda x, width=False: float(from_si(x, entry.unit, width or entry.unit == KELVIN))  # noqa: E731
     return Estimate(
         value=in_file(entry.value),
@@ -113,13 +104,6 @@ def _of_parabola(entry: Parameter, sd: float, levels: Levels) -> dict[int, tuple
     sides = {p: np.sqrt(rise * np.array(levels.get(p, ALIKE))) * sd for p, rise in RISES.items()}
     ends = {p: (entry.value - low, entry.value + high) for p, (low, high) in sides.items()}
     return {p: (max(float(low), entry.min), min(float(high), entry.max)) for p, (low, high) in ends.items()}
-
-
-def _wider(entry: Parameter, ends: tuple[float, float], percent: int, doubt: float) -> tuple[float, float]:
-    """An interval with an independent doubt beside it: both sides grow in quadrature, inside the bounds."""
-    more = float(np.sqrt(RISES[percent])) * doubt
-    low, high = (float(np.hypot(end - entry.value, more)) for end in ends)
-    return max(entry.value - low, entry.min), min(entry.value + high, entry.max)
 
 
 def _of_prior(entry: Parameter, interval: Mapping[int, tuple[float, float]]) -> float | None:

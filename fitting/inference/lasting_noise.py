@@ -97,7 +97,6 @@ class Lasting:
         variance: square of the longer side of every parameter's 90 % interval over that of the fit, shape
             (parameters,).
         drift, offset: posterior mean of the standard deviation by output, in units of the noise.
-        held: contribution of uncertain held constants to `variance`, shape (parameters,).
         levels: by per cent, square of the lower and the upper side of an interval over those of a Gaussian of
             that variance, shape (parameters, 2) each. They are below 1 where sizes are uncertain, as tails
             are then longer than a Gaussian's, and on the side that zeros have moved the fit to.
@@ -109,7 +108,6 @@ class Lasting:
     variance: np.ndarray
     drift: dict[str, float]
     offset: dict[str, float]
-    held: np.ndarray | float = 0.0
     levels: Mapping[int, np.ndarray] = field(default_factory=dict)
     scale: Mapping[str, float] = field(default_factory=dict)
     steady: float = 1.0

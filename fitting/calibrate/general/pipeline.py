@@ -96,9 +96,8 @@ class GeneralCharacterisation(Characterisation):
         prior; in the unit of files."""
         last = self.lasting
         units = {} if last is None else _by_name(self.told, last.variance)
-        held = {} if last is None else _by_name(self.told, last.held)
         levels = {} if last is None else levels_by_name(last, self.told.names)
-        return estimates(self.fitted, self.profiles, units, held, levels) | {
+        return estimates(self.fitted, self.profiles, units, levels) | {
             name: of_prior_alone(quantity) for name, quantity in self.unseen.items()
         }
 
