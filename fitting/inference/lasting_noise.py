@@ -163,6 +163,11 @@ def lasting(
     steady = float(weight @ np.all(members.size[:, :, :2] == 0.0, axis=(1, 2)))
     even, least = steady < SURE and not taken, WHOLE if held else REACH
     sides = _sides(shift, sd, weight, even, least)
+    # the whole doubt of the priors counts: the recordings say of held constants what derivatives only hint at
+    moved = _inverse(_with_prior(own[:free, :free], precision[:free])) @ own[:free, free:-1]
+    doubt = np.sum(moved**2 / precision[free:], axis=1)
+    doubt = np.minimum(doubt, 1.0 / np.maximum(precision[:free], RIDGE)) / unit**2
+    sides = {percent: np.sqrt(side**2 + doubt[:, None]) for percent, side in sides.items()}
     longer = sides[90].max(axis=1)
     levels = {percent: (side / longer[:, None]) ** 2 for percent, side in sides.items()}
     mean = lambda k: {o: float(weight @ members.size[:, i, k]) for i, o in enumerate(outputs)}  # noqa: E731
