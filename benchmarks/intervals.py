@@ -1,22 +1,25 @@
 """How often the intervals that `characterise` quotes hold the truth, over many simulated campaigns.
 
     python benchmarks/intervals.py KIND [--campaigns 40] [--minutes 8] [--seeds FIRST] [--file FILE]
+                                   [--workers 16]
 
-KIND is wire, tube (walls known), tube_walls (walls open), spring (known alloy) or spring_open (everything
-open). With `_drift` at its end zeros wander by the size of the noise in every recording. Truths are drawn
-from the priors that the fits use. Every campaign is characterised with the defaults of the command. Three
-kinds of interval are compared in the same fits: the standard error's (a Gaussian bar, `bar`), that of the
-profile's rise alone (`risen`), and those that are quoted (`quoted`).
+KIND is wire, tube (walls known), tube_walls (walls open), spring (known alloy), spring_open (everything
+open) or actuator. With `_drift` at its end zeros wander by the size of the noise in every recording. Truths
+are drawn from the priors that the fits use. Every campaign is characterised with the defaults of the command.
+Three kinds of interval are compared in the same fits: the standard error's (a Gaussian bar, `bar`), that of
+the profile's rise alone (`risen`), and those that are quoted (`quoted`).
 
 The constants of one campaign share their noise, so they are no independent trials: one direction of four
 constants that is two deviations off puts all four outside. The range behind a coverage is that of campaigns
 drawn anew with replacement (a cluster bootstrap), not the binomial one.
 
-Finished campaigns are kept in the file, so that an interrupted run goes on.
+With `--workers` several processes of one thread each take one seed after the other. A finished campaign is
+appended to the file at once, so that an interrupted run goes on.
 """
 
 import argparse
 import json
+import multiprocessing
 import os
 import tempfile
 import time
@@ -38,7 +41,16 @@ KINDS = {
     "tube_walls": ("tube", {}),
     "spring": ("spring", {"interval_s": 2.0}),
     "spring_open": ("spring", {"interval_s": 2.0, "spread": "prior"}),
+    "actuator": ("actuator", {}),
 }
+ONE_THREAD = {
+    "OPENBLAS_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "NPROC": "1",
+    "PNEUSMA_THREADS": "1",
+}
+"""Environment of a worker: linear algebra, the compiler's programs and parallel fits have one thread."""
 DRAWN = 4000
 """Draws of the cluster bootstrap."""
 Z = {50: 0.674490, 90: 1.644854}
@@ -262,30 +274,99 @@ def report(kind: str, done: list[dict], parameters: bool) -> None:
         )  # fmt: skip
 
 
+def read(file: Path) -> list[dict]:
+    """Campaigns of a file, in the order of seeds; a last line that was cut off is left out."""
+    lines = file.read_text().split("\n")[:-1] if file.exists() else []
+    return sorted(map(json.loads, filter(None, lines)), key=lambda entry: entry["seed"])
+
+
+def append(file: Path, entry: dict) -> None:
+    """Append one campaign as a line, in one write, so that lines of several processes never mix."""
+    stream = os.open(file, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+    try:
+        os.write(stream, (json.dumps(entry) + "\n").encode())
+    finally:
+        os.close(stream)
+
+
+def work(kind: str, file: Path, seeds: list[int], taken, minutes: float) -> None:
+    """Characterise one seed after the other until there is none, or the next would end too late.
+
+    Args:
+        kind: see `KINDS`.
+        file: where finished campaigns are appended.
+        seeds: of all campaigns that are missing.
+        taken: number of seeds that workers have taken, a shared integer with a lock.
+        minutes: time from now until the last campaign should have ended.
+    """
+    from pneusma_jax import enable_float64
+
+    enable_float64()
+    end, shortest = time.monotonic() + 60.0 * minutes, np.inf
+    while time.monotonic() + (shortest if np.isfinite(shortest) else 0.0) < end:
+        with taken.get_lock():
+            place = taken.value
+            taken.value += 1
+        if place >= len(seeds):
+            return
+        began = time.monotonic()
+        try:
+            entry = one_campaign(kind, seeds[place])
+        except Exception as error:  # one campaign that fails is counted, and the others go on
+            entry = {"seed": seeds[place], "failed": f"{type(error).__name__}: {error}"}
+        append(file, entry)
+        shortest = min(shortest, time.monotonic() - began)  # the first one compiles, and says too much
+
+
+def work_together(kind: str, file: Path, seeds: list[int], minutes: float, workers: int) -> None:
+    """The same by several processes of one thread each; says which of them died."""
+    os.environ.update(ONE_THREAD)
+    context = multiprocessing.get_context("spawn")
+    taken = context.Value("q", 0)
+    crew = [context.Process(target=work, args=(kind, file, seeds, taken, minutes)) for _ in range(workers)]
+    for worker in crew:
+        worker.start()
+    for worker in crew:
+        worker.join()
+    dead = [worker.exitcode for worker in crew if worker.exitcode]
+    if dead:
+        print(f"{len(dead)} of {workers} workers died, with exit codes {', '.join(map(str, dead))}")
+
+
 def main() -> None:
     """Run what is missing, then report."""
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("kind", choices=[k + end for k in KINDS for end in ("", DRIFT)])
     arguments.add_argument("--campaigns", type=int, default=40)
-    arguments.add_argument("--minutes", type=float, default=np.inf, help="begin no campaign after these")
+    arguments.add_argument(
+        "--minutes",
+        type=float,
+        default=np.inf,
+        help="begin no campaign that would end after these, if it took as long as its worker's shortest",
+    )
     arguments.add_argument("--seeds", type=int, default=FIRST_SEED, help="first seed")
+    arguments.add_argument("--workers", type=int, default=1, help="processes of one thread each")
     arguments.add_argument("--file", type=Path, help="results so far; KIND_intervals.jsonl by default")
     arguments.add_argument("--report", action="store_true", help="only report what is in the file")
     arguments.add_argument("--parameters", action="store_true", help="report every parameter, too")
     given = arguments.parse_args()
-    from pneusma_jax import enable_float64
-
-    enable_float64()
     file = given.file or Path(f"{given.kind}_intervals.jsonl")
-    done = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
-    known, began = {entry["seed"] for entry in done}, time.perf_counter()
-    for seed in range(given.seeds, given.seeds + given.campaigns):
-        if given.report or time.perf_counter() - began > 60.0 * given.minutes:
-            break
-        if seed not in known:
-            done.append(one_campaign(given.kind, seed))
-            with file.open("a") as stream:
-                stream.write(json.dumps(done[-1]) + "\n")
+    known = {entry["seed"] for entry in read(file)}
+    missing = [s for s in range(given.seeds, given.seeds + given.campaigns) if s not in known]
+    if missing and not given.report:
+        crew = min(given.workers, len(missing))
+        if crew > 1:
+            work_together(given.kind, file, missing, given.minutes, crew)
+        else:
+            work(given.kind, file, missing, multiprocessing.Value("q", 0), given.minutes)
+    found = read(file)
+    failed = [entry for entry in found if "failed" in entry]
+    for reason in dict.fromkeys(entry["failed"] for entry in failed):
+        seeds = [entry["seed"] for entry in failed if entry["failed"] == reason]
+        print(f"{len(seeds)} failed, the first of them seed {seeds[0]}: {reason}")
+    done = [entry for entry in found if "failed" not in entry]
+    if not done:
+        raise SystemExit(f"{file} holds no finished campaign")
     report(given.kind, done, given.parameters)
 
 

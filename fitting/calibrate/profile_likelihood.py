@@ -120,7 +120,7 @@ class Profile:
         """
         return self._end(-1, rise), self._end(1, rise)
 
-    def quoted(self, percent: int, level: float = 1.0) -> tuple[float, float]:
+    def quoted(self, percent: int, level: tuple[float, float] = (1.0, 1.0)) -> tuple[float, float]:
         """Interval of 50, 68 or 90 %, SI: where chi-square has risen as of a parabola, or further.
 
         It is further where less than that share of the density lies within. A side that never rises enough
@@ -128,10 +128,11 @@ class Profile:
 
         Args:
             percent: 50, 68 or 90.
-            level: factor on `unit` at this percentage.
+            level: factors on `unit` at this percentage, for the lower and the upper end.
         """
-        if level != 1.0:
-            return replace(self, unit=level * self.unit).quoted(percent)
+        if level != (1.0, 1.0):
+            lower, upper = (replace(self, unit=side * self.unit).quoted(percent) for side in level)
+            return lower[0], upper[1]
         low, high = self.interval(RISES[percent])
         below, above = self._holding(percent)
         return max(min(low, below), self.bounds[0]), min(max(high, above), self.bounds[1])

@@ -34,6 +34,12 @@ DOUBLED = 2.0
 """Least beyond a place that did not reach 99 %, where a profile has bent: it may be flat far out."""
 INSIDE = 0.25
 """Share of a bracket at each end in which no next point is taken."""
+LONGER = 6
+"""Most times that a fit which made all steps that are allowed goes on."""
+GAINS = 0.1
+"""Least fall of chi-square in one turn to go on for; it moves the end of a 90 % interval by 2 %."""
+FAR = 2.0
+"""Root of the rise over that of 99 % from which a fit does not go on: it decides about no end."""
 FIRST = 0.25
 """First step of a parameter at a bound, which has no error: a share of its prior's standard deviation."""
 HALF = float(np.sqrt(RISES[50] / RISES[90]))
@@ -236,7 +242,7 @@ class _Search:
         nearest_ = int(np.argmin(np.abs(np.array(found.distance) - distance)))
         at = found.values[nearest_]
         starts = [self._ahead(found, nearest_, distance, value), at]
-        result = _lowest(starts, lambda begin: self.fit(begin, {name: value}))
+        result = self._to_the_end(_lowest(starts, lambda begin: self.fit(begin, {name: value})), value)
         if self.again is not None and (result is None or not _ended(result)):
             other = self.again(at if result is None else result.values, {name: value})
             result = min(
@@ -254,6 +260,21 @@ class _Search:
         found.values.insert(k, result.values)
         found.stopped.insert(k, not result.success)
         return True
+
+    def _to_the_end(self, result: FitResult | None, value: float) -> FitResult | None:
+        """A fit that made all steps that are allowed, gone on while it gains and may decide about an end."""
+        for _ in range(LONGER):
+            if result is None or not _cut_short(result):
+                break
+            if result.chi_square - self.least.chi_square > self.unit * (FAR * WIDTH_99) ** 2:
+                break
+            further = self.fit(result.values, {self.name: value})
+            if further.chi_square is None or further.chi_square >= result.chi_square:
+                break
+            gain, result = result.chi_square - further.chi_square, further
+            if gain < self.unit * GAINS:
+                break
+        return result
 
     def _ahead(self, found: _Side, k: int, distance: float, value: float) -> dict[str, float]:
         """Estimate of the other parameters at a place: on the line of the last two points, or by the
@@ -289,7 +310,12 @@ def _lowest(
 
 def _ended(result: FitResult) -> bool:
     """True if a fit has converged or made all steps that are allowed; another start would gain little."""
-    return result.success or getattr(result, "status", None) is Status.MAX_STEPS
+    return result.success or _cut_short(result)
+
+
+def _cut_short(result: FitResult) -> bool:
+    """True if a fit has made all steps that are allowed."""
+    return getattr(result, "status", None) is Status.MAX_STEPS
 
 
 def _followers(uncertainty: Uncertainty, name: str) -> dict[str, float]:

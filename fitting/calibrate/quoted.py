@@ -18,6 +18,10 @@ from .result import Estimate
 
 KELVIN = "K"
 """Unit of differences of temperature, which have no zero to be shifted."""
+Levels = Mapping[int, tuple[float, float]]
+"""Factors on the rise at the lower and the upper end of intervals of so many per cent."""
+ALIKE = (1.0, 1.0)
+"""The factors where nobody says more."""
 MERELY_PRIOR = 0.7
 """Width of a quoted interval over the prior's from which the recordings have said next to nothing.
 
@@ -28,8 +32,7 @@ def estimates(
     fitted: Mapping[str, Parameter],
     profiles: Mapping[str, Profile],
     units: Mapping[str, float] | None = None,
-    held: Mapping[str, float] | None = None,
-    levels: Mapping[str, Mapping[int, float]] | None = None,
+    levels: Mapping[str, Levels] | None = None,
 ) -> dict[str, Estimate]:
     """Quoted values and errors of all free parameters, in the unit of files.
 
@@ -37,13 +40,13 @@ def estimates(
         fitted: free parameters at the values found, SI, with standard errors.
         profiles: profile likelihoods of some or all of them.
         units: rise of chi-square that counts as one standard deviation, by name; 1 where nobody says more.
-        held: variance that the doubt about constants that are held adds, over that of the standard error.
-        levels: factor on that unit for intervals of so many per cent, by name; 1 where nobody says more.
+        levels: factors on that unit for both ends of intervals of so many per cent, by name; 1 where nobody
+            says more.
     """
     none: dict[str, Any] = {}
-    units, held, levels = units or none, held or none, levels or none
+    units, levels = units or none, levels or none
     return {
-        name: estimate(entry, profiles.get(name), units.get(name, 1.0), held.get(name, 0.0), levels.get(name))
+        name: estimate(entry, profiles.get(name), units.get(name, 1.0), levels.get(name))
         for name, entry in fitted.items()
     }
 
@@ -52,25 +55,21 @@ def estimate(
     entry: Parameter,
     profile: Profile | None = None,
     unit: float = 1.0,
-    held: float = 0.0,
-    levels: Mapping[int, float] | None = None,
+    levels: Levels | None = None,
 ) -> Estimate:
     """Quoted value and errors of one parameter, in the unit of files; see `estimates`."""
     sd = np.nan if entry.standard_error is None else entry.standard_error * np.sqrt(unit)
-    doubt = 0.0 if entry.standard_error is None else entry.standard_error * np.sqrt(held)
+    mean = float(np.mean(np.sqrt((levels or {}).get(90, ALIKE))))
     profiled = profile is not None and len(profile.value) > 1
     if profiled:
-        interval = {percent: profile.quoted(percent, (levels or {}).get(percent, 1.0)) for percent in RISES}
+        interval = {percent: profile.quoted(percent, (levels or {}).get(percent, ALIKE)) for percent in RISES}
         told, curved = _told(entry, profile, interval[90]), bool(profile.curved or not np.isfinite(sd))
         if curved:
             sd = 0.5 * (interval[90][1] - interval[90][0]) / WIDTH_90
     else:
         interval, told, curved = _of_parabola(entry, sd, levels or {}), (True, True), False
-    if entry.prior is not None and np.isfinite(sd):  # an error is never more than was known before
-        doubt = min(doubt, float(np.sqrt(max(entry.prior.sd**2 - sd**2, 0.0))))
-    if doubt > 0.0:
-        interval = {percent: _wider(entry, ends, percent, doubt) for percent, ends in interval.items()}
-        sd = float(np.hypot(sd, doubt))
+    if not (profiled and curved):
+        sd *= mean
     in_file = lambda x, width=False: float(from_si(x, entry.unit, width or entry.unit == KELVIN))  # noqa: E731
     return Estimate(
         value=in_file(entry.value),
@@ -98,21 +97,13 @@ def _told(entry: Parameter, profile: Profile, ends: tuple[float, float]) -> tupl
     return lower, upper
 
 
-def _of_parabola(
-    entry: Parameter, sd: float, levels: Mapping[int, float]
-) -> dict[int, tuple[float, float]]:
+def _of_parabola(entry: Parameter, sd: float, levels: Levels) -> dict[int, tuple[float, float]]:
     """Intervals of a standard error, inside the bounds; none where there is no error."""
     if not np.isfinite(sd):
         return {}
-    half = {p: float(np.sqrt(rise * levels.get(p, 1.0)) * sd) for p, rise in RISES.items()}
-    return {p: (max(entry.value - h, entry.min), min(entry.value + h, entry.max)) for p, h in half.items()}
-
-
-def _wider(entry: Parameter, ends: tuple[float, float], percent: int, doubt: float) -> tuple[float, float]:
-    """An interval with an independent doubt beside it: both sides grow in quadrature, inside the bounds."""
-    more = float(np.sqrt(RISES[percent])) * doubt
-    low, high = (float(np.hypot(end - entry.value, more)) for end in ends)
-    return max(entry.value - low, entry.min), min(entry.value + high, entry.max)
+    sides = {p: np.sqrt(rise * np.array(levels.get(p, ALIKE))) * sd for p, rise in RISES.items()}
+    ends = {p: (entry.value - low, entry.value + high) for p, (low, high) in sides.items()}
+    return {p: (max(float(low), entry.min), min(float(high), entry.max)) for p, (low, high) in ends.items()}
 
 
 def _of_prior(entry: Parameter, interval: Mapping[int, tuple[float, float]]) -> float | None:

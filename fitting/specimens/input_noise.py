@@ -18,11 +18,11 @@ from fitting.data.recordings import Recording
 from fitting.inference.readings import noise_found
 
 from .registry import predictor_of
-from .rows import Rows, stack
+from .rows import CLEAN, Rows, stack
 from .specimen import Model
 
-CLEAN, SIGMA = "clean", "sigma"
-"""Entries of `Rows.extra`: weights by the outputs' own noise, and the standard deviation of every driver."""
+SIGMA = "sigma"
+"""Entry of `Rows.extra`: the standard deviation of every driver."""
 
 
 def with_drivers(rows: Rows, recording: Recording, drivers: Sequence[str], block: int) -> Rows:

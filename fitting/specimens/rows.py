@@ -22,6 +22,8 @@ COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)
 FEW_ROWS = (32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024)
 FEW_COUNTS = (2, 4, 6, 8, 16, 32, 64, 128)
 """The same for programs that take a minute to compile: fewer shapes, more padding."""
+CLEAN = "clean"
+"""Name in `Rows.extra` of weights by the outputs' own noise, where inputs add some."""
 MARK = "__"
 """Separator between a parameter's name and the number of its specimen: `wire_diameter__2`."""
 
@@ -50,6 +52,12 @@ class Rows(eqx.Module):
     base: dict[str, Float[Array, ""]]
     extra: dict[str, Array]
     specimen: Int[Array, ""]
+
+    def own_share(self, output: str) -> Float[np.ndarray, " rows"]:
+        """Part of the standard deviation of an output that its own instrument makes, 0 to 1."""
+        weight = np.asarray(self.weight[output])
+        clean = np.asarray(self.extra.get(CLEAN, self.weight)[output])
+        return np.minimum(weight / np.where(clean > 0.0, clean, np.inf), 1.0)
 
     @property
     def observations(self) -> int:
@@ -100,9 +108,9 @@ def bucket(count: int) -> int:
 
 
 def padded(values: np.ndarray, size: int, fill: float | None = None) -> np.ndarray:
-    """A column of `size` rows. The padding repeats the last value, or is `fill`."""
+    """A column of `size` rows, or several side by side. The padding repeats the last row, or is `fill`."""
     end = values[-1] if fill is None else fill
-    return np.concatenate([values, np.full(size - len(values), end, values.dtype)])
+    return np.concatenate([values, np.full((size - len(values), *values.shape[1:]), end, values.dtype)])
 
 
 def stack(recordings: Sequence[Rows], like: Rows | None = None, coarse: bool = False) -> Rows:

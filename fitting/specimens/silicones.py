@@ -16,7 +16,7 @@ from pneusma_jax.silicone import Gent, NeoHookean, Ogden, PolynomialFit, Silicon
 
 from . import priors
 from .row_builders import columns_of, measured_and_weight
-from .rows import Rows
+from .rows import CLEAN, Rows
 from .specimen import RowOptions, Specimen
 
 FACTOR = "silicone_stiffness"
@@ -166,6 +166,7 @@ def rows_of_silicone(
         (driver,) = specimen.drivers(recording)
         columns, block = columns_of(recording, (driver,), (output,), options)
         measured, weight = measured_and_weight(recording, (output,), columns, block, options)
+        clean = dict(weight)
         if weighing is not None:
             weight[output] = weighing(recording, columns, weight[output], block)
         base = sizes(recording) | {FACTOR: 1.0} | constants(law)
@@ -177,7 +178,7 @@ def rows_of_silicone(
                 measured=measured,
                 weight=weight,
                 base={name: np.asarray(value) for name, value in base.items()},
-                extra={"law": packed(law)},
+                extra={"law": packed(law), CLEAN: clean},
                 specimen=np.asarray(number[recording.specimen]),
             )
         )

@@ -34,6 +34,7 @@ from fitting.inference.parameters import Parameters
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.pipeline import Effect
 
+from .correlated_noise import independent
 from .latent import LatentStates, NoLatentStates
 from .rows import MOST_ROWS, Rows
 from .thermal_runs import FirstHeating
@@ -118,12 +119,16 @@ class Model(abc.ABC):
         return self.misfit(self.predict(values, rows), rows)
 
     def misfit(self, found: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-        """Prediction minus measurement in standard deviations; `astray` in rows without an answer."""
+        """Prediction minus measurement in standard deviations; `astray` in rows without an answer.
+
+        Correlated noise is made independent (`correlated_noise`).
+        """
         parts = []
         for name in (name for name in self.outputs if name in rows.weight):
             finite, weight = jnp.isfinite(found[name]), rows.weight[name]
             missed = weight * (jnp.where(finite, found[name], 0.0) - rows.measured[name])
-            parts.append(jnp.where(finite | (weight == 0.0), missed, self.astray))
+            missed = jnp.where(finite | (weight == 0.0), missed, self.astray)
+            parts.append(independent(rows, name, missed))
         return jnp.concatenate(parts)
 
     def observations(self, recordings: Sequence[Rows]) -> int:

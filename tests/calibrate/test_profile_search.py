@@ -11,7 +11,7 @@ from fitting.calibrate.profile_likelihood import RISES, WIDTH_90, Profile, lower
 from fitting.calibrate.profile_search import BEYOND, MOST, followed
 from fitting.calibrate.quoted import estimate, merely_prior
 from fitting.inference.least_squares.covariance import Uncertainty
-from fitting.inference.parameters import Parameter, Parameters, Prior
+from fitting.inference.parameters import Parameters, Prior
 
 
 class Problem:
@@ -154,13 +154,6 @@ def test_other_fits_that_are_as_good_belong_to_the_interval():
     low, high = both.quoted(90)
     assert -2.0 < low <= -WIDTH_90 and 6.0 < high < 9.0
     assert alone.joined([(6.0, 50.0)]) is alone
-
-
-@pytest.mark.parametrize("doubt", [0.0, 1.0, 9.0, 100.0])
-def test_doubt_over_held_constants_never_makes_an_error_larger_than_the_prior(doubt):
-    entry = Parameter("x", 5.0, unit="1", prior=Prior(mean=5.0, sd=2.0), standard_error=0.5)
-    quoted = estimate(entry, held=doubt)
-    assert quoted.sd == pytest.approx(min(0.5 * (1.0 + doubt) ** 0.5, 2.0)) and quoted.of_prior <= 1.0 + 1e-9
 
 
 @pytest.mark.parametrize("low", (-4.0, 0.0))

@@ -24,7 +24,14 @@ def campaign(random, drift, offset):
     return found / np.sqrt(np.diag(np.linalg.inv(normal))), lasting(left, PRECISION, found)
 
 
-@pytest.mark.parametrize("drift, offset, plain", [pytest.param(1.0, 0.0, 0.65, marks=pytest.mark.slow), (2.0, 1.0, 0.5)])
+def width(found):
+    """Width of the 90 % intervals over that of white noise, shape (parameters,)."""
+    return np.mean(np.sqrt(found.variance[:, None] * found.levels[90]), axis=1)
+
+
+@pytest.mark.parametrize(
+    "drift, offset, plain", [pytest.param(1.0, 0.0, 0.65, marks=pytest.mark.slow), (2.0, 1.0, 0.5)]
+)
 def test_beside_zeros_that_last_errors_hold(drift, offset, plain):
     """Of 90 % intervals; those of white noise hold far less. A share of 64 has an error of 4 %."""
     random = np.random.default_rng(1)
@@ -48,27 +55,78 @@ def test_what_is_found_are_the_sizes():
 
 def test_what_errors_have_already_is_not_counted_twice():
     random = np.random.default_rng(4)
-    series = [Series(TIME, 2.0 * random.standard_normal(60), SLOPES, "y") for _ in range(4)]
-    assert np.all(lasting(series, PRECISION, np.zeros(2), inflation=2.0).variance < 1.3)
-    assert np.all(lasting(series, PRECISION, np.zeros(2)).variance > 3.0)
+    read = [2.0 * random.standard_normal(60) for _ in range(4)]
+    found = np.linalg.solve(4 * SLOPES.T @ SLOPES, SLOPES.T @ np.sum(read, axis=0))
+    series = [Series(TIME, SLOPES @ found - one, SLOPES, "y") for one in read]
+    known, unknown = (lasting(series, PRECISION, np.zeros(2), inflation=x) for x in (2.0, 1.0))
+    assert np.all(width(known) < 1.15) and np.all(width(unknown) > 1.7)
 
 
 def test_an_interval_is_that_of_the_mixture_and_not_of_its_variance():
     """A drift as probable as 3 % but six times as wide as the noise: the variance is 2.05."""
     random = np.random.default_rng(0)
     drawn = np.abs(random.standard_normal(400000)) * np.where(random.random(400000) < 0.03, 6.0, 1.0)
-    found = lasting_noise._ratios(np.array([[1.0, 4.0], [36.0, 4.0]]), np.array([0.97, 0.03]))
-    for percent, gaussian in ((50, 0.67449), (90, 1.644854)):
-        wanted = np.quantile(drawn, percent / 100.0) / gaussian
-        np.testing.assert_allclose(np.sqrt(found[percent]), [wanted, 2.0], rtol=0.01)
-    assert found[90][0] < 1.2 and found[50][0] < found[90][0]
+    sd = np.array([[1.0, 2.0], [6.0, 2.0]])
+    for even in (False, True):
+        found = lasting_noise._sides(np.zeros((2, 2)), sd, np.array([0.97, 0.03]), even)
+        for percent, gaussian in ((50, 0.67449), (90, 1.644854)):
+            wanted = np.quantile(drawn, percent / 100.0) / gaussian
+            np.testing.assert_allclose(found[percent], [[wanted, wanted], [2.0, 2.0]], rtol=0.01)
+        assert found[90][0, 0] < 1.1 and found[50][0, 0] < found[90][0, 0]
 
 
-def test_instruments_mix_independently():
-    one = (np.array([[1.0], [9.0]]), np.array([0.5, 0.5]))
-    variance, weight = lasting_noise._mixed(np.zeros(1), [one, one])
-    shares = [float(weight[np.isclose(variance[:, 0], v)].sum()) for v in (2.0, 10.0, 18.0)]
-    np.testing.assert_allclose(shares, [0.25, 0.5, 0.25], atol=0.03)
+def test_a_mixture_off_centre_reaches_further_to_its_side_or_equally_far():
+    centre, sd, weight = np.array([[2.0]]), np.array([[3.0]]), np.ones(1)
+    own, even = (lasting_noise._sides(centre, sd, weight, which)[90][0] * 1.644854 for which in (False, True))
+    np.testing.assert_allclose(own, [3.0 * 1.644854 - 2.0, 3.0 * 1.644854 + 2.0], rtol=1e-6)
+    drawn = np.abs(2.0 + 3.0 * np.random.default_rng(0).standard_normal(400000))
+    np.testing.assert_allclose(even, np.quantile(drawn, 0.9), rtol=0.01)
+
+
+def test_blocks_with_correlated_noise_give_the_covariance_of_all_rows():
+    """The covariance from blocks is that of generalised least squares over single rows."""
+    one = Series(TIME, np.ones(60), SLOPES, "y", share=np.linspace(0.3, 1.0, 60))
+    share, other = one.share, np.sqrt(1.0 - one.share**2)
+    alike = np.outer(share, share) + np.outer(other, other)
+    noise = 1.2**2 * np.eye(60) + (1.5**2 * np.minimum.outer(TIME, TIME) + 0.5**2) * alike
+    exact = SLOPES.T @ np.linalg.solve(noise, SLOPES)
+    found = lasting_noise._square(one, (1.5, 0.5, 1.2))[:2, :2]
+    np.testing.assert_allclose(found, exact, rtol=0.03)
+
+
+def test_a_fit_with_the_noise_that_is_found_needs_no_wider_intervals():
+    """Beside a drift it is unbiased, and nearer the truth than the fit with white noise."""
+    random, white, correlated, ratios = np.random.default_rng(5), [], [], []
+    size = (2.0, 0.0, 1.0)
+    for _ in range(40):
+        walks = [size[0] * np.cumsum(random.standard_normal(60)) / 60**0.5 for _ in range(4)]
+        read = [random.standard_normal(60) + walk for walk in walks]
+        plain = np.linalg.solve(4 * SLOPES.T @ SLOPES, SLOPES.T @ np.sum(read, axis=0))
+        left = [Series(TIME, SLOPES @ plain - one, SLOPES, "y") for one in read]
+        square = sum(lasting_noise._square(one, size) for one in left)
+        better = plain - np.linalg.solve(square[:2, :2], square[:2, 2])
+        left = [Series(TIME, SLOPES @ better - one, SLOPES, "y") for one in read]
+        found = lasting(left, np.full(2, 1e-8), np.zeros(2), taken={"y": size})
+        white.append(plain), correlated.append(better), ratios.append(np.sqrt(found.variance))
+    white, correlated = (np.mean(np.square(x), axis=0) for x in (white, correlated))
+    assert correlated[0] < 0.7 * white[0] and correlated[1] < white[1]
+    assert 0.9 < np.median(ratios) < 1.3
+
+
+def test_an_interval_reaches_to_where_a_held_constant_would_move_the_fit():
+    """The slope is held at zero and is two standard deviations of its prior. The interval of the mean then reaches
+    as far, on that side, as the one of a fit with both."""
+    random, precision = np.random.default_rng(6), np.array([1e-8, 1.0])
+    read = [random.standard_normal(60) + 2.0 * TIME for _ in range(4)]
+    alone = np.array([np.mean(read), 0.0])
+    left = [Series(TIME, SLOPES @ alone - one, SLOPES, "y") for one in read]
+    found = lasting(left, precision, alone, held=1)
+    normal = 4 * SLOPES.T @ SLOPES + np.diag(precision)
+    both = np.linalg.solve(normal, SLOPES.T @ np.sum(read, axis=0))
+    end = both[0] - 1.645 * np.sqrt(np.linalg.inv(normal)[0, 0])
+    lower = 1.645 * np.sqrt(found.variance[0] * found.levels[90][0, 0]) / np.sqrt(240.0)
+    assert found.variance.shape == (1,) and found.steady > 0.5 and both[0] < alone[0] - 0.5
+    assert alone[0] - lower < end + 0.1 * (alone[0] - end)
 
 
 def test_without_a_series_errors_are_those_of_the_fit():

@@ -1,7 +1,7 @@
 """Least squares of a campaign of any kind: from several starts, with errors that know about misfit."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import equinox as eqx
 import jax
@@ -11,10 +11,12 @@ import numpy as np
 from fitting.calibrate.profile_likelihood import ALIKE
 from fitting.calibrate.soft_constraints import constrained_residual_of, constraint_table
 from fitting.data.recordings import Recording
+from fitting.inference.lasting_noise import Size
 from fitting.inference.least_squares import FitResult, Status, fit_least_squares
 from fitting.inference.noise import correlation_time, inflation_of
 from fitting.inference.parameters import Parameter, Parameters
 from fitting.specimens import Model, Rows, predictor_of, silenced, specimen_of, stack
+from fitting.specimens.correlated_noise import correlated, uncorrelated
 
 RTOL = 1e-4
 MAX_STEPS = 300
@@ -48,6 +50,7 @@ class GeneralFit:
         reduced_chi_square: reduced chi-square for the noise as stated.
         inflation: factor on the noise, and so on the standard errors.
         correlation_time: samples of misfit that make one independent one.
+        zeros: sizes of zeros that are off or wander, by output, which its noise is correlated by.
     """
 
     recordings: tuple[Recording, ...]
@@ -58,6 +61,7 @@ class GeneralFit:
     reduced_chi_square: float
     inflation: float
     correlation_time: float
+    zeros: Mapping[str, Size] = field(default_factory=dict)
 
     @property
     def kind(self) -> str:
@@ -77,7 +81,8 @@ class GeneralFit:
     def predict(self, values: Mapping[str, float] | None = None) -> list[dict[str, np.ndarray]]:
         """Outputs of every recording at values, those of the fit by default; SI, without padding."""
         values = self.result.values if values is None else values
-        found = jax.device_get(predictor_of(self.model)(arrays(values), stack(self.rows)))
+        rows = stack([uncorrelated(one) for one in self.rows])
+        found = jax.device_get(predictor_of(self.model)(arrays(values), rows))
         return [
             {name: column[k][: len(rows.mask)] for name, column in found.items()}
             for k, rows in enumerate(self.rows)
@@ -179,7 +184,28 @@ def gone_on(
     if not (result.chi_square or np.inf) < (before.chi_square or np.inf) - ALIKE:
         return replace(fit, starts=ends)
     rows, result = _decided(fit.model, fit.recordings, rows, result)
+    if fit.zeros:
+        return replace(fit, rows=tuple(rows), result=result, starts=ends)
     return _settled(fit.model, fit.recordings, rows, result, ends, progress)
+
+
+def beside_zeros(
+    fit: GeneralFit, sizes: Mapping[str, Size], progress: Callable[[str], None] = lambda _: None
+) -> GeneralFit:
+    """The fit with noise that is correlated by zeros of these sizes; the same where they do not explain it.
+
+    Args:
+        fit: a fit with independent noise.
+        sizes: sizes of the zeros by output.
+        progress: called with a word when it is done.
+    """
+    rows = [correlated(one, sizes) for one in fit.rows]
+    begin = fit.result.parameters.at(fit.result.values)
+    result = _fit(fit.model, fit.recordings, rows, begin, 1, 0)
+    progress("zeros of instruments")
+    if missed(result):
+        return fit
+    return replace(fit, rows=tuple(rows), result=result, inflation=1.0, zeros=dict(sizes))
 
 
 def _settled(

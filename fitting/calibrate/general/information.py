@@ -1,7 +1,7 @@
 """Information of recordings of any kind about each parameter, and the gain from a repeat."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from fitting.calibrate.information import Information
 from fitting.inference.lasting_noise import Lasting, Series, lasting
 from fitting.inference.parameters import Parameter
 from fitting.specimens import Rows
+from fitting.specimens.correlated_noise import independent
 from pneusma_jax.calibration.records import Quantity
 
 from .fit import GeneralFit
@@ -67,50 +68,23 @@ def informed(
         prior=np.array([_precision(entry) for entry in entries]),
         fixed=np.array([entry.at_bound for entry in entries]),
     )
-    series = [one for k in fitted for one in _series(fit, k, slopes, ~told.fixed)]
-    pull = np.array([0.0 if e.prior is None else e.value - e.prior.mean for e in entries])
-    last = lasting(series, told.prior, pull, fit.inflation)
-    if held:
-        last = replace(last, held=_considered(fit, told, [columns[k] for k in fitted], fitted, held))
+    more = [_moved(fit, quantity) for quantity in (held or {}).values()]
+    moving = np.concatenate([~told.fixed, np.ones(len(more), bool)])
+    series = [one for k in fitted for one in _series(fit, k, [*slopes, *more], moving)]
+    pull = np.array([0.0 if e.prior is None else e.value - e.prior.mean for e in entries] + [0.0] * len(more))
+    precision = np.concatenate([told.prior, np.ones(len(more))])
+    last = lasting(series, precision, pull, fit.inflation, fit.zeros, held=len(more))
     return told, each, last
 
 
-def _considered(
-    fit: GeneralFit,
-    told: Information,
-    columns: Sequence[np.ndarray],
-    fitted: Sequence[int],
-    held: Mapping[str, Quantity],
-) -> np.ndarray:
-    """Variance of each parameter from the doubt about held constants, over its own variance.
-
-    The doubt is the prior's, reduced by the recordings' own information about such a constant. A fit with
-    that constant free would have these errors (S. F. Schmidt's considered parameters, with the data's
-    information about them).
-    """
-    covariance = told.covariance()
-    taken = {name: quantity.value for name, quantity in held.items()}
-    moved = []
-    for name, quantity in held.items():
-        step = CONSIDERED * quantity.prior.sd
-        ends = [
-            float(np.clip(quantity.value + side * step, quantity.prior.min, quantity.prior.max))
-            for side in (-1.0, 1.0)
-        ]
-        below, above = (fit.predict({**fit.result.values, **taken, name: end}) for end in ends)
-        size = quantity.prior.sd / (ends[1] - ends[0])
-        rows = [
-            _column(fit.rows[k], {n: (above[k][n] - below[k][n]) * size for n in above[k]}, fit.inflation)
-            for k in fitted
-        ]
-        moved.append(np.concatenate(rows))
-    more = np.stack(moved, axis=-1)
-    slopes = np.where(told.fixed, 0.0, np.concatenate(list(columns)))
-    pull = slopes.T @ more
-    given_way = covariance @ pull
-    doubt = np.linalg.inv(np.eye(len(held)) + more.T @ more - pull.T @ given_way)
-    added, variance = np.einsum("ij,jk,ik->i", given_way, doubt, given_way), np.diag(covariance)
-    return np.where(told.fixed | ~(variance > 0.0), 0.0, added / np.where(variance > 0.0, variance, 1.0))
+def _moved(fit: GeneralFit, quantity: Quantity) -> list[dict[str, np.ndarray]]:
+    """Change of every output with a constant that is held, by one standard deviation of its prior."""
+    prior = quantity.prior
+    reach = [quantity.value + side * CONSIDERED * prior.sd for side in (-1.0, 1.0)]
+    low, high = (float(np.clip(end, prior.min, prior.max)) for end in reach)
+    below, above = (fit.predict({**fit.result.values, quantity.name: end}) for end in (low, high))
+    size = prior.sd / (high - low)
+    return [{n: (a[n] - b[n]) * size for n in a} for b, a in zip(below, above, strict=True)]
 
 
 def _series(
@@ -124,7 +98,8 @@ def _series(
         columns = np.stack([_column_of(weight * held, s[k][name]) for s in slopes], axis=-1)
         if held.any():
             misfit = weight * (predicted[name] - rows.measured[name])
-            found.append(Series(np.asarray(rows.time)[held], misfit[held], (columns * free)[held], name))
+            time, share = np.asarray(rows.time)[held], rows.own_share(name)[held]
+            found.append(Series(time, misfit[held], (columns * free)[held], name, share=share))
     return found
 
 
@@ -153,7 +128,8 @@ def _slopes(fit: GeneralFit, entry: Parameter, size: float) -> list[dict[str, np
 
 def _column(rows: Rows, slopes: Mapping[str, np.ndarray], inflation: float) -> np.ndarray:
     weights = {name: np.asarray(rows.weight[name]) / inflation for name in slopes}
-    return np.concatenate([_column_of(weights[name], slope) for name, slope in slopes.items()])
+    columns = {name: _column_of(weights[name], slope) for name, slope in slopes.items()}
+    return np.concatenate([np.asarray(independent(rows, name, x)) for name, x in columns.items()])
 
 
 def _column_of(weight: np.ndarray, slope: np.ndarray) -> np.ndarray:

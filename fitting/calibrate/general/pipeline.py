@@ -13,7 +13,7 @@ from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end
 from fitting.calibrate.quoted import KELVIN, estimates, of_prior_alone
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, Recording, all_real
-from fitting.inference.lasting_noise import Lasting, levels_by_name
+from fitting.inference.lasting_noise import SURE, Lasting, levels_by_name
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Specimen, priors
 from fitting.specimens.refitted import refitted
@@ -25,7 +25,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
 from pneusma_jax.units import to_si
 
-from .fit import GeneralFit, fit_campaign, gone_on
+from .fit import GeneralFit, beside_zeros, fit_campaign, gone_on
 from .information import Repeat, held_back, informed, repeats
 from .profiles import profiles
 from .scores import Score, scores
@@ -96,9 +96,8 @@ class GeneralCharacterisation(Characterisation):
         prior; in the unit of files."""
         last = self.lasting
         units = {} if last is None else _by_name(self.told, last.variance)
-        held = {} if last is None else _by_name(self.told, last.held)
         levels = {} if last is None else levels_by_name(last, self.told.names)
-        return estimates(self.fitted, self.profiles, units, held, levels) | {
+        return estimates(self.fitted, self.profiles, units, levels) | {
             name: of_prior_alone(quantity) for name, quantity in self.unseen.items()
         }
 
@@ -161,7 +160,7 @@ def characterise_general(
     progress("read")
     fit = fit_campaign(recordings, rows, parameters, starts, seed, progress, predictor)
     unseen = {} if model else _held(specimen, campaign, options, fit.result.parameters)
-    begun = _informed(fit, unseen)
+    begun = _beside_zeros(_informed(fit, unseen), unseen, progress)
     progress("information")
 
     def profiled(now: _Informed) -> tuple[dict[str, Profile], list[str]]:
@@ -169,7 +168,7 @@ def characterise_general(
         return profiles(now.fit, wanted, _by_name(now.told, now.lasting.variance)), wanted
 
     def again(now: _Informed, _: str, lower: Mapping[str, float]) -> _Informed:
-        return _informed(gone_on(now.fit, lower, progress), unseen)
+        return _beside_zeros(_informed(gone_on(now.fit, lower, progress), unseen), unseen, progress)
 
     ended, (found, wanted) = to_the_end(begun, profiled, again)
     if wanted:
@@ -235,6 +234,16 @@ class _Informed:
 def _informed(fit: GeneralFit, unseen: Mapping[str, Quantity]) -> _Informed:
     told, each, last = informed(fit, unseen)
     return _Informed(replace(fit, result=with_errors(fit.result, lambda _: told)), told, each, last)
+
+
+def _beside_zeros(
+    now: _Informed, unseen: Mapping[str, Quantity], progress: Callable[[str], None]
+) -> _Informed:
+    """The fit with correlated noise, where zeros of instruments probably are off or wander."""
+    if now.fit.zeros or now.lasting.steady >= SURE:
+        return now
+    found = beside_zeros(now.fit, now.lasting.sizes, progress)
+    return _informed(found, unseen) if found.zeros else now
 
 
 def _by_name(told: Information, numbers: np.ndarray | float) -> dict[str, float]:

@@ -58,9 +58,9 @@ def lasting_sentence(time: float, inflation: float) -> str:
 
 
 def lasting_zeros(found: Lasting | None) -> list[str]:
-    """Zeros of instruments that are off or wander, in words, where they made errors grow."""
+    """Zeros of instruments that are off or wander, in words, where they changed the fit or its errors."""
     grown = 1.0 if found is None else float(np.sqrt(np.max(found.variance, initial=1.0)))
-    if grown < 1.0 + TELLING:
+    if found is None or (grown < 1.0 + TELLING and not found.taken):
         return []
     seen = [name for name in found.drift if found.offset[name] + found.drift[name] > TELLING]
     if not seen:
@@ -69,9 +69,12 @@ def lasting_zeros(found: Lasting | None) -> list[str]:
         f"that of {name} is off by {found.offset[name]:.2g} and wanders by {found.drift[name]:.2g}"
         for name in seen
     )
+    done = f"Errors were multiplied by up to {grown:.2g} for it"
+    if found.taken:
+        done = "Constants were fitted with such zeros"
     return [
         f"What is left changes slowly, as if zeros of instruments were off: {sizes} times its noise. "
-        f"Errors were multiplied by up to {grown:.2g} for it. Read zeros before and after each test."
+        f"{done}. Read zeros before and after each test."
     ]
 
 
