@@ -13,7 +13,6 @@ from fitting.diagnose.fit.instrument_drift import drift_columns, drift_gain
 from fitting.diagnose.fit.misfit import negative_log_predictive_density, predictive_chi_square, reduced
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.fit.score_test import score_effects
-from fitting.diagnose.search.steps import Explanation, Named
 from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.held_out import Scores
 
@@ -150,7 +149,6 @@ def test_what_effects_cost_of_recordings_left_out_in_turn_is_a_difference_of_pre
     y = world.truth(rng, BASE)
     program, base = fitted(world, y)
     final = Refitter(program).fit((CONSTANT,))
-    explanation = Explanation(program, base, Named(final), [], 0.5, False)
     exact = []
     for slugs in ((), (CONSTANT,)):
         total = 0.0
@@ -159,7 +157,7 @@ def test_what_effects_cost_of_recordings_left_out_in_turn_is_a_difference_of_pre
             mean, covariance = ridge(seen, np.delete(y, k, axis=0).ravel())
             total -= log_density(y[k] - unseen @ mean, np.eye(y.shape[1]) + unseen @ covariance @ unseen.T)
         exact.append(total)
-    assert Scores().lost(explanation) == pytest.approx(exact[1] - exact[0], abs=1.0)
+    assert Scores().lost(program, final, [base]) == pytest.approx(exact[1] - exact[0], abs=1.0)
 
 
 def test_drift_is_worth_the_ratio_of_marginal_likelihoods(rng):

@@ -6,7 +6,7 @@ from ..fit.evidence import inflation_of
 from ..search.decision import outweighs
 from ..search.pool import without
 from ..search.steps import Explanation, Named
-from .held_out import HeldOut, Scores
+from .held_out import Scores
 from .text import refused
 
 
@@ -25,11 +25,13 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
     said, program = [], explanation.program
     while explanation.final.slugs:
         before, after = scores.held_out(explanation)
-        if not rises_too_much(explanation, before, after, scores):
+        if after.reduced_chi2 <= before.reduced_chi2:
             break
         slugs = explanation.final.slugs
-        said.append(refused(slugs, before.how, before.reduced_chi2, after.reduced_chi2))
         rest = [without(program, explanation.final, slug) for slug in slugs] if len(slugs) > 1 else []
+        if not contradicts(explanation, scores.lost(program, explanation.final, [explanation.base, *rest])):
+            break
+        said.append(refused(slugs, before.how, before.reduced_chi2, after.reduced_chi2))
         fewer = min(rest, key=lambda fit: fit.objective, default=explanation.base)
         known = explanation.scores
         explanation = replace(explanation, named=Named(fewer), contending=[])
@@ -39,15 +41,15 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
     return explanation, said
 
 
-def rises_too_much(explanation: Explanation, before: HeldOut, after: HeldOut, scores: Scores) -> bool:
+def contradicts(explanation: Explanation, lost: float) -> bool:
     """True if held-out values contradict the effects, by more than chance and than left-out parts outweigh.
 
-    A validation recording in which an effect hardly acts is missed a little more or less by chance. Whole
-    recordings that are left out in turn are extrapolated: there, the predictions' own uncertainty counts.
+    A validation recording in which an effect hardly acts is missed a little more or less by chance.
+
+    Args:
+        explanation: result of a search.
+        lost: log predictive density of held-out values that the effects cost, see `Scores.lost`.
     """
-    lost = 0.5 * after.values * (after.reduced_chi2 - before.reduced_chi2)
-    if lost > 0.0 and after.how == "left out in turn":
-        lost = scores.lost(explanation)
     program, parts = explanation.program, explanation.left_out
     fell = parts[0] - parts[1] if parts[0] > parts[1] else 0.0  # also where they are NaN, not computed
     return outweighs(program, lost, fell, inflation_of(program, explanation.final))

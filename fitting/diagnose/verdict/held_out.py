@@ -87,27 +87,41 @@ class Scores:
 
         return _score(program, run_parallel(averaged_over, enumerate(outs)), names, how)
 
-    def lost(self, explanation: Explanation) -> float:
-        """Log predictive density of whole recordings left out in turn that effects cost, [nat].
+    def lost(self, program: Program, fit: Fit, others: Sequence[Fit]) -> float:
+        """Log predictive density of values not fitted by which the best of other models is ahead [nat].
 
-        Without a recording, a fit may leave open what decides there. Its prediction is then as uncertain as
-        its numbers are.
+        Numbers that a fit leaves open may decide in a recording that it has not seen. Its prediction is then
+        as uncertain as they are. Parts of one recording are predicted closely: the misfit alone counts there.
+
+        Args:
+            program: program of the campaign.
+            fit: model with effects.
+            others: the base model, and models with fewer effects.
         """
-        program = explanation.program
-        sizes = [len(m) for m in explanation.base.evaluation.misfit]
-        groups = list(enumerate(folds(sizes, np.arange(len(sizes)), CROSS_VALIDATION.maximum_folds)))
+        fits = [fit, *others]
+        if not program.fitted.all():
+            values = [negative_log_predictive_density(program, f, program.unseen) for f in fits]
+        elif len(program.recordings) == 1:
+            values = [0.5 * one.values * one.reduced_chi2 for one in map(self._alone(program), fits)]
+        else:
+            values = [self._surprise(program, f) for f in fits]
+        return values[0] - min(values[1:])
 
-        def surprise(job: tuple[Fit, tuple[int, Masks]]) -> float:
-            fit, (number, out) = job
-            chosen = np.array([bool(np.any(mask > 0.0)) for mask in out])
+    def _alone(self, program: Program) -> Callable[[Fit], HeldOut]:
+        """Score of one model."""
+        return lambda fit: self.averaged([(program, fit, 1.0)])
+
+    def _surprise(self, program: Program, fit: Fit) -> float:
+        """Negative log predictive density of recordings left out in turn, less constants."""
+        sizes = [len(m) for m in fit.evaluation.misfit]
+        outs = folds(sizes, np.arange(len(sizes)), CROSS_VALIDATION.maximum_folds)
+
+        def of_group(group: tuple[int, Masks]) -> float:
+            chosen = np.array([bool(np.any(mask > 0.0)) for mask in group[1]])
             without = replace(program, fitted=~chosen)
-            return negative_log_predictive_density(without, self._refitted(program, fit, number, out), chosen)
+            return negative_log_predictive_density(without, self._refitted(program, fit, *group), chosen)
 
-        before, after = (
-            sum(run_parallel(surprise, [(fit, group) for group in groups]))
-            for fit in (explanation.base, explanation.final)
-        )
-        return after - before
+        return float(sum(run_parallel(of_group, enumerate(outs))))
 
     def _refitted(self, program: Program, fit: Fit, number: int, out: Masks) -> Fit:
         """A model fitted without one group of recordings, by its number."""
