@@ -46,6 +46,8 @@ NEARLY = (0.1, 0.03, 0.01)
 MISSED = 4.0
 """Deviation of a reading, in units of its noise, from which its spring is not cold. One reading in 16,000 of
 a cold spring deviates by more."""
+UNPREDICTED = 30.0
+"""Deviation that a row without a prediction counts for, in units of its noise [1]; noise makes no such."""
 OTHER = 1e-3
 """Minimum difference of a fraction for another equilibrium to be tried [1]; less hardly bends an actuator."""
 TURNS = 3
@@ -98,13 +100,11 @@ class _Readings:
     read: np.ndarray
     noise: np.ndarray
 
-    def missed(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What readings miss at fractions, slopes of the predictions, and the cost of rows without one.
+    def missed(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What readings miss at fractions, and slopes of the predictions, both over the readings' noise.
 
-        Returns:
-            The first two over the readings' noise, shapes (rows, wired) and (rows, wired, wired). The cost
-            [nat], shape (rows,), is that of readings missed by `MISSED`: a row without a prediction pulls
-            nowhere, but does not speak for the fractions.
+        Shapes (rows, wired) and (rows, wired, wired). A row without a prediction is missed by `UNPREDICTED`
+        and has no slope: it pulls nowhere, but speaks against the fractions.
         """
         inside = np.clip(x, 0.0, 1.0)
         fractions = self.with_fractions(inside)
@@ -115,11 +115,11 @@ class _Readings:
         found = _predicted_resistances(self.actuator, longer, self.wired)
         ohms, slope = (np.asarray(part)[: len(self.time)] for part in found)
         good = np.all(np.isfinite(slope), axis=(1, 2)) & np.all(np.isfinite(ohms), axis=1)
-        ohms, slope = np.where(good[:, None], ohms, self.read), np.where(good[:, None, None], slope, 0.0)
+        ohms = np.where(good[:, None], ohms, self.read - UNPREDICTED * self.noise)
+        slope = np.where(good[:, None, None], slope, 0.0)
         # beyond its ends a fraction is continued, so that noise about a cold spring does not heat it
         ohms = ohms + along(slope, x - inside)
-        lost = np.where(good, 0.0, 0.5 * MISSED**2 * len(self.wired))
-        return (self.read - ohms) / self.noise, slope / self.noise[:, None], lost
+        return (self.read - ohms) / self.noise, slope / self.noise[:, None]
 
     def with_fractions(self, x: np.ndarray) -> tuple[pj.MartensiteFraction, ...]:
         """Activations with the fractions of the measured springs replaced."""
@@ -233,22 +233,22 @@ def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
     the truth: near a cold spring, resistances turn over with its fraction.
     """
     time = readings.time
-    missed, slope, lost = readings.missed(x)
+    missed, slope = readings.missed(x)
     wander = process_noise_of(time, missed + along(slope, x), slope, cold)
-    costs = costs_of(time, x, missed, wander, cold) + lost
+    costs = costs_of(time, x, missed, wander, cold)
     for _ in range(ROUNDS):
         after, _ = smoothed(time, missed + along(slope, x), slope, wander, cold)
         step = np.clip(after - x, -LONGEST, LONGEST)
         for share in SHARES:
             trial = x + share * step
             found = readings.missed(trial)
-            there = costs_of(time, trial, found[0], wander, cold) + found[2]
+            there = costs_of(time, trial, found[0], wander, cold)
             if np.sum(there) < np.sum(costs):
                 break
         else:
             break
         settled = np.sum(costs) - np.sum(there) < SETTLED or share * np.max(np.abs(step)) < CLOSE
-        x, (missed, slope, _), costs = trial, found, there
+        x, (missed, slope), costs = trial, found, there
         if settled:
             break
     after, evidence = smoothed(time, missed + along(slope, x), slope, wander, cold)

@@ -26,7 +26,7 @@ def fixed_length(rows: int) -> int:
 
 
 def lengthened(courses: PyTree, length: int) -> PyTree:
-    """Courses whose last row is repeated up to a length.
+    """Courses that go on with their first row up to a length: mostly a state of rest, which is solved soon.
 
     Args:
         courses: arrays of known values with a leading axis of rows, (rows, ...).
@@ -35,14 +35,20 @@ def lengthened(courses: PyTree, length: int) -> PyTree:
 
     def longer(course: jax.Array) -> np.ndarray:
         course = np.asarray(course)
-        return np.concatenate([course, np.repeat(course[-1:], length - len(course), axis=0)])
+        return np.concatenate([course, np.repeat(course[:1], length - len(course), axis=0)])
 
     return jax.tree.map(longer, courses)
 
 
 def shortened(courses: PyTree, rows: int) -> PyTree:
-    """The first rows of arrays of known values; without a program for every number of rows."""
-    return jax.tree.map(lambda course: jnp.asarray(np.asarray(course)[:rows]), courses)
+    """The first rows of arrays. Of known values, it takes no program for every number of rows."""
+
+    def shorter(course: jax.Array) -> jax.Array:
+        if isinstance(course, jax.core.Tracer):  # of a program around this one
+            return course[:rows]
+        return jnp.asarray(np.asarray(course)[:rows])
+
+    return jax.tree.map(shorter, courses)
 
 
 def going_on(time: np.ndarray, length: int) -> np.ndarray:
@@ -53,5 +59,6 @@ def going_on(time: np.ndarray, length: int) -> np.ndarray:
 
 
 def known(tree: PyTree) -> bool:
-    """True if no number of a tree is traced."""
-    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(tree))
+    """True if no number of a tree is traced, and all are on the only device."""
+    alone = jax.config.jax_default_device is None and len(jax.devices()) == 1  # type: ignore[attr-defined]
+    return alone and not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(tree))

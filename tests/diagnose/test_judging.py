@@ -153,8 +153,9 @@ def test_an_effect_that_something_without_a_name_looks_like_has_that_beside_it(m
     monkeypatch.setattr(CATALOGUE[CONSTANT], "lookalike", "a dent in the tube")
     found = conclude(explain(world.program(y), np.random.default_rng(5)))
     assert [f.slug for f in alone.found] == [CONSTANT] and [f.slug for f in found.found] == [CONSTANT, "unmodelled"]
-    assert found.unknown == pytest.approx(DEFAULT.verdict.beside_unknown) and found.left is None
-    assert found.found[0].probability < 0.75 < alone.found[0].probability
+    assert found.found[0].probability == pytest.approx(0.75 * alone.found[0].probability) and found.left is None
+    assert found.found[1].probability == pytest.approx(DEFAULT.verdict.beside_unknown)
+    assert found.nothing + found.unknown + sum(p for p, _ in found.candidates.values()) == pytest.approx(1.0)
     assert f"A dent in the tube looks the same as {CONSTANT}." in verdict_sentences(found)
     assert "unmodelled" in found.explanation_set and found.remainder is None
 

@@ -1,6 +1,7 @@
 """Courses of many lengths run few programs, and give what they would give at their own length."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -31,6 +32,14 @@ def test_a_history_is_what_it_is_at_its_own_length(rows, monkeypatch):
     for one, other in zip(jax.tree.leaves(found), jax.tree.leaves(own), strict=True):
         assert one.shape == other.shape and one.dtype == other.dtype
         np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-14)
+
+
+def test_a_history_of_known_values_may_stand_in_a_larger_program():
+    body, states = pj.make_actuator("pneusma2"), pj.make_actuator("pneusma2").fresh_states()
+    phases = tuple(pj.MartensiteFraction(jnp.full(5, x)) for x in (1.0, 0.6))
+    curvature = lambda: pj.simulate_history(body, jnp.full(5, 2e4), phases, states, time=jnp.arange(5.0)).rows.curvature  # noqa: E731
+    found = jax.jit(lambda x: x * curvature())(2.0)
+    np.testing.assert_allclose(found, 2.0 * np.asarray(curvature()), rtol=1e-12)
 
 
 def test_courses_of_two_lengths_are_traced_once(monkeypatch):

@@ -66,4 +66,4 @@ def test_a_row_without_a_prediction_does_not_speak_for_its_fractions(monkeypatch
         return ohms, slope
 
     monkeypatch.setattr(phases, "_predicted_resistances", failed)
-    assert phases._smoothed(readings, fractions, cold).likelihood < explained - 0.4 * failing * phases.MISSED**2
+    assert phases._smoothed(readings, fractions, cold).likelihood < explained - 0.4 * failing * phases.UNPREDICTED**2

@@ -152,11 +152,15 @@ class Judge:
         return REMAINS if self._leaves_more(fit) and self._kept(fit) > VERDICT.imperfect_share else None
 
     def _kept(self, fit: Fit) -> float:
-        """Largest share of the base's misfit that a set leaves, of fitted and of validation recordings."""
+        """Largest share of the base's misfit that a set leaves, of fitted and of validation recordings.
+
+        Recordings that do not contradict the base have no misfit to be shared.
+        """
         program, shares = self.pool.program, [0.0]
         for mask in (program.fitted, program.unseen):
-            left, whole = (predictive_chi_square(program, f, mask) - 1.0 for f in (fit, self.pool.base))
-            shares.append(left / max(whole, left) if left > 0.0 else 0.0)
+            left, whole = (predictive_chi_square(program, f, mask) for f in (fit, self.pool.base))
+            if max(left, whole) > limit_of(program, mask):
+                shares.append((left - 1.0) / (max(left, whole) - 1.0))
         return max(shares)
 
     def _leaves_more(self, fit: Fit) -> bool:

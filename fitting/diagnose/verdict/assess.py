@@ -81,7 +81,7 @@ def assess(explanation: Explanation) -> Assessment:
         beyond = told and unknown <= 0.5
         if unknown <= 0.5:
             mimicked = tuple(slug for slug in explanation.final.slugs if CATALOGUE[slug].lookalike)
-        unknown = max(unknown, VERDICT.beside_unknown) if beyond or mimicked else unknown
+        unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
     elif mismatch:
         unknown = discrepancy_probability(explanation, base, discrepancy, floors, limits)
     else:  # no candidate survived being fitted; what is left is judged as a whole

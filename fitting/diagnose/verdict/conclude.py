@@ -46,6 +46,8 @@ def conclude(explanation: Explanation) -> Conclusion:
     candidates, nothing = probabilities(explanation, mismatch, unknown)
     unknown = max(0.0, 1.0 - nothing - sum(p for p, _ in candidates.values()))
     found = effects_found(explanation, unknown) if named else []
+    if judged.mimicked and not judged.beyond:
+        unknown += _share_with_lookalikes(judged.mimicked, candidates, found)
     place, members = locate(explanation), _members(explanation)
     if mismatch and (unknown > 0.5 or not named):
         if by_discrepancy(discrepancy):
@@ -61,9 +63,9 @@ def conclude(explanation: Explanation) -> Conclusion:
             members = [(*member[:4], rest.corrected) for member in members]
         if judged.beyond:
             found.append(_left_over(explanation, unknown, judged, found))
-        elif judged.mimicked:
-            found.append(_lookalike(unknown, judged.mimicked))
         found.sort(key=lambda f: -f.probability)
+        if judged.mimicked and not judged.beyond:  # last: nothing in the recordings speaks against a name
+            found.append(_lookalike(judged.mimicked))
     names = any(f.slug != UNMODELLED for f in found)
     shown = explanation.final if names else explanation.base
     left = left_of(program, shown, rest, after.reduced_chi2) if mismatch else None
@@ -185,9 +187,27 @@ def _left_over(explanation: Explanation, unknown: float, judged: Assessment, fou
     return Found(UNMODELLED, float(unknown), log_bayes, {}, names, text)
 
 
-def _lookalike(unknown: float, slugs: tuple[str, ...]) -> Found:
+def _share_with_lookalikes(
+    slugs: tuple[str, ...], candidates: dict[str, tuple[float, float]], found: list[Found]
+) -> float:
+    """Take a share of their probability from effects that something without a name looks like.
+
+    Returns:
+        Probability that the strongest effect is one without a name.
+    """
+    kept, moved = 1.0 - VERDICT.beside_unknown, 0.0
+    for slug in slugs:
+        probability, bayes = candidates[slug]
+        candidates[slug] = kept * probability, bayes
+        moved += (1.0 - kept) * probability
+    for one in found:
+        one.probability *= kept if one.slug in slugs else 1.0
+    return moved
+
+
+def _lookalike(slugs: tuple[str, ...]) -> Found:
     """Something outside the catalogue that looks like named effects, as an entry of its own beside them."""
-    return Found(UNMODELLED, float(unknown), 0.0, {}, list(slugs), _looks_like(slugs))
+    return Found(UNMODELLED, VERDICT.beside_unknown, 0.0, {}, list(slugs), _looks_like(slugs))
 
 
 def _looks_like(slugs: tuple[str, ...]) -> str:
