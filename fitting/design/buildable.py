@@ -19,8 +19,10 @@ from .bodies import Plan, sizes_of
 from .space import Space
 from .study import Constraint
 
-MOST_CORNERS = 64
-"""Maximum of combinations of the other parameters' ends that are tried for an end."""
+MOST_CORNERS = 256
+"""Maximum of combinations of the other parameters' ends that are tried for an end: all those of eight."""
+MOST_BETWEEN = 64
+"""Maximum of combinations with middles of ranges that are tried for an end after those."""
 
 LEAST_BORE = 1e-4
 """Least diameter of a bore that can be made [m]."""
@@ -45,10 +47,11 @@ def implied(space: Space, plans: Sequence[Plan]) -> tuple[Constraint, ...]:
         plans: plans of every combination of choices.
     """
     some = [k for k, one in enumerate(space.free) if one.name.rpartition(".")[2] in MATTERS]
+    some.sort(key=lambda k: space.names[k])  # so that their order in the file makes no difference
     if not some:
         return ()
     least: dict[str, float] = {}
-    for corner in itertools.islice(itertools.product((0.0, 1.0), repeat=len(some)), 4 * MOST_CORNERS):
+    for corner in corners(len(some), 4 * MOST_CORNERS):
         place = np.full(len(space), 0.5)
         place[some] = corner
         sizes = {name: float(x) for name, x in space.parameters(place).items()}
@@ -108,10 +111,39 @@ def check_ends(space: Space, drives: Sequence[str], plans: Sequence[Plan], path:
                 )
 
 
+def corners(count: int, most: int) -> np.ndarray:
+    """Combinations of the ends of parameters, 0 or 1 each, in a seeded random order.
+
+    Args:
+        count: number of parameters.
+        most: even maximum of combinations. Where there are more, as many random ones are taken, each with
+            its opposite: so every parameter is at both of its ends equally often.
+
+    Returns:
+        Shape (combinations, count).
+    """
+    random = np.random.default_rng(0)
+    if 2**count <= most:
+        return random.permutation(np.array(list(itertools.product((0.0, 1.0), repeat=count))))
+    half = random.integers(0, 2, (most // 2, count)).astype(float)
+    return np.concatenate([half, 1.0 - half])
+
+
+def _with_middles(count: int, most: int) -> np.ndarray:
+    """Combinations of ends and middles, at least one of them a middle; random where there are more."""
+    parts = (0.0, 0.5, 1.0)
+    if 3**count <= most:
+        some = np.array(list(itertools.product(parts, repeat=count)))
+    else:
+        some = np.random.default_rng(1).choice(parts, (most, count))
+    return some[np.any(some == 0.5, axis=1)]
+
+
 def _everywhere(space: Space, plans: Sequence[Plan], k: int, end: float, others: list[int]) -> str:
-    """Reason why nothing can be made at an end of a parameter, by the last corner; empty if something can."""
+    """Reason why nothing can be made at an end of a parameter, by the last place; empty if something can."""
+    others = sorted(others, key=lambda j: space.names[j])  # their order in the file makes no difference
     reason = ""
-    for corner in itertools.islice(itertools.product((0.0, 1.0, 0.5), repeat=len(others)), MOST_CORNERS):
+    for corner in (*corners(len(others), MOST_CORNERS), *_with_middles(len(others), MOST_BETWEEN)):
         place = np.full(len(space), 0.5)
         place[others], place[k] = corner, end
         reason = _impossible(space, plans, place)

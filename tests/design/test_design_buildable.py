@@ -1,5 +1,6 @@
 """Studies stay within what can be made: turns side by side, a bore, springs that are stretched."""
 
+import itertools
 import re
 
 import numpy as np
@@ -9,6 +10,7 @@ from study_files import SMALL, changed, write_study
 import pneusma_jax as pj
 from fitting.design import read_study, run_study
 from fitting.design.bodies import plan_of
+from fitting.design.buildable import MOST_CORNERS, corners
 from fitting.design.program import Model
 from fitting.report.design.documents import tables
 from fitting.report.results import text
@@ -19,6 +21,24 @@ WIRES = (
     'wire_diameter = {made = "catalogue", values = [0.2, 0.25, 0.3, 0.35], unit = "mm"}\n'
     'initial_pitch = {made = "steps", from = 0.25, to = 0.4, step = 0.01, unit = "mm"}'
 )
+
+PITCH = 'initial_pitch = {made = "continuous", from = 0.2, to = 0.5, unit = "mm"}'
+OTHERS = (
+    'outer_diameter = {made = "continuous", from = 9, to = 11, unit = "mm"}',
+    'mandrel_diameter = {made = "continuous", from = 0.8, to = 1.2, unit = "mm"}',
+    'active_coils = {made = "integer", from = 40, to = 200}',
+)
+CHAIN = """
+schema = "pneusma-chain/1"
+name = "two"
+
+[[segment]]
+design = "pneusma2"
+connector = {value = 4.0, unit = "mm", status = "assumed", source = "test"}
+
+[[segment]]
+design = "pneusma2"
+"""
 
 
 @pytest.mark.parametrize(
@@ -51,6 +71,55 @@ def test_a_wire_that_is_thicker_than_the_pitch_is_refused(wires, words, tmp_path
         return
     with pytest.raises(InputError, match=re.escape(words)):
         read_study(path)
+
+
+@pytest.mark.parametrize("first", [True, False])
+@pytest.mark.parametrize(("thickest", "refused"), [(0.4, False), (0.6, True)])
+def test_the_order_of_free_parameters_makes_no_difference(thickest, refused, first, tmp_path):
+    """With `wall_thickness`, six are free; the thick wire can be made where the pitch is at its upper end."""
+    wire = f'wire_diameter = {{made = "continuous", from = 0.15, to = {thickest}, unit = "mm"}}'
+    free = [PITCH, *OTHERS, wire] if first else [wire, *OTHERS, PITCH]
+    text = changed(COILS, free[-1]).replace("[free]\n", "[free]\n" + "\n".join(free[:-1]) + "\n")
+    path = write_study(tmp_path, text)
+    if refused:
+        with pytest.raises(InputError, match="wire_diameter: nothing can be made at the upper end"):
+            read_study(path)
+        return
+    names = [one.name for one in read_study(path).constraints]
+    assert names == ["length", "shear", "turns do not overlap", "springs are no longer than their place"]
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_constraints_of_ten_free_dimensions_do_not_depend_on_their_order(first, tmp_path):
+    (tmp_path / "two.toml").write_text(CHAIN)
+    pair = [
+        '"1.wire_diameter" = {from = 0.2, to = 0.3, unit = "mm"}',
+        '"1.initial_pitch" = {from = 0.25, to = 0.4, unit = "mm"}',
+    ]
+    rest = [
+        *(f'"{k}.wall_thickness" = {{from = 0.8, to = 1.2, unit = "mm"}}' for k in (1, 2)),
+        *(f'"{k}.outer_diameter" = {{from = 9.5, to = 10.5, unit = "mm"}}' for k in (1, 2)),
+        *(f'"{k}.active_coils" = {{from = 45, to = 50}}' for k in (1, 2)),
+        '"2.wire_diameter" = {from = 0.2, to = 0.22, unit = "mm"}',
+        '"2.initial_pitch" = {from = 0.25, to = 0.26, unit = "mm"}',
+    ]
+    free = "\n".join([*pair, *rest] if first else [*rest, *pair])
+    text = changed('design = "pneusma2"', 'design = "two.toml"')
+    text = re.sub(r"(?s)\[free\].*?\n\n", lambda _: f"[free]\n{free}\n\n", text, count=1)
+    text = text.replace("xi0_2 = 0.3", "segment_1 = {xi0_2 = 0.3}").replace('"curvature"', '"bend_angle"')
+    names = [one.name for one in read_study(write_study(tmp_path, text)).constraints]
+    assert names == ["length", "shear", "turns do not overlap"]
+
+
+@pytest.mark.parametrize("count", [0, 1, 5, 8, 9, 14])
+def test_corners_leave_no_parameter_out(count):
+    """Up to the maximum all of them; beyond it, any three parameters still meet in all ways."""
+    some = corners(count, MOST_CORNERS)
+    assert some.shape == (min(2**count, MOST_CORNERS), count) and np.isin(some, (0.0, 1.0)).all()
+    assert len(np.unique(some, axis=0)) == len(some) or count > 8
+    for three in itertools.combinations(range(count), 3):
+        assert len(np.unique(some[:, three], axis=0)) == 8
+    np.testing.assert_array_equal(some, corners(count, MOST_CORNERS))
 
 
 def test_ratios_are_those_of_the_spring(tmp_path):
