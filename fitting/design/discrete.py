@@ -94,10 +94,14 @@ def made_from(
         The design, and the problem of the parameters that are left; None where no design that was tried keeps
         the constraints.
     """
+    if ideal.evaluation is None:
+        return None
     search = _Rounding(ideal, problem, evaluate, method, ends)
     search.fix_in_turn()
     if further:
         search.step_while_it_helps()
+    if search.best is None:
+        return None
     held, best = search.best
     return (best, dataclasses.replace(problem, held=held)) if best.kept else None
 
@@ -142,34 +146,37 @@ class _Rounding:
         return [self.tried[_key(held)] for held, _ in many]
 
     @property
-    def best(self) -> tuple[Held, Outcome]:
-        """The best design that can be made of all that were tried."""
+    def best(self) -> tuple[Held, Outcome] | None:
+        """The best design that can be made of all that were tried; None if none was."""
         whole = [(dict(key), one) for key, one in self.tried.items() if len(key) == len(self.order)]
-        return min(whole, key=lambda pair: _rank(pair[1]))
+        return min(whole, key=lambda pair: _rank(pair[1]), default=None)
 
     def fix_in_turn(self) -> None:
-        """Fix one parameter after the other, and follow the best few sets."""
+        """Fix one parameter after the other, and follow the best few sets.
+
+        Where none of the sets could be evaluated, the next parameter is fixed near its ideal place.
+        """
         followed: list[tuple[Held, Outcome]] = [({}, self.ideal)]
         for k in self.order:
-            grown = [
-                (held | {k: x}, one.evaluation.place)
-                for held, one in followed
-                if one.evaluation is not None
-                for x in near(self.space, k, float(one.evaluation.place[k]))
-            ]
+            known = [pair for pair in followed if pair[1].evaluation is not None] or followed
+            starts = [(held, self._start(one)) for held, one in known]
+            grown = [(held | {k: x}, at) for held, at in starts for x in near(self.space, k, float(at[k]))]
             pairs = [(held, one) for (held, _), one in zip(grown, self.solved(grown), strict=True)]
             kept = [pair for pair in pairs if pair[1].kept]
             followed = sorted(kept or pairs, key=lambda pair: _rank(pair[1]))[:WIDTH]
 
     def step_while_it_helps(self) -> None:
         """Single steps from the best design until none is better."""
-        for _ in range(MOST_ROUNDS):
-            held, one = self.best
+        best = self.best
+        for _ in range(MOST_ROUNDS if best else 0):
+            held, one = best
             self.solved([(held | {k: x}, self._start(one)) for k, _, x in steps_from(self.space, held)])
-            if _key(self.best[0]) == _key(held):
+            best = self.best
+            if _key(best[0]) == _key(held):
                 return
 
     def _start(self, one: Outcome) -> np.ndarray:
+        """Place from which a search with one more parameter fixed begins."""
         return self.ideal.evaluation.place if one.evaluation is None else one.evaluation.place
 
 

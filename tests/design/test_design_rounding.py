@@ -13,7 +13,7 @@ from fitting.design import read_study, run_study
 from fitting.design.bodies import plan_of
 from fitting.design.discrete import Step, blocked_steps, coarsest_first, made_from, near, places_of
 from fitting.design.log import Evaluation
-from fitting.design.optimise import Problem, optimise
+from fitting.design.optimise import Outcome, Problem, optimise
 from fitting.design.program import Model
 from fitting.design.space import Space
 from fitting.design.study import Bound, Free
@@ -60,6 +60,39 @@ def test_the_rest_makes_up_for_a_parameter_that_is_rounded():
     assert (found["coils"], found["wire"]) == pytest.approx(most[1:]) == (45.0, 0.2)
     assert set(left.held) == {0, 1}
     assert blocked_steps(best, left, study) == [Step(1, False), Step(0, True, (1,))]
+
+
+class Broken(Ridge):
+    """A ridge without an equilibrium at both of the wires next to the best, above some number of coils."""
+
+    def __init__(self, above: float):
+        super().__init__()
+        self.above = above
+
+    def bend(self, coils: float, wire: float) -> float:
+        made = min(abs(wire - one) for one in WIRES[:2]) < 1e-9
+        return np.nan if made and coils > self.above else super().bend(coils, wire)
+
+
+@pytest.mark.parametrize(("above", "expected"), [(0.0, None), (66.2, (66.0, 0.25))])
+def test_rounding_goes_on_from_the_ideal_place_where_no_neighbour_can_be_evaluated(above, expected):
+    """The wire is fixed first, and neither neighbour has an equilibrium with 66.31 coils; one has with 66."""
+    study = Broken(above)
+    space = study.model.space
+    problem = Problem(np.array([1.0, 0.0]), np.array([1]), np.zeros(1), np.ones(1))
+    (ideal,) = optimise([problem], [space.place({"coils": 66.31, "wire": 0.2424})], study)
+    assert ideal.kept
+    found = made_from(ideal, problem, study, "slsqp")
+    if expected is None:
+        assert found is None
+        return
+    sizes = space.parameters(found[0].evaluation.place)
+    assert (float(sizes["coils"]), float(sizes["wire"])) == pytest.approx(expected)
+
+
+def test_nothing_is_made_from_what_cannot_be_evaluated():
+    problem = Problem(np.array([1.0, 0.0]), np.array([1]), np.zeros(1), np.ones(1))
+    assert made_from(Outcome(None, np.inf, np.inf, "", 0), problem, Ridge(), "slsqp") is None
 
 
 def test_the_coarsest_parameter_is_fixed_first_and_at_values_that_can_be_made():
