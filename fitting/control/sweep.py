@@ -35,6 +35,8 @@ STEP, HOLD, PERIOD = 5.0, 60.0, 45.0
 LEVEL, SWING, PRESSURE = 20.0, 8.0, 20e3
 INTERVAL = 0.25
 UNTIL = 150.0
+BAND = 0.05
+"""Share of the step's height within which a curvature counts as reached [1], as in `Run.settling`."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,20 @@ class Sweep(Result):
     design: str
     loop: Loop
     cases: tuple[Case, ...]
+
+    @property
+    def step(self) -> tuple[float, float]:
+        """Wanted curvature at the end of the step's hold, and that of the controller's own model [1/m]; NaN
+        where it has no equilibrium."""
+        run = self.cases[0].without
+        last = np.flatnonzero(run.time < HOLD)[-1]
+        return float(run.wanted[last]), float(run.planned[last])
+
+    @property
+    def in_reach(self) -> bool:
+        """True if the controller's own model follows the step up to the end of its hold."""
+        wanted, reached = self.step
+        return abs(wanted - reached) <= BAND * abs(wanted)
 
 
 def usual_loop(seed: int = 0, level: float = LEVEL, swing: float = SWING, pressure: float = PRESSURE) -> Loop:

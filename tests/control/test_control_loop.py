@@ -7,8 +7,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import pneusma_jax as pj
+from fitting.cli import main
 from fitting.control.loop import Run
 from fitting.control.plant import Plant
 from fitting.control.sweep import Case, Sweep, all_effects, run_sweep, usual_loop
@@ -54,9 +56,22 @@ def sweep_of(level, planned, curvature):
 
 
 def test_a_level_out_of_reach_is_said_first():
-    said = verdict(sweep_of(200.0, 64.66, 64.66))
+    far = sweep_of(200.0, 64.66, 64.66)
+    said = verdict(far)
+    assert not far.in_reach and far.step == (200.0, 64.66)
     assert said[0].startswith("A curvature of 200 1/m is out of reach") and "64.66 1/m" in said[0]
     assert "out of reach" not in " ".join(verdict(sweep_of(20.0, 19.9, 19.9)))
+
+
+@pytest.mark.parametrize(
+    ("level", "reached", "code"), [(200.0, 64.66, 1), (20.0, 19.9, 0), (20.0, np.nan, 1)]
+)
+def test_the_exit_code_says_whether_the_level_is_in_reach(level, reached, code, monkeypatch, tmp_path):
+    ended = sweep_of(level, reached, reached)
+    monkeypatch.setattr("fitting.control.sweep.run_sweep", lambda *args, **kwargs: ended)
+    result = CliRunner().invoke(main, ["control", "--level-1pm", str(level), "--out", str(tmp_path / "o")])
+    assert result.exit_code == code and (tmp_path / "o" / "report.html").is_file(), result.output
+    assert ("out of reach" in result.output) == bool(code)
 
 
 def test_no_number_is_told_where_there_is_none():

@@ -3,14 +3,12 @@
 import numpy as np
 
 from fitting.control.loop import Run
-from fitting.control.sweep import HOLD, STEP, Case, Sweep
+from fitting.control.sweep import BAND, HOLD, STEP, Case, Sweep
 
 from ..table import Table
 
 SINCE = 10.0
 """Time from which errors count [s]: five seconds after the step."""
-BAND = 0.05
-"""Share of the step's height within which a curvature counts as settled [1], as in `Run.settling`."""
 MEASURES = ("RMSE [1/m]", "settles in [s]", "observer [1/m]")
 
 
@@ -50,11 +48,9 @@ def _left(case: Case) -> float:
 
 def _out_of_reach(result: Sweep) -> list[str]:
     """Sentence on a step that even the controller's own model does not follow up to the end of its hold."""
-    run = result.cases[0].without
-    last = np.flatnonzero(run.time < HOLD)[-1]
-    wanted, reached = float(run.wanted[last]), float(run.planned[last])
-    if abs(wanted - reached) <= BAND * abs(wanted):
+    if result.in_reach:
         return []
+    wanted, reached = result.step
     came = f"it comes to {reached:.2f} 1/m" if np.isfinite(reached) else "it has no equilibrium"
     return [f"A curvature of {wanted:g} 1/m is out of reach of the controller's own model: {came}."]
 
