@@ -19,7 +19,7 @@ probable as 3 % but six times as wide as the noise doubles it, and widens a 90 %
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
@@ -55,7 +55,9 @@ REACH = 0.1
 WHOLE = 1.0
 """The same where constants are held that the recordings would move. They do so by several errors at times,
 for which the derivatives at the fit are only a hint: `ka_3` of a wire was moved to the wrong side."""
-SURE = 0.5
+CLEAR = 3.0
+"""Bayes factor from which zeros count as off or wandering. Where recordings cannot tell, it is 1."""
+SURE = 1.0 / (1.0 + CLEAR)
 """Probability of zeros that neither are off nor wander, from which white noise serves a fit. Below, the fit
 is made with correlated noise. Where that misses the recordings, intervals reach equally far to both sides."""
 RIDGE = 1e-12
@@ -101,7 +103,7 @@ class Lasting:
             that variance, shape (parameters, 2) each. They are below 1 where sizes are uncertain, as tails
             are then longer than a Gaussian's, and on the side that zeros have moved the fit to.
         scale: posterior mean of the white noise by output, in units of the noise.
-        steady: probability that no zero is off or wanders.
+        steady: probability that no zero is off or wanders; one half beforehand, for any number of outputs.
         taken: true if the fit was made with noise that zeros correlate.
     """
 
@@ -150,30 +152,49 @@ def lasting(
     counted = [one for one in series if len(one.misfit) > 2]
     outputs = list(dict.fromkeys(one.output for one in counted))
     each = [_sizes([s for s in counted if s.output == output], precision, pull) for output in outputs]
-    if not each:
-        return Lasting(np.ones(free), {}, {})
-    members, weight = _joint(each, precision, pull)
-    own = sum(_square(s, (taken or {}).get(s.output, (0.0, 0.0, 1.0))) for s in counted) / inflation**2
-    unit = np.sqrt(np.diag(_inverse(_with_prior(own[:free, :free], precision[:free]))))
-    # a fit that stopped early has a slope of its own, which no zero has made
-    slope = own[:-1, -1] + precision * pull
-    slope = members.slope - np.where(np.arange(len(precision)) < free, slope, 0.0)
-    shift = -np.einsum("mij,mj->mi", members.covariance, slope)[:, :free] / unit
-    sd = np.sqrt(np.einsum("mii->mi", members.covariance))[:, :free] / unit
-    steady = float(weight @ np.all(members.size[:, :, :2] == 0.0, axis=(1, 2)))
-    even, least = steady < SURE and not taken, WHOLE if held else REACH
-    sides = _sides(shift, sd, weight, even, least)
+    none = np.zeros((len(precision) + 1, len(precision) + 1))
+    own, rest = (
+        sum((_square(s, (taken or {}).get(s.output, (0.0, 0.0, 1.0))) for s in some), none) / inflation**2
+        for some in (series, [s for s in series if len(s.misfit) <= 2])
+    )
+    covariance = _inverse(_with_prior(own[:free, :free], precision[:free]))
+    unit = np.sqrt(np.diag(covariance))
     # the whole doubt of the priors counts: the recordings say of held constants what derivatives only hint at
-    moved = _inverse(_with_prior(own[:free, :free], precision[:free])) @ own[:free, free:-1]
+    moved = covariance @ own[:free, free:-1]
     doubt = np.sum(moved**2 / precision[free:], axis=1)
     doubt = np.minimum(doubt, 1.0 / np.maximum(precision[:free], RIDGE)) / unit**2
+    if not each:
+        return _of_sides({percent: np.ones((free, 2)) for percent in LEVELS}, doubt, taken)
+    steady = _steady(each, precision, pull, rest)
+    members, weight = _joint([_decided(one) for one in each], precision, pull, rest)
+    even, least = steady < SURE and not taken, WHOLE if held else REACH
+    # a fit that stopped early is off its optimum by so much, which no zero has made
+    early = covariance @ (own[:-1, -1] + precision * pull)[:free]
+
+    def sides_of(count: int) -> dict[int, np.ndarray]:
+        """Sides of the intervals where the first constants are free."""
+        spread = _inverse(members.normal[:, :count, :count])
+        centre = early - np.einsum("mij,mj->mi", spread, members.slope[:, :count])[:, :free]
+        sd = np.sqrt(np.einsum("mii->mi", spread))[:, :free]
+        return _sides(centre / unit, sd / unit, weight, even, least)
+
+    sides = sides_of(free)
+    if held:  # with held constants free the mixture has their doubt, as far as the recordings leave it
+        mixed = sides_of(len(precision))
+        sides = {p: np.maximum(np.sqrt(side**2 + doubt[:, None]), mixed[p]) for p, side in sides.items()}
+    sizes = np.einsum("m,mok->ko", weight, members.size)
+    drift, offset, scale = (dict(zip(outputs, map(float, row), strict=True)) for row in sizes)
+    return replace(
+        _of_sides(sides, np.zeros(free), taken), drift=drift, offset=offset, scale=scale, steady=steady
+    )
+
+
+def _of_sides(sides: dict[int, np.ndarray], doubt: np.ndarray, taken: Mapping[str, Size] | None) -> Lasting:
+    """What intervals of these sides tell, with more doubt about each constant, in units of its variance."""
     sides = {percent: np.sqrt(side**2 + doubt[:, None]) for percent, side in sides.items()}
     longer = sides[90].max(axis=1)
     levels = {percent: (side / longer[:, None]) ** 2 for percent, side in sides.items()}
-    mean = lambda k: {o: float(weight @ members.size[:, i, k]) for i, o in enumerate(outputs)}  # noqa: E731
-    return Lasting(
-        longer**2, mean(0), mean(1), levels=levels, scale=mean(2), steady=steady, taken=bool(taken)
-    )
+    return Lasting(longer**2, {}, {}, levels=levels, taken=bool(taken))
 
 
 @dataclass(frozen=True)
@@ -182,19 +203,24 @@ class _Sizes:
 
     Attributes:
         size: drift, offset and scale of the noise, shape (sizes, 3).
-        weight: probability of each, from this output alone, shape (sizes,).
         before: logarithm of the prior probability, shape (sizes,).
+        evidence: marginal log-likelihood from this output alone, shape (sizes,).
         information: information about the parameters, shape (sizes, parameters, parameters).
         slope: derivative of half the loss by the parameters, shape (sizes, parameters).
         loss: square of the whitened residuals plus the logarithm of the noise's determinant, shape (sizes,).
     """
 
     size: np.ndarray
-    weight: np.ndarray
     before: np.ndarray
+    evidence: np.ndarray
     information: np.ndarray
     slope: np.ndarray
     loss: np.ndarray
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Probability of each size from this output alone, shape (sizes,)."""
+        return _normal(self.before + self.evidence)
 
 
 @dataclass(frozen=True)
@@ -203,12 +229,12 @@ class _Members:
 
     Attributes:
         size: drift, offset and scale of each output, shape (members, outputs, 3).
-        covariance: covariance of the parameters, shape (members, parameters, parameters).
+        normal: information about the parameters, priors included, shape (members, parameters, parameters).
         slope: derivative of half the loss, priors included, at the fit, shape (members, parameters).
     """
 
     size: np.ndarray
-    covariance: np.ndarray
+    normal: np.ndarray
     slope: np.ndarray
 
 
@@ -228,27 +254,35 @@ def _sizes(series: Sequence[Series], precision: np.ndarray, pull: np.ndarray) ->
     information, slope, loss = (x.reshape(-1, *x.shape[2:]) for x in (information, slope, loss))
     evidence = _log_evidence(information, slope, loss, precision, pull)
     before = np.log([_before(d, DRIFTS) * _before(o, OFFSETS) for d, o, _ in size])
-    before = before + _decided(size, _normal(before + evidence))
-    weight = _normal(before + evidence)
-    kept = weight > 0.0
-    return _Sizes(*(x[kept] for x in (size, weight, before, information, slope, loss)))
+    return _Sizes(size, before, evidence, information, slope, loss)
 
 
-def _decided(size: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Change of the logarithm of the prior, once zeros probably wander, or are off: they do, by any size.
+def _decided(sizes: _Sizes) -> _Sizes:
+    """The sizes with another prior, once zeros clearly wander, or are off: they do, by any size.
 
     The prior that any order of magnitude is alike serves that decision. Beside few recordings it would then
     pull sizes to zero. A flat one does not (A. Gelman, Bayesian Anal. 1 (2006) 515).
-
-    Args:
-        size: drift, offset and scale of each place, shape (places, 3).
-        weight: probability of each, shape (places,).
     """
-    change = np.zeros(len(weight))
-    for one in size.T[:2]:
-        if weight[one > 0.0].sum() > SURE:
+    change, weight = np.zeros(len(sizes.before)), sizes.weight
+    for one in sizes.size.T[:2]:
+        if _in_favour(float(weight[one == 0.0].sum()), STEADY) > CLEAR:
             change += np.log(one, where=one > 0.0, out=np.full(len(one), -np.inf))
-    return change
+    return replace(sizes, before=sizes.before + change)
+
+
+def _in_favour(after: float, before: float) -> float:
+    """Bayes factor against a hypothesis, from its probabilities after and before the recordings."""
+    return (1.0 - after) / max(after, RIDGE) * before / (1.0 - before)
+
+
+def _steady(each: Sequence[_Sizes], precision: np.ndarray, pull: np.ndarray, rest: np.ndarray) -> float:
+    """Probability that no zero is off or wanders; beforehand it is one half, however many outputs there are.
+
+    If every output had its own chance, a clean campaign of many outputs would have some zero beforehand.
+    """
+    members, weight = _joint(each, precision, pull, rest)
+    none = float(weight @ np.all(members.size[:, :, :2] == 0.0, axis=(1, 2)))
+    return 1.0 / (1.0 + _in_favour(none, STEADY ** (2 * len(each))))
 
 
 def _squares(one: Series, drift: float, offset: float, scales: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -305,11 +339,19 @@ def modes_of(
     return modes, variance
 
 
-def _joint(each: Sequence[_Sizes], precision: np.ndarray, pull: np.ndarray) -> tuple[_Members, np.ndarray]:
-    """Members of the mixture over all outputs, and their probability given all recordings."""
-    counts = [len(one.weight) for one in each]
-    if math.prod(counts) <= MEMBERS:
-        chosen = np.stack([x.ravel() for x in np.meshgrid(*map(np.arange, counts), indexing="ij")], axis=1)
+def _joint(
+    each: Sequence[_Sizes], precision: np.ndarray, pull: np.ndarray, rest: np.ndarray
+) -> tuple[_Members, np.ndarray]:
+    """Members of the mixture over all outputs, and their probability given all recordings.
+
+    Args:
+        each: probable sizes of each output.
+        precision, pull: as of `lasting`.
+        rest: squares of rows that tell nothing of zeros, shape (parameters + 1, parameters + 1).
+    """
+    places = [np.flatnonzero(one.weight) for one in each]
+    if math.prod(map(len, places)) <= MEMBERS:
+        chosen = np.stack([x.ravel() for x in np.meshgrid(*places, indexing="ij")], axis=1)
         ahead = np.zeros(len(chosen))
     else:
         random = np.random.default_rng(0)
@@ -319,11 +361,12 @@ def _joint(each: Sequence[_Sizes], precision: np.ndarray, pull: np.ndarray) -> t
     information, slope, loss, before = (
         sum(getattr(one, name)[k] for one, k in pairs) for name in ("information", "slope", "loss", "before")
     )
+    information, slope = information + rest[:-1, :-1], slope + rest[:-1, -1]
     weight = _normal(before - ahead + _log_evidence(information, slope, loss, precision, pull))
     size = np.stack([one.size[k] for one, k in pairs], axis=1)
     kept = weight > 0.0
-    covariance = _inverse(_with_prior(information[kept], precision))
-    return _Members(size[kept], covariance, slope[kept] + precision * pull), weight[kept]
+    normal = _with_prior(information[kept], precision)
+    return _Members(size[kept], normal, slope[kept] + precision * pull), weight[kept]
 
 
 def _normal(logs: np.ndarray) -> np.ndarray:

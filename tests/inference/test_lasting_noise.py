@@ -129,5 +129,67 @@ def test_an_interval_reaches_to_where_a_held_constant_would_move_the_fit():
     assert alone[0] - lower < end + 0.1 * (alone[0] - end)
 
 
+def fitted(read, columns, off=0.0):
+    """Residuals of a least-squares fit to readings by recording and output, its first constant off by so much.
+
+    Args:
+        read: shape (recordings, outputs, rows).
+        columns: slopes of all readings, shape (rows, constants).
+        off: standard errors from the optimum.
+    """
+    count = read.shape[0] * read.shape[1]
+    found = np.linalg.lstsq(columns, read.mean(axis=(0, 1)), rcond=None)[0]
+    found[0] += off * np.sqrt(np.linalg.inv(count * columns.T @ columns)[0, 0])
+    by = np.linspace(0.0, 1.0, read.shape[2])
+    return [Series(by, columns @ found - y, columns, f"y{k}") for one in read for k, y in enumerate(one)]
+
+
+@pytest.mark.parametrize("recordings, outputs", [(1, 3), (2, 4)])
+def test_many_clean_outputs_are_not_said_to_have_zeros_and_one_that_wanders_is(recordings, outputs):
+    random, columns = np.random.default_rng(7), np.sin(300.0 * TIME)[:, None]
+    clean = random.standard_normal((6, recordings, outputs, 60))
+    steady = [lasting(fitted(y, columns), np.zeros(1), np.zeros(1)).steady for y in clean]
+    assert np.sum(np.less(steady, lasting_noise.SURE)) <= 1 and np.median(steady) > 0.8
+    clean[0, :, 1] += 4.0 * TIME
+    assert lasting(fitted(clean[0], columns), np.zeros(1), np.zeros(1)).steady < 0.01
+
+
+def test_what_recordings_cannot_tell_is_not_decided():
+    """A fit with a constant and a slope takes up any offset of a single recording."""
+    random, offsets = np.random.default_rng(8), []
+    for _ in range(6):
+        series = fitted(random.standard_normal((1, 1, 60)), SLOPES)
+        sizes = lasting_noise._sizes(series, np.zeros(2), np.zeros(2))
+        without = sizes.size[:, 1] == 0.0
+        offsets.append(sizes.weight[without].sum())
+        assert np.any(np.isfinite(lasting_noise._decided(sizes).before[without]))
+        assert lasting(series, np.zeros(2), np.zeros(2)).steady > lasting_noise.SURE
+    np.testing.assert_allclose(offsets, 0.5, atol=0.05)
+
+
+def test_a_fit_that_stopped_early_has_the_intervals_of_its_optimum():
+    """Offsets as large as the noise make the covariance far larger than the fit's own."""
+    random = np.random.default_rng(9)
+    read = random.standard_normal((3, 1, 60)) + random.standard_normal((3, 1, 1))
+    ended, early = (lasting(fitted(read, SLOPES, off), np.zeros(2), np.zeros(2)) for off in (0.0, 0.5))
+    assert ended.steady < lasting_noise.SURE and ended.variance[0] > 4.0
+    np.testing.assert_allclose(early.variance, ended.variance, rtol=1e-4)
+    np.testing.assert_allclose(early.levels[50], ended.levels[50], rtol=1e-4)
+
+
+@pytest.mark.parametrize("rows", [60, 2])
+def test_doubt_of_a_held_constant_counts_once(rows):
+    """Its column is parallel to the free one, so that recordings say nothing of it, in however many rows."""
+    random, column = np.random.default_rng(10), np.sin(3.0 + 300.0 * np.linspace(0.0, 1.0, rows))
+    error = 1.0 / np.sqrt(3.0 * column @ column)
+    columns = np.column_stack([column, 2.6 * error * column])
+    found = random.standard_normal((3, rows))
+    best = np.array([found.mean(axis=0) @ column / (column @ column), 0.0])
+    series = [Series(np.linspace(0.0, 1.0, rows), columns @ best - y, columns, "y") for y in found]
+    wanted = np.hypot(1.0, 2.6)
+    got = np.sqrt(lasting(series, np.array([0.0, 1.0]), np.zeros(2), held=1).variance)
+    np.testing.assert_allclose(got, wanted, rtol=0.05)
+
+
 def test_without_a_series_errors_are_those_of_the_fit():
     np.testing.assert_array_equal(lasting([], np.array([4.0, 1.0]), np.zeros(2)).variance, [1.0, 1.0])
