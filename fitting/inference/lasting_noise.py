@@ -159,39 +159,27 @@ def lasting(
     )
     covariance = _inverse(_with_prior(own[:free, :free], precision[:free]))
     unit = np.sqrt(np.diag(covariance))
-    # the whole doubt of the priors counts: the recordings say of held constants what derivatives only hint at
-    moved = covariance @ own[:free, free:-1]
-    doubt = np.sum(moved**2 / precision[free:], axis=1)
-    doubt = np.minimum(doubt, 1.0 / np.maximum(precision[:free], RIDGE)) / unit**2
-    if not each:
-        return _of_sides({percent: np.ones((free, 2)) for percent in LEVELS}, doubt, taken)
+    if not each:  # no series tells of zeros; held constants leave their doubt
+        sd = np.sqrt(np.diag(_inverse(_with_prior(own[:-1, :-1], precision))))[:free] / unit
+        return _of_sides({percent: np.stack([sd, sd], axis=1) for percent in LEVELS}, taken)
     steady = _steady(each, precision, pull, rest)
     members, weight = _joint([_decided(one) for one in each], precision, pull, rest)
     even, least = steady < SURE and not taken, WHOLE if held else REACH
     # a fit that stopped early is off its optimum by so much, which no zero has made
     early = covariance @ (own[:-1, -1] + precision * pull)[:free]
 
-    def sides_of(count: int) -> dict[int, np.ndarray]:
-        """Sides of the intervals where the first constants are free."""
-        spread = _inverse(members.normal[:, :count, :count])
-        centre = early - np.einsum("mij,mj->mi", spread, members.slope[:, :count])[:, :free]
-        sd = np.sqrt(np.einsum("mii->mi", spread))[:, :free]
-        return _sides(centre / unit, sd / unit, weight, even, least)
-
-    sides = sides_of(free)
-    if held:  # with held constants free the mixture has their doubt, as far as the recordings leave it
-        mixed = sides_of(len(precision))
-        sides = {p: np.maximum(np.sqrt(side**2 + doubt[:, None]), mixed[p]) for p, side in sides.items()}
+    # held constants are free here: the mixture has their doubt, as far as the recordings leave it
+    spread = _inverse(members.normal)
+    centre = early - np.einsum("mij,mj->mi", spread, members.slope)[:, :free]
+    sd = np.sqrt(np.einsum("mii->mi", spread))[:, :free]
+    sides = _sides(centre / unit, sd / unit, weight, even, least)
     sizes = np.einsum("m,mok->ko", weight, members.size)
     drift, offset, scale = (dict(zip(outputs, map(float, row), strict=True)) for row in sizes)
-    return replace(
-        _of_sides(sides, np.zeros(free), taken), drift=drift, offset=offset, scale=scale, steady=steady
-    )
+    return replace(_of_sides(sides, taken), drift=drift, offset=offset, scale=scale, steady=steady)
 
 
-def _of_sides(sides: dict[int, np.ndarray], doubt: np.ndarray, taken: Mapping[str, Size] | None) -> Lasting:
-    """What intervals of these sides tell, with more doubt about each constant, in units of its variance."""
-    sides = {percent: np.sqrt(side**2 + doubt[:, None]) for percent, side in sides.items()}
+def _of_sides(sides: dict[int, np.ndarray], taken: Mapping[str, Size] | None) -> Lasting:
+    """What intervals of these sides tell."""
     longer = sides[90].max(axis=1)
     levels = {percent: (side / longer[:, None]) ** 2 for percent, side in sides.items()}
     return Lasting(longer**2, {}, {}, levels=levels, taken=bool(taken))
