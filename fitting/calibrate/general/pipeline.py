@@ -239,8 +239,11 @@ def _informed(fit: GeneralFit, unseen: Mapping[str, Quantity]) -> _Informed:
 def _beside_zeros(
     now: _Informed, unseen: Mapping[str, Quantity], progress: Callable[[str], None]
 ) -> _Informed:
-    """The fit with correlated noise, where zeros of instruments probably are off or wander."""
-    if now.fit.zeros or now.lasting.steady >= SURE:
+    """The fit with correlated noise, where zeros of instruments probably are off or wander.
+
+    Constants that are held at their table's values leave slow misfit, too. Beside them no zero is believed.
+    """
+    if now.fit.zeros or unseen or now.lasting.steady >= SURE:
         return now
     found = beside_zeros(now.fit, now.lasting.sizes, progress)
     return _informed(found, unseen) if found.zeros else now
