@@ -49,7 +49,7 @@ def stand(course, stated=STATED, lost=()):
     fits = []
     for delay in (0.0, 1.0):
         u = np.array([delay])
-        fits.append(Fit(u, empty, (), 0.0, 0.0, np.zeros((0, 0)), program.evaluate(u, empty), ()))
+        fits.append(Fit(u, empty, (), 0.0, np.zeros((0, 0)), program.evaluate(u, empty), ()))
     return program, *fits
 
 

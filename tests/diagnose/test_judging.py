@@ -25,7 +25,7 @@ from pneusma_jax.effects import CATALOGUE
 ROWS = 200
 
 
-def named(slugs=(CONSTANT,), before=300.0, after=100.0, evidence=None, validated=False, left_out=(np.nan, np.nan)):
+def named(slugs=(CONSTANT,), before=300.0, after=100.0, evidence=None, validated=False, left_out=(np.nan, np.nan), stated=True):
     """An explanation that leaves stated objectives.
 
     Args:
@@ -34,8 +34,10 @@ def named(slugs=(CONSTANT,), before=300.0, after=100.0, evidence=None, validated
         evidence: by effect, the objective without it, and the log Bayes factors of it and its rivals.
         validated: whether half of the recordings were not fitted.
         left_out: reduced chi-square on values left out in turn, of the base model and of the model.
+        stated: whether the size of the noise is.
     """
     world = tubes(roles=("fit", "fit", "validation", "validation") if validated else ())
+    world = dataclasses.replace(world, stated=stated)
     program = world.program(world.truth(np.random.default_rng(2)))
     fit = Refitter(program).fit(())
     base = dataclasses.replace(fit, objective=before)
@@ -247,3 +249,13 @@ def test_what_only_a_nameless_correction_of_little_evidence_says_is_tentative(wo
         told = lambda limit: discrepancy_probability(explanation, base, discrepancy, [1.0, 1.0], [limit] * 2)  # noqa: E731
         assert told(1.6) == unknown
         assert told(1.2) == (DEFAULT.verdict.most_unknown if unknown == 0.9 else unknown)
+
+
+@pytest.mark.parametrize(("is_bound", "fitted", "stated", "said"), [
+    (True, 2.4, True, True), (False, 2.4, True, False), (True, 1.3, True, False), (True, 2.4, False, False),
+])  # fmt: skip
+def test_fitted_recordings_alone_decide_where_no_simulated_null_comes_near(is_bound, fitted, stated, said):
+    """Validation recordings agree with the base model: they do not go where something is missing."""
+    explanation = named((), 300.0, 300.0, stated=stated)
+    explanation.p_value, explanation.p_is_bound = 0.001, is_bound
+    assert contradicted(explanation, [fitted, 0.99], None, [1.0, 1.0]) == said

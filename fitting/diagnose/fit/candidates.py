@@ -12,7 +12,7 @@ from ..evaluate.program import Program
 from ..evaluate.unknowns import Unknowns
 from ..settings import DEFAULT
 from .evidence import effective_degrees_of_freedom, evidence, inflation_of, log_likelihood
-from .refit import Fit, Refitter, at_its_bound, largest_deviation
+from .refit import Fit, Refitter, largest_deviation
 from .score_test import ScoreTest, about_nominal
 
 OPTIMISER = DEFAULT.optimiser
@@ -41,11 +41,6 @@ class CandidateFit:
     left_out: float = np.nan
     explained_by_instruments: float = 0.0
     explained_by_inputs: float = 0.0
-
-    @property
-    def at_a_bound(self) -> bool:
-        """True if the effect's own strength ended at a physical bound."""
-        return at_its_bound(self.fit, self.slug)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,11 @@ def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     return fit.evaluation.chi2(chosen.astype(float)) / max(program.observations(chosen), 1)
 
 
+def scored(program: Program) -> tuple[np.ndarray, np.ndarray]:
+    """Masks of fitted and of scored recordings: the fitted ones again where none is for validation."""
+    return program.fitted, program.unseen if np.any(program.unseen) else program.fitted
+
+
 def spread(program: Program, chosen: np.ndarray) -> float:
     """Standard deviation of the reduced chi-square of some recordings by chance."""
     return float(np.sqrt(2.0 / max(program.observations(chosen), 1)))

@@ -40,7 +40,6 @@ class Fit:
         free: indices of those that were fitted.
         slugs: effects that are present.
         objective: half the sum of squares of misfit and priors.
-        log_det: log-determinant of the objective's second derivative by the free numbers.
         covariance: covariance of the free numbers, scaled, (free, free).
         evaluation: evaluation of the program at `u`.
         at_bound: names of effects' parameters that ended at a bound.
@@ -50,7 +49,6 @@ class Fit:
     free: np.ndarray
     slugs: tuple[str, ...]
     objective: float
-    log_det: float
     covariance: np.ndarray
     evaluation: Evaluation
     at_bound: tuple[str, ...]
@@ -211,7 +209,6 @@ class Refitter:
             free,
             tuple(slugs),
             objective,
-            float(np.sum(np.log(values))),
             covariance,
             evaluation,
             tuple(bound),

@@ -23,6 +23,9 @@ from .evidence import log_sets
 from .score_test import simulated
 from .sensitivities import Block, Sensitivities
 
+TOGETHER = 200
+"""Number of sets whose equations are solved together, for memory's sake alone."""
+
 
 @dataclass(frozen=True)
 class SetScore:
@@ -110,19 +113,18 @@ class Gram:
                 u[block.own] = c[: len(block.own)]
         return u
 
-    def best_log_p(self, sets: np.ndarray, errors: np.ndarray, at_once: int = 200) -> np.ndarray:
+    def best_log_p(self, sets: np.ndarray, errors: np.ndarray) -> np.ndarray:
         """Log p-value of the set that explains most of each column of errors, (columns,).
 
         Args:
             sets: indices of blocks, (sets, size).
             errors: errors in units of the noise, (rows, columns).
-            at_once: sets whose equations are solved together, for memory's sake alone.
         """
         g, eye = self._X.T @ errors, np.eye(self._place.shape[1] * sets.shape[1])
         place = self._place[sets].reshape(len(sets), -1)
         active = place < len(self._g) - 1
         freedom, most = active.sum(axis=1), {}
-        for part in np.array_split(np.arange(len(sets)), max(len(sets) // at_once, 1)):
+        for part in np.array_split(np.arange(len(sets)), max(len(sets) // TOGETHER, 1)):
             H = self._G[place[part][:, :, None], place[part][:, None, :]]
             seen = g[place[part]]
             gains = np.sum(seen * np.linalg.solve(_kept(H, active[part], eye), seen), axis=1)

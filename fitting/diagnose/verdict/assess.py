@@ -4,9 +4,7 @@ from dataclasses import dataclass
 
 from pneusma_jax.effects import CATALOGUE
 
-from ..evaluate.program import Program
-from ..fit.misfit import floor, limit_of, predictive_chi_square
-from ..fit.refit import Fit
+from ..fit.misfit import floor, limit_of, predictive_chi_square, scored
 from ..search.steps import Explanation
 from ..settings import DEFAULT
 from .discrepancy import Discrepancy, beside
@@ -61,8 +59,11 @@ def assess(explanation: Explanation) -> Assessment:
     decides, and not a score.
     """
     program, named = explanation.program, bool(explanation.final.slugs)
-    masks = program.fitted, program.unseen
-    base, last = (_of_both(program, fit) for fit in (explanation.base, explanation.final))
+    masks = scored(program)
+    base, last = (
+        [predictive_chi_square(program, fit, mask) for mask in masks]
+        for fit in (explanation.base, explanation.final)
+    )
     floors = [floor(program, explanation.final, mask) for mask in masks]
     limits = [limit_of(program, mask) for mask in masks]
     if min(base) > VERDICT.gross and explanation.p_value > SCORE_TEST.level:
@@ -93,7 +94,3 @@ def assess(explanation: Explanation) -> Assessment:
         unknown = max(unknown, VERDICT.refuted_unknown)
     return Assessment(named, mismatch, unknown, beyond, mimicked, last, signs, lost, discrepancy, rest)
 
-
-def _of_both(program: Program, fit: Fit) -> list[float]:
-    """Predictive reduced chi-square of a model for fitted and for unseen recordings."""
-    return [predictive_chi_square(program, fit, mask) for mask in (program.fitted, program.unseen)]

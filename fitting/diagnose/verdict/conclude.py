@@ -6,7 +6,7 @@ from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.model_discrepancy import WALL
 
 from ..evaluate.program import Program
-from ..fit.misfit import reduced
+from ..fit.misfit import reduced, scored
 from ..fit.refit import Fit
 from ..search.steps import Explanation
 from ..settings import DEFAULT
@@ -168,7 +168,7 @@ def _left_over(explanation: Explanation, unknown: float, judged: Assessment, fou
         found: the named effects.
     """
     program, names = explanation.program, [f.slug for f in found]
-    masks = program.fitted, program.unseen
+    masks = scored(program)
     excess = [
         (left - 1.0) * program.observations(mask) for left, mask in zip(judged.last, masks, strict=True)
     ]

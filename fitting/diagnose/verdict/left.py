@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..evaluate.program import Program
-from ..fit.misfit import floor, predictive_chi_square
+from ..fit.misfit import floor, predictive_chi_square, scored
 from ..fit.refit import Fit
 from ..settings import DEFAULT
 from .discrepancy import Discrepancy
@@ -71,9 +71,9 @@ def left_of(
     """
     if rest is not None:
         fit = replace(fit, evaluation=rest.shown(fit.evaluation))
-    masks = (program.fitted,) if program.fitted.all() else (program.fitted, program.unseen)
     excess: Sequence[tuple[float, float, np.ndarray]] = [
-        (predictive_chi_square(program, fit, mask), floor(program, fit, mask), mask) for mask in masks
+        (predictive_chi_square(program, fit, mask), floor(program, fit, mask), mask)
+        for mask in scored(program)
     ]
     square, noise, mask = max(excess, key=lambda one: one[0] - one[1])
     if square - noise <= VERDICT.minimum_over:

@@ -12,7 +12,7 @@ from importlib.resources import files
 
 import numpy as np
 
-from ..fit.misfit import spread
+from ..fit.misfit import scored, spread
 from ..search.steps import Explanation
 from ..settings import DEFAULT
 from .discrepancy_evidence import DiscrepancyEvidence
@@ -57,7 +57,7 @@ def signs_of(
         floors: chi-square of noise of both, see `misfit.floor`.
     """
     program, kept = explanation.program, 0.0
-    for mask, before, after, noise in zip((program.fitted, program.unseen), base, last, floors, strict=True):
+    for mask, before, after, noise in zip(scored(program), base, last, floors, strict=True):
         beyond = after - noise - VERDICT.chance_deviations * spread(program, mask)
         kept = max(kept, _share(beyond, before - noise))
     alone, named = explanation.left_out
