@@ -40,6 +40,7 @@ def test_a_branch_is_a_regime():
     assert found.text in ("pressure is falling", f"time above {found.text.split()[-1]}") and found.share > 0.8
 
 
+@pytest.mark.slow
 def test_noise_has_a_regime_no_more_often_than_the_level_of_the_test():
     found = [regime_of(program, base) for program, base in (judged(np.random.default_rng(k), rows=80) for k in range(40))]
     assert sum(one is not None for one in found) <= 2  # three of forty are as rare as one in a hundred

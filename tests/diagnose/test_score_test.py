@@ -46,6 +46,7 @@ def left_to_first_order(program, fit, columns):
     return float(np.sum((rows + slopes @ step) ** 2)), step[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slug", SLUGS)
 def test_a_score_is_what_the_effect_would_gain_with_all_constants_free(refitted, slug):
     program, base, found = refitted
@@ -59,6 +60,7 @@ def test_a_score_is_what_the_effect_would_gain_with_all_constants_free(refitted,
     assert score.gain * found.scale**2 == pytest.approx(without - with_it, rel=0.02, abs=0.05)
 
 
+@pytest.mark.slow
 def test_effects_are_scored_about_nominal_where_constants_went_far(refitted):
     """There by their slopes, as those of a fit that ended at nominal, and by what they do as a whole."""
     program, base, found = refitted

@@ -44,6 +44,7 @@ def begun(coupons):
     return start_of(read_campaign(coupons), "elastomer")
 
 
+@pytest.mark.slow
 def test_an_unknown_silicone_is_compared_with_a_law_that_was_fitted_to_it(coupons, begun, monkeypatch, tmp_path):
     """Five times as stiff as the source's, of another shape: no effect is missing, and none is named."""
     monkeypatch.setattr("fitting.diagnose.run.start_of", lambda *anything: begun)  # once for all tests here

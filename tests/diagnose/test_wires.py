@@ -31,6 +31,7 @@ def flag(largest, up=450.0, down=230.0, modulus=55e3, hardening=1500.0, rows=70)
     return np.r_[there, back[1:]], np.r_[loading, returning[1:]]
 
 
+@pytest.mark.slow
 def test_a_superelastic_return_along_a_lower_branch_is_a_hysteresis(tmp_path):
     """At one temperature and one rate: heat that is lost in time is told from it by its size alone."""
     rng = np.random.default_rng(2)

@@ -45,6 +45,7 @@ def test_priors_of_all_tables_vary_but_for_what_follows_others(state):
     assert {"alloy.density", "silicone.density"} <= set(names), "a name of two tables has its table before it"
 
 
+@pytest.mark.slow
 def test_rows_of_states_are_those_of_the_model(state):
     random = np.random.default_rng(0)
     values = state.inputs.values(random.normal(size=(2, len(state.inputs.names))))

@@ -113,6 +113,7 @@ def misfit(values, stacked):
     return jax.vmap(one)(stacked)
 
 
+@pytest.mark.slow
 def test_campaigns_of_any_length_are_one_program_and_their_likelihoods_add_up():
     lengths = ((3, 5), (40,), (7, 2, 33))
     drawn = np.random.default_rng(3)

@@ -47,6 +47,7 @@ def test_draws_are_as_normal_as_they_should_be(straight):
         assert abs(exact.cdf(quantile) - level) < 4.0 * error
 
 
+@pytest.mark.slow
 def test_banana_has_its_exact_moments_and_laplace_is_caught():
     bend = 1.0
     parameters = Parameters(Parameter("x", 0.3), Parameter("y", -0.3))

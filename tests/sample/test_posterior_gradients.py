@@ -21,6 +21,7 @@ def line_target() -> Target:
     return Target.from_residual(line, line_parameters(), line_data())
 
 
+@pytest.mark.slow
 def test_gradient_chains_have_the_moments_of_a_gaussian():
     posterior = sample(line_target(), line_parameters(), NUTS)
     mean, covariance = line_posterior(line_data())
@@ -41,6 +42,7 @@ def test_gradient_chains_follow_a_banana():
     assert posterior.summary["y"].sd == pytest.approx(np.sqrt(3.0), rel=0.15)
 
 
+@pytest.mark.slow
 def test_bounds_are_mirrors_that_keep_the_density():
     """Half a Gaussian beside one bound, a flat density between two, a logarithm with a prior."""
     parameters = Parameters(

@@ -15,7 +15,7 @@ def funnel(values, data):
     return -0.5 * v**2 - 0.5 * v - 0.5 * x**2 * jnp.exp(-v)
 
 
-@pytest.mark.parametrize("sampler", ["emcee", "nuts", "tempered"])
+@pytest.mark.parametrize("sampler", ["nuts", *(pytest.param(name, marks=pytest.mark.slow) for name in ("emcee", "tempered"))])
 def test_the_width_of_a_funnel_is_found(sampler):
     parameters = Parameters(Parameter("v", 0.2, min=-8.0, max=8.0), Parameter("x", 0.1, min=-60.0, max=60.0))
     settings = Settings(sampler=sampler, seed=3, **({"warm_up": 300} if sampler == "nuts" else {}))
@@ -29,6 +29,7 @@ def test_the_width_of_a_funnel_is_found(sampler):
     assert share == pytest.approx(0.6827, abs=4.0 * 0.466 / np.sqrt(found.effective))
 
 
+@pytest.mark.slow
 def test_starts_from_the_prior_follow_a_banana():
     parameters = Parameters(Parameter("x", 0.3, min=-6.0, max=6.0), Parameter("y", -0.3, min=-20.0, max=40.0))
     target = Target.from_log_likelihood(banana, parameters, {"bend": 1.0})

@@ -63,6 +63,7 @@ def test_a_killed_run_goes_on_where_it_was_and_ends_as_if_nothing_had_happened(t
     assert resumed.summary == whole.summary and resumed.why == whole.why
 
 
+@pytest.mark.slow
 def test_why_a_pilot_chose_the_sampler_is_told_after_a_resume_too(tmp_path):
     auto = replace(SETTINGS, sampler="auto")
     first = run(tmp_path / "chain.h5", settings=replace(auto, max_steps=SETTINGS.chunk))

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.special import expit
 from tqdm import tqdm
 
 from fitting.data.csv_text import csv_rows
@@ -132,7 +133,7 @@ def curve_of(rows):
         raise ValueError(f"{len(y)} campaigns with names, {int(y.sum())} with something unknown: ten of each are needed")
     weight = weights(rows, [row["group"] for row in named])
     odds = fitted(x, y, weight)
-    other = [fitted(*(np.delete(part, k, 0) for part in (x, y, weight))) @ x[k] for k in range(len(y))]
+    other = [fitted(*(np.delete(part, k, 0) for part in (x, y, weight)), odds) @ x[k] for k in range(len(y))]
     seeds = ", ".join(sorted({row["seed"] for row in named}, key=int))
     return "\n".join([
         "# Odds that something unknown acts beside named effects; made by `python -m validation.blind.calibrate`.",
@@ -163,17 +164,26 @@ def weights(rows, groups):
     return found / found.mean()
 
 
-def fitted(x, y, weight):
+def fitted(x, y, weight, start=None):
     """Coefficients of a logistic curve, (signs,): no sign lowers the probability.
 
     Args:
         x: signs of every campaign, (campaigns, signs), the first one constant.
         y: 1 where something unknown acts, (campaigns,).
         weight: weight of every campaign, mean 1, (campaigns,).
+        start: coefficients to begin with; zero if None.
     """
-    cost = lambda b: len(y) * log_loss(x @ b, y, weight) + RIDGE * b[1:] @ b[1:]  # noqa: E731
+    sign = 2.0 * y - 1.0
+
+    def cost(b):
+        """Sum of the log losses with the ridge, and its derivative."""
+        pull = 2.0 * RIDGE * np.array([0.0, *b[1:]])
+        slope = -(weight * sign * expit(-sign * (x @ b))) @ x + pull
+        return len(y) * log_loss(x @ b, y, weight) + RIDGE * b[1:] @ b[1:], slope
+
     low = [(None, None)] + [(0.0, None)] * (x.shape[1] - 1)
-    return minimize(cost, np.zeros(x.shape[1]), bounds=low, method="L-BFGS-B").x
+    begin = np.zeros(x.shape[1]) if start is None else start
+    return minimize(cost, begin, jac=True, bounds=low, method="L-BFGS-B").x
 
 
 def log_loss(odds, y, weight):
