@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .log import Evaluator
-from .optimise import ALLOWED, Ends, Outcome, Problem, optimise
+from .optimise import ALLOWED, Ends, Outcome, Problem, better_seen, optimise
 from .space import Space
 
 WIDTH = 4
@@ -54,6 +54,12 @@ def near(space: Space, k: int, x: float) -> list[float]:
     at = int(np.searchsorted(made, x))
     some = sorted({float(made[i]) for i in (max(at - 1, 0), min(at, made.size - 1))})
     return [place for place in some if abs(place - x) < SAME] or some
+
+
+def all_made(space: Space, place: np.ndarray) -> bool:
+    """True if every discrete parameter has a value that can be made."""
+    discrete = [k for k, one in enumerate(space.free) if one.discrete]
+    return all(np.min(np.abs(places_of(space, k) - place[k])) < SAME for k in discrete)
 
 
 def coarsest_first(space: Space) -> list[int]:
@@ -100,6 +106,9 @@ def made_from(
     search.fix_in_turn()
     if further:
         search.step_while_it_helps()
+    while search.go_on_from_a_better_one():
+        if further:
+            search.step_while_it_helps()
     if search.best is None:
         return None
     held, best = search.best
@@ -174,6 +183,24 @@ class _Rounding:
             best = self.best
             if _key(best[0]) == _key(held):
                 return
+
+    def go_on_from_a_better_one(self) -> bool:
+        """Solve the rest anew from a design that can be made, was evaluated, and is better than the best.
+
+        Returns:
+            True if there was one. The best is at least as good afterwards.
+        """
+        best = self.best[1] if self.best else Outcome(None, np.inf, np.inf, "", 0)
+        seen = better_seen(best, self.problem, self.evaluate, lambda place: all_made(self.space, place))
+        if seen is None:
+            return False
+        place = seen.evaluation.place
+        made = {k: places_of(self.space, k) for k in self.order}
+        held = {k: float(x[np.argmin(np.abs(x - place[k]))]) for k, x in made.items()}
+        self.tried.pop(_key(held), None)
+        (again,) = self.solved([(held, place)])
+        self.tried[_key(held)] = min(again, seen, key=_rank)
+        return True
 
     def _start(self, one: Outcome) -> np.ndarray:
         """Place from which a search with one more parameter fixed begins."""

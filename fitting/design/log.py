@@ -120,11 +120,17 @@ class Evaluator:
         choice: number of the model's combination of choices.
         size: number of places that go through the program at once.
         said: called after every lot.
+
+    Attributes:
+        asked: number of places that were asked for.
+        seen: what was asked for, in order. Evaluations of a former run count once they are asked for again, so
+            that a study that goes on does the same.
     """
 
     def __init__(self, model: Model, log: Log, choice: int, size: int, said: object = lambda: None):
         self.model, self.log, self.choice, self.size, self.said = model, log, choice, size, said
         self.asked = 0
+        self.seen: dict[bytes, Evaluation] = {}
 
     @property
     def equilibria(self) -> int:
@@ -142,6 +148,7 @@ class Evaluator:
             found = [self._computed(lot) for lot in lots]
             self.log.add(self.choice, wanted, *(np.concatenate(x) for x in zip(*found, strict=True)))
         self.asked += len(places)
+        self.seen.update((key[1], self.log.known[key]) for key in keys)
         self.said()
         return [self.log.known[key] for key in keys]
 

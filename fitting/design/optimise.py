@@ -1,7 +1,7 @@
 """One constrained problem from many starts by an optimiser of SciPy, and the conditions at what it found."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +17,9 @@ PRECISION = 1e-9
 """Relative change of the scaled objective at which SLSQP ends [1]; the model is exact to 1e-10."""
 ALLOWED = 1e-6
 """Scaled violation up to which a constraint counts as kept [1]: a millionth of its limit."""
+BETTER = 1e-8
+"""Least gain of the scaled objective at which a design counts as better than the end of a search [1]: ten
+times the precision of the search."""
 ACTIVE = 1e-4
 """Scaled slack up to which a constraint counts as active [1]."""
 MOST_STEPS = 100
@@ -91,6 +94,32 @@ def best_of(outcomes: Sequence[Outcome]) -> Outcome:
         return outcomes[0]
     kept = [o for o in seen if o.kept]
     return min(kept, key=lambda o: o.objective) if kept else min(seen, key=lambda o: o.violation)
+
+
+def better_seen(
+    best: Outcome,
+    problem: Problem,
+    evaluate: Evaluator,
+    counts: Callable[[np.ndarray], bool] = lambda place: True,
+) -> Outcome | None:
+    """The best design of all that were evaluated, if it is better than the one that a search ended at.
+
+    Args:
+        best: end of a search; problem: its problem.
+        evaluate: evaluator that remembers what it was asked.
+        counts: whether the design of a place counts, such as one that can be made.
+    """
+    seen = [one for one in evaluate.seen.values() if one.finite and counts(one.place)]
+    if not seen:
+        return None
+    values = np.stack([one.values for one in seen])
+    excess = (values[:, problem.rows] - problem.limits) / problem.scales
+    violation = np.max(excess, axis=1, initial=-np.inf)
+    objective = np.where(violation <= ALLOWED, values @ problem.weights, np.inf)
+    k = int(np.argmin(objective))
+    if not objective[k] < (best.objective - BETTER if best.kept else np.inf):
+        return None
+    return Outcome(seen[k], float(objective[k]), float(violation[k]), "evaluated by another search", 0)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .log import Evaluator
-from .optimise import ON_FRONTS, Outcome, Problem, best_of, optimise
+from .optimise import ON_FRONTS, Outcome, Problem, best_of, better_seen, optimise
 
 POINTS_OF_THREE = 5
 """Maximum of values of each of the two limited objectives of three: every pair of them is a problem."""
@@ -58,6 +58,7 @@ def front_of(
     again = [[found[j].evaluation.place for j in js if found[j].kept] for js in near]
     better = _solved(problems, again, evaluate, method)
     pairs = [(best_of([a, *([b] if b else [])]), p) for a, b, p in zip(found, better, problems, strict=True)]
+    pairs = [(better_seen(o, p, evaluate) or o, p) for o, p in pairs]
     pairs = [pair for pair in pairs if pair[0].kept]
     if not pairs:
         return []

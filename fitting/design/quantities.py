@@ -43,6 +43,7 @@ class Quantity:
         tested: end of the range in which the material was tested, from a solved state and a segment; None
             where there is no such range.
         planar: true if it needs bending in a plane.
+        jumps: true if it jumps with a design, as a tangent does at a corner of the springs' law.
     """
 
     function: Callable[[Solved, int], Array]
@@ -53,6 +54,7 @@ class Quantity:
     whole: bool = False
     tested: Callable[[Solved, int], Array] | None = None
     planar: bool = False
+    jumps: bool = False
 
 
 def _of(name: str) -> Callable[[Solved, int], Array]:
@@ -99,7 +101,10 @@ def clearance(solved: Solved, k: int) -> Array:
 
 
 def bending_stiffness(solved: Solved, k: int) -> Array:
-    """Moment over bend angle at the held phases, the elongation free [N m/rad]."""
+    """Moment over bend angle at the held phases, the elongation free [N m/rad].
+
+    It is a tangent, so it jumps where a spring's strain passes the corner of its stress law.
+    """
     problem, found = _problem(solved, k)
     side = jnp.asarray(problem.actuator.side_direction)
 
@@ -244,7 +249,8 @@ QUANTITIES: dict[str, Quantity] = {
     "temperature": Quantity(temperature, "temperature", "degC", "temperature of a wire", springs=True),
     "heating_power": Quantity(heating_power, "power", "W", "power that keeps the springs warm", whole=True),
     "bending_stiffness": Quantity(
-        bending_stiffness, "moment per angle", "N mm/rad", "bending stiffness at held phases", planar=True
+        bending_stiffness, "moment per angle", "N mm/rad", "bending stiffness at held phases", planar=True,
+        jumps=True,
     ),
     "blocking_force": Quantity(blocking_force, "force", "mN", "force that keeps it straight", planar=True),
     "hoop_stress": Quantity(hoop_stress, "pressure", "kPa", "circumferential stress at the bore"),

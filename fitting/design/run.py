@@ -20,7 +20,18 @@ from .chances import chances_of, notes_on_draws
 from .discrete import blocked_steps, made_from
 from .infeasible import why_infeasible, why_nothing
 from .log import Evaluation, Evaluator, Log
-from .optimise import JOINED, ON_FRONTS, Outcome, Problem, best_of, conditions, from_starts
+from .neighbours import jumps, search_past_jumps
+from .optimise import (
+    JOINED,
+    ON_FRONTS,
+    Outcome,
+    Problem,
+    best_of,
+    better_seen,
+    conditions,
+    from_starts,
+    optimise,
+)
 from .pareto import front_of, not_dominated, share_of_box
 from .program import Model
 from .result import Choice, Design, DesignResult, Front, Limits
@@ -188,6 +199,11 @@ def _search(
     phase[0] = "continuous design"
     outcomes = [from_starts(problem, starts, evaluate, study.optimiser) for problem in problems]
     anchors = [best_of(ended) for ended in outcomes]
+    for j, problem in enumerate(problems):
+        if anchors[j].kept and jumps(study):
+            phase[0] = "beyond jumps"
+            anchors[j] = search_past_jumps(anchors[j], problem, evaluate, study.optimiser)
+        anchors[j] = _none_better(anchors[j], problem, evaluate, study.optimiser)
     found = _Solved(choice, evaluate, problems[0], starts, outcomes[0], anchors[0])
     if not all(anchor.kept for anchor in anchors):
         return found
@@ -213,6 +229,13 @@ def _search(
             found.pairs = [pairs[k] for k in keep]
             found.made = found.pairs[_knee([o for o, _ in found.pairs], count)]
     return found
+
+
+def _none_better(best: Outcome, problem: Problem, evaluate: Evaluator, method: str) -> Outcome:
+    """The end of a search, or of one from a better design that another search has evaluated."""
+    while (seen := better_seen(best, problem, evaluate)) is not None:
+        best = best_of([seen, *optimise([problem], [seen.evaluation.place], evaluate, method)])
+    return best
 
 
 def _unchanging(study: Study, at: list[Evaluation]) -> list[str]:

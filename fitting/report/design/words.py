@@ -6,6 +6,7 @@ import numpy as np
 
 from fitting.design.discrete import Step
 from fitting.design.infeasible import limit_words
+from fitting.design.neighbours import DISTANCES, jumps
 from fitting.design.optimise import ALLOWED
 from fitting.design.result import Design, DesignResult
 from fitting.design.study import Free
@@ -294,4 +295,18 @@ def how_it_was_found(result: DesignResult) -> list[str]:
         f"Of the objective's gradient {100.0 * result.conditions.left:.2g} % is not explained by what "
         "limits the "
         "design; none would be at an exact optimum.",
+        *_on_jumps(result),
+    ]
+
+
+def _on_jumps(result: DesignResult) -> list[str]:
+    """Sentence on quantities that jump with a design, and how far the search looked beyond."""
+    names = jumps(result.study)
+    if not names:
+        return []
+    verb = "jumps" if len(names) == 1 else "jump"
+    return [
+        f"{joined(names)} {verb} with the design. So neighbours were looked at, up to "
+        f"{100.0 * DISTANCES[-1]:g} % of each range away, and the search went on from those beyond a jump. "
+        "A better design farther away may be missed."
     ]

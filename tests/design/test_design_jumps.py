@@ -1,0 +1,90 @@
+"""A quantity may jump with a design; a study must not end beside a better design that it could have seen."""
+
+import numpy as np
+import pytest
+from study_files import changed, write_study
+
+from fitting.design import read_study, run_study
+from fitting.design.log import Evaluation
+from fitting.design.neighbours import jumps, search_past_jumps
+from fitting.design.optimise import Outcome, Problem, better_seen
+from fitting.report.results import text
+
+STIFF = """
+schema = "pneusma-study/1"
+name = "stiff_and_far"
+design = "pneusma2"
+starts = 2
+[free]
+mandrel_diameter = {made = "continuous", from = 1.1, to = 1.4, unit = "mm"}
+[state.hot]
+pressure = {value = 30, unit = "kPa"}
+xi0_2 = 0.3
+[objective.bend]
+quantity = "bend_magnitude"
+goal = "maximise"
+state = "hot"
+[constraint.stiff]
+quantity = "bending_stiffness"
+at_least = {value = 1.9, unit = "N mm/rad"}
+"""
+
+
+@pytest.fixture(scope="module")
+def stiff(tmp_path_factory):
+    return run_study(read_study(write_study(tmp_path_factory.mktemp("stiff"), STIFF)))
+
+
+def test_a_search_passes_the_jump_of_a_stiffness(stiff):
+    places = np.linspace(0.0, 1.0, 301)[:, None]
+    bend, room = stiff.model.values(places).T
+    kept = room <= 0.0
+    ends = np.flatnonzero(np.diff(kept.astype(int)) == -1)
+    assert len(ends) == 2  # two ranges keep the limit, with a gap that a search by gradients does not pass
+    best = float(np.max(-bend[kept]))
+    assert best > 1.02 * float(-bend[ends[0]])
+    assert stiff.made.objectives[0] >= best and stiff.made.violation <= 1e-6
+
+
+def test_the_report_says_which_quantity_jumps(stiff):
+    assert jumps(stiff.study) == ["bending_stiffness"]
+    assert "bending_stiffness jumps with the design." in " ".join(text(stiff).split())
+
+
+class Sawtooth:
+    """Objective -x; the limit is kept up to 0.4 and, beyond a jump, from 0.45 to 0.6."""
+
+    def __init__(self):
+        self.seen = {}
+
+    def __call__(self, places):
+        found = []
+        for place in places:
+            x = float(place[0])
+            over = x - 0.4 if x < 0.45 else x - 0.6
+            one = Evaluation(np.array(place), np.array([-x, over]), np.array([[-1.0], [1.0]]))
+            self.seen[one.place.tobytes()] = one
+            found.append(one)
+        return found
+
+
+def test_what_was_evaluated_is_not_forgotten():
+    problem = Problem(np.array([1.0, 0.0]), np.array([1]), np.zeros(1), np.ones(1))
+    world = Sawtooth()
+    (end,) = world([np.array([0.4])])
+    best = Outcome(end, -0.4, 0.0, "", 1)
+    assert better_seen(best, problem, world) is None
+    world([np.array([0.5]), np.array([0.43]), np.array([0.9])])
+    assert better_seen(best, problem, world).objective == -0.5
+    assert better_seen(best, problem, world, lambda place: place[0] < 0.45) is None
+    assert search_past_jumps(best, problem, world, "slsqp").objective == pytest.approx(-0.6)
+
+
+def test_a_better_design_that_can_be_made_is_returned_even_if_rounding_misses_it(tmp_path, monkeypatch):
+    """Rounding looks beside the continuous optimum alone; here it is made to look on the wrong side."""
+    monkeypatch.setattr("fitting.design.discrete.near", lambda space, k, x: [0.0])
+    monkeypatch.setattr("fitting.design.discrete.MOST_ROUNDS", 0)
+    wall = 'wall_thickness = {made = "continuous", from = 0.7, to = 1.6, unit = "mm"}\n'
+    found = run_study(read_study(write_study(tmp_path, changed(wall, ""))))
+    assert found.base.violation <= 0.0 and found.made.objectives[0] >= found.base.objectives[0]
+    assert found.made.parameters["active_coils"] > 40.0
