@@ -123,8 +123,8 @@ class Evaluator:
 
     Attributes:
         asked: number of places that were asked for.
-        seen: what was asked for, in order. Evaluations of a former run count once they are asked for again, so
-            that a study that goes on does the same.
+        seen: what was asked for, in order. Evaluations of a former run count once they are asked for again;
+            so a study that goes on does the same.
     """
 
     def __init__(self, model: Model, log: Log, choice: int, size: int, said: object = lambda: None):

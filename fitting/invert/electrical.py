@@ -6,7 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.design.bodies import Body, Solved
-from fitting.design.quantities import AMBIENT, temperature
+from fitting.design.quantities import AMBIENT, WARMEST, temperature
+from pneusma_jax.nitinol import Spring
 from pneusma_jax.numerics.rows import first_rows
 from pneusma_jax.program_cache import stored_jit
 
@@ -33,6 +34,34 @@ def highest(body: Body, xi0_max: float | None) -> np.ndarray:
     return found if xi0_max is None else np.full(found.size, xi0_max)
 
 
+def holding_power(spring: Spring, degrees: jax.Array) -> jax.Array:
+    """Power that holds a wire at a temperature [degC] in air of 22 degC [W]."""
+    geometry = spring.geometry
+    surface = jnp.pi * geometry.wire_diameter * geometry.wire_length
+    warm = jnp.where(degrees - AMBIENT > COOL, degrees - AMBIENT, 0.0)
+    return spring.alloy.convection * surface * warm
+
+
+def heat(body: Body, fractions: np.ndarray) -> np.ndarray:
+    """Power that holds all springs at their fractions in air of 22 degC [W], shape (...).
+
+    It depends on nothing but the fractions: each tells the temperature of its wire (Section 2.4.3).
+
+    Args:
+        body: the body that is driven.
+        fractions: martensite fractions [1], shape (..., springs).
+    """
+    total = np.zeros(fractions.shape[:-1])
+    springs = [spring for segment in body.segments for spring in segment.springs]
+    for k, spring in enumerate(springs):
+        xi0 = fractions[..., k]
+        within = np.clip(xi0, WARMEST, 1.0 - WARMEST)
+        middle, width = float(spring.alloy.T_mid), float(spring.alloy.T_width)
+        degrees = middle + width * np.log((1.0 - within) / within)
+        total += np.where(xi0 < 1.0, np.asarray(holding_power(spring, jnp.asarray(degrees))), 0.0)
+    return total
+
+
 def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:
     """Resistance of every spring [ohm], and the current that holds its temperature in air of 22 degC [A].
 
@@ -56,10 +85,7 @@ def _electrical(body: Body, parts: tuple) -> tuple[jax.Array, jax.Array]:
             for spring, found, degrees in zip(
                 segment.springs, state.segments[k].springs, temperature(state, k), strict=True
             ):
-                geometry = spring.geometry
-                surface = jnp.pi * geometry.wire_diameter * geometry.wire_length
-                warm = jnp.where(degrees - AMBIENT > COOL, degrees - AMBIENT, 0.0)
-                power = spring.alloy.convection * surface * warm
+                power = holding_power(spring, degrees)
                 resistances.append(found.resistance)
                 currents.append(jnp.where(found.xi0 < 1.0, jnp.sqrt(power / found.resistance), 0.0))
         blank = jnp.zeros(0)

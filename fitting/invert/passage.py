@@ -206,8 +206,9 @@ def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Pass
         clearance: least distance to keep between the walls [m].
 
     Raises:
-        InputError: if the clearance is at least half of the lumen's width, the chain is longer than the lumen
-            in every state, or nothing can be computed.
+        InputError: if the clearance is at least half of the lumen's width, the lumen is narrower than the body
+            where it begins or all along, the chain is longer than the lumen in every state, or nothing can be
+            computed.
     """
     widest = float(lumen.diameter.max())
     if 2.0 * clearance >= widest:
@@ -215,6 +216,7 @@ def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Pass
             f"{lumen.name}: no chain keeps {from_si(clearance, 'mm'):g} mm from the wall, since the lumen is "
             f"at most {from_si(widest, 'mm'):g} mm wide"
         )
+    _check_wide(inverse, lumen)
     _check_long(inverse, lumen)
     searches = inverse.by_tables
     tables = None if searches is None else searches.tables
@@ -275,6 +277,25 @@ def _passage(
     if found.passes:
         return found
     return replace(found, held=inverse.bound_words(*held_drives(one, np.arange(1, one.values.size))))
+
+
+def _check_wide(inverse: Inverse, lumen: Lumen) -> None:
+    """Refuse a lumen that no drive lets the body into: it is narrower than the body where it begins, or all
+    along.
+
+    Raises:
+        InputError: with both diameters.
+    """
+    sizes = [2.0 * float(segment.section.radius) for segment in inverse.body.segments]
+    first, widest = float(lumen.diameter[0]), float(lumen.diameter.max())
+    body, wide, where = sizes[0], first, "where it begins"
+    if first >= sizes[0]:
+        body, wide, where = max(sizes), widest, "at most"
+    if wide < body:
+        raise InputError(
+            f"{lumen.name}: the lumen is {from_si(wide, 'mm'):.4g} mm wide {where}, but the body of "
+            f"{inverse.design} has a diameter of {from_si(body, 'mm'):.4g} mm; no drive lets it in"
+        )
 
 
 def _check_long(inverse: Inverse, lumen: Lumen) -> None:

@@ -25,6 +25,7 @@ class Inversion(Result):
         ways: drives of every other solution that was found for each target, shape (ways, drives).
         unheated: martensite fraction of every spring that no current heats, in air of 22 degC [1]; highest:
             the largest that the drives may give it; shape (springs,).
+        way_heat: heating power of every other solution [W], shape (ways,) of each target.
     """
 
     design: str
@@ -42,6 +43,12 @@ class Inversion(Result):
     ways: tuple[np.ndarray, ...]
     unheated: np.ndarray
     highest: np.ndarray
+    way_heat: tuple[np.ndarray, ...]
+
+    @property
+    def heat(self) -> np.ndarray:
+        """Power that holds all springs at their temperatures in air of 22 degC [W], shape (targets,)."""
+        return np.sum(self.currents**2 * self.resistances, axis=1)
 
     @property
     def left_alone(self) -> np.ndarray:

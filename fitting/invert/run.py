@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import jax
@@ -16,7 +16,7 @@ from pneusma_jax.units import from_si
 
 from .atlas import Atlas, Span, atlas_of, goal_values
 from .by_tables import ByTables, tables_of
-from .electrical import electrical, highest, unheated
+from .electrical import electrical, heat, highest, unheated
 from .forward import fresh, springs_of, states_of
 from .goals import GOALS, misses
 from .result import Inversion, spring_name
@@ -36,6 +36,8 @@ SPREAD = (1, 2, 3, 5, 8, 13, 22, 36, 60, 100, 170, 280, 460, 770, 1300, 2100, 35
 about 1.7 times the one before. Neighbours end in the same place, and another place may be nearer."""
 FEW, LOT = 16, 256
 """Number of searches that go through the program together: few or many, so that two programs serve all."""
+SAME_HEAT = 0.01
+"""Share of heating power by which another way must need less to become the answer [1]."""
 APART = 0.02
 """Least difference of two ways to the same target, as part of a drive's range [1]."""
 
@@ -139,7 +141,7 @@ class Inverse:
             goals: names of `GOALS`.
             wanted: values in SI, shape (targets, columns).
             all_ways: look for other ways, too: with every set of heated springs of an actuator, from more
-                starts of a chain.
+                starts of a chain. The answer is then the way with the least heating power of all.
         """
         goals, wanted = tuple(goals), np.atleast_2d(np.asarray(wanted, dtype=float))
         self.check(goals)
@@ -162,11 +164,9 @@ class Inverse:
             found = self._exact(goals, wanted[lost], _best(self._searched(goals, wanted[lost], again)))
             both = jax.tree.map(lambda a, b, k=lost: np.stack([a[k], b], axis=1), best, found)
             best = jax.tree.map(lambda a, b, k=lost: _replaced(a, b, k), best, _best(both))
-        ways = (
-            self._ways(goals, wanted, best)
-            if all_ways
-            else [np.zeros((0, 1 + len(self.springs)))] * len(wanted)
-        )
+        ways = [np.zeros((0, 1 + len(self.springs)))] * len(wanted)
+        if all_ways:
+            best, ways = self._ways(goals, wanted, best)
         return self._inversion(goals, wanted, best, ways)
 
     def lean_starts(self, goals: tuple[str, ...], wanted: np.ndarray) -> np.ndarray:
@@ -215,39 +215,44 @@ class Inverse:
         found = misses(goals, np.asarray(values), np.asarray(wanted))
         return np.all([np.asarray(m) <= GOALS[name].tolerance for name, m in found.items()], axis=0)
 
-    def _ways(self, goals: tuple[str, ...], wanted: np.ndarray, best: Found) -> list[np.ndarray]:
-        """Other ways to each target, least heating first."""
-        count = len(self.springs)
-        candidates: list[Found] = []
-        if self.body.chain is None:
-            near = self.lean_starts(goals, wanted)
-            for size in range(1, count + 1):
-                for heated in itertools.combinations(range(count), size):
-                    best_of_set = _best(self._searched(goals, wanted, near, heated))
-                    candidates.append(jax.tree.map(lambda x: x[:, None], best_of_set))
-        else:
-            many = self._searched(goals, wanted, self.atlas.nearest(goals, wanted, MORE_STARTS[-1]))
-            candidates.append(self._exact(goals, wanted, many))
-        box, ways = as_numpy(self.box()), []
+    def _ways(
+        self, goals: tuple[str, ...], wanted: np.ndarray, best: Found
+    ) -> tuple[Found, list[np.ndarray]]:
+        """The way to each target that needs the least heat, and the drives of all others in that order."""
+        box, ways, answers = as_numpy(self.box()), [], []
         scale = np.where(box.high > box.low, box.high - box.low, 1.0)
+        candidates = self._candidates(goals, wanted)
+        found_first = jax.tree.map(lambda x: np.asarray(x)[:, None], best)
+        many = jax.tree.map(lambda *x: np.concatenate(x, axis=1), found_first, *candidates)
+        drives = box.low + many.place * (box.high - box.low)
+        power = heat(self.body, drives[..., 1:])
+        power[:, 0] *= 1.0 - SAME_HEAT
         for t, target in enumerate(wanted):
-            taken = [box.drives(best.place[t])]
-            options = []
-            for k, many in enumerate(candidates):
-                own = as_numpy(self.box(self._subset(k))) if self.body.chain is None else box
-                for s in range(many.place.shape[1]):
-                    if self._met(goals, many.values[t, s][None], target[None])[0]:
-                        options.append((float(many.effort[t, s]), own.drives(many.place[t, s])))
-            for _, drives in sorted(options, key=lambda pair: pair[0]):
-                if all(np.max(np.abs(drives - other) / scale) > APART for other in taken):
-                    taken.append(drives)
-            ways.append(np.array(taken[1:]).reshape(-1, count + 1))
-        return ways
+            met = self._met(goals, many.values[t], np.broadcast_to(target, many.values[t].shape))
+            order = [int(k) for k in np.argsort(power[t], kind="stable") if met[k]]
+            first = order[0] if met[0] else 0
+            taken = [drives[t, first]]
+            for k in order:
+                if all(np.max(np.abs(drives[t, k] - other) / scale) > APART for other in taken):
+                    taken.append(drives[t, k])
+            answers.append(first)
+            ways.append(np.array(taken[1:]).reshape(-1, len(self.springs) + 1))
+        rows = np.arange(len(wanted))
+        return jax.tree.map(lambda x: x[rows, answers], many), ways
 
-    def _subset(self, k: int) -> tuple[int, ...]:
-        count = len(self.springs)
-        every = [h for size in range(1, count + 1) for h in itertools.combinations(range(count), size)]
-        return every[k]
+    def _candidates(self, goals: tuple[str, ...], wanted: np.ndarray) -> list[Found]:
+        """Ends of further searches, in the box of all drives, arrays of shape (targets, ways, ...)."""
+        if self.body.chain is not None:
+            many = self._searched(goals, wanted, self.atlas.nearest(goals, wanted, MORE_STARTS[-1]))
+            return [self._exact(goals, wanted, many)]
+        near, whole, found = self.lean_starts(goals, wanted), self.box(), []
+        springs = range(len(self.springs))
+        sets = [one for size in springs for one in itertools.combinations(springs, size + 1)]
+        for heated in sets:
+            one = _best(self._searched(goals, wanted, near, heated))
+            drives = as_numpy(self.box(heated)).drives(one.place)
+            found.append(replace(one, place=whole.places(drives)))
+        return [jax.tree.map(lambda x: np.asarray(x)[:, None], one) for one in found]
 
     def _inversion(
         self, goals: tuple[str, ...], wanted: np.ndarray, best: Found, ways: list[np.ndarray]
@@ -265,6 +270,7 @@ class Inverse:
         return Inversion(
             self.design, goals, wanted, self.springs, drives[:, 0], drives[:, 1:], resistances, currents,
             values, found, met, held, tuple(ways), unheated(self.body), self.highest,
+            tuple(heat(self.body, own[:, 1:]) for own in ways),
         )  # fmt: skip
 
     def verified(self, drives: np.ndarray) -> Solved:

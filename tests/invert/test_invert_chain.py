@@ -7,6 +7,7 @@ import pytest
 
 from fitting.invert import Inverse, Limits
 from fitting.invert.derivatives import values_with_slope
+from fitting.invert.electrical import electrical
 from fitting.invert.forward import first_guess, fresh
 from fitting.invert.lumen import Lumen, distances, refined
 from fitting.invert.passage import pass_through
@@ -105,10 +106,41 @@ def test_a_lumen_that_says_too_little_is_refused(inverse, length, clearance, wor
 
 @pytest.mark.slow
 def test_a_lumen_that_is_too_narrow_says_where_and_what_holds(inverse):
-    lumen = Lumen("narrow", np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.3]]), np.full(2, 8e-3))
+    line = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.03], [0.0, 0.0, 0.031], [0.0, 0.0, 0.3]])
+    lumen = Lumen("narrow", line, np.array([12e-3, 12e-3, 8e-3, 8e-3]))
     found = pass_through(inverse, lumen)
     assert not found.passes and found.clearance == pytest.approx(-1e-3, abs=1e-5)  # a straight tube of 10 mm
-    assert found.touch.stretches[0, 0] == 0.0 and found.touch.stretches[-1, 1] > 0.15
+    assert 0.03 < found.touch.stretches[0, 0] < 0.04 and found.touch.stretches[-1, 1] > 0.15
+
+
+@pytest.mark.parametrize(
+    ("diameter", "words"),
+    [
+        ([8e-3, 8e-3], "the lumen is 8 mm wide where it begins, but the body of .* has a diameter of 10 mm"),
+        ([9.9e-3, 20e-3], "the lumen is 9.9 mm wide where it begins, but the body .* diameter of 10 mm; no drive"),
+    ],
+)
+def test_a_lumen_narrower_than_the_body_is_refused_before_anything_is_solved(diameter, words):
+    fresh_one = Inverse("orthogonal_chain", LIMITS)
+    lumen = Lumen("narrow", np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.3]]), np.array(diameter))
+    with pytest.raises(InputError, match=words):
+        pass_through(fresh_one, lumen)
+    assert "atlas" not in vars(fresh_one)  # nothing was computed
+
+
+@pytest.mark.slow
+def test_the_answer_needs_the_least_heat_of_all_ways(inverse):
+    """The first search of the fourth target needed 2.9 times the heat of another way."""
+    at = np.random.default_rng(3).choice(len(inverse.atlas.drives), 20, replace=False)[3:4]
+    goals = ("tip", "direction")
+    wanted = inverse.atlas.values(goals)[at]
+    quick, best = inverse.solve(goals, wanted), inverse.solve(goals, wanted, all_ways=True)
+    assert best.met[0] and len(best.way_heat[0]) == len(best.ways[0]) > 0
+    assert best.heat[0] < 0.5 * quick.heat[0]
+    assert best.heat[0] <= 1.02 * best.way_heat[0].min() and np.all(np.diff(best.way_heat[0]) >= 0.0)
+    row = inverse.verified(best.ways[0])
+    resistances, currents = electrical(row)
+    np.testing.assert_allclose(best.way_heat[0], np.sum(currents**2 * resistances, axis=1), rtol=1e-6)
 
 
 def test_a_refined_line_is_the_same_line():

@@ -66,6 +66,7 @@ def test_fractions_that_no_heating_gives_are_said(inverse, fractions, words):
         "pneusma2", ("curvature",), np.zeros((count, 1)), inverse.springs, np.zeros(count), np.array(fractions),
         blank, blank, np.zeros((count, 1)), {"curvature": np.zeros(count)}, np.ones(count, bool),
         ("",) * count, (np.zeros((0, 3)),) * count, unheated(inverse.body), np.ones(2),
+        (np.zeros(0),) * count,
     )  # fmt: skip
     said = verdict(result)
     last = words or "Springs that are not named stay at 1.000."

@@ -30,6 +30,7 @@ def inversion(values):
         "pneusma2", ("curvature",), wanted, ((1, 1), (1, 2)), np.array([30e3, 50e3]), fractions, electrical,
         0.1 * electrical, values, {"curvature": missed}, missed < 0.1,
         ("", "xi0_2 at its lowest, 0.1"), (way, way[:0]), np.full(2, 0.973), np.full(2, 0.973),
+        (np.array([0.25]), np.zeros(0)),
     )  # fmt: skip
 
 
@@ -43,11 +44,17 @@ def test_drives_say_what_is_met_and_what_holds_the_rest(tmp_path):
     words = [" ".join(line.split()) for line in said.splitlines()]
     assert "1 30.000 xi0_2 0.500 met" in words
     assert "2 50.000 xi0_2 0.100 misses curvature by 1.5 1/m xi0_2 at its lowest, 0.1" in words
-    assert "1 40.000 xi0_1 0.900, xi0_2 0.400" in words  # the other way
+    assert "1 40.000 xi0_1 0.900, xi0_2 0.400 0.25" in words  # the other way
     files = {path.name for path in save(result, tmp_path / "out")}
     assert files == {"report.html", "report.json", "targets.csv", "targets.png"}
     found = json.loads((tmp_path / "out" / "report.json").read_text())
     assert (found["schema"], found["met"], found["goals"]) == ("pneusma-inversion/1", 1, ["curvature"])
+    near, far = found["results"]
+    assert near["wanted"] == {"curvature_1pm": 10.0} and near["reached"] == {"curvature_1pm": 10.0}
+    assert near["met"] and near["miss"] == {"curvature_1pm": 0.0} and near["pressure_kPa"] == 30.0
+    assert not far["met"] and far["miss"]["curvature_1pm"] == 1.5 and far["held_by"] == "xi0_2 at its lowest, 0.1"
+    assert far["xi0"] == {"1": 1.0, "2": 0.1} and far["resistance_ohm"] == {"1": 3.6, "2": 3.1}
+    assert found["ways_heat_W"] == [[0.25], []]
     header = (tmp_path / "out" / "targets.csv").read_text().splitlines()[0]
     assert header.startswith("wanted_curvature_1pm,model_curvature_1pm,pressure_kPa,xi0_1")
 

@@ -11,7 +11,7 @@ from fitting.invert.result import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
 from pneusma_jax.units import from_si
 
-from .words import passage_verdict, unit_of, verdict
+from .words import misses_of, passage_verdict, unit_of, verdict
 
 
 def columns(result: Inversion, time: np.ndarray | None = None) -> dict[str, np.ndarray]:
@@ -50,7 +50,30 @@ def summary(result: Inversion, warnings: list[str]) -> dict[str, Any]:
         "met": int(result.met.sum()),
         "goals": list(result.goals),
         "warnings": warnings,
+        "results": [_one(result, k) for k in range(result.met.size)],
         "ways": [ways.tolist() for ways in result.ways],
+        "ways_heat_W": [watts.tolist() for watts in result.way_heat],
+    }
+
+
+def _one(result: Inversion, k: int) -> dict[str, Any]:
+    """One target: what was wanted and is reached, by how much each goal is missed, and the drives."""
+    names = [name for goal in result.goals for name in GOALS[goal].columns]
+    shown = lambda row: {  # noqa: E731
+        name: float(from_si(x, unit_of(name))) for name, x in zip(names, row, strict=True)
+    }
+    springs = [result.spring_name(j) for j in range(len(result.springs))]
+    return {
+        "wanted": shown(result.wanted[k]),
+        "reached": shown(result.values[k]),
+        "miss": {f"{goal}_{unit.replace('1/m', '1pm')}": value for goal, value, unit in misses_of(result, k)},
+        "met": bool(result.met[k]),
+        "held_by": result.held[k],
+        "pressure_kPa": float(from_si(result.pressure[k], "kPa")),
+        "xi0": dict(zip(springs, result.fractions[k].tolist(), strict=True)),
+        "resistance_ohm": dict(zip(springs, result.resistances[k].tolist(), strict=True)),
+        "current_A": dict(zip(springs, result.currents[k].tolist(), strict=True)),
+        "heat_W": float(result.heat[k]),
     }
 
 

@@ -42,9 +42,17 @@ def verdict(result: Inversion) -> list[str]:
         return [f"{met} of {count} targets are met.", *springs]
     drives = f"Drives: {drive_words(result, 0)}."
     if met:
-        return ["The target is met.", drives, *springs]
+        return ["The target is met.", drives, *_least_heat(result), *springs]
     return [f"The target is out of reach: missed are {missed_words(result, 0)}.", drives,
             f"This is the nearest. It is held by: {result.held[0]}.", *springs]  # fmt: skip
+
+
+def _least_heat(result: Inversion) -> list[str]:
+    """Sentence on the heat of a single target's drives, where there are other ways."""
+    count = len(result.ways[0]) + 1
+    if count == 1 or not result.springs:
+        return []
+    return [f"They need {result.heat[0]:.3g} W of heat, the least of the {count} ways that were found."]
 
 
 def _left_alone(result: Inversion) -> list[str]:
@@ -75,17 +83,26 @@ def _without_heat(result: Inversion) -> list[str]:
             "lies between that and 1 needs cooling or less stress."]  # fmt: skip
 
 
-def missed_words(result: Inversion, k: int) -> str:
-    """Distances from the goals of a target, in words."""
+def misses_of(result: Inversion, k: int) -> list[tuple[str, float, str]]:
+    """Distance from every goal of a target: name, value and unit."""
     found = []
     for name, miss in result.misses.items():
         if name == "direction":  # the miss is the chord between two unit vectors
-            value, unit = np.degrees(2.0 * np.arcsin(min(0.5 * miss[k], 1.0))), "deg"
+            found.append((name, float(np.degrees(2.0 * np.arcsin(min(0.5 * miss[k], 1.0)))), "deg"))
         else:
             unit = unit_of(GOALS[name].columns[0])
-            value = from_si(miss[k], unit)
-        found.append(f"{name.replace('_', ' ')} by {value:.3g} {unit.replace('1pm', '1/m')}")
-    return joined(found)
+            found.append((name, float(from_si(miss[k], unit)), unit))
+    return found
+
+
+def missed_words(result: Inversion, k: int) -> str:
+    """Distances from the goals of a target, in words."""
+    return joined(
+        [
+            f"{name.replace('_', ' ')} by {value:.3g} {unit.replace('1pm', '1/m')}"
+            for name, value, unit in misses_of(result, k)
+        ]
+    )
 
 
 def drive_words(result: Inversion, k: int) -> str:
@@ -131,11 +148,12 @@ def spring_table(result: Inversion) -> Table:
 def way_table(result: Inversion) -> Table:
     """Table of other solutions for each target."""
     rows = [
-        [str(k + 1), f"{from_si(drives[0], 'kPa'):.3f}", heated_words(result, drives[1:])]
-        for k, ways in enumerate(result.ways[:SHOWN])
-        for drives in ways
+        [str(k + 1), f"{from_si(drives[0], 'kPa'):.3f}", heated_words(result, drives[1:]), number(watts, ".3g")]
+        for k, (ways, heat) in enumerate(zip(result.ways, result.way_heat, strict=True))
+        for drives, watts in zip(ways, heat, strict=True)
     ]
-    return Table(["target", "pressure [kPa]", "heated springs"], rows)
+    note = "The answer needs the least heat of all ways that were found, to 1 %." if rows else ""
+    return Table(["target", "pressure [kPa]", "heated springs", "heat [W]"], rows, note)
 
 
 def agreement(result: Trajectory) -> str:
