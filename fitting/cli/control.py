@@ -36,7 +36,8 @@ def control_command(
 
     The plant has physics that the controller's model lacks. Each is run twice: with the base model in the
     controller, and with the found physics in it. Writes report.html, report.json, control.csv and figures.
-    Exit code 1 if the level is out of reach of the controller's own model.
+    Exit code 1 if the level is out of reach of the controller's own model, or a plant has no equilibrium in
+    some rows; 2 if there is none in any row whose error counts.
     """
     design = design_argument(design)
     prepare()
@@ -58,4 +59,4 @@ def control_command(
     click.echo(text(result))
     click.echo()
     done(files)
-    raise SystemExit(0 if result.in_reach else 1)
+    raise SystemExit(0 if result.in_reach and result.balanced else 1)

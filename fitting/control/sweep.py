@@ -1,5 +1,6 @@
 """Effects of missing physics on control: the loss by each, and the gain from knowing it."""
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,6 +36,10 @@ STEP, HOLD, PERIOD = 5.0, 60.0, 45.0
 LEVEL, SWING, PRESSURE = 20.0, 8.0, 20e3
 INTERVAL = 0.25
 UNTIL = 150.0
+SINCE = 10.0
+"""Time from which errors count [s]: five seconds after the step."""
+HALVINGS = 12
+"""Number of halvings in the search for the pressure up to which a loop balances: to 1/4096 of the wanted one."""
 BAND = 0.05
 """Share of the step's height within which a curvature counts as reached [1], as in `Run.settling`."""
 
@@ -77,6 +82,12 @@ class Sweep(Result):
         return float(run.wanted[last]), float(run.planned[last])
 
     @property
+    def balanced(self) -> bool:
+        """True if every run has an equilibrium in every row."""
+        runs = [run for case in self.cases for run in (case.without, case.known) if run is not None]
+        return all(bool(run.good.all()) for run in runs)
+
+    @property
     def in_reach(self) -> bool:
         """True if the controller's own model follows the step up to the end of its hold."""
         wanted, reached = self.step
@@ -110,18 +121,44 @@ def all_effects(chosen: Mapping[str, Mapping[str, float]]) -> tuple[Effect, ...]
     )
 
 
-def _balanced(design: str, plant: Plant, run: Run, pressure: float) -> Run:
-    """A run in some row of which the plant balances, as the controller's own model does.
+def _balanced(design: str, plant: Plant, model: Plant, run: Run, loop: Loop) -> Run:
+    """A run that has an equilibrium in some row whose error counts, as the controller's own model does.
 
     Raises:
-        InputError: where there is no such row; says why, of the plant that is cold.
+        InputError: where there is no such row; says up to which pressure the loop has an equilibrium, and why
+            not beyond, of the plant that is cold.
     """
-    if run.good.any() and np.isfinite(run.planned).any():
+    good = run.good & np.isfinite(run.planned)
+    if good[run.time >= SINCE].any():
         return run
+    when = f" from {run.time[np.flatnonzero(good)[-1] + 1]:g} s on" if good.any() else ""
+    kPa, ends = 1e-3 * loop.pressure, _pressure_that_balances(model, loop)
+    end = "none at 0 kPa either" if ends is None else (
+        f"all rows have one {'down' if kPa < 0.0 else 'up'} to {1e-3 * ends:.3g} kPa"
+    )  # fmt: skip
     cold = tuple(pj.MartensiteFraction(1.0) for _ in plant.body.springs)
-    status = Status(int(pj.solve(plant.body, pressure, cold, throw=False).status))
+    status = Status(int(pj.solve(plant.body, loop.pressure, cold, throw=False).status))
     why = f". {status.sentence}" if not solved(status) else ""
-    raise InputError(f"{design}: under {1e-3 * pressure:g} kPa no row of the loop has an equilibrium{why}")
+    raise InputError(f"{design}: under {kPa:g} kPa no row of the loop has an equilibrium{when}; {end}{why}")
+
+
+def _pressure_that_balances(model: Plant, loop: Loop) -> float | None:
+    """The pressure nearest to the loop's at which the controller's own model balances in all rows [Pa].
+
+    It is found by halving from no pressure on; None where the model does not balance without pressure.
+    """
+
+    def balances(pressure: float) -> bool:
+        seen = dataclasses.replace(loop, pressure=pressure).planned(model)[1]
+        return bool(np.all(np.asarray(seen.good) & np.isfinite(np.asarray(seen.curvature))))
+
+    low, high = 0.0, loop.pressure
+    if not balances(low):
+        return None
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if balances(middle) else (low, middle)
+    return low
 
 
 def run_sweep(
@@ -140,7 +177,7 @@ def run_sweep(
         progress: called with the name of each case.
 
     Raises:
-        InputError: where the plain plant has no equilibrium in any row.
+        InputError: where the plain plant has no equilibrium in any row whose error counts.
     """
     loop, body = loop or usual_loop(), pj.make_actuator(design)
     place = body.section.enclosed_centroid
@@ -148,9 +185,8 @@ def run_sweep(
     nothing = Plant(under(0.0), all_effects({}))
     cases = []
     progress("no mismatch")
-    cases.append(
-        Case("no mismatch", _balanced(design, nothing, loop.run(nothing, nothing), loop.pressure), None)
-    )
+    plain = _balanced(design, nothing, nothing, loop.run(nothing, nothing), loop)
+    cases.append(Case("no mismatch", plain, None))
     for slug, numbers in CONCEALED.items():
         progress(slug)
         off = find_effect(slug)()
@@ -175,14 +211,15 @@ def run_model(
     """A model on disk as the plant: a controller with the base model, and one with that model.
 
     Raises:
-        InputError: if the model adds nothing, or the plant has no equilibrium in any row.
+        InputError: if the model adds nothing, or the plant has no equilibrium in any row whose error
+            counts.
     """
     if not model.effects:
         raise InputError(f"{model.path}: this model has no effect, so the base model is all there is to know")
     loop, body = loop or usual_loop(), pj.make_actuator(design)
     plant, base = Plant(body, model.effects), Plant(body)
     progress("without")
-    without = _balanced(design, plant, loop.run(plant, base), loop.pressure)
+    without = _balanced(design, plant, base, loop.run(plant, base), loop)
     progress("known")
     name = ", ".join(e.slug for e in model.effects)
     return Sweep(Path(design).stem, loop, (Case(name, without, loop.run(plant, plant)),))

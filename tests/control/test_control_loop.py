@@ -1,6 +1,7 @@
 """The plant is the model's own history; a controller that knows its plant follows, one that does not goes astray."""
 
 import dataclasses
+import re
 
 import equinox as eqx
 import jax
@@ -43,8 +44,20 @@ def test_errors_and_settling_times_are_counted_from_the_courses():
 
 
 def test_a_plant_without_equilibrium_is_refused_in_one_line():
-    with pytest.raises(InputError, match=r"-50 kPa no row .* the wall would be sucked flat\.$"):
+    words = r"-50 kPa no row .*; all rows have one down to -19\.\d kPa\. .* the wall would be sucked flat\.$"
+    with pytest.raises(InputError, match=words):
         run_sweep("pneusma2", loop=usual_loop(pressure=-50e3))
+
+
+def test_a_pressure_beyond_all_equilibria_is_refused_with_the_pressure_up_to_which_there_is_one(tmp_path):
+    done = CliRunner().invoke(main, ["control", "--pressure-kPa", "500", "--out", str(tmp_path / "o")])
+    said = re.search(r"under 500 kPa no row .* from [\d.]+ s on; all rows have one up to (\d+) kPa$", done.stderr.strip())
+    assert done.exit_code == 2 and said and not (tmp_path / "o").exists(), done.output
+    body = pj.make_actuator("pneusma2")
+    place = body.section.enclosed_centroid
+    plant = Plant(body.with_loads(pj.TipForce(jnp.zeros(3), place)), all_effects({}))
+    whole = lambda kPa: bool(np.all(usual_loop(pressure=1e3 * kPa).planned(plant)[1].good))  # noqa: E731
+    assert whole(float(said[1]) - 1.0) and not whole(float(said[1]) + 2.0)
 
 
 def sweep_of(level, planned, curvature):
@@ -72,6 +85,19 @@ def test_the_exit_code_says_whether_the_level_is_in_reach(level, reached, code, 
     result = CliRunner().invoke(main, ["control", "--level-1pm", str(level), "--out", str(tmp_path / "o")])
     assert result.exit_code == code and (tmp_path / "o" / "report.html").is_file(), result.output
     assert ("out of reach" in result.output) == bool(code)
+
+
+def test_rows_without_equilibrium_are_named_and_end_in_exit_code_1(monkeypatch, tmp_path):
+    ended = sweep_of(20.0, 19.9, 19.9)
+    good = np.ones(ended.loop.time.size, bool)
+    good[80:84] = False
+    lost = dataclasses.replace(ended.cases[1].without, good=good)
+    ended = dataclasses.replace(ended, cases=(ended.cases[0], Case("friction", lost, lost)))
+    assert not ended.balanced and sweep_of(20.0, 19.9, 19.9).balanced
+    monkeypatch.setattr("fitting.control.sweep.run_sweep", lambda *args, **kwargs: ended)
+    result = CliRunner().invoke(main, ["control", "--out", str(tmp_path / "o")])
+    words = "friction, told: in 4 of 600 rows, from 20 to 20.75 s, the plant has no equilibrium"
+    assert result.exit_code == 1 and words in " ".join(result.output.split())
 
 
 def test_no_number_is_told_where_there_is_none():

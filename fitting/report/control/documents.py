@@ -3,10 +3,10 @@
 from typing import Any
 
 from fitting.control.loop import Run
-from fitting.control.sweep import HOLD, STEP, Sweep
+from fitting.control.sweep import HOLD, SINCE, STEP, Sweep
 from fitting.data.csv_text import csv_text
 
-from .words import SINCE, verdict
+from .words import verdict
 
 
 def files(result: Sweep) -> dict[str, str]:

@@ -3,12 +3,10 @@
 import numpy as np
 
 from fitting.control.loop import Run
-from fitting.control.sweep import BAND, HOLD, STEP, Case, Sweep
+from fitting.control.sweep import BAND, HOLD, SINCE, STEP, Case, Sweep
 
 from ..table import Table
 
-SINCE = 10.0
-"""Time from which errors count [s]: five seconds after the step."""
 MEASURES = ("RMSE [1/m]", "settles in [s]", "observer [1/m]")
 
 
@@ -62,9 +60,10 @@ def warnings(result: Sweep) -> list[str]:
         for run, told in ((case.without, ""), (case.known, ", told")):
             lost = 0 if run is None else int(np.sum(~run.good))
             if lost:
+                first, last = run.time[np.flatnonzero(~run.good)[[0, -1]]]
                 found.append(
-                    f"{_named(case)}{told}: in {lost} of {run.time.size} rows the plant has no equilibrium; "
-                    "the curvature there is that of the row before"
+                    f"{_named(case)}{told}: in {lost} of {run.time.size} rows, from {first:g} to {last:g} s, the "
+                    "plant has no equilibrium; the curvature there is that of the row before"
                 )
     run = result.cases[0].without
     late = run.time >= SINCE
