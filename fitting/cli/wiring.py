@@ -41,7 +41,7 @@ def wiring_command(**options: Any) -> None:
     prepare()
     from fitting.data.publish import check_free
     from fitting.report.results import save, text
-    from fitting.wiring.choose import MOST, Bounds, choose_filters, most_segments
+    from fitting.wiring.choose import MOST, Bounds, choose_filters, most_springs
     from fitting.wiring.springs import springs_of_design
 
     if options["out"] is not None:
@@ -55,7 +55,7 @@ def wiring_command(**options: Any) -> None:
     )
     allowed = 0.01 * options["allowed"]
     if options["springs"] is None:
-        count, found = most_segments(springs, bounds, allowed)
+        count, found = most_springs(springs, bounds, allowed)
         band = f"between {options['low']:g} and {options['high']:g} kHz"
         if found is None:
             click.echo(f"Not even two springs fit {band}; these are the best filters for two.")

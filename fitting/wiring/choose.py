@@ -28,7 +28,7 @@ pairs."""
 ALLOWED = 0.01
 """Limit of the crosstalk where nothing else is said [1]."""
 MOST = 40
-"""Maximum of segments that are tried."""
+"""Maximum of springs that are tried."""
 
 
 @dataclass(frozen=True)
@@ -241,7 +241,7 @@ def _sold(circuit: Circuit) -> tuple[Circuit, Circuit]:
     return made, eqx.tree_at(lambda c: c.capacitance, circuit, near)
 
 
-def most_segments(springs: Springs, bounds: Bounds, allowed: float = ALLOWED) -> tuple[int, Wiring | None]:
+def most_springs(springs: Springs, bounds: Bounds, allowed: float = ALLOWED) -> tuple[int, Wiring | None]:
     """Largest number of springs whose worst crosstalk is allowed, and their filters.
 
     Args:

@@ -1,6 +1,6 @@
 """The circuit: springs side by side on one supply, each behind a coil and a capacitor in series.
 
-A branch lets current pass near its resonance `f = 1 / (2 pi sqrt(L C))`. The supply chooses a segment by its
+A branch lets current pass near its resonance `f = 1 / (2 pi sqrt(L C))`. The supply chooses a spring by its
 frequency, heats it, and senses it or another one by a second, weak frequency on the same wires.
 """
 

@@ -32,6 +32,10 @@ BLACK, BLUE, ORANGE, GREEN, SKY, PURPLE, VERMILION, YELLOW = (
     "#000000", "#0072B2", "#E69F00", "#009E73", "#56B4E9", "#CC79A7", "#D55E00", "#F0E442",
 )  # fmt: skip
 GREY = "#8a8f98"
+SERIES = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
+"""Colours of series that are alike, such as springs, in their order. Yellow is too faint on white."""
+LINES, MARKS = ("-", "--", ":", "-."), ("o", "s", "^", "D")
+"""Line styles and markers of series: those of the second seven have the second, and so on."""
 MOST_COLUMNS = 4
 """Maximum number of panels beside each other."""
 STYLE = {
@@ -70,6 +74,18 @@ QUANTITIES = {
 def style() -> AbstractContextManager:
     """Context in which figures are made and saved."""
     return matplotlib.rc_context(STYLE)
+
+
+def series(k: int, points: bool = False) -> dict[str, str]:
+    """Look of the k-th of many series, from 0, as arguments of `plot`; the first 28 all differ.
+
+    Args:
+        k: index of the series.
+        points: markers without lines, where rows do not follow each other.
+    """
+    turn = k // len(SERIES) % len(LINES)
+    look = {"linestyle": "none", "marker": MARKS[turn]} if points else {"linestyle": LINES[turn]}
+    return {"color": SERIES[k % len(SERIES)], **look}
 
 
 def axis_label(column: str) -> str:

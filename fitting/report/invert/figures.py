@@ -15,17 +15,14 @@ from pneusma_jax.units import from_si, unit_of_column
 
 from ..figures import (
     BLUE,
-    GREEN,
     GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
     VERMILION,
     axis_label,
     draw_tube,
     legend_above,
     legend_over,
     new,
+    series,
 )
 
 if TYPE_CHECKING:
@@ -34,7 +31,6 @@ if TYPE_CHECKING:
 
 ticker = Late("matplotlib.ticker")
 
-COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 MOST_PANELS = 3
 FEW = 12
 """Maximum number of targets that each have a tick."""
@@ -80,14 +76,10 @@ def targets_figure(result: Inversion, time: np.ndarray | None = None) -> Figure:
         panels[-1].set_xlim(0.5, count + 0.5)
         places = ticker.FixedLocator(x) if count <= FEW else ticker.MaxNLocator(integer=True)
         panels[-1].xaxis.set_major_locator(places)
-    for k, colour in zip(range(len(result.springs)), COLOURS * 4, strict=False):
+    for k in range(len(result.springs)):
+        look = series(k, points=time is None)
         panels[-1].plot(
-            x,
-            result.fractions[:, k],
-            dots,
-            color=colour,
-            markersize=3,
-            label=f"xi0_{result.spring_name(k)}",
+            x, result.fractions[:, k], markersize=4, label=f"xi0_{result.spring_name(k)}", **look
         )
     panels[-1].set(ylabel="martensite fraction [1]", xlabel=label, ylim=(-0.05, 1.05))
     legend_above(panels[-1], 4)

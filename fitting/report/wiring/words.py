@@ -47,7 +47,7 @@ def filter_table(result: Wiring) -> Table:
         for k in range(len(power))
     ]
     header = [
-        "segment", "selected at [kHz]", "coil [uH]", "capacitor [nF]", "sold [nF]", "coil trimmed [uH]",
+        "spring", "selected at [kHz]", "coil [uH]", "capacitor [nF]", "sold [nF]", "coil trimmed [uH]",
         "quality", "heat [W]", "sensing",
     ]  # fmt: skip
     note = (
