@@ -39,7 +39,7 @@ UNTIL = 150.0
 SINCE = 10.0
 """Time from which errors count [s]: five seconds after the step."""
 HALVINGS = 12
-"""Number of halvings in the search for the pressure up to which a loop balances: to 1/4096 of the wanted one."""
+"""Number of halvings in the search for the pressure up to which a loop balances."""
 BAND = 0.05
 """Share of the step's height within which a curvature counts as reached [1], as in `Run.settling`."""
 

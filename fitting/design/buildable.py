@@ -12,12 +12,16 @@ import numpy as np
 import pneusma_jax as pj
 from pneusma_jax.actuator import SLACK
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS
+from pneusma_jax.calibration import Calibration
 from pneusma_jax.errors import InputError
+from pneusma_jax.late import Late
 from pneusma_jax.nitinol.geometry import OVERLAP
 
 from .bodies import Plan, sizes_of
 from .space import Space
 from .study import Constraint
+
+optimize = Late("scipy.optimize")
 
 MOST_CORNERS = 256
 """Maximum of combinations of the other parameters' ends that are tried for an end: all those of eight."""
@@ -38,6 +42,11 @@ MATTERS = (
 )  # fmt: skip
 """Dimensions on which these quantities depend."""
 
+Tried = dict[tuple, str]
+"""Reasons why segments cannot be made, empty for those that can, by plan and dimensions."""
+Known = dict[tuple, dict[str, float]]
+"""Values of the quantities that `LIMITS` names, by plan, table and dimensions of a segment."""
+
 
 def implied(space: Space, plans: Sequence[Plan]) -> tuple[Constraint, ...]:
     """Constraints without which the box would hold designs that cannot be made.
@@ -51,14 +60,15 @@ def implied(space: Space, plans: Sequence[Plan]) -> tuple[Constraint, ...]:
     if not some:
         return ()
     least: dict[str, float] = {}
+    known: Known = {}
     for corner in corners(len(some), 4 * MOST_CORNERS):
         place = np.full(len(space), 0.5)
         place[some] = corner
         sizes = {name: float(x) for name, x in space.parameters(place).items()}
         for plan in plans:
-            for name, value in _values(plan, sizes).items():
+            for name, value in _values(plan, sizes, known).items():
                 least[name] = min(value, least.get(name, np.inf))
-    everywhere = set.intersection(*(set(_values(plan, {})) for plan in plans))
+    everywhere = set.intersection(*(set(_values(plan, {}, known)) for plan in plans))
     return tuple(
         Constraint(LIMITS[name][0], name, False, LIMITS[name][1], unit=LIMITS[name][2])
         for name in LIMITS
@@ -66,20 +76,35 @@ def implied(space: Space, plans: Sequence[Plan]) -> tuple[Constraint, ...]:
     )
 
 
-def _values(plan: Plan, sizes: dict[str, float]) -> dict[str, float]:
+def _values(plan: Plan, sizes: dict[str, float], known: Known) -> dict[str, float]:
     """Least values over the segments of the quantities that `LIMITS` names, where all segments have them."""
+    found = _each_value(plan, sizes, known)
+    return {name: min(values) for name, values in found.items() if len(values) == len(plan.tables)}
+
+
+def _each_value(plan: Plan, sizes: dict[str, float], known: Known) -> dict[str, list[float]]:
+    """Values of the quantities that `LIMITS` names in every segment that has them."""
     found: dict[str, list[float]] = {}
     for k, table in enumerate(plan.tables, 1):
         own = {n: x for n, x in sizes_of(sizes, k).items() if n in GEOMETRY_KEYS}
-        geometry = pj.design_geometry(table, **own)
-        size = lambda name, geometry=geometry: float(getattr(geometry, name))  # noqa: E731
-        if pj.layout(table).spring_numbers:
-            found.setdefault("pitch_ratio", []).append(size("initial_pitch") / size("wire_diameter"))
-            found.setdefault("stretch_ratio", []).append(size("attached_length") / size("free_length"))
-        if "outer_diameter" in table.quantities:
-            bore = size("outer_diameter") - 2.0 * size("wall_thickness")
-            found.setdefault("bore_diameter", []).append(bore)
-    return {name: min(values) for name, values in found.items() if len(values) == len(plan.tables)}
+        key = (id(plan), table.name, *sorted(own.items()))  # segments may be alike
+        if key not in known:
+            known[key] = _of_segment(table, own)
+        for name, value in known[key].items():
+            found.setdefault(name, []).append(value)
+    return found
+
+
+def _of_segment(table: Calibration, own: dict[str, float]) -> dict[str, float]:
+    """Those of the quantities that `LIMITS` names which a segment of these dimensions has."""
+    geometry, found = pj.design_geometry(table, **own), {}
+    size = lambda name: float(getattr(geometry, name))  # noqa: E731
+    if pj.layout(table).spring_numbers:
+        found["pitch_ratio"] = size("initial_pitch") / size("wire_diameter")
+        found["stretch_ratio"] = size("attached_length") / size("free_length")
+    if "outer_diameter" in table.quantities:
+        found["bore_diameter"] = size("outer_diameter") - 2.0 * size("wall_thickness")
+    return found
 
 
 def check_ends(space: Space, drives: Sequence[str], plans: Sequence[Plan], path: str) -> None:
@@ -95,15 +120,16 @@ def check_ends(space: Space, drives: Sequence[str], plans: Sequence[Plan], path:
         InputError: naming the parameter, its end and what is impossible.
     """
     sizes = [k for k, one in enumerate(space.free) if one.name not in drives]
+    tried: Tried = {}
     for end in (0.0, 1.0):  # where both these corners can be made, no end is impossible
-        if _impossible(space, plans, np.full(len(space), end)):
+        if _impossible(space, plans, np.full(len(space), end), tried):
             break
     else:
         return
     for k in sizes:
         others = [j for j in sizes if j != k]
         for end, word in ((0.0, "lower"), (1.0, "upper")):
-            reason = _everywhere(space, plans, k, end, others)
+            reason = _everywhere(space, plans, k, end, others, tried)
             if reason:
                 one = space.free[k]
                 raise InputError(
@@ -139,33 +165,82 @@ def _with_middles(count: int, most: int) -> np.ndarray:
     return some[np.any(some == 0.5, axis=1)]
 
 
-def _everywhere(space: Space, plans: Sequence[Plan], k: int, end: float, others: list[int]) -> str:
+def _everywhere(
+    space: Space, plans: Sequence[Plan], k: int, end: float, others: list[int], tried: Tried
+) -> str:
     """Reason why nothing can be made at an end of a parameter, by the last place; empty if something can."""
     others = sorted(others, key=lambda j: space.names[j])  # their order in the file makes no difference
+    many = 2 ** len(others) > MOST_CORNERS
+    if many:  # the one combination that can be made may not be among the random ones
+        for plan in plans:
+            if not _impossible(space, [plan], _with_most_room(space, plan, k, end, others), {}):
+                return ""
     reason = ""
     for corner in (*corners(len(others), MOST_CORNERS), *_with_middles(len(others), MOST_BETWEEN)):
         place = np.full(len(space), 0.5)
         place[others], place[k] = corner, end
-        reason = _impossible(space, plans, place)
+        reason = _impossible(space, plans, place, tried)
         if not reason:
             return ""
-    return reason
+    return reason + (f" (so it is at all of {MOST_CORNERS} random combinations of the others' ends)" * many)
 
 
-def _impossible(space: Space, plans: Sequence[Plan], place: np.ndarray) -> str:
+def _with_most_room(space: Space, plan: Plan, k: int, end: float, others: list[int]) -> np.ndarray:
+    """Place in the box at which all segments of a plan are as far within `LIMITS` as they can be.
+
+    The least room is maximised by SLSQP from the middle of the box, every segment's quantity a constraint.
+    The quantities are ratios and differences of dimensions, and rise or fall with each of them all along.
+
+    Args:
+        space: box of the free parameters.
+        plan: tables of a combination of choices.
+        k, end: parameter that is held at an end; others: indices of the other dimensions.
+    """
+
+    known: Known = {}
+
+    def at(x: np.ndarray) -> np.ndarray:
+        place = np.full(len(space), 0.5)
+        place[others], place[k] = np.clip(x[:-1], 0.0, 1.0), end
+        return place
+
+    def room(x: np.ndarray) -> np.ndarray:
+        sizes = {name: float(value) for name, value in space.parameters(at(x)).items()}
+        found = _each_value(plan, sizes, known)
+        parts = [np.array(values) / LIMITS[name][1] - 1.0 for name, values in found.items()]
+        return np.concatenate([*parts, [1.0]]) - x[-1]
+
+    least = np.append(np.full(len(others), 0.5), -10.0)
+    least[-1] += float(np.min(room(least)))
+    ended = optimize.minimize(
+        lambda x: -x[-1], least, bounds=[(0.0, 1.0)] * len(others) + [(None, None)], method="SLSQP",
+        constraints=[{"type": "ineq", "fun": room}], options={"maxiter": 50},
+    )  # fmt: skip
+    return at(ended.x)
+
+
+def _impossible(space: Space, plans: Sequence[Plan], place: np.ndarray, tried: Tried) -> str:
     """Reason why no plan can be made at a place in the box; empty if one can."""
     sizes = {name: float(x) for name, x in space.parameters(place).items()}
     reason = ""
-    for plan in plans:
-        known = set()
-        try:
-            for k, table in enumerate(plan.tables, 1):
-                own = sizes_of(sizes, k)
-                if (key := (table.name, *sorted(own.items()))) not in known:  # segments may be alike
-                    known.add(key)
-                    pj.make_actuator(table, plan.alloy, plan.silicone, **own)
-        except ValueError as error:
-            reason = str(error).removeprefix("Argument ").rstrip(".")
+    for number, plan in enumerate(plans):
+        for k, table in enumerate(plan.tables, 1):
+            own = sizes_of(sizes, k)
+            key = (number, table.name, *sorted(own.items()))  # segments may be alike
+            if key not in tried:
+                tried[key] = _why_not(plan, table, own)
+            if tried[key]:
+                reason = tried[key]
+                break
         else:
             return ""
     return reason
+
+
+def _why_not(plan: Plan, table: Calibration, own: dict[str, float]) -> str:
+    """Reason why a segment of these dimensions cannot be made; empty if it can."""
+    try:
+        pj.make_actuator(table, plan.alloy, plan.silicone, **own)
+    except ValueError as error:
+        return str(error).removeprefix("Argument ").rstrip(".")
+    return ""

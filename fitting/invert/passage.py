@@ -206,9 +206,9 @@ def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Pass
         clearance: least distance to keep between the walls [m].
 
     Raises:
-        InputError: if the clearance is at least half of the lumen's width, the lumen is narrower than the body
-            where it begins or all along, the chain is longer than the lumen in every state, or nothing can be
-            computed.
+        InputError: if the clearance is at least half of the lumen's width, the lumen is narrower than the
+            body where it begins or all along, the chain is longer than the lumen in every state, or nothing
+            can be computed.
     """
     widest = float(lumen.diameter.max())
     if 2.0 * clearance >= widest:

@@ -29,6 +29,18 @@ quantity = "shear_strain"
 at_most = "tested"
 """
 
+CHAIN = """
+schema = "pneusma-chain/1"
+name = "two"
+
+[[segment]]
+design = "pneusma2"
+connector = {value = 4.0, unit = "mm", status = "assumed", source = "test"}
+
+[[segment]]
+design = "pneusma2"
+"""
+
 
 def write_study(folder: Path, text: str = SMALL) -> Path:
     """A study in a folder."""

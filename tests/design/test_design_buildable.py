@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from study_files import SMALL, changed, write_study
+from study_files import CHAIN, SMALL, changed, write_study
 
 import pneusma_jax as pj
 from fitting.design import read_study, run_study
@@ -28,17 +28,6 @@ OTHERS = (
     'mandrel_diameter = {made = "continuous", from = 0.8, to = 1.2, unit = "mm"}',
     'active_coils = {made = "integer", from = 40, to = 200}',
 )
-CHAIN = """
-schema = "pneusma-chain/1"
-name = "two"
-
-[[segment]]
-design = "pneusma2"
-connector = {value = 4.0, unit = "mm", status = "assumed", source = "test"}
-
-[[segment]]
-design = "pneusma2"
-"""
 
 
 @pytest.mark.parametrize(
@@ -109,6 +98,25 @@ def test_constraints_of_ten_free_dimensions_do_not_depend_on_their_order(first, 
     text = text.replace("xi0_2 = 0.3", "segment_1 = {xi0_2 = 0.3}").replace('"curvature"', '"bend_angle"')
     names = [one.name for one in read_study(write_study(tmp_path, text)).constraints]
     assert names == ["length", "shear", "turns do not overlap"]
+
+
+@pytest.mark.parametrize(("widest", "refused"), [(0.34, False), (0.36, True)])
+def test_an_end_that_only_one_of_a_thousand_combinations_allows_is_not_refused(widest, refused, tmp_path):
+    """The thick wire of ten segments needs all ten pitches near their upper ends."""
+    (tmp_path / "two.toml").write_text(CHAIN + '[[segment]]\ndesign = "pneusma2"\n' * 8)
+    pitches = [f'"{k}.initial_pitch" = {{from = 0.26, to = 0.33, unit = "mm"}}' for k in range(1, 11)]
+    wire = f'wire_diameter = {{made = "continuous", from = 0.2, to = {widest}, unit = "mm"}}'
+    free = "\n".join(['active_coils = {made = "continuous", from = 40, to = 200}', wire, *pitches])
+    study = changed('design = "pneusma2"', 'design = "two.toml"')
+    study = re.sub(r"(?s)\[free\].*?\n\n", lambda _: f"[free]\n{free}\n\n", study, count=1)
+    study = study.replace("xi0_2 = 0.3", "segment_1 = {xi0_2 = 0.3}").replace('"curvature"', '"bend_angle"')
+    path = write_study(tmp_path, study)
+    if refused:
+        words = "wire_diameter: nothing can be made at the upper end of its range: .* at all of 256 random combinations"
+        with pytest.raises(InputError, match=words):
+            read_study(path)
+        return
+    assert "turns do not overlap" in [one.name for one in read_study(path).constraints]
 
 
 @pytest.mark.parametrize("count", [0, 1, 5, 8, 9, 14])

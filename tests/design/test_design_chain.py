@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from study_files import write_study
+from study_files import CHAIN, write_study
 
 import fitting.report.results  # noqa: F401  results know how they look
 from fitting.design import read_study, run_study
@@ -13,18 +13,7 @@ from fitting.design.pareto import hypervolume
 from fitting.design.program import Model
 from fitting.report.results import save, text
 
-CHAIN = """
-schema = "pneusma-chain/1"
-name = "two"
-
-[[segment]]
-design = "pneusma2"
-connector = {value = 4.0, unit = "mm", status = "assumed", source = "test"}
-
-[[segment]]
-design = "pneusma2"
-angle = {value = 90.0, unit = "deg", status = "assumed", source = "test"}
-"""
+TURNED = CHAIN + 'angle = {value = 90.0, unit = "deg", status = "assumed", source = "test"}\n'
 PAIR = """
 schema = "pneusma-study/1"
 name = "pair"
@@ -62,7 +51,7 @@ at_most = "tested"
 
 
 def pair_in(folder):
-    (folder / "two.toml").write_text(CHAIN)
+    (folder / "two.toml").write_text(TURNED)
     return read_study(write_study(folder, PAIR))
 
 

@@ -62,8 +62,8 @@ def warnings(result: Sweep) -> list[str]:
             if lost:
                 first, last = run.time[np.flatnonzero(~run.good)[[0, -1]]]
                 found.append(
-                    f"{_named(case)}{told}: in {lost} of {run.time.size} rows, from {first:g} to {last:g} s, the "
-                    "plant has no equilibrium; the curvature there is that of the row before"
+                    f"{_named(case)}{told}: in {lost} of {run.time.size} rows, from {first:g} to {last:g} s, "
+                    "the plant has no equilibrium; the curvature there is that of the row before"
                 )
     run = result.cases[0].without
     late = run.time >= SINCE

@@ -78,9 +78,7 @@ def targets_figure(result: Inversion, time: np.ndarray | None = None) -> Figure:
         panels[-1].xaxis.set_major_locator(places)
     for k in range(len(result.springs)):
         look = series(k, points=time is None)
-        panels[-1].plot(
-            x, result.fractions[:, k], markersize=4, label=f"xi0_{result.spring_name(k)}", **look
-        )
+        panels[-1].plot(x, result.fractions[:, k], markersize=4, label=f"xi0_{result.spring_name(k)}", **look)
     panels[-1].set(ylabel="martensite fraction [1]", xlabel=label, ylim=(-0.05, 1.05))
     legend_above(panels[-1], 4)
     return figure

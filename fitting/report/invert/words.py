@@ -148,7 +148,12 @@ def spring_table(result: Inversion) -> Table:
 def way_table(result: Inversion) -> Table:
     """Table of other solutions for each target."""
     rows = [
-        [str(k + 1), f"{from_si(drives[0], 'kPa'):.3f}", heated_words(result, drives[1:]), number(watts, ".3g")]
+        [
+            str(k + 1),
+            f"{from_si(drives[0], 'kPa'):.3f}",
+            heated_words(result, drives[1:]),
+            number(watts, ".3g"),
+        ]
         for k, (ways, heat) in enumerate(zip(result.ways, result.way_heat, strict=True))
         for drives, watts in zip(ways, heat, strict=True)
     ]
