@@ -212,6 +212,9 @@ def _search(
         phase[0] = "rounding"
         if discrete:
             found.made = made_from(found.ideal, found.problem, evaluate, study.optimiser)
+            if found.made is not None and jumps(study):
+                best, rest = found.made
+                found.made = search_past_jumps(best, rest, evaluate, study.optimiser), rest
             found.rounded = found.made is not None
         return found
     phase[0] = "front"

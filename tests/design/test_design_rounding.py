@@ -32,6 +32,7 @@ class Ridge:
         wire = Free("wire", "catalogue", Bound(0.2), Bound(0.3), WIRES, "mm")
         coils = Free("coils", "integer", Bound(40.0), Bound(most), tuple(np.arange(40.0, most + 1)), "1")
         self.model = SimpleNamespace(space=Space((coils, wire)))
+        self.seen: dict[bytes, Evaluation] = {}
 
     def bend(self, coils: float, wire: float) -> float:
         return coils / 66.31 * (0.2424 / wire) ** 2
@@ -43,6 +44,7 @@ class Ridge:
             bend = self.bend(size["coils"], size["wire"])
             slope = bend * np.array([1.0 / size["coils"], -2.0 / size["wire"]]) * span
             found.append(Evaluation(place, np.array([-bend, bend - 1.0]), np.array([-slope, slope])))
+        self.seen.update((one.place.tobytes(), one) for one in found)
         return found
 
 
