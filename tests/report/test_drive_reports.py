@@ -155,4 +155,4 @@ def test_a_loop_that_cannot_follow_or_balance_says_so(sweep):
     assert (
         "misses the wanted curvature by up to 4.00 1/m; a heater is at its limit of 0.4 A for 100 %" in said
     )
-    assert "wrap friction, told: in 9 of 600 rows the plant has no equilibrium" in said
+    assert "wrap friction, told: in 9 of 600 rows, from 0 to 2 s, the plant has no equilibrium" in said
