@@ -58,8 +58,18 @@ def front_of(
     again = [[found[j].evaluation.place for j in js if found[j].kept] for js in near]
     better = _solved(problems, again, evaluate, method)
     pairs = [(best_of([a, *([b] if b else [])]), p) for a, b, p in zip(found, better, problems, strict=True)]
-    pairs = [(better_seen(o, p, evaluate) or o, p) for o, p in pairs]
-    pairs = [pair for pair in pairs if pair[0].kept]
+    return best_pairs([pair for pair in pairs if pair[0].kept], count)
+
+
+def none_better(
+    pairs: Sequence[tuple[Outcome, Problem]], evaluate: Evaluator, count: int
+) -> list[tuple[Outcome, Problem]]:
+    """The front, with better designs in place of those that a search of another point has beaten."""
+    return best_pairs([(better_seen(o, p, evaluate) or o, p) for o, p in pairs], count)
+
+
+def best_pairs(pairs: Sequence[tuple[Outcome, Problem]], count: int) -> list[tuple[Outcome, Problem]]:
+    """Those of which none dominates another in `count` objectives."""
     if not pairs:
         return []
     keep = not_dominated(np.array([o.evaluation.values[:count] for o, _ in pairs]))

@@ -32,7 +32,7 @@ from .optimise import (
     from_starts,
     optimise,
 )
-from .pareto import front_of, not_dominated, share_of_box
+from .pareto import best_pairs, front_of, none_better, share_of_box
 from .program import Model
 from .result import Choice, Design, DesignResult, Front, Limits
 from .study import Study
@@ -219,6 +219,8 @@ def _search(
         return found
     phase[0] = "front"
     found.pairs = front_of(anchors, problems[0], evaluate, study.points, study.optimiser)
+    if not discrete:
+        found.pairs = none_better(found.pairs, evaluate, count)
     chosen = found.pairs[_knee([o for o, _ in found.pairs], count)]
     found.ideal, found.problem = chosen
     if discrete:
@@ -227,9 +229,7 @@ def _search(
         made = [made_from(o, p, evaluate, study.optimiser, **once) for o, p in found.pairs]
         found.rounded = any(made)
         if found.rounded:
-            pairs = [pair for pair in made if pair]
-            keep = not_dominated(np.array([o.evaluation.values[:count] for o, _ in pairs]))
-            found.pairs = [pairs[k] for k in keep]
+            found.pairs = best_pairs([pair for pair in made if pair], count)
             found.made = found.pairs[_knee([o for o, _ in found.pairs], count)]
     return found
 
