@@ -85,6 +85,7 @@ def made_from(
     method: str,
     further: bool = True,
     ends: Ends = Ends(),
+    objectives: int = 1,
 ) -> tuple[Outcome, Problem] | None:
     """The best design near a continuous one that can be made, the rest of the parameters solved anew.
 
@@ -95,6 +96,7 @@ def made_from(
         method: method of the optimiser.
         further: go on in single steps while that helps.
         ends: stopping rules of the optimiser.
+        objectives: number of the study's objectives, see `better_seen`.
 
     Returns:
         The design, and the problem of the parameters that are left; None where no design that was tried keeps
@@ -106,7 +108,7 @@ def made_from(
     search.fix_in_turn()
     if further:
         search.step_while_it_helps()
-    while search.go_on_from_a_better_one():
+    while search.go_on_from_a_better_one(objectives):
         if further:
             search.step_while_it_helps()
     if search.best is None:
@@ -184,14 +186,15 @@ class _Rounding:
             if _key(best[0]) == _key(held):
                 return
 
-    def go_on_from_a_better_one(self) -> bool:
+    def go_on_from_a_better_one(self, objectives: int) -> bool:
         """Solve the rest anew from a design that can be made, was evaluated, and is better than the best.
 
         Returns:
             True if there was one. The best is at least as good afterwards.
         """
         best = self.best[1] if self.best else Outcome(None, np.inf, np.inf, "", 0)
-        seen = better_seen(best, self.problem, self.evaluate, lambda place: all_made(self.space, place))
+        made_at = lambda place: all_made(self.space, place)  # noqa: E731
+        seen = better_seen(best, self.problem, self.evaluate, made_at, objectives)
         if seen is None:
             return False
         place = seen.evaluation.place

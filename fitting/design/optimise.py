@@ -101,6 +101,7 @@ def better_seen(
     problem: Problem,
     evaluate: Evaluator,
     counts: Callable[[np.ndarray], bool] = lambda place: True,
+    objectives: int = 1,
 ) -> Outcome | None:
     """The best design of all that were evaluated, if it is better than the one that a search ended at.
 
@@ -108,6 +109,7 @@ def better_seen(
         best: end of a search; problem: its problem.
         evaluate: evaluator that remembers what it was asked.
         counts: whether the design of a place counts, such as one that can be made.
+        objectives: number of the study's objectives. On a front a better design is worse in none of them.
     """
     seen = [one for one in evaluate.seen.values() if one.finite and counts(one.place)]
     if not seen:
@@ -116,6 +118,9 @@ def better_seen(
     excess = (values[:, problem.rows] - problem.limits) / problem.scales
     violation = np.max(excess, axis=1, initial=-np.inf)
     objective = np.where(violation <= ALLOWED, values @ problem.weights, np.inf)
+    if objectives > 1 and best.kept:
+        worse = values[:, :objectives] > best.evaluation.values[:objectives]
+        objective = np.where(np.any(worse, axis=1), np.inf, objective)
     k = int(np.argmin(objective))
     if not objective[k] < (best.objective - BETTER if best.kept else np.inf):
         return None

@@ -65,7 +65,7 @@ def none_better(
     pairs: Sequence[tuple[Outcome, Problem]], evaluate: Evaluator, count: int
 ) -> list[tuple[Outcome, Problem]]:
     """The front, with better designs in place of those that a search of another point has beaten."""
-    return best_pairs([(better_seen(o, p, evaluate) or o, p) for o, p in pairs], count)
+    return best_pairs([(better_seen(o, p, evaluate, objectives=count) or o, p) for o, p in pairs], count)
 
 
 def best_pairs(pairs: Sequence[tuple[Outcome, Problem]], count: int) -> list[tuple[Outcome, Problem]]:

@@ -225,7 +225,7 @@ def _search(
     found.ideal, found.problem = chosen
     if discrete:
         phase[0] = "rounding"
-        once = {"further": False, "ends": ON_FRONTS}
+        once = {"further": False, "ends": ON_FRONTS, "objectives": count}
         made = [made_from(o, p, evaluate, study.optimiser, **once) for o, p in found.pairs]
         found.rounded = any(made)
         if found.rounded:

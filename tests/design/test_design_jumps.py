@@ -1,5 +1,7 @@
 """A quantity may jump with a design; a study must not end beside a better design that it could have seen."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from study_files import changed, write_study
@@ -78,6 +80,19 @@ def test_what_was_evaluated_is_not_forgotten():
     assert better_seen(best, problem, world).objective == -0.5
     assert better_seen(best, problem, world, lambda place: place[0] < 0.45) is None
     assert search_past_jumps(best, problem, world, "slsqp").objective == pytest.approx(-0.6)
+
+
+def test_on_a_front_a_better_design_is_worse_in_no_objective():
+    """Places are the objectives themselves; the second one has a limit of 1."""
+    problem = Problem(np.array([1.0, 0.0]), np.array([1]), np.ones(1), np.ones(1))
+    one = lambda a, b: Evaluation(np.array([a, b]), np.array([a, b]), np.eye(2))  # noqa: E731
+    end, costly, better = one(0.5, 0.5), one(0.4, 0.9), one(0.45, 0.5)
+    best = Outcome(end, 0.5, -0.5, "", 1)
+    world = SimpleNamespace(seen={k: x for k, x in enumerate((end, costly))})
+    assert better_seen(best, problem, world, objectives=2) is None
+    assert better_seen(best, problem, world).evaluation is costly
+    world.seen[2] = better
+    assert better_seen(best, problem, world, objectives=2).evaluation is better
 
 
 def test_a_better_design_that_can_be_made_is_returned_even_if_rounding_misses_it(tmp_path, monkeypatch):
