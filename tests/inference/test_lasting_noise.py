@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.inference import lasting_noise
-from fitting.inference.lasting_noise import Series, lasting
+from fitting.inference.lasting_noise import SURE, Series, intervals, lasting, zeros
+from fitting.inference.lasting_noise.sizes import decided, sizes_of
 
 TIME = np.linspace(0.0, 1.0, 60)
 SLOPES = np.column_stack([np.ones(60), TIME])
@@ -68,7 +68,7 @@ def test_an_interval_is_that_of_the_mixture_and_not_of_its_variance():
     drawn = np.abs(random.standard_normal(400000)) * np.where(random.random(400000) < 0.03, 6.0, 1.0)
     sd = np.array([[1.0, 2.0], [6.0, 2.0]])
     for even in (False, True):
-        found = lasting_noise._sides(np.zeros((2, 2)), sd, np.array([0.97, 0.03]), even)
+        found = intervals.sides_of(np.zeros((2, 2)), sd, np.array([0.97, 0.03]), even)
         for percent, gaussian in ((50, 0.67449), (90, 1.644854)):
             wanted = np.quantile(drawn, percent / 100.0) / gaussian
             np.testing.assert_allclose(found[percent], [[wanted, wanted], [2.0, 2.0]], rtol=0.01)
@@ -77,7 +77,7 @@ def test_an_interval_is_that_of_the_mixture_and_not_of_its_variance():
 
 def test_a_mixture_off_centre_reaches_further_to_its_side_or_equally_far():
     centre, sd, weight = np.array([[2.0]]), np.array([[3.0]]), np.ones(1)
-    own, even = (lasting_noise._sides(centre, sd, weight, which)[90][0] * 1.644854 for which in (False, True))
+    own, even = (intervals.sides_of(centre, sd, weight, which)[90][0] * 1.644854 for which in (False, True))
     np.testing.assert_allclose(own, [3.0 * 1.644854 - 2.0, 3.0 * 1.644854 + 2.0], rtol=1e-6)
     drawn = np.abs(2.0 + 3.0 * np.random.default_rng(0).standard_normal(400000))
     np.testing.assert_allclose(even, np.quantile(drawn, 0.9), rtol=0.01)
@@ -90,7 +90,7 @@ def test_blocks_with_correlated_noise_give_the_covariance_of_all_rows():
     alike = np.outer(share, share) + np.outer(other, other)
     noise = 1.2**2 * np.eye(60) + (1.5**2 * np.minimum.outer(TIME, TIME) + 0.5**2) * alike
     exact = SLOPES.T @ np.linalg.solve(noise, SLOPES)
-    found = lasting_noise._square(one, (1.5, 0.5, 1.2))[:2, :2]
+    found = zeros.square(one, (1.5, 0.5, 1.2))[:2, :2]
     np.testing.assert_allclose(found, exact, rtol=0.03)
 
 
@@ -103,7 +103,7 @@ def test_a_fit_with_the_noise_that_is_found_needs_no_wider_intervals():
         read = [random.standard_normal(60) + walk for walk in walks]
         plain = np.linalg.solve(4 * SLOPES.T @ SLOPES, SLOPES.T @ np.sum(read, axis=0))
         left = [Series(TIME, SLOPES @ plain - one, SLOPES, "y") for one in read]
-        square = sum(lasting_noise._square(one, size) for one in left)
+        square = sum(zeros.square(one, size) for one in left)
         better = plain - np.linalg.solve(square[:2, :2], square[:2, 2])
         left = [Series(TIME, SLOPES @ better - one, SLOPES, "y") for one in read]
         found = lasting(left, np.full(2, 1e-8), np.zeros(2), taken={"y": size})
@@ -149,7 +149,7 @@ def test_many_clean_outputs_are_not_said_to_have_zeros_and_one_that_wanders_is(r
     random, columns = np.random.default_rng(7), np.sin(300.0 * TIME)[:, None]
     clean = random.standard_normal((6, recordings, outputs, 60))
     steady = [lasting(fitted(y, columns), np.zeros(1), np.zeros(1)).steady for y in clean]
-    assert np.sum(np.less(steady, lasting_noise.SURE)) <= 1 and np.median(steady) > 0.8
+    assert np.sum(np.less(steady, SURE)) <= 1 and np.median(steady) > 0.8
     clean[0, :, 1] += 4.0 * TIME
     assert lasting(fitted(clean[0], columns), np.zeros(1), np.zeros(1)).steady < 0.01
 
@@ -159,11 +159,11 @@ def test_what_recordings_cannot_tell_is_not_decided():
     random, offsets = np.random.default_rng(8), []
     for _ in range(6):
         series = fitted(random.standard_normal((1, 1, 60)), SLOPES)
-        sizes = lasting_noise._sizes(series, np.zeros(2), np.zeros(2))
+        sizes = sizes_of(series, np.zeros(2), np.zeros(2))
         without = sizes.size[:, 1] == 0.0
         offsets.append(sizes.weight[without].sum())
-        assert np.any(np.isfinite(lasting_noise._decided(sizes).before[without]))
-        assert lasting(series, np.zeros(2), np.zeros(2)).steady > lasting_noise.SURE
+        assert np.any(np.isfinite(decided(sizes).before[without]))
+        assert lasting(series, np.zeros(2), np.zeros(2)).steady > SURE
     np.testing.assert_allclose(offsets, 0.5, atol=0.05)
 
 
@@ -172,7 +172,7 @@ def test_a_fit_that_stopped_early_has_the_intervals_of_its_optimum():
     random = np.random.default_rng(9)
     read = random.standard_normal((3, 1, 60)) + random.standard_normal((3, 1, 1))
     ended, early = (lasting(fitted(read, SLOPES, off), np.zeros(2), np.zeros(2)) for off in (0.0, 0.5))
-    assert ended.steady < lasting_noise.SURE and ended.variance[0] > 4.0
+    assert ended.steady < SURE and ended.variance[0] > 4.0
     np.testing.assert_allclose(early.variance, ended.variance, rtol=1e-4)
     np.testing.assert_allclose(early.levels[50], ended.levels[50], rtol=1e-4)
 
