@@ -296,7 +296,10 @@ class Specimen(Model):
         return {}, ""
 
     def unseen(self, campaign: Campaign, **tables: Any) -> dict[str, Quantity]:
-        """Constants that no recording identifies and that are held, by name."""
+        """Constants with a prior that recordings show only by their share in others, by name.
+
+        `parameters_for` leaves them out, so a diagnosis holds them. A characterisation frees them.
+        """
         return {}
 
     def alloy_quantities(self, campaign: Campaign, **tables: Any) -> dict[str, Quantity]:

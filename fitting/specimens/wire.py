@@ -73,8 +73,11 @@ def unloads(recording: Recording) -> bool:
 
 
 def unseen(campaign: Campaign, base: str | Path | None = None) -> dict[str, Quantity]:
-    """Constants of an alloy to be identified that no recording of the campaign shows, and that are held. They
-    are those of the residual strain, where no load is taken off."""
+    """Constants of an alloy to be identified that no recording of the campaign shows on its own.
+
+    They are those of the residual strain, where no load is taken off. The loop that they draw may have other
+    causes.
+    """
     quantities, identify = wire_quantities(campaign, base)
     if not identify or any(unloads(recording) for recording in campaign.recordings):
         return {}
@@ -220,9 +223,10 @@ class StraightWire(Specimen):
     def parameters_for(self, campaign: Campaign, base: str | Path | None = None) -> Parameters:
         """Free constants of a campaign's wire with their priors.
 
-        For an alloy that is to be identified two rules hold. Constants of the residual strain are held where
-        no load is ever taken off (`RESIDUAL`). The prior of `T_mid` is centred where the recordings are half
-        transformed, if they show it. A table is vague there, and misfits far from it have no slope.
+        For an alloy that is to be identified two rules hold. Constants of the residual strain are left out
+        where no load is ever taken off (`RESIDUAL`); a characterisation frees them by `unseen`. The prior of
+        `T_mid` is centred where the recordings are half transformed, if they show it. A table is vague there,
+        and misfits far from it have no slope.
 
         Args:
             campaign: recordings of kind wire.

@@ -13,6 +13,8 @@ from fitting.inference.least_squares import Status
 from fitting.inference.parameters import Parameters
 from fitting.report.general import text, wires
 from fitting.specimens import WIRE
+from pneusma_jax.calibration import load_calibration
+from pneusma_jax.errors import InputError
 
 STARTS = 8
 
@@ -67,6 +69,15 @@ def test_a_fit_whose_noise_was_raised_to_its_misfit_is_missed_all_the_same(searc
 HELD = ["gR_amplitude", "gR_slope", "gR_shift", "gR_decay"]
 
 
+def under_load(takes_off):
+    """A heating of a new wire under a load, which may be taken off at its end."""
+    stress = np.full(60, 200.0)
+    stress[-10:] = 0.0 if takes_off else 200.0
+    columns = {"time_s": np.arange(60.0), "temperature_degC": np.linspace(20.0, 90.0, 60), "strain": np.linspace(0.05, 0.01, 60)}
+    recording = Recording("cycle", None, "wire", geometry={"alloy": "fit"}, columns={**columns, "stress_MPa": stress})
+    return Campaign("c", [recording], None)
+
+
 @pytest.mark.parametrize(("misses", "takes_off", "laws"), [(True, False, 2), (False, False, 1), (True, True, 1)])
 def test_a_law_that_misses_recordings_is_fitted_without_the_loop_that_nothing_shows(monkeypatch, misses, takes_off, laws):
     asked = []
@@ -76,14 +87,10 @@ def test_a_law_that_misses_recordings_is_fitted_without_the_loop_that_nothing_sh
         return SimpleNamespace(fit=SimpleNamespace(misses=misses))
 
     monkeypatch.setattr(pipeline, "characterise_general", fitted)
-    stress = np.full(60, 200.0)
-    stress[-10:] = 0.0 if takes_off else 200.0
-    columns = {"time_s": np.arange(60.0), "temperature_degC": np.linspace(20.0, 90.0, 60), "strain": np.linspace(0.05, 0.01, 60)}
-    recording = Recording("cycle", None, "wire", geometry={"alloy": "fit"}, columns={**columns, "stress_MPa": stress})
-    pipeline.characterise_specimen(Campaign("c", [recording], None), WIRE)
+    pipeline.characterise_specimen(under_load(takes_off), WIRE)
     assert len(asked) == laws
     if laws == 2:
-        wire = WIRE.rows_for(Campaign("c", [recording], None), base=asked[1])[0].base
+        wire = WIRE.rows_for(under_load(takes_off), base=asked[1])[0].base
         assert float(wire["gR_amplitude"]) == 0.0
 
 
@@ -94,10 +101,29 @@ def test_what_was_held_is_not_said_to_be_missing_for_another_reason():
     assert held.startswith("gR_amplitude, gR_slope, gR_shift and gR_decay are still") and "no recording takes the load off" in held
 
 
-@pytest.mark.parametrize(("misses", "held", "words"), [(True, {}, "may stand in for a hysteresis"), (False, {"gR_amplitude": 1}, "held at the table's values"), (False, {}, "")])
-def test_a_loop_of_the_residual_strain_is_called_one(misses, held, words):
-    said = wires._loop_means(SimpleNamespace(fit=SimpleNamespace(misses=misses), unseen=held))
+@pytest.mark.parametrize(("misses", "takes_off", "words"), [(True, False, "may stand in for a hysteresis"), (False, False, "A hysteresis of the phase would look alike"), (False, True, "")])
+def test_a_loop_of_the_residual_strain_is_called_one(misses, takes_off, words):
+    result = SimpleNamespace(fit=SimpleNamespace(misses=misses), campaign=under_load(takes_off), specimen=WIRE, options={})
+    said = wires._loop_means(result)
     assert words in said and bool(words) == bool(said)
+
+
+@pytest.mark.parametrize(("held", "takes_off"), [(False, False), (True, False), (False, True)])
+def test_constants_that_only_loops_show_are_free_with_their_priors(monkeypatch, held, takes_off):
+    """The doubt of a constant that is held at its table's value would be missing in every interval."""
+    asked = []
+
+    def stopped(recordings, rows, parameters, *rest):
+        asked.append(parameters)
+        raise InputError("far enough")
+
+    monkeypatch.setattr(pipeline, "fit_campaign", stopped)
+    with pytest.raises(InputError, match="far enough"):
+        pipeline.characterise_general(under_load(takes_off), WIRE, starts=1, held=held)
+    known = load_calibration("niti_wire", "alloy").quantities
+    assert [name in asked[0] for name in HELD] == [not held] * 4
+    for name in HELD if not held else ():
+        assert asked[0][name].free and asked[0][name].prior == known[name].prior
 
 
 @pytest.mark.slow

@@ -131,9 +131,13 @@ def characterise_general(
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
     model: Augmented | None = None,
+    held: bool = False,
     **options: str | Path,
 ) -> GeneralCharacterisation:
     """Fit a campaign of one kind: priors, least squares from several starts, errors, what stays open.
+
+    Constants that `Specimen.unseen` names are free with the priors of their table. So their doubt counts in
+    every interval.
 
     Args:
         campaign: recordings.
@@ -144,6 +148,7 @@ def characterise_general(
         seed: seed of the scattered starts.
         progress: called with a word for each step that is done.
         model: model on disk, of this kind; the base model by default.
+        held: true to hold those constants at their table's values.
         **options: tables to start from, as the specimen's `rows_for` takes them.
 
     Raises:
@@ -152,7 +157,8 @@ def characterise_general(
     require_float64()
     recordings = campaign.to_fit(specimen.kind)
     predictor = model or specimen
-    parameters = _free(campaign, predictor, adjust or {}, options)
+    doubtful = {} if model or held else specimen.unseen(campaign, **options)
+    parameters = _free(campaign, predictor, adjust or {}, options, doubtful)
     start = {name: entry.value for name, entry in parameters.items()}
     rows = predictor.rows_for(campaign, **options)
     if model is not None:
@@ -194,10 +200,22 @@ def characterise_general(
 
 
 def _free(
-    campaign: Campaign, predictor: Specimen | Augmented, adjust: Mapping, options: Mapping[str, Any]
+    campaign: Campaign,
+    predictor: Specimen | Augmented,
+    adjust: Mapping,
+    options: Mapping[str, Any],
+    doubtful: Mapping[str, Quantity],
 ) -> Parameters:
-    """Free parameters as the user adjusts them; refused where nothing is free."""
-    parameters = adjusted(predictor.parameters_for(campaign, **options), adjust)
+    """Free parameters as the user adjusts them; refused where nothing is free.
+
+    Args:
+        campaign, predictor, adjust, options: as of `characterise_general`.
+        doubtful: further constants that are free with the priors of their table.
+    """
+    parameters = predictor.parameters_for(campaign, **options)
+    for quantity in doubtful.values():
+        parameters.add(priors.tabulated(quantity))
+    parameters = adjusted(parameters, adjust)
     if not parameters:
         raise InputError(
             f"{campaign.path}: alloy and material are known and the tolerances leave nothing open; "
@@ -294,6 +312,8 @@ def characterise_specimen(
 ) -> GeneralCharacterisation:
     """Constants of specimens of one kind; by a simpler law where the whole one does not hold.
 
+    It is not tried if the user adjusts one of the constants that it lacks.
+
     Args:
         campaign: recordings of one kind.
         specimen: specimen of that kind.
@@ -312,7 +332,8 @@ def characterise_specimen(
     }
     found = characterise_general(campaign, specimen, **common, **tables)
     plain, words = specimen.simpler(campaign, **tables)
-    if plain and found.fit.misses:
+    asked = set(adjust or {}) & set(specimen.unseen(campaign, **tables))
+    if plain and found.fit.misses and not asked:
         progress(words)
-        found = characterise_general(campaign, specimen, **common, **{**tables, **plain})
+        found = characterise_general(campaign, specimen, **common, held=True, **{**tables, **plain})
     return found

@@ -99,8 +99,11 @@ def _loop_means(result: GeneralCharacterisation) -> str:
             " The recordings are missed all the same, so it may stand in for a hysteresis of the phase; then "
             "its constants mean little."
         )
-    if AMPLITUDE in result.unseen:
-        return " These constants were held at the table's values, and the recordings agree with them."
+    if result.specimen.unseen(result.campaign, **result.options):
+        return (
+            " No recording takes the load off, so only such loops tell these constants. A hysteresis of the "
+            "phase would look alike."
+        )
     return ""
 
 
