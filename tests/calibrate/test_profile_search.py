@@ -42,7 +42,7 @@ class Problem:
 
 
 def test_a_parabola_takes_two_fits_on_each_side():
-    """One confirms the end of the 90 % interval, one that of the 99 % interval."""
+    """One confirms the end of the 90 % interval, one that nothing wide lies low beyond."""
     problem = Problem(lambda x, y: 7.0 + (x / 2.0) ** 2 + (y - x) ** 2, sd=2.0)
     found = problem.profile()
     assert problem.calls <= 1 + 2 * 2 and not found.curved
@@ -94,6 +94,20 @@ def test_what_stays_low_beyond_the_interval_belongs_to_it():
     np.testing.assert_allclose(found.quoted(90), wanted, rtol=0.3)  # three points tell of the far side
     quoted = estimate(problem.parameters["x"], found)
     assert quoted.curved and -8.0 > quoted.value - 5.0 * quoted.sd
+
+
+def high_plateau(x):
+    """A parabola up to 2.5 above the best value; beyond it the rise is 6 and what a prior adds."""
+    return np.where(x < 0.0, x**2, np.minimum(x**2, 6.0 + (x / 8.0) ** 2))
+
+
+def test_a_plateau_above_the_rise_of_99_per_cent_counts_if_it_is_wide():
+    """The rise at 99 % is 6.6, within tolerance of the plateau's; a fifth of the density lies beyond."""
+    problem = Problem(lambda x, y: float(high_plateau(x)) + (y - x) ** 2)
+    found = problem.profile()
+    wanted = known_interval(high_plateau, 90)
+    assert wanted[1] > 2.5 * WIDTH_90 and found.interval(RISES[90])[1] == pytest.approx(WIDTH_90, rel=0.05)
+    np.testing.assert_allclose(found.quoted(90), wanted, rtol=0.25)  # a few points tell of the far side
 
 
 def test_a_direction_that_nothing_tells_is_the_prior_and_is_said_to_be():
