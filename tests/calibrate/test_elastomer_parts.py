@@ -118,6 +118,7 @@ def test_a_pull_that_stops_short_is_to_be_pulled_further(pulled):
     assert result.actuator is result.whole
 
 
+@pytest.mark.slow
 def test_more_ogden_terms_never_fit_worse(pulled):
     """Exponents of -22 and 19, as of brain tissue in compression and of an isotropic gel, lie past the grid of starts."""
     for exponent, stretch in ((-22.0, 0.9), (19.0, 1.4), (-22.0, 1.15)):

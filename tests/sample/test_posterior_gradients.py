@@ -33,6 +33,7 @@ def test_gradient_chains_have_the_moments_of_a_gaussian():
     assert posterior.diagnostics["gradients_per_draw"] < 8
 
 
+@pytest.mark.slow
 def test_gradient_chains_follow_a_banana():
     parameters = Parameters(Parameter("x", 0.3), Parameter("y", -0.3))
     posterior = sample(Target.from_log_likelihood(banana, parameters, {"bend": 1.0}), parameters, NUTS)
@@ -90,6 +91,7 @@ def two_modes(values, data):
     return jnp.logaddexp(jnp.log(0.3) + near, jnp.log(0.7) + far)
 
 
+@pytest.mark.slow
 def test_starts_from_the_prior_find_both_modes_and_the_evidence():
     ends = {"min": -10.0, "max": 10.0}
     parameters = Parameters(Parameter("x", 4.0, **ends), Parameter("y", 0.0, **ends))

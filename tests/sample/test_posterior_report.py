@@ -171,6 +171,7 @@ def test_what_cannot_be_sampled_says_so(fit):
         fit.posterior(walker=3)
 
 
+@pytest.mark.slow
 def test_chains_that_have_not_converged_judge_no_error_bar(fit):
     short = fit.posterior(seed=1, progress=False, max_steps=60)
     assert not short.converged
