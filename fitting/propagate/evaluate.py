@@ -9,6 +9,7 @@ from jax.sharding import PartitionSpec as P
 from jaxtyping import Array, Float, UInt8
 
 from pneusma_jax.numerics.rows import filled, first_rows
+from pneusma_jax.program_cache import cached_program
 
 CALL = 8192
 """Rows of one call of the compiled program. It bounds memory, and a call takes long against its start."""
@@ -26,13 +27,19 @@ class Evaluator:
         row: values of one row, shape (values,), to columns and a status.
         side_by_side: rows that one device computes together.
         devices: devices to use; all local ones if None.
+        identity: text that says everything that `row` depends on besides the source of the packages. With it
+            programs for one device are kept on disk, and not traced again in every process.
     """
 
     def __init__(
-        self, row: Callable[[Array], tuple[Array, Array]], side_by_side: int, devices: list | None = None
+        self,
+        row: Callable[[Array], tuple[Array, Array]],
+        side_by_side: int,
+        devices: list | None = None,
+        identity: str | None = None,
     ):
         devices = jax.local_devices() if devices is None else devices
-        self._row = row
+        self._row, self._identity = row, identity
         self._mesh = Mesh(np.asarray(devices), ("rows",))
         self._split = NamedSharding(self._mesh, P("rows"))
         self._together = 1 << (side_by_side.bit_length() - 1)
@@ -91,5 +98,9 @@ class Evaluator:
                 part = jax.shard_map(
                     part, mesh=self._mesh, in_specs=P("rows"), out_specs=P("rows"), check_vma=False
                 )
+            elif row is self._row and self._identity is not None:
+                lasting = f"rows of a study|{self._identity}|{together}"
+                self._programs[name, spread] = cached_program(part, lasting)
+                return self._programs[name, spread]
             self._programs[name, spread] = jax.jit(part)
         return self._programs[name, spread]

@@ -80,7 +80,8 @@ class Problem:
     def evaluator(self) -> Evaluator:
         """Rows through the compiled model."""
         row = row_function(self.response, self.columns, self.inputs.value_names)
-        return Evaluator(row, self.response.side_by_side)
+        known = {name: prior.value for name, prior in self.response.known.items()}
+        return Evaluator(row, self.response.side_by_side, identity=f"{self.fingerprint}|{known!r}")
 
     @cached_property
     def nominal(self) -> np.ndarray:
