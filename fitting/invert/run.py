@@ -230,7 +230,7 @@ class Inverse:
         for t, target in enumerate(wanted):
             met = self._met(goals, many.values[t], np.broadcast_to(target, many.values[t].shape))
             order = [int(k) for k in np.argsort(power[t], kind="stable") if met[k]]
-            first = order[0] if met[0] else 0
+            first = order[0] if order else 0
             taken = [drives[t, first]]
             for k in order:
                 if all(np.max(np.abs(drives[t, k] - other) / scale) > APART for other in taken):

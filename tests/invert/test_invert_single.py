@@ -1,5 +1,8 @@
 """PneuSMA2 driven to curvatures: reachable, out of reach, and over time."""
 
+import dataclasses
+
+import jax
 import numpy as np
 import pytest
 
@@ -32,6 +35,19 @@ def test_reachable_curvatures_are_met_and_the_rest_is_held_by_bounds(inverse):
     seen = inverse.atlas.values(("curvature",))[:, 0]
     for k in range(60, 64):
         assert abs(found.values[k, 0] - wanted[k, 0]) <= np.min(np.abs(seen - wanted[k, 0])) * 1.01
+
+
+@pytest.mark.slow
+def test_another_way_that_meets_the_target_is_the_answer_where_the_first_search_does_not(inverse, monkeypatch):
+    candidates, goals, wanted = inverse._candidates, ("curvature",), np.array([[25.0]])
+    (there,) = candidates(goals, wanted)[-1:]
+    meets = jax.tree.map(lambda x: x[:, 0], there)
+    rest = np.array([[0.0, 1.0, 1.0]])
+    lost = dataclasses.replace(meets, place=rest, values=np.zeros((1, 1)), miss=np.array([25.0]))
+    monkeypatch.setattr(inverse, "_candidates", lambda *_: [there])
+    best, ways = inverse._ways(goals, wanted, lost)
+    np.testing.assert_array_equal(best.place, meets.place)
+    assert len(ways[0]) == 0  # the drives that miss the target are no way to it
 
 
 @pytest.mark.slow
