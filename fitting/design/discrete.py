@@ -7,12 +7,12 @@ follow from the best design as long as one of them helps.
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from .log import Evaluator
-from .optimise import ALLOWED, Ends, Outcome, Problem, better_seen, optimise
+from .optimise import ALLOWED, BETTER, Ends, Outcome, Problem, better_seen, optimise
 from .space import Space
 
 WIDTH = 4
@@ -24,6 +24,8 @@ SAME = 1e-9
 
 Held = dict[int, float]
 """Places in the box at which discrete parameters are fixed, by the parameter's index."""
+Beyond = Callable[[Outcome, Problem], Outcome]
+"""A design at least as good, with the same discrete parameters, from a design and its problem."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,6 +64,12 @@ def all_made(space: Space, place: np.ndarray) -> bool:
     return all(np.min(np.abs(places_of(space, k) - place[k])) < SAME for k in discrete)
 
 
+def held_at(space: Space, place: np.ndarray) -> Held:
+    """Places at which a design that can be made holds its discrete parameters."""
+    made = {k: places_of(space, k) for k in coarsest_first(space)}
+    return {k: float(x[np.argmin(np.abs(x - place[k]))]) for k, x in made.items()}
+
+
 def coarsest_first(space: Space) -> list[int]:
     """Indices of the discrete parameters: that with the longest steps, as parts of its range, first."""
     steps = {k: np.diff(places_of(space, k)).mean() for k, one in enumerate(space.free) if one.discrete}
@@ -86,6 +94,7 @@ def made_from(
     further: bool = True,
     ends: Ends = Ends(),
     objectives: int = 1,
+    beyond: Beyond | None = None,
 ) -> tuple[Outcome, Problem] | None:
     """The best design near a continuous one that can be made, the rest of the parameters solved anew.
 
@@ -97,6 +106,8 @@ def made_from(
         further: go on in single steps while that helps.
         ends: stopping rules of the optimiser.
         objectives: number of the study's objectives, see `better_seen`.
+        beyond: search past jumps, from a design and the problem of the parameters that are left; single steps
+            follow from a better design beyond. None where nothing jumps.
 
     Returns:
         The design, and the problem of the parameters that are left; None where no design that was tried keeps
@@ -108,7 +119,7 @@ def made_from(
     search.fix_in_turn()
     if further:
         search.step_while_it_helps()
-    while search.go_on_from_a_better_one(objectives):
+    while search.go_on_from_a_better_one(objectives) or (beyond and search.go_on_past_a_jump(beyond)):
         if further:
             search.step_while_it_helps()
     if search.best is None:
@@ -198,11 +209,25 @@ class _Rounding:
         if seen is None:
             return False
         place = seen.evaluation.place
-        made = {k: places_of(self.space, k) for k in self.order}
-        held = {k: float(x[np.argmin(np.abs(x - place[k]))]) for k, x in made.items()}
-        self.tried.pop(_key(held), None)
+        held = held_at(self.space, place)
+        self.tried.clear()  # all are worse, and steps from here may end elsewhere
         (again,) = self.solved([(held, place)])
         self.tried[_key(held)] = min(again, seen, key=_rank)
+        return True
+
+    def go_on_past_a_jump(self, beyond: Beyond) -> bool:
+        """Look past jumps from the best design.
+
+        Returns:
+            True if there was a better one, with the same discrete parameters. It is the best afterwards.
+        """
+        if self.best is None or not self.best[1].kept:
+            return False
+        held, one = self.best
+        new = beyond(one, dataclasses.replace(self.problem, held=held))
+        if not new.objective < one.objective - BETTER:
+            return False
+        self.tried = {_key(held): new}  # all others are worse, and steps from here may end elsewhere
         return True
 
     def _start(self, one: Outcome) -> np.ndarray:

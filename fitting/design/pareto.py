@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .discrete import all_made, held_at
 from .log import Evaluator
 from .optimise import ON_FRONTS, Outcome, Problem, best_of, better_seen, optimise
 
@@ -64,8 +65,17 @@ def front_of(
 def none_better(
     pairs: Sequence[tuple[Outcome, Problem]], evaluate: Evaluator, count: int
 ) -> list[tuple[Outcome, Problem]]:
-    """The front, with better designs in place of those that a search of another point has beaten."""
-    return best_pairs([(better_seen(o, p, evaluate, objectives=count) or o, p) for o, p in pairs], count)
+    """The front, with better designs in place of those that a search of another point has beaten.
+
+    Where parameters are discrete, only designs that can be made take a place.
+    """
+    space = evaluate.model.space
+    found = []
+    for old, problem in pairs:
+        seen = better_seen(old, problem, evaluate, lambda place: all_made(space, place), count)
+        held = problem.held if seen is None else held_at(space, seen.evaluation.place)
+        found.append((seen or old, dataclasses.replace(problem, held=held)))
+    return best_pairs(found, count)
 
 
 def best_pairs(pairs: Sequence[tuple[Outcome, Problem]], count: int) -> list[tuple[Outcome, Problem]]:

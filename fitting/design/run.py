@@ -32,7 +32,7 @@ from .optimise import (
     from_starts,
     optimise,
 )
-from .pareto import best_pairs, front_of, none_better, share_of_box
+from .pareto import front_of, none_better, share_of_box
 from .program import Model
 from .result import Choice, Design, DesignResult, Front, Limits
 from .study import Study
@@ -211,10 +211,9 @@ def _search(
     if count == 1:
         phase[0] = "rounding"
         if discrete:
-            found.made = made_from(found.ideal, found.problem, evaluate, study.optimiser)
-            if found.made is not None and jumps(study):
-                best, rest = found.made
-                found.made = search_past_jumps(best, rest, evaluate, study.optimiser), rest
+            past = lambda best, rest: search_past_jumps(best, rest, evaluate, study.optimiser)  # noqa: E731
+            beyond = past if jumps(study) else None
+            found.made = made_from(found.ideal, found.problem, evaluate, study.optimiser, beyond=beyond)
             found.rounded = found.made is not None
         return found
     phase[0] = "front"
@@ -229,7 +228,7 @@ def _search(
         made = [made_from(o, p, evaluate, study.optimiser, **once) for o, p in found.pairs]
         found.rounded = any(made)
         if found.rounded:
-            found.pairs = best_pairs([pair for pair in made if pair], count)
+            found.pairs = none_better([pair for pair in made if pair], evaluate, count)
             found.made = found.pairs[_knee([o for o, _ in found.pairs], count)]
     return found
 

@@ -7,9 +7,14 @@ import pytest
 from study_files import changed, write_study
 
 from fitting.design import read_study, run_study
+from fitting.design.discrete import blocked_steps, made_from
 from fitting.design.log import Evaluation
 from fitting.design.neighbours import jumps, search_past_jumps
 from fitting.design.optimise import Outcome, Problem, better_seen
+from fitting.design.pareto import none_better
+from fitting.design.space import Space
+from fitting.design.study import Bound, Free
+from fitting.report.design.words import _on_jumps
 from fitting.report.results import text
 
 STIFF = """
@@ -50,7 +55,9 @@ def test_a_search_passes_the_jump_of_a_stiffness(stiff):
 
 def test_the_report_says_which_quantity_jumps(stiff):
     assert jumps(stiff.study) == ["bending_stiffness"]
-    assert "bending_stiffness jumps with the design." in " ".join(text(stiff).split())
+    assert "bending_stiffness jumps with the design. So neighbours were looked at" in " ".join(text(stiff).split())
+    front = SimpleNamespace(study=stiff.study, front=object())
+    assert "So neighbours of the best design of each objective alone, not of the others," in _on_jumps(front)[0]
 
 
 class Sawtooth:
@@ -103,3 +110,43 @@ def test_a_better_design_that_can_be_made_is_returned_even_if_rounding_misses_it
     found = run_study(read_study(write_study(tmp_path, changed(wall, ""))))
     assert found.base.violation <= 0.0 and found.made.objectives[0] >= found.base.objectives[0]
     assert found.made.parameters["active_coils"] > 40.0
+
+
+class Steps(Sawtooth):
+    """The same with whole numbers from 0 to 2, each of which gains 0.3 beyond the jump and costs as much before."""
+
+    def __init__(self):
+        super().__init__()
+        whole = Free("whole", "integer", Bound(0.0), Bound(2.0), (0.0, 1.0, 2.0), "1")
+        free = Free("free", "continuous", Bound(0.0), Bound(1.0), (), "1")
+        self.model = SimpleNamespace(space=Space((free, whole)))
+
+    def __call__(self, places):
+        found = []
+        for place in places:
+            x, more = float(place[0]), 0.6 if place[0] > 0.45 else -0.6
+            over = x - 0.4 if x < 0.45 else x - 0.6
+            values = np.array([-x - more * place[1], over])
+            found.append(Evaluation(np.array(place), values, np.array([[-1.0, -more], [1.0, 0.0]])))
+        self.seen.update((one.place.tobytes(), one) for one in found)
+        return found
+
+
+def test_single_steps_follow_beyond_a_jump():
+    problem, world = Problem(np.array([1.0, 0.0]), np.array([1]), np.zeros(1), np.ones(1)), Steps()
+    (end,) = world([np.array([0.4, 0.0])])
+    ideal = Outcome(end, -0.4, 0.0, "", 1)
+    past = lambda best, rest: search_past_jumps(best, rest, world, "slsqp")  # noqa: E731
+    best, rest = made_from(ideal, problem, world, "slsqp", beyond=past)
+    assert best.objective == pytest.approx(-1.2) and rest.held == {1: 1.0}
+    assert not any(step.rows == () and not step.up for step in blocked_steps(best, rest, world))
+
+
+def test_a_point_of_a_front_gives_way_to_a_design_that_a_later_point_evaluated():
+    problem, world = Problem(np.array([1.0, 0.0]), np.array([1]), np.ones(1), np.ones(1), {1: 0.0}), Steps()
+    first, made, between = (np.array(x) for x in ([0.5, 0.0], [0.5, 1.0], [0.55, 0.4]))
+    (old,) = world([first])
+    world([made, between])
+    ((new, rest),) = none_better([(Outcome(old, -0.5, -1.1, "", 1), problem)], world, 1)
+    np.testing.assert_array_equal(new.evaluation.place, made)  # between two whole numbers nothing can be made
+    assert rest.held == {1: 1.0}

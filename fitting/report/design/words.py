@@ -305,8 +305,9 @@ def _on_jumps(result: DesignResult) -> list[str]:
     if not names:
         return []
     verb = "jumps" if len(names) == 1 else "jump"
+    whose = "" if result.front is None else " of the best design of each objective alone, not of the others,"
     return [
-        f"{joined(names)} {verb} with the design. So neighbours were looked at, up to "
+        f"{joined(names)} {verb} with the design. So neighbours{whose} were looked at, up to "
         f"{100.0 * DISTANCES[-1]:g} % of each range away, and the search went on from those beyond a jump. "
         "A better design farther away may be missed."
     ]

@@ -35,14 +35,14 @@ def filter_table(result: Wiring) -> Table:
     rows = [
         [
             str(k + 1),
-            f"{float(circuit.resonance[k]) / 1e3:.2f}",
+            f"{float(circuit.resonance[k]) / 1e3:.4g}",
             f"{1e6 * float(circuit.inductance[k]):.1f}",
             f"{1e9 * float(circuit.capacitance[k]):.3g}",
             f"{1e9 * float(made.capacitance[k]):.3g}",
             f"{1e6 * float(made.inductance[k]):.1f}",
-            f"{float(circuit.quality[k]):.0f}",
+            f"{float(circuit.quality[k]):.3g}",
             f"{power[k]:.3f}",
-            f"{errors[k]:.2f}",
+            f"{errors[k]:.3g}",
         ]
         for k in range(len(power))
     ]
