@@ -55,9 +55,13 @@ def test_a_search_passes_the_jump_of_a_stiffness(stiff):
 
 def test_the_report_says_which_quantity_jumps(stiff):
     assert jumps(stiff.study) == ["bending_stiffness"]
-    assert "bending_stiffness jumps with the design. So neighbours were looked at" in " ".join(text(stiff).split())
+    assert "bending_stiffness jumps with the design. So neighbours were looked at" in " ".join(
+        text(stiff).split()
+    )
     front = SimpleNamespace(study=stiff.study, front=object())
-    assert "So neighbours of the best design of each objective alone, not of the others," in _on_jumps(front)[0]
+    assert (
+        "So neighbours of the best design of each objective alone, not of the others," in _on_jumps(front)[0]
+    )
 
 
 class Sawtooth:

@@ -38,7 +38,9 @@ def test_reachable_curvatures_are_met_and_the_rest_is_held_by_bounds(inverse):
 
 
 @pytest.mark.slow
-def test_another_way_that_meets_the_target_is_the_answer_where_the_first_search_does_not(inverse, monkeypatch):
+def test_another_way_that_meets_the_target_is_the_answer_where_the_first_search_does_not(
+    inverse, monkeypatch
+):
     candidates, goals, wanted = inverse._candidates, ("curvature",), np.array([[25.0]])
     (there,) = candidates(goals, wanted)[-1:]
     meets = jax.tree.map(lambda x: x[:, 0], there)
