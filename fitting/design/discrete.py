@@ -36,11 +36,13 @@ class Step:
         parameter: its index; up: true if the step goes to the next higher value.
         rows: indices of the evaluation's numbers that violate their limits after it; empty at the end of the
             range.
+        lost: true if the design after it has no equilibrium.
     """
 
     parameter: int
     up: bool
     rows: tuple[int, ...] = ()
+    lost: bool = False
 
 
 def places_of(space: Space, k: int) -> np.ndarray:
@@ -131,6 +133,8 @@ def made_from(
 def blocked_steps(best: Outcome, problem: Problem, evaluate: Evaluator) -> list[Step]:
     """Steps that the objective asks for, and that limits or ends of ranges forbid, the rest left as it is.
 
+    A step that a slope asks for, but that turns out to help nothing, is none of them.
+
     Args:
         best: a design that can be made; problem: that of the parameters that are left.
         evaluate: evaluator of the model.
@@ -143,7 +147,9 @@ def blocked_steps(best: Outcome, problem: Problem, evaluate: Evaluator) -> list[
     moved = [np.where(np.arange(place.size) == k, x, place) for k, _, x in steps]
     for (k, up, _), one in zip(steps, evaluate(moved) if moved else [], strict=True):
         over = problem.rows[problem.excess(one) > ALLOWED] if one.finite else ()
-        if len(over):
+        if not one.finite:
+            found.append(Step(k, up, lost=True))
+        elif len(over) and problem.objective(one) < best.objective:
             found.append(Step(k, up, tuple(int(row) for row in over)))
     return found
 

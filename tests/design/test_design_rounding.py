@@ -92,6 +92,22 @@ def test_rounding_goes_on_from_the_ideal_place_where_no_neighbour_can_be_evaluat
     assert (float(sizes["coils"]), float(sizes["wire"])) == pytest.approx(expected)
 
 
+@pytest.mark.parametrize(
+    ("bend", "steps"), [(np.nan, [Step(0, True, lost=True)]), (0.2, []), (2.0, [Step(0, True, (1,))])]
+)
+def test_a_step_is_forbidden_only_if_it_would_help_or_cannot_be_computed(bend, steps, monkeypatch):
+    """More coils lie beyond the slope: without equilibrium, with less bend, or with more than is allowed."""
+    study = Ridge()
+    problem = Problem(np.array([1.0, 0.0]), np.array([1]), np.zeros(1), np.ones(1))
+    place = study.model.space.place({"coils": 50.0, "wire": 0.25})
+    (here,) = study([place])
+    made = Outcome(here, float(here.values[0]), float(here.values[1]), "", 0)
+    problem = dataclasses.replace(problem, held={0: float(place[0])})
+    beyond = dataclasses.replace(here, values=np.array([-bend, 0.1 + 0.0 * bend]))
+    monkeypatch.setattr(Ridge, "__call__", lambda self, places: [beyond for _ in places])
+    assert blocked_steps(made, problem, study) == steps
+
+
 def test_nothing_is_made_from_what_cannot_be_evaluated():
     problem = Problem(np.array([1.0, 0.0]), np.array([1]), np.zeros(1), np.ones(1))
     assert made_from(Outcome(None, np.inf, np.inf, "", 0), problem, Ridge(), "slsqp") is None

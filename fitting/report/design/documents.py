@@ -63,6 +63,7 @@ def summary(result: DesignResult) -> dict[str, Any]:
                 "parameter": result.model.space.free[step.parameter].name,
                 "up": step.up,
                 "breaks": list(dict.fromkeys(row_words(result, row) for row in step.rows)),
+                "no_equilibrium": step.lost,
             }
             for step in result.limits.blocked
         ],

@@ -94,7 +94,7 @@ def _active_limits(result: DesignResult) -> list[str]:
     names += [
         f"the {'upper' if step.up else 'lower'} end of {free[step.parameter].name}"
         for step in limits.blocked
-        if not step.rows
+        if not step.rows and not step.lost
     ]
     return list(dict.fromkeys(names))
 
@@ -119,6 +119,7 @@ def step_table(result: DesignResult) -> Table:
         free = result.model.space.free[step.parameter]
         broken = list(dict.fromkeys(row_words(result, row) for row in step.rows))
         why = f"breaks {joined(broken)}" if broken else f"{shown(_end_of(free, step), free.unit)} is the last"
+        why = "no equilibrium there" if step.lost else why
         rows.append([free.name, "up" if step.up else "down", why])
     note = "Each step would help the objective, the rest left as it is."
     return Table(["parameter", "one step", "why it is not taken"], rows, note)
