@@ -10,7 +10,7 @@ from ._common import FINITE, SEED, Finite, design_argument, done, prepare
 
 @click.command("control")
 @click.option(
-    "--design", default="pneusma2", show_default=True, metavar="NAME|FILE.toml", help="Two springs, planar."
+    "--design", metavar="NAME|FILE.toml", help="Two springs, planar; that of the model, or pneusma2."
 )
 @click.option(
     "--model", type=click.Path(path_type=Path), help="A model on disk as the plant; else five effects."
@@ -29,19 +29,19 @@ from ._common import FINITE, SEED, Finite, design_argument, done, prepare
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for results.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
 def control_command(
-    design: str, model: Path | None, level_1pm: float, swing_1pm: float, pressure: float, seed: int,
+    design: str | None, model: Path | None, level_1pm: float, swing_1pm: float, pressure: float, seed: int,
     out: Path, force: bool,
 ) -> None:  # fmt: skip
     """Drive an actuator to a curvature by resistances: a step, then a sine (docs/control.md).
 
-    The plant has physics that the controller's model lacks. Each is run twice: with the base model in the
-    controller, and with the found physics in it. Writes report.html, report.json, control.csv and figures.
+    The plant has physics that the controller's model lacks. Each is run twice: without that physics in the
+    controller's model, and with it. Writes report.html, report.json, control.csv and figures.
     Exit code 1 if the level is out of reach of the controller's own model, or a plant has no equilibrium in
     some rows; 2 if there is none in any row whose error counts.
     """
-    design = design_argument(design)
+    design = None if design is None else design_argument(design)
     prepare()
-    from fitting.control.sweep import run_model, run_sweep, usual_loop
+    from fitting.control.sweep import USUAL_DESIGN, run_model, run_sweep, usual_loop
     from fitting.data.publish import check_free
     from fitting.inference.progress import Steps
     from fitting.report.results import save, text
@@ -52,7 +52,7 @@ def control_command(
     loop = usual_loop(seed, level_1pm, swing_1pm, 1e3 * pressure)
     with Steps("control") as steps:
         if augmented is None:
-            result = run_sweep(design, loop=loop, progress=steps)
+            result = run_sweep(design or USUAL_DESIGN, loop=loop, progress=steps)
         else:
             result = run_model(design, augmented, loop, steps)
     files = save(result, out, force)

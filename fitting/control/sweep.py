@@ -10,6 +10,7 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.inference.results import Result
+from fitting.simulate.workspace.grid import modelled_actuator
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.actuator.result import Status, solved
 from pneusma_jax.effects import find_effect
@@ -34,6 +35,8 @@ LOAD = 3e-3
 """Force on the tip that the controller does not know [N]: 0.3 g, a fifth of the actuator's own weight."""
 STEP, HOLD, PERIOD = 5.0, 60.0, 45.0
 LEVEL, SWING, PRESSURE = 20.0, 8.0, 20e3
+USUAL_DESIGN = "pneusma2"
+"""Design that is driven where nothing names one."""
 INTERVAL = 0.25
 UNTIL = 150.0
 SINCE = 10.0
@@ -132,7 +135,7 @@ def _balanced(design: str, plant: Plant, model: Plant, run: Run, loop: Loop) -> 
     if good[run.time >= SINCE].any():
         return run
     when = f" from {run.time[np.flatnonzero(good)[-1] + 1]:g} s on" if good.any() else ""
-    kPa, ends = 1e-3 * loop.pressure, _pressure_that_balances(model, loop)
+    kPa, ends = 1e-3 * loop.pressure, _pressure_that_balances(plant, model, loop)
     end = "none at 0 kPa either" if ends is None else (
         f"all rows have one {'down' if kPa < 0.0 else 'up'} to {1e-3 * ends:.3g} kPa"
     )  # fmt: skip
@@ -142,15 +145,17 @@ def _balanced(design: str, plant: Plant, model: Plant, run: Run, loop: Loop) -> 
     raise InputError(f"{design}: under {kPa:g} kPa no row of the loop has an equilibrium{when}; {end}{why}")
 
 
-def _pressure_that_balances(model: Plant, loop: Loop) -> float | None:
-    """The pressure nearest to the loop's at which the controller's own model balances in all rows [Pa].
+def _pressure_that_balances(plant: Plant, model: Plant, loop: Loop) -> float | None:
+    """The pressure nearest to the loop's at which plant and controller's own model balance in all rows [Pa].
 
-    It is found by halving from no pressure on; None where the model does not balance without pressure.
+    It is found by halving from no pressure on; None where one of them does not balance without pressure.
     """
 
     def balances(pressure: float) -> bool:
-        seen = dataclasses.replace(loop, pressure=pressure).planned(model)[1]
-        return bool(np.all(np.asarray(seen.good) & np.isfinite(np.asarray(seen.curvature))))
+        one = dataclasses.replace(loop, pressure=pressure)
+        seen = one.planned(model)[1]
+        own = np.all(np.asarray(seen.good) & np.isfinite(np.asarray(seen.curvature)))
+        return bool(own and (plant is model or one.run(plant, model).good.all()))
 
     low, high = 0.0, loop.pressure
     if not balances(low):
@@ -162,7 +167,7 @@ def _pressure_that_balances(model: Plant, loop: Loop) -> float | None:
 
 
 def run_sweep(
-    design: str = "pneusma2",
+    design: str = USUAL_DESIGN,
     error: float = 0.1,
     loop: Loop | None = None,
     progress: Callable[[str], object] = lambda text: None,
@@ -203,12 +208,20 @@ def run_sweep(
 
 
 def run_model(
-    design: str,
+    design: str | None,
     model: AugmentedModel,
     loop: Loop | None = None,
     progress: Callable[[str], object] = lambda text: None,
 ) -> Sweep:
-    """A model on disk as the plant: a controller with the base model, and one with that model.
+    """A model on disk as the plant: a controller without its effects, and one with that model.
+
+    The constants of the model are those of the plant and of both controllers.
+
+    Args:
+        design: name or path of a table; that of the model, or PneuSMA2, if None.
+        model: model on disk.
+        loop: task and settings; the usual ones if None.
+        progress: called with the name of each controller.
 
     Raises:
         InputError: if the model adds nothing, or the plant has no equilibrium in any row whose error
@@ -216,7 +229,9 @@ def run_model(
     """
     if not model.effects:
         raise InputError(f"{model.path}: this model has no effect, so the base model is all there is to know")
-    loop, body = loop or usual_loop(), pj.make_actuator(design)
+    design = design or model.tables.get("design", USUAL_DESIGN)
+    body = modelled_actuator(design, model.tables.get("alloy"), model.tables.get("material"), model)
+    loop = loop or usual_loop()
     plant, base = Plant(body, model.effects), Plant(body)
     progress("without")
     without = _balanced(design, plant, base, loop.run(plant, base), loop)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from types import SimpleNamespace
 
 import equinox as eqx
 import jax
@@ -12,10 +13,20 @@ from click.testing import CliRunner
 
 import pneusma_jax as pj
 from fitting.cli import main
-from fitting.control.loop import Run
+from fitting.control.loop import Loop, Run
 from fitting.control.plant import Plant
-from fitting.control.sweep import Case, Sweep, all_effects, run_sweep, usual_loop
+from fitting.control.sweep import (
+    Case,
+    Sweep,
+    _pressure_that_balances,
+    all_effects,
+    run_model,
+    run_sweep,
+    usual_loop,
+)
 from fitting.report.control.words import case_table, verdict
+from fitting.specimens.saved_models import AugmentedModel, add_effect, fitted
+from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError
 
 
@@ -51,13 +62,47 @@ def test_a_plant_without_equilibrium_is_refused_in_one_line():
 
 def test_a_pressure_beyond_all_equilibria_is_refused_with_the_pressure_up_to_which_there_is_one(tmp_path):
     done = CliRunner().invoke(main, ["control", "--pressure-kPa", "500", "--out", str(tmp_path / "o")])
-    said = re.search(r"under 500 kPa no row .* from [\d.]+ s on; all rows have one up to (\d+) kPa$", done.stderr.strip())
+    said = re.search(
+        r"under 500 kPa no row .* from [\d.]+ s on; all rows have one up to (\d+) kPa$", done.stderr.strip()
+    )
     assert done.exit_code == 2 and said and not (tmp_path / "o").exists(), done.output
     body = pj.make_actuator("pneusma2")
     place = body.section.enclosed_centroid
     plant = Plant(body.with_loads(pj.TipForce(jnp.zeros(3), place)), all_effects({}))
     whole = lambda kPa: bool(np.all(usual_loop(pressure=1e3 * kPa).planned(plant)[1].good))  # noqa: E731
     assert whole(float(said[1]) - 1.0) and not whole(float(said[1]) + 2.0)
+
+
+def saved_model(design):
+    wall = fitted("actuator", "wall_thickness", 1.3e-3, "test")
+    return AugmentedModel(
+        {"actuator": {"wall_thickness": wall}},
+        (add_effect(find_effect("series_resistance")(ohms=0.15), "test"),),
+        {"design": design, "alloy": "krl45"},
+    )
+
+
+@pytest.mark.parametrize(("given", "driven"), [(None, "pneusma1"), ("pneusma2", "pneusma2")])
+def test_a_model_on_disk_brings_its_design_and_its_constants(given, driven, monkeypatch):
+    seen = []
+    monkeypatch.setattr(Loop, "run", lambda loop, plant, model: seen.append((plant, model)))
+    monkeypatch.setattr("fitting.control.sweep._balanced", lambda *args: None)
+    assert run_model(given, saved_model("pneusma1")).design == driven
+    body = pj.make_actuator(driven, "krl45", wall_thickness=1.3e-3)
+    (plant, base), (_, whole) = seen
+    for one in (plant, base, whole):
+        assert eqx.tree_equal(one.body, body)
+    assert not base.effects and eqx.tree_equal(whole.effects, plant.effects) and len(plant.effects) == 1
+
+
+def test_the_pressure_that_is_told_is_one_at_which_the_plant_balances_too(monkeypatch):
+    plant, model, loop = object(), object(), Loop(np.arange(3.0), np.ones(3), 80e3)
+    good = np.ones(3, bool)
+    monkeypatch.setattr(
+        Loop, "planned", lambda loop, _: (None, SimpleNamespace(good=good, curvature=np.ones(3)))
+    )
+    monkeypatch.setattr(Loop, "run", lambda loop, *_: SimpleNamespace(good=good & (loop.pressure < 30e3)))
+    assert _pressure_that_balances(plant, model, loop) == pytest.approx(30e3, abs=50.0)
 
 
 def sweep_of(level, planned, curvature):
