@@ -270,8 +270,13 @@ class Inverse:
         return Inversion(
             self.design, goals, wanted, self.springs, drives[:, 0], drives[:, 1:], resistances, currents,
             values, found, met, held, tuple(ways), unheated(self.body), self.highest,
-            tuple(heat(self.body, own[:, 1:]) for own in ways),
+            self._heat_of(ways),
         )  # fmt: skip
+
+    def _heat_of(self, ways: list[np.ndarray]) -> tuple[np.ndarray, ...]:
+        """Heating power of every way [W], shape (ways,) of each target; all are computed together."""
+        watts = heat(self.body, np.concatenate(ways)[:, 1:])
+        return tuple(np.split(watts, np.cumsum([len(own) for own in ways])[:-1]))
 
     def verified(self, drives: np.ndarray) -> Solved:
         """States of drives on the exact model, each solved from rest, shape (targets, drives)."""

@@ -117,7 +117,10 @@ def test_a_lumen_that_is_too_narrow_says_where_and_what_holds(inverse):
     ("diameter", "words"),
     [
         ([8e-3, 8e-3], "the lumen is 8 mm wide where it begins, but the body of .* has a diameter of 10 mm"),
-        ([9.9e-3, 20e-3], "the lumen is 9.9 mm wide where it begins, but the body .* diameter of 10 mm; no drive"),
+        (
+            [9.9e-3, 20e-3],
+            "the lumen is 9.9 mm wide where it begins, but the body .* diameter of 10 mm; no drive",
+        ),
     ],
 )
 def test_a_lumen_narrower_than_the_body_is_refused_before_anything_is_solved(diameter, words):

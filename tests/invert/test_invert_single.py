@@ -8,7 +8,7 @@ import pytest
 
 import pneusma_jax as pj
 from fitting.invert import Inverse, Inversion, Limits
-from fitting.invert.electrical import unheated
+from fitting.invert.electrical import heat, unheated
 from fitting.invert.trajectory import follow
 from fitting.report.invert.words import verdict
 from pneusma_jax.errors import InputError
@@ -68,6 +68,18 @@ def test_pressure_alone_drives_a_design_without_springs(design, goal):
     found = inverse.solve((goal,), np.asarray(getattr(wanted, goal))[:, None])
     assert found.met.all() and found.fractions.shape == found.currents.shape == (1, 0)
     assert found.pressure[0] == pytest.approx(20e3, rel=1e-3)
+
+
+def test_the_heat_of_all_ways_is_computed_together(inverse, monkeypatch):
+    """One call for each of 1,000 targets took a third of the time of a batch."""
+    random, calls = np.random.default_rng(0), []
+    ways = [np.column_stack([np.zeros(n), random.uniform(0.1, 0.9, (n, 2))]) for n in (2, 0, 3, 0)]
+    wanted = [heat(inverse.body, own[:, 1:]) for own in ways]
+    monkeypatch.setattr("fitting.invert.run.heat", lambda *given: calls.append(1) or heat(*given))
+    found = inverse._heat_of(ways)
+    assert len(calls) == 1 and [len(one) for one in found] == [2, 0, 3, 0]
+    for one, other in zip(found, wanted, strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.parametrize(
