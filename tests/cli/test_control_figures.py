@@ -17,3 +17,4 @@ def test_courses_of_any_number_of_cases_are_whole(count):
     assert faults(figure) == []
     lowest = [axes for axes in figure.axes if axes.get_xlabel() and axes.xaxis.label.get_visible()]
     assert len(figure.axes) == count and len(lowest) == min(count, 2)
+    assert max(axes.get_position().x1 for axes in figure.axes) > 0.9  # no half of it is blank

@@ -13,8 +13,9 @@ from .words import SINCE
 def course_figure(result: Sweep) -> Figure:
     """Figure of target and actual curvature of every case."""
     cases, count = result.cases, len(result.cases)
-    figure = Figure(figsize=(11.0, 1.0 + 2.1 * ((count + 1) // 2)), layout="constrained")
-    panels = figure.subplots((count + 1) // 2, 2, sharex=True, sharey=True, squeeze=False).ravel()
+    columns, rows = min(count, 2), (count + 1) // 2
+    figure = Figure(figsize=(11.0 if columns == 2 else 7.2, 1.0 + 2.1 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     for axes, case in zip(panels, cases, strict=False):
         axes.plot(case.without.time, case.without.wanted, color=GREY, label="wanted")
         axes.plot(
