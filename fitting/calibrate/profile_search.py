@@ -41,6 +41,8 @@ INSIDE = 0.25
 """Share of a bracket at each end in which no next point is taken."""
 LONGER = 6
 """Most times that a fit which made all steps that are allowed goes on."""
+FITS = 40
+"""Most fits for each constant in a search. What one leaves, later ones may take."""
 GAINS = 0.1
 """Least fall of chi-square in one turn to go on for; it moves the end of a 90 % interval by 2 %."""
 FAR = 2.0
@@ -86,8 +88,12 @@ def followed(
     again: Pinned | None = None,
     units: Mapping[str, float] | None = None,
     progress: Callable[[str], None] = lambda _: None,
+    leave: bool = False,
 ) -> dict[str, Profile]:
     """Profile likelihoods: from the best fit outwards, each point begun at its neighbour's.
+
+    A search makes `FITS` fits for each name, or few more. A profile that needs more keeps the points that it
+    has, and says so.
 
     Args:
         names: names of free parameters with a standard error, or at a bound.
@@ -98,6 +104,7 @@ def followed(
         again: the same with everything decided anew, tried where `fit` stops early.
         units: rise of chi-square that counts as one standard deviation, 1 where nobody says more.
         progress: called with the name of each parameter that is done.
+        leave: true to end with the first profile that falls below the fit: who asks begins anew there.
 
     Returns:
         By parameter.
@@ -114,12 +121,60 @@ def followed(
     least = fit(values, {}) if names else None
     if least is not None and least.chi_square is None:
         raise InputError(f"the model has no answer at the fit, so {', '.join(names)} cannot be profiled")
-    found = {}
+    found: dict[str, Profile] = {}
+    work = _Work()
     for name in names:
+        work.begin()
         unit = (units or {}).get(name, 1.0)
-        found[name] = _Search(name, parameters[name], values, uncertainty, fit, again, least, unit).profile()
+        search = _Search(
+            name,
+            parameters[name],
+            values,
+            uncertainty,
+            work.counted(fit),
+            again and work.counted(again),
+            least,
+            unit,
+            work,
+        )
+        found[name] = search.profile()
         progress(f"profile of {name}")
+        if leave and found[name].below > ALIKE:
+            break
     return found
+
+
+@dataclass
+class _Work:
+    """Fits that a search has made, and may have made by the end of a constant's profile.
+
+    Attributes:
+        done: fits so far.
+        most: fits that are allowed so far.
+        cut: true if this constant's profile wanted more.
+    """
+
+    done: int = 0
+    most: int = 0
+    cut: bool = False
+
+    def begin(self) -> None:
+        """Another constant, with fits of its own and what others left."""
+        self.most, self.cut = self.most + FITS, False
+
+    def over(self) -> bool:
+        """True if no further fit is allowed; remembered, as whoever asks wants one."""
+        self.cut = self.cut or self.done >= self.most
+        return self.done >= self.most
+
+    def counted(self, fit: Pinned) -> Pinned:
+        """The same fit, counted."""
+
+        def one(values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
+            self.done += 1
+            return fit(values, pins)
+
+        return one
 
 
 def _told(result: FitResult) -> float:
@@ -140,6 +195,7 @@ class _Search:
     again: Pinned | None
     least: FitResult
     unit: float
+    work: _Work
 
     def profile(self) -> Profile:
         """Both sides as one profile."""
@@ -168,6 +224,7 @@ class _Search:
             bounds=(self.entry.min, self.entry.max),
             unit=self.unit,
             visited=tuple(p[4] for p in points),
+            cut=self.work.cut,
         )
 
     def _side(self, side: float) -> _Side:
@@ -179,7 +236,7 @@ class _Search:
         wanted = expected
         for _ in range(MOST):
             wanted = min(wanted, room)
-            if not wanted > 0.0 or _known(found, wanted):
+            if not wanted > 0.0 or _known(found, wanted) or self.work.over():
                 break
             if not self._add(found, side, wanted):
                 wanted = 0.5 * (wanted + max((d for d in found.distance if d < wanted), default=0.0))
@@ -212,7 +269,9 @@ class _Search:
         for k in range(BEYOND):
             wanted = self._next(found, limit, room, PASSED, GROWTH[0] if k == 0 else DOUBLED)
             wanted = None if wanted is None else min(wanted, room)
-            if wanted is None or _known(found, wanted) or not self._add(found, side, wanted):
+            if wanted is None or _known(found, wanted) or self.work.over():
+                return
+            if not self._add(found, side, wanted):
                 return
             if min(found.root) < -np.sqrt(ALIKE):
                 return
@@ -233,7 +292,7 @@ class _Search:
         limit = float(np.sqrt(self.unit)) * WIDTH_90
         end = float(np.interp(limit, np.maximum.accumulate(found.root), found.distance))
         near = any(0.2 * end < d < 0.7 * end for d in found.distance)
-        if end > 0.0 and min(found.root) >= 0.0 and not near:
+        if end > 0.0 and min(found.root) >= 0.0 and not near and not self.work.over():
             self._add(found, side, HALF * end)
 
     def _next(
@@ -282,7 +341,7 @@ class _Search:
     def _to_the_end(self, result: FitResult | None, value: float) -> FitResult | None:
         """A fit that made all steps that are allowed, gone on while it gains and may decide about an end."""
         for _ in range(LONGER):
-            if result is None or not _cut_short(result):
+            if result is None or not _cut_short(result) or self.work.over():
                 break
             if result.chi_square - self.least.chi_square > self.unit * (FAR * WIDTH_99) ** 2:
                 break

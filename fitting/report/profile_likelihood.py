@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fitting.calibrate.profile_likelihood import ALIKE, RISES, Profile
+from fitting.calibrate.profile_search import FITS
 from fitting.calibrate.quoted import KELVIN
 from fitting.calibrate.result import Estimate
 from pneusma_jax.units import from_si
@@ -95,6 +96,13 @@ def warnings(result: Profiled) -> list[str]:
             f"Where {_or(unsure)} is held elsewhere the others stop at kinks of the misfit. Whether the "
             f"standard error holds is not known. The profile leaves at least {_intervals(result, unsure)}."
         )
+    cut = [name for name, profile in found.items() if profile.cut]
+    if cut:
+        whose = "profile ends" if len(cut) == 1 else "profiles end"
+        sentences.append(
+            f"The {whose} early: {_or(cut)} needed more than the {FITS} fits that each constant has. What "
+            "lies further out is unknown, so the interval may be too narrow."
+        )
     return sentences
 
 
@@ -125,7 +133,8 @@ def document(result: Profiled) -> dict[str, Any]:
     return {
         name: {"value_SI": list(p.value), "rise": list(p.rise), "interval_68_SI": list(p.interval()),
                "interval_90_SI": list(p.quoted(90)), "rise_per_sd": p.unit,
-               "stopped": [bool(x) for x in p.stopped], "curved": p.curved, "below_the_fit": p.below}
+               "stopped": [bool(x) for x in p.stopped], "curved": p.curved, "below_the_fit": p.below,
+               "ended_early": p.cut}
         for name, p in result.profiles.items()
     }  # fmt: skip
 

@@ -7,11 +7,13 @@ import pytest
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
-from fitting.calibrate.profile_likelihood import RISES, WIDTH_90, Profile, lower_end
-from fitting.calibrate.profile_search import BEYOND, MOST, followed
+from fitting.calibrate.profile_likelihood import RENEWALS, RISES, WIDTH_90, Profile, lower_end, to_the_end
+from fitting.calibrate.profile_search import BEYOND, FITS, LONGER, MOST, followed
 from fitting.calibrate.quoted import estimate, merely_prior
+from fitting.inference.least_squares import Status
 from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameters, Prior
+from fitting.report import profile_likelihood as report
 
 
 class Problem:
@@ -159,6 +161,45 @@ def test_a_lower_minimum_is_reported_with_its_place():
     found = problem.profile()
     name, place = lower_end({"x": found})
     assert name == "x" and place["x"] > 1.0
+
+
+class Slow(Problem):
+    """Every fit makes all steps that are allowed, and each that goes on gains again."""
+
+    def fit(self, values, pins):
+        result = super().fit(values, pins)
+        result.chi_square += 40.0 / (1.0 + self.calls) if pins else 0.0
+        result.success, result.status = False, Status.MAX_STEPS
+        return result
+
+
+def test_no_profile_takes_more_fits_than_are_allowed_and_says_so():
+    slow = Slow(lambda x, y: np.log1p(x**2) + (y - x) ** 2)
+    found = slow.profile()
+    assert found.cut and FITS <= slow.calls <= FITS + LONGER + 3
+    said = report.warnings(SimpleNamespace(profiles={"x": found}, parameters={"x": estimate(slow.parameters["x"], found)}))
+    assert [line for line in said if line.startswith("The profile ends early: x needed more than")]
+    easy = Problem(lambda x, y: x**2 + (y - x) ** 2)
+    assert not easy.profile().cut
+
+
+def test_all_profiles_are_made_of_the_fit_that_none_falls_below_alone():
+    """The first that falls ends a turn; the last turn makes all of them, whatever they find."""
+    asked, falls = [], Profile("x", np.zeros(1), np.zeros(1), np.zeros(1, bool), 1.0, below=5.0, lowest={"x": 1.0})
+    flat = Profile("x", np.zeros(1), np.zeros(1), np.zeros(1, bool), 1.0)
+
+    def run(lowest, better=True):
+        asked.clear()
+
+        def profiled(fit, leave):
+            asked.append((fit, leave))
+            return ({"x": flat if fit >= lowest else falls},)
+
+        return to_the_end(0, profiled, lambda fit, name, lower: (fit + better, better))[0]
+
+    assert run(2) == 2 and asked == [(0, True), (1, True), (2, True)]
+    assert run(99) == RENEWALS and asked[-1] == (RENEWALS, False) and len(asked) == RENEWALS + 1
+    assert run(99, better=False) == 0 and asked == [(0, True), (0, False)]
 
 
 def test_other_fits_that_are_as_good_belong_to_the_interval():

@@ -169,12 +169,15 @@ def characterise_general(
     begun = _beside_zeros(_informed(fit, unseen), unseen, progress)
     progress("information")
 
-    def profiled(now: _Informed) -> tuple[dict[str, Profile], list[str]]:
+    def profiled(now: _Informed, leave: bool) -> tuple[dict[str, Profile], list[str]]:
         wanted = _wanted(now.fit, profile)
-        return profiles(now.fit, wanted, _by_name(now.told, now.lasting.variance)), wanted
+        return profiles(now.fit, wanted, _by_name(now.told, now.lasting.variance), leave), wanted
 
-    def again(now: _Informed, _: str, lower: Mapping[str, float]) -> _Informed:
-        return _beside_zeros(_informed(gone_on(now.fit, lower, progress), unseen), unseen, progress)
+    def again(now: _Informed, _: str, lower: Mapping[str, float]) -> tuple[_Informed, bool]:
+        further = gone_on(now.fit, lower, progress)
+        if further.result is now.fit.result:
+            return replace(now, fit=further), False
+        return _beside_zeros(_informed(further, unseen), unseen, progress), True
 
     ended, (found, wanted) = to_the_end(begun, profiled, again)
     if wanted:

@@ -10,7 +10,10 @@ from .fit import GeneralFit, fit_pinned
 
 
 def profiles(
-    fit: GeneralFit, names: Sequence[str], units: Mapping[str, float] | None = None
+    fit: GeneralFit,
+    names: Sequence[str],
+    units: Mapping[str, float] | None = None,
+    leave: bool = False,
 ) -> dict[str, Profile]:
     """Profile likelihoods of several parameters, by name.
 
@@ -18,10 +21,11 @@ def profiles(
         fit: fit with standard errors.
         names: names of free parameters that have one, or stand at a bound.
         units: rise of chi-square that counts as one standard deviation, by name.
+        leave: true to end with the first that falls below the fit.
 
     Raises:
         InputError: if one is not free, or has no standard error.
     """
     result = fit.result
-    pinned = partial(fit_pinned, fit)
-    return followed(names, result.parameters, result.values, result.uncertainty, pinned, units=units)
+    known = (result.parameters, result.values, result.uncertainty)
+    return followed(names, *known, partial(fit_pinned, fit), units=units, leave=leave)

@@ -200,20 +200,21 @@ def _profiled_to_the_end(
 ) -> tuple[Joint, tuple[dict[str, Profile], Lasting]]:
     """A fit that no profile finds a lower chi-square for, and `_profiled` of it."""
 
-    def again(now: Joint, name: str, lower: Mapping[str, float]) -> Joint:
-        return try_others(now, {f"the profile of {name}": lower}, progress)
+    def again(now: Joint, name: str, lower: Mapping[str, float]) -> tuple[Joint, bool]:
+        found = try_others(now, {f"the profile of {name}": lower}, progress)
+        return found, found.starts[0] is not now.starts[0]
 
-    return to_the_end(single, lambda now: _profiled(now, profile, progress), again)
+    return to_the_end(single, lambda now, leave: _profiled(now, profile, progress, leave), again)
 
 
 def _profiled(
-    joint: Joint, profile: int | Sequence[str], progress: Callable[[str], None]
+    joint: Joint, profile: int | Sequence[str], progress: Callable[[str], None], leave: bool
 ) -> tuple[dict[str, Profile], Lasting]:
-    """Profiles that know about zeros of the instruments, and those."""
+    """Profiles that know about zeros of the instruments, and those; see `to_the_end`."""
     told = information(joint.problem, joint.parameters)
     last = zeros(joint.problem, joint.parameters, told)
     units = dict(zip(told.names, map(float, last.variance), strict=True))
-    return profiles(joint, _wanted(joint, profile), units, progress), last
+    return profiles(joint, _wanted(joint, profile), units, progress, leave), last
 
 
 def _wanted(joint: Joint, profile: int | Sequence[str]) -> list[str]:

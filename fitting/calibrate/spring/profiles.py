@@ -17,6 +17,7 @@ def profiles(
     names: Sequence[str],
     units: Mapping[str, float] | None = None,
     progress: Callable[[str], None] = lambda _: None,
+    leave: bool = False,
 ) -> dict[str, Profile]:
     """Profile likelihoods of several parameters, by name.
 
@@ -25,6 +26,7 @@ def profiles(
         names: names of free parameters with a standard error, or at a bound.
         units: rise of chi-square that counts as one standard deviation, by name.
         progress: called with the name of each that is done.
+        leave: true to end with the first that falls below the fit.
     """
     data = joint.problem.data()
     data["rows"] = decided(values_of(joint.problem.parameters, joint.values), data["rows"])
@@ -36,9 +38,8 @@ def profiles(
         problem = joint.problem.at({**values, **pins})
         return problem.fit(pins=pins_of(problem, pins, joint.parameters))
 
-    return followed(
-        names, joint.parameters, joint.values, joint.result.uncertainty, fit, again, units, progress
-    )
+    errors = joint.result.uncertainty
+    return followed(names, joint.parameters, joint.values, errors, fit, again, units, progress, leave)
 
 
 def with_other_fits(found: Mapping[str, Profile], joint: Joint) -> dict[str, Profile]:
