@@ -316,6 +316,7 @@ def _fit(
         max_steps=most,
         starts=None if starts == 1 else starts,
         seed=seed,
+        in_turn=True,
     )
 
 

@@ -35,6 +35,7 @@ def fit_least_squares(
     use_priors: bool = False,
     scale_covariance: bool | None = None,
     observations: int | None = None,
+    in_turn: bool = False,
     throw: bool = False,
 ) -> FitResult:
     """Fit parameters by nonlinear least squares.
@@ -60,6 +61,8 @@ def fit_least_squares(
             default true without priors, false with them.
         observations: number of residuals that count, if some rows only pad the data to a common shape (with
             zeros).
+        in_turn: true to solve from one start after the other, with the program of a single start. Together,
+            all take as long as the slowest, and each step takes the Jacobian's time even where it is refused.
         throw: true to raise if the fit fails, instead of returning a result that says so.
 
     Returns:
@@ -78,7 +81,10 @@ def fit_least_squares(
     scaled = not use_priors if scale_covariance is None else scale_covariance
     problem = _problem(residual, parameters, data, use_priors, rtol)
     vectors = starting_vectors(parameters, starts, seed)
-    outcomes, values, slopes = jax.device_get(run(problem, np.asarray(vectors), np.asarray(max_steps)))
+    vectors, most = np.asarray(vectors), np.asarray(max_steps)
+    groups = vectors[:, None] if in_turn else vectors[None]
+    ends = [jax.device_get(run(problem, group, most)) for group in groups]
+    outcomes, values, slopes = jax.tree.map(lambda *parts: np.concatenate(parts), *ends)
     best, chi_squares = _best(outcomes)
     outcome = jax.tree.map(lambda leaf: leaf[best], outcomes)
     ended = _Ended(outcome, vectors[best], values[best], slopes[best], chi_squares)
