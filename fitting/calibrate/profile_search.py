@@ -41,7 +41,7 @@ INSIDE = 0.25
 """Share of a bracket at each end in which no next point is taken."""
 LONGER = 6
 """Most times that a fit which made all steps that are allowed goes on."""
-FITS = 40
+FITS = 30
 """Most fits for each constant in a search. What one leaves, later ones may take."""
 GAINS = 0.1
 """Least fall of chi-square in one turn to go on for; it moves the end of a 90 % interval by 2 %."""
