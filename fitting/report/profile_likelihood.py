@@ -117,9 +117,13 @@ def _intervals(result: Profiled, names: Sequence[str]) -> str:
 
 
 def interval(result: Profiled, name: str) -> str:
-    """Interval of a parameter from its profile, in its unit of files."""
-    unit = result.parameters[name].unit
-    low, high = (float(_in_file(end, unit)) for end in result.profiles[name].interval(RISES[90]))
+    """The quoted 90 % interval of a parameter, in its unit of files.
+
+    It has one side where the profile does not end on the other.
+    """
+    unit, quoted = result.parameters[name].unit, result.parameters[name].interval[90]
+    risen = result.profiles[name].interval(RISES[90])
+    low, high = (q if np.isfinite(end) else end for q, end in zip(quoted, risen, strict=True))
     shown = "" if unit == "1" else f" {unit}"
     if np.isfinite(low) and np.isfinite(high):
         return f"{low:.4g} to {high:.4g}{shown}"

@@ -70,12 +70,13 @@ def test_a_fit_that_differs_by_less_than_every_standard_error_is_no_other_mode()
 
 @pytest.mark.parametrize(
     "ends, said",
-    [((1.0, 2.0), "1 to 2 GPa"), ((1.0, np.inf), "1 GPa or more"), ((-np.inf, 2.0), "2 GPa or less")],
+    [((1.0, 2.0), "0.9 to 2.5 GPa"), ((1.0, np.inf), "0.9 GPa or more"), ((-np.inf, 2.0), "2.5 GPa or less")],
 )
-def test_a_profile_is_told_in_the_unit_of_files_with_its_open_end(ends, said):
+def test_the_quoted_interval_is_told_in_the_unit_of_files_with_its_open_end(ends, said):
+    """It may be wider than the rise of 90 % asks, as where a profile stays low further out."""
     profile = SimpleNamespace(interval=lambda rise: tuple(1e9 * end for end in ends))
     result = SimpleNamespace(
-        parameters={"G_m": SimpleNamespace(value=1.5, unit="GPa")},
+        parameters={"G_m": SimpleNamespace(value=1.5, unit="GPa", interval={90: (0.9, 2.5)})},
         fitted={"G_m": SimpleNamespace(value=1.5e9)},
         profiles={"G_m": profile},
     )
