@@ -2,6 +2,8 @@
 
 from types import SimpleNamespace
 
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -15,6 +17,8 @@ from fitting.report.general import text, wires
 from fitting.specimens import WIRE
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.errors import InputError
+from pneusma_jax.nitinol import simulate_wire
+from pneusma_jax.nitinol.wire import load_wire
 
 STARTS = 8
 
@@ -143,3 +147,27 @@ def test_one_cycle_of_a_wire_with_a_hysteresis_is_drawn_as_one_curve(tmp_path, c
     heating, cooling = (np.interp(0.5 * (cold + hot), score.x[part][:: 1 if k == 0 else -1], score.predicted[part][:: 1 if k == 0 else -1])
                         for k, part in enumerate((slice(0, 60), slice(60, 120))))  # fmt: skip
     assert heating == pytest.approx(cooling, abs=2e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", [1e-4, 1e-3])
+def test_a_hysteresis_of_two_kelvins_is_not_passed_over_in_silence(tmp_path, noise):
+    """It is said whether the residual strain, which could take up such a loop, was fitted or left out."""
+    wire = load_wire()
+    wire = eqx.tree_at(lambda w: w.gR_amplitude, wire, jnp.zeros(()))
+    heating = np.linspace(15.0, 90.0, 40)
+    temperature = np.concatenate([heating, heating[::-1]])
+    lag = np.repeat([-1.0, 1.0], 40)
+    random = np.random.default_rng(1)
+    for k, stress in enumerate((60.0, 120.0, 200.0)):
+        run = simulate_wire(wire, stress=np.full(80, 1e6 * stress), temperature=temperature + lag)
+        strain = np.asarray(run.rows.strain) + noise * random.standard_normal(80)
+        columns = {"time_s": np.arange(80.0), "strain": strain, "stress_MPa": np.full(80, stress), "temperature_degC": temperature}
+        recording = Recording(f"thermal_{k}", None, "wire", geometry={"alloy": "fit"}, columns=columns, noise={"strain": noise}, real=False)
+        write_recording(recording, tmp_path)
+    found = characterise(tmp_path, starts=3, profile=0)
+    said = " ".join(text.warnings(found))
+    left_out = "fitted without (gR_amplitude = 0) and draws one curve" in said
+    assert left_out or "A hysteresis of the phase would look alike" in said
+    assert left_out == (found.parameters["gR_amplitude"].value == 0.0)
+    assert found.parameters["T_mid"].value == pytest.approx(45.0, abs=1.645 * found.parameters["T_mid"].sd)
