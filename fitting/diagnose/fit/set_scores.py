@@ -23,10 +23,6 @@ from .evidence import log_sets
 from .score_test import simulated
 from .sensitivities import Block, Sensitivities
 
-TOGETHER = 200
-"""Number of sets whose equations are solved together, for memory's sake alone."""
-
-
 @dataclass(frozen=True)
 class SetScore:
     """Score of a set of effects, each at one shape.
@@ -123,8 +119,8 @@ class Gram:
         g, eye = self._X.T @ errors, np.eye(self._place.shape[1] * sets.shape[1])
         place = self._place[sets].reshape(len(sets), -1)
         active = place < len(self._g) - 1
-        freedom, most = active.sum(axis=1), {}
-        for part in np.array_split(np.arange(len(sets)), max(len(sets) // TOGETHER, 1)):
+        freedom, most, together = active.sum(axis=1), {}, 200  # for memory's sake alone
+        for part in np.array_split(np.arange(len(sets)), max(len(sets) // together, 1)):
             H = self._G[place[part][:, :, None], place[part][:, None, :]]
             seen = g[place[part]]
             gains = np.sum(seen * np.linalg.solve(_kept(H, active[part], eye), seen), axis=1)
