@@ -23,6 +23,7 @@ from .evidence import log_sets
 from .score_test import simulated
 from .sensitivities import Block, Sensitivities
 
+
 @dataclass(frozen=True)
 class SetScore:
     """Score of a set of effects, each at one shape.
