@@ -50,6 +50,7 @@ def test_what_cycles_do_not_show_is_named(wire):
     assert "still at the value it started from" in " ".join(wire.report().split())
 
 
+@pytest.mark.slow
 def test_held_out_cycles_are_predicted(wire):
     report = json.loads(wire.documents()["report.json"])
     assert report["schema"] == "pneusma-characterisation/1" and report["kind"] == "wire"
@@ -59,6 +60,7 @@ def test_held_out_cycles_are_predicted(wire):
     assert report["next_test"]["candidates"][0]["information_nats"] > 0.5
 
 
+@pytest.mark.slow
 def test_the_alloy_found_can_be_simulated(wire, tmp_path):
     wire.save(tmp_path / "out")
     again = load_wire(tmp_path / "out" / "alloy.toml")
@@ -81,6 +83,7 @@ def test_a_tubes_wall_and_silicone_are_known_only_together(tube):
     assert 0.8 < tube.fit.reduced_chi_square < 1.25  # noise of the pressure is in it
 
 
+@pytest.mark.slow
 def test_the_material_found_can_be_simulated(tube, tmp_path):
     tube.save(tmp_path / "out")
     law, base = pj.load_silicone(tmp_path / "out" / "material.toml"), pj.load_silicone()
@@ -88,6 +91,7 @@ def test_the_material_found_can_be_simulated(tube, tmp_path):
     assert both.min() < float(law(0.5) / base(0.5)) < both.max()
 
 
+@pytest.mark.slow
 def test_a_held_parameter_stays(tube):
     fixed = {f"wall_thickness__{k}": {"value": 1.0, "vary": False} for k in (1, 2)}
     held = characterise(SHIPPED / "tube", adjust=fixed, starts=1)

@@ -101,6 +101,7 @@ def test_draws_without_equilibrium_are_counted(tmp_path):
         run_study(read_study(write_study(tmp_path, wide)))
 
 
+@pytest.mark.slow
 def test_an_objective_that_nothing_free_changes_is_refused(tmp_path):
     held = changed('quantity = "curvature"', 'quantity = "outer_diameter"')
     with pytest.raises(InputError, match="'bend' changes with nothing that is free"):
@@ -108,6 +109,7 @@ def test_an_objective_that_nothing_free_changes_is_refused(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_an_objective_that_only_rounding_errors_change_is_refused(tmp_path):
     """With both springs cold the curvature is zero, and its derivatives are rounding errors."""
     cold = changed("xi0_2 = 0.3\n", "")
@@ -115,6 +117,7 @@ def test_an_objective_that_only_rounding_errors_change_is_refused(tmp_path):
         run_study(read_study(write_study(tmp_path, cold)))
 
 
+@pytest.mark.slow
 def test_starts_that_are_lost_are_counted_and_said(tmp_path):
     (tmp_path / "mine.py").write_text(
         "import jax.numpy as jnp\n\n\ndef bend(states, parameters):\n"

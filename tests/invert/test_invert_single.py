@@ -103,6 +103,7 @@ def test_fractions_that_no_heating_gives_are_said(inverse, fractions, words):
     assert said[-1].startswith(last) and ("No heating" in " ".join(said)) == bool(words)
 
 
+@pytest.mark.slow
 def test_a_spring_without_a_current_is_the_bound_unless_told_otherwise(inverse):
     """In air of 22 degC the reversible curve of KRL35 is at 0.973."""
     natural = 1.0 / (1.0 + np.exp((22.0 - 31.0) / 2.5))

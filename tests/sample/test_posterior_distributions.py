@@ -117,6 +117,7 @@ def test_tied_parameters_follow_and_their_priors_count():
     assert posterior.laplace.sd["twice"] == pytest.approx(2.0 * 0.2**0.5)
 
 
+@pytest.mark.slow
 def test_a_product_is_moved_through_by_logarithms():
     def residual(values, data):
         return (values["a"] * values["b"] - 6.0)[None] / 1e-3

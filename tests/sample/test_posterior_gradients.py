@@ -69,6 +69,7 @@ def test_a_logarithmic_chart_carries_its_jacobian():
         assert density == pytest.approx(-u + np.log(u), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_stopped_gradient_chain_ends_with_the_same_bytes(tmp_path):
     settings = Settings(sampler="nuts", ensembles=2, max_steps=60, chunk=20, warm_up=100, seed=5)
     path = tmp_path / "chain.h5"
