@@ -157,11 +157,21 @@ def _radii(solved: Solved, k: int) -> tuple[Array, Array]:
 
 def temperature(solved: Solved, k: int) -> Array:
     """Temperature of every wire at its fraction, by the reversible curve [degC]."""
-    values = []
-    for spring, found in zip(solved.body.segments[k].springs, solved.segments[k].springs, strict=True):
-        alloy, xi0 = spring.alloy, jnp.clip(found.xi0, WARMEST, 1.0 - WARMEST)
-        values.append(alloy.T_mid + alloy.T_width * jnp.log((1.0 - xi0) / xi0))
-    return jnp.stack(values)
+    pairs = zip(solved.body.segments[k].springs, solved.segments[k].springs, strict=True)
+    return jnp.stack([wire_temperature(spring, found.xi0) for spring, found in pairs])
+
+
+def wire_temperature(spring: Spring, xi0: Array) -> Array:
+    """Temperature of a wire at a fraction, clipped at `WARMEST`, by the reversible curve [degC]."""
+    alloy, xi0 = spring.alloy, jnp.clip(xi0, WARMEST, 1.0 - WARMEST)
+    return alloy.T_mid + alloy.T_width * jnp.log((1.0 - xi0) / xi0)
+
+
+def convected(spring: Spring, warm: Array) -> Array:
+    """Power that a wire gives to the air, at a rise over its temperature [K] -> [W]."""
+    geometry = spring.geometry
+    surface = jnp.pi * geometry.wire_diameter * geometry.wire_length
+    return spring.alloy.convection * surface * warm
 
 
 def heating_power(solved: Solved, k: int) -> Array:
@@ -174,10 +184,8 @@ def heating_power(solved: Solved, k: int) -> Array:
         for spring, found, degrees in zip(
             body.springs, solved.segments[j].springs, temperature(solved, j), strict=True
         ):
-            geometry, alloy = spring.geometry, spring.alloy
-            surface = jnp.pi * geometry.wire_diameter * geometry.wire_length
-            warm = jnp.maximum(degrees - AMBIENT, 0.0)
-            total = total + jnp.where(found.xi0 < 1.0, alloy.convection * surface * warm, 0.0)
+            power = convected(spring, jnp.maximum(degrees - AMBIENT, 0.0))
+            total = total + jnp.where(found.xi0 < 1.0, power, 0.0)
     return total
 
 

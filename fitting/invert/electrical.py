@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.design.bodies import Body, Solved
-from fitting.design.quantities import AMBIENT, WARMEST, temperature
+from fitting.design.quantities import AMBIENT, convected, temperature, wire_temperature
 from pneusma_jax.nitinol import Spring
 from pneusma_jax.numerics.rows import first_rows
 from pneusma_jax.program_cache import stored_jit
@@ -36,10 +36,7 @@ def highest(body: Body, xi0_max: float | None) -> np.ndarray:
 
 def holding_power(spring: Spring, degrees: jax.Array) -> jax.Array:
     """Power that holds a wire at a temperature [degC] in air of 22 degC [W]."""
-    geometry = spring.geometry
-    surface = jnp.pi * geometry.wire_diameter * geometry.wire_length
-    warm = jnp.where(degrees - AMBIENT > COOL, degrees - AMBIENT, 0.0)
-    return spring.alloy.convection * surface * warm
+    return convected(spring, jnp.where(degrees - AMBIENT > COOL, degrees - AMBIENT, 0.0))
 
 
 def heat(body: Body, fractions: np.ndarray) -> np.ndarray:
@@ -54,12 +51,14 @@ def heat(body: Body, fractions: np.ndarray) -> np.ndarray:
     total = np.zeros(fractions.shape[:-1])
     springs = [spring for segment in body.segments for spring in segment.springs]
     for k, spring in enumerate(springs):
-        xi0 = fractions[..., k]
-        within = np.clip(xi0, WARMEST, 1.0 - WARMEST)
-        middle, width = float(spring.alloy.T_mid), float(spring.alloy.T_width)
-        degrees = middle + width * np.log((1.0 - within) / within)
-        total += np.where(xi0 < 1.0, np.asarray(holding_power(spring, jnp.asarray(degrees))), 0.0)
+        total += np.asarray(_held(spring, fractions[..., k]))
     return total
+
+
+@jax.jit
+def _held(spring: Spring, xi0: jax.Array) -> jax.Array:
+    """Power that holds a wire at its fractions [W]; 0 for a cold one."""
+    return jnp.where(xi0 < 1.0, holding_power(spring, wire_temperature(spring, xi0)), 0.0)
 
 
 def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:
