@@ -199,10 +199,12 @@ def _search(
     phase[0] = "continuous design"
     outcomes = [from_starts(problem, starts, evaluate, study.optimiser) for problem in problems]
     anchors = [best_of(ended) for ended in outcomes]
+    past = lambda best, rest: search_past_jumps(best, rest, evaluate, study.optimiser)  # noqa: E731
+    beyond = past if jumps(study) else None
     for j, problem in enumerate(problems):
-        if anchors[j].kept and jumps(study):
+        if anchors[j].kept and beyond:
             phase[0] = "beyond jumps"
-            anchors[j] = search_past_jumps(anchors[j], problem, evaluate, study.optimiser)
+            anchors[j] = beyond(anchors[j], problem)
         anchors[j] = _none_better(anchors[j], problem, evaluate, study.optimiser)
     found = _Solved(choice, evaluate, problems[0], starts, outcomes[0], anchors[0])
     if not all(anchor.kept for anchor in anchors):
@@ -211,8 +213,6 @@ def _search(
     if count == 1:
         phase[0] = "rounding"
         if discrete:
-            past = lambda best, rest: search_past_jumps(best, rest, evaluate, study.optimiser)  # noqa: E731
-            beyond = past if jumps(study) else None
             found.made = made_from(found.ideal, found.problem, evaluate, study.optimiser, beyond=beyond)
             found.rounded = found.made is not None
         return found

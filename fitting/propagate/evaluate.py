@@ -95,12 +95,12 @@ class Evaluator:
             together = self._together
             part = lambda x: jax.lax.map(row, x, batch_size=together)  # noqa: E731
             if spread:
-                part = jax.shard_map(
+                program = jax.jit(jax.shard_map(
                     part, mesh=self._mesh, in_specs=P("rows"), out_specs=P("rows"), check_vma=False
-                )
+                ))  # fmt: skip
             elif row is self._row and self._identity is not None:
-                lasting = f"rows of a study|{self._identity}|{together}"
-                self._programs[name, spread] = cached_program(part, lasting)
-                return self._programs[name, spread]
-            self._programs[name, spread] = jax.jit(part)
+                program = cached_program(part, f"rows of a study|{self._identity}|{together}")
+            else:
+                program = jax.jit(part)
+            self._programs[name, spread] = program
         return self._programs[name, spread]

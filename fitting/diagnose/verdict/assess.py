@@ -93,4 +93,3 @@ def assess(explanation: Explanation) -> Assessment:
     if left is not None and not left.trusted:
         unknown = max(unknown, VERDICT.refuted_unknown)
     return Assessment(named, mismatch, unknown, beyond, mimicked, last, signs, lost, discrepancy, rest)
-

@@ -55,7 +55,7 @@ class Scores:
     def held_out(self, explanation: Explanation) -> tuple[HeldOut, HeldOut]:
         """Scores of the refitted base model and of the final one, on the same values."""
         fits = explanation.base, explanation.final
-        return tuple(self.averaged([(explanation.program, fit, 1.0)]) for fit in fits)
+        return tuple(self._alone(explanation.program, fit) for fit in fits)
 
     def averaged(self, models: Sequence[Model]) -> HeldOut:
         """Score of the weighted mean of several models' predictions of values that were not fitted.
@@ -102,14 +102,14 @@ class Scores:
         if not program.fitted.all():
             values = [negative_log_predictive_density(program, f, program.unseen) for f in fits]
         elif len(program.recordings) == 1:
-            values = [0.5 * one.values * one.reduced_chi2 for one in map(self._alone(program), fits)]
+            values = [0.5 * one.values * one.reduced_chi2 for one in (self._alone(program, f) for f in fits)]
         else:
             values = [self._surprise(program, f) for f in fits]
         return values[0] - min(values[1:])
 
-    def _alone(self, program: Program) -> Callable[[Fit], HeldOut]:
+    def _alone(self, program: Program, fit: Fit) -> HeldOut:
         """Score of one model."""
-        return lambda fit: self.averaged([(program, fit, 1.0)])
+        return self.averaged([(program, fit, 1.0)])
 
     def _surprise(self, program: Program, fit: Fit) -> float:
         """Negative log predictive density of recordings left out in turn, less constants."""
