@@ -40,12 +40,13 @@ class World:
     stated: bool = True
 
     def run(self, u, columns, stacked, chosen=None):
-        """What `Compiled.run` returns, in closed form."""
+        """What `Compiled.run` returns, in closed form; numbers of no meaning for recordings that nobody asks for."""
         J = np.concatenate([self.base, *self.effects.values()], axis=2)
+        J = J if chosen is None else np.where(chosen[:, None, None], J, 1e3)
         slopes = np.moveaxis(SIGMA * J[:, :, columns], 2, 0)
         return Raw(stacked, {"length": SIGMA * (J @ u)}, {"length": slopes}, {"length": slopes[:0]}, self.drivers)
 
-    width = 64
+    width, apart = 64, True
 
     @property
     def drivers(self):

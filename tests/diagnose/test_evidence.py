@@ -18,11 +18,13 @@ def beside_courses(monkeypatch, again=None):
     """A campaign of one recording with latent trajectories; what a refit near a candidate's courses ends at."""
     monkeypatch.setattr(candidates, "inflation_of", lambda program, fit: 1.0)
     monkeypatch.setattr(evidence, "_occam", lambda *anything: 0.0)
-    refitter = SimpleNamespace(fit=lambda slugs, u, near: again)
+    refitter = SimpleNamespace(fit=lambda slugs, u, rounds, near=None: again, promised=lambda fit: fit.objective)
     monkeypatch.setattr(candidates, "Refitter", lambda program: refitter)
     followed = lambda follows: [SimpleNamespace(leverage=lambda: np.full(100, follows / 100.0))]  # noqa: E731
     unknowns = SimpleNamespace(slugs=("a",), base=np.array([0]), neutral=np.zeros(2), amplitudes=lambda slug: np.array([1]))
-    return SimpleNamespace(followed=followed, fitted=np.array([True]), unknowns=unknowns, hidden=True)
+    return SimpleNamespace(
+        followed=followed, fitted=np.array([True]), unknowns=unknowns, hidden=True, observations=lambda mask: 200
+    )
 
 
 def test_what_hidden_courses_follow_more_is_no_evidence(monkeypatch):
@@ -51,10 +53,13 @@ def test_no_trial_is_credited_with_a_better_place_of_the_bases_own_constants(mon
     better = fitted(82.0, 0.0)
     program = beside_courses(monkeypatch)
     program.hidden, program.followed, begun = False, lambda evaluation: [None], []
-    monkeypatch.setattr(candidates, "Refitter", lambda program: SimpleNamespace(fit=lambda slugs, start: begun.append(start) or better))
+    refitter = SimpleNamespace(
+        fit=lambda slugs, start, rounds, near=None: begun.append(start) or better, promised=lambda fit: fit.objective - 3.0
+    )
+    monkeypatch.setattr(candidates, "Refitter", lambda program: refitter)
     near, far = (candidates.CandidateFit("a", fitted(80.0, 0.0, at), 20.0, 0.0) for at in (0.1, 2.0))
     assert candidates.refitted_baseline(program, fitted(100.0, 0.0), [near]).objective == 100.0 and not begun
-    assert candidates.refitted_baseline(program, fitted(100.0, 0.0), [far]) is better and begun == [far.fit]
+    assert candidates.refitted_baseline(program, fitted(100.0, 0.0), [far]) is better and begun == [far.fit, better]
     assert far.bayes == pytest.approx(2.0)
 
 

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
-from linear_world import ANOTHER, SIGMA, World
+from linear_world import ANOTHER, SIGMA, World, tubes
 
 from fitting.diagnose.evaluate.evaluation import Raw
+from fitting.diagnose.fit.candidates import from_elsewhere
 from fitting.diagnose.fit.refit import Refitter
+from fitting.diagnose.settings import DEFAULT
 from fitting.inference.parallel import FITS, RUNS
 
 
@@ -86,3 +88,44 @@ def test_what_a_step_promises_is_told_where_numbers_are_open():
     world = World(np.zeros((1, 3, 1)), {ANOTHER: np.full((1, 3, 2), 1e3 / 3.0)})
     refitter = Refitter(world.program(np.full((1, 3), 1e3)))
     assert refitter.promised(refitter.fit((ANOTHER,), None, rounds=0)) == pytest.approx(0.0, abs=1.0)
+
+
+def two_valleys():
+    """A misfit with a deep minimum at 1 and a shallow one near -1."""
+    return Curved(
+        lambda u: 30.0 * np.array([u[0] ** 2 - 1.0, 0.2 * (u[0] - 1.0), u[1]]),
+        lambda u: 30.0 * np.array([[2.0 * u[0], 0.0], [0.2, 0.0], [0.0, 1.0]]),
+    ).campaign()
+
+
+def test_a_fit_from_elsewhere_takes_the_place_of_a_worse_one():
+    program = two_valleys()
+    shallow = Refitter(program).fit((), np.array([-1.5, 0.0]))
+    assert shallow.u[0] == pytest.approx(-1.0, abs=0.05)
+    found = from_elsewhere(program, shallow, np.array([3.5, 1.0]))
+    assert found.u[0] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_fit_from_elsewhere_ends_early_where_it_promises_no_more():
+    program = two_valleys()
+    deep = Refitter(program).fit((), np.array([1.5, 0.0]))
+    before = program.tally[RUNS]
+    assert from_elsewhere(program, deep, np.array([-3.5, 1.0])) is deep
+    steps = DEFAULT.candidates.first_steps + DEFAULT.candidates.second_steps
+    assert program.tally[RUNS] - before <= steps + 1
+
+
+def test_a_fit_runs_recordings_that_do_not_count_at_its_end_alone():
+    """The world gives them numbers of no meaning where nobody asks for them."""
+    world = tubes(roles=("fit", "fit", "validation", "fit"))
+    truth = world.truth(np.random.default_rng(0), (0.5, -0.3), **{ANOTHER: (0.8, -0.6)})
+    program = world.program(truth)
+    fit = Refitter(program).fit((ANOTHER,))
+    whole = program.evaluate(fit.u, fit.free)
+    for k in range(4):
+        np.testing.assert_allclose(fit.evaluation.misfit[k], whole.misfit[k], atol=1e-9)
+        np.testing.assert_allclose(fit.evaluation.jacobian[k], whole.jacobian[k], atol=1e-9)
+    part = program.evaluate(fit.u, fit.free, chosen=program.fitted)
+    assert not np.any(part.misfit[2])
+    assert np.any(whole.misfit[2])
+    np.testing.assert_allclose(part.misfit[3], whole.misfit[3], atol=1e-9)

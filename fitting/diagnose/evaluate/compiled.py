@@ -39,11 +39,14 @@ class Compiled:
         unknowns: numbers that may be free.
         always: effects that the base model has.
         trajectories: latent trajectories of a recording.
+
+    Attributes:
+        apart: true if recordings are run by themselves.
     """
 
     def __init__(self, specimen: Specimen, unknowns: Unknowns, always: tuple[Effect, ...], trajectories: int):
         self._unknowns, self._always, self._trajectories = unknowns, always, trajectories
-        self._apart = specimen.each_alone
+        self.apart = specimen.each_alone
         count = len(unknowns.base)
 
         def outputs(
@@ -82,7 +85,7 @@ class Compiled:
     @property
     def width(self) -> int:
         """Unknowns that one run brings derivatives by, at most."""
-        return OPTIMISER.directions - 2 * self._trajectories
+        return OPTIMISER.directions
 
     def run(
         self, u: np.ndarray, columns: np.ndarray, stacked: Rows, chosen: np.ndarray | None = None
@@ -97,7 +100,7 @@ class Compiled:
                 run returns for others is not defined.
         """
         unknowns, count = self._unknowns, self._trajectories
-        stated, most = unknowns.stated(u, stacked), OPTIMISER.directions
+        stated, most = unknowns.stated(u, stacked), self.width + 2 * count
         names = tuple(stated)
         base = np.stack(list(stated.values()), axis=-1)
         along_base = np.zeros((most, *base.shape))
@@ -110,8 +113,8 @@ class Compiled:
                 along_own[row, k - len(unknowns.base)] = 1.0
         along = np.zeros((most, count, *stacked.mask.shape))
         for j in range(count):
-            along[most - 2 * count + j, j] = 1.0
-            along[most - count + j, j] = remembered_rows(np.asarray(stacked.extra[TRAJECTORY][j]))
+            along[self.width + j, j] = 1.0
+            along[self.width + count + j, j] = remembered_rows(np.asarray(stacked.extra[TRAJECTORY][j]))
         own, on = u[len(unknowns.base) :], unknowns.present(u, columns)
         leaves, structure = jax.tree.flatten(eqx.tree_at(lambda r: r.base, stacked, {}))
         leaves = [np.asarray(leaf) for leaf in leaves]
@@ -132,12 +135,12 @@ class Compiled:
             )
 
         there = np.asarray(stacked.mask).any(axis=1) & (True if chosen is None else chosen)
-        found, slopes, drivers = _one_by_one(evaluate, there) if self._apart else evaluate()
+        found, slopes, drivers = _one_by_one(evaluate, there) if self.apart else evaluate()
         return Raw(
             stacked,
             found,
             {name: value[: len(columns)] for name, value in slopes.items()},
-            {name: value[OPTIMISER.directions - 2 * count :] for name, value in slopes.items()},
+            {name: value[self.width :] for name, value in slopes.items()},
             drivers,
         )
 

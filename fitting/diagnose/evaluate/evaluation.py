@@ -211,12 +211,20 @@ class Evaluation:
     def bettered(self, other: "Evaluation") -> "Evaluation":
         """The evaluation with those recordings of another one, at the same numbers, that fit better there."""
         squares = [[float(m @ m) for m in one.misfit] for one in (self, other)]
-        better = [b < a for a, b in zip(*squares, strict=True)]
+        return self.taking(other, np.array([b < a for a, b in zip(*squares, strict=True)]))
+
+    def taking(self, other: "Evaluation", chosen: np.ndarray) -> "Evaluation":
+        """The evaluation with chosen recordings taken from another one at the same numbers.
+
+        Args:
+            other: evaluation by the same unknowns.
+            chosen: mask, (recordings,).
+        """
         row = np.zeros(len(next(iter(self.drivers.values()))), bool)
-        row[: len(better)] = better
+        row[: len(chosen)] = chosen
 
         def pick(mine: list, theirs: list) -> list:
-            return [b if chosen else a for a, b, chosen in zip(mine, theirs, better, strict=True)]
+            return [b if taken else a for a, b, taken in zip(mine, theirs, chosen, strict=True)]
 
         along = row[:, None, None]
         return replace(

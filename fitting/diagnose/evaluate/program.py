@@ -257,6 +257,7 @@ class Program:
         columns: np.ndarray,
         stacked: Rows | None = None,
         near: Evaluation | None = None,
+        chosen: np.ndarray | None = None,
     ) -> Evaluation:
         """Whitened misfit of every recording, and its derivative by some of the unknowns.
 
@@ -266,15 +267,20 @@ class Program:
             stacked: recordings of the same shape instead of the campaign's, their latent trajectories as they
                 are.
             near: an evaluation close by, from whose latent trajectories the search for those here begins.
+            chosen: mask of the recordings that are asked for, (recordings,); all if None. Others count as
+                without misfit, and keep the latent trajectories that they begin with.
         """
         u, columns = np.asarray(u, float), np.asarray(columns, int)
+        chosen = None if chosen is None or chosen.all() or not self.one_by_one else chosen
         moving = stacked is None and self.process_noise.shape[1] > 0
         stacked = self.stacked if stacked is None else stacked
         width = self._compiled.width
         chunks = [columns[first : first + width] for first in range(0, max(len(columns), 1), width)]
         start = self.begun(stacked, near, u) if near is not None else stacked
-        search = Search(self.channels, self.process_noise, self.failed) if moving else None
-        first = self._run(u, chunks[0], start)
+        asked = np.zeros(len(stacked.mask), bool)
+        asked[: len(self.channels)] = True if chosen is None else chosen
+        search = Search(self.channels, self.process_noise, self.failed, chosen) if moving else None
+        first = self._run(u, chunks[0], start, asked)
         if search:
             search.saw(first)
             for _ in range(TRAJECTORIES.runs - 1):
@@ -282,11 +288,16 @@ class Program:
                     break
                 search.saw(self._run(u, chunks[0], with_trajectories(stacked, search.proposal), search.open))
             first = search.best
-        rest = [self._run(u, chunk, first.stacked) for chunk in chunks[1:]]
+        rest = [self._run(u, chunk, first.stacked, asked) for chunk in chunks[1:]]
         names = first.slopes
         slopes = {n: np.concatenate([part.slopes[n] for part in (first, *rest)]) for n in names}
         whole = replace(first, slopes=slopes)
-        return self._evaluated(u, columns, whole, search, again=bool(rest))
+        return self._evaluated(u, columns, whole, search, bool(rest), chosen)
+
+    @property
+    def one_by_one(self) -> bool:
+        """True if recordings are run by themselves, so that some of them cost less than all."""
+        return self._compiled.apart
 
     def slopes(self, here: Evaluation, columns: np.ndarray) -> dict[str, np.ndarray]:
         """Derivatives of the outputs by some unknowns where latent trajectories stay as they are, by
@@ -322,7 +333,13 @@ class Program:
         return [here.hidden(k, *parts) for k, parts in self._hiding()]
 
     def _evaluated(
-        self, u: np.ndarray, columns: np.ndarray, here: Raw, search: Search | None, again: bool
+        self,
+        u: np.ndarray,
+        columns: np.ndarray,
+        here: Raw,
+        search: Search | None,
+        again: bool,
+        chosen: np.ndarray | None,
     ) -> Evaluation:
         """The evaluation of a run: latent trajectories are projected out.
 
@@ -334,6 +351,9 @@ class Program:
         hidden = self._explained(here) if search and again else hidden
         for k, (channels, one) in enumerate(zip(self.channels, hidden, strict=True)):
             misfit, jacobian, raw = here.whitened(k, channels, self.failed)
+            if chosen is not None and not chosen[k]:
+                found.append((0.0 * misfit, 0.0 * jacobian, [np.full_like(x, np.nan) for x in raw]))
+                continue
             if one is not None:
                 answer = one.answer(misfit, jacobian)
                 jacobian, believed = (

@@ -25,6 +25,7 @@ class Search:
         process_noise: variance of every trajectory per second, zero where it is held, (recordings,
             trajectories).
         failed: standard deviations that a row without an answer counts for.
+        chosen: mask of the recordings that are asked for, (recordings,); all if None.
 
     Attributes:
         best: every recording from the run that fitted it best.
@@ -32,14 +33,20 @@ class Search:
         overshot: recordings whose linear answer was tried and was worse, (recordings,).
     """
 
-    def __init__(self, channels: Sequence[Sequence[Channel]], process_noise: np.ndarray, failed: float):
+    def __init__(
+        self,
+        channels: Sequence[Sequence[Channel]],
+        process_noise: np.ndarray,
+        failed: float,
+        chosen: np.ndarray | None = None,
+    ):
         self._channels, self._pace, self._failed = channels, process_noise, failed
         count = len(channels)
         self.best: Raw | None = None
         self.hidden: list[Hidden | None] = [None] * count
         self.overshot = np.zeros(count, bool)
         self._least, self._share = np.full(count, np.inf), np.full(count, 0.5)
-        self._open = np.ones(count, bool)
+        self._open = np.ones(count, bool) if chosen is None else chosen.copy()
         self._steps = np.zeros(0)
 
     @property

@@ -1,7 +1,7 @@
 """Candidate fits: effects fitted together with the base, by successive halving, and their evidence."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -65,6 +65,7 @@ def candidate_fits(
     progress: Callable[[str], None],
     effort: int,
     most: int = CANDIDATES.tried,
+    known: Iterable[Fit] = (),
 ) -> list[CandidateFit]:
     """The effects of largest score, each fitted together with everything that is present.
 
@@ -75,6 +76,7 @@ def candidate_fits(
         progress: receives a line of text at every step.
         effort: 1; 2 follows twice as many.
         most: number of candidates at effort 1.
+        known: fits of sets that were fitted before; see `fitted_sets`.
 
     Returns:
         The candidates, strongest evidence first.
@@ -90,7 +92,7 @@ def candidate_fits(
     proposals = [
         Proposal((*current.slugs, s.slug), starts_of(program.unknowns, (s.slug,), s.start)) for s in likely
     ]
-    fits = fitted_sets(program, proposals, current, progress, effort)
+    fits = fitted_sets(program, proposals, current, progress, effort, known)
     candidates = [CandidateFit(fit.slugs[-1], fit, 0.0, np.nan) for fit in fits]
     candidates.sort(key=lambda t: t.fit.objective)
     for candidate in candidates:
@@ -105,6 +107,7 @@ def fitted_sets(
     current: Fit,
     progress: Callable[[str], None],
     effort: int,
+    known: Iterable[Fit] = (),
 ) -> list[Fit]:
     """Sets of effects, each fitted together with the base, by successive halving.
 
@@ -114,14 +117,20 @@ def fitted_sets(
         current: model that they extend.
         progress: receives a line of text at every step.
         effort: 1; 2 follows twice as many.
+        known: fits of sets that were fitted before. Proposals of these sets go on from there.
 
     Returns:
         A fit of every proposal. The worse ones ended early.
     """
     refitter, starts = Refitter(program), {one.slugs: one.starts for one in proposals}
     near = {one.slugs: one.near or current.evaluation for one in proposals}
-    best: dict[tuple[str, ...], Fit] = {}
-    kept = list(starts)
+    earlier = {frozenset(fit.slugs): fit for fit in known}
+    best: dict[tuple[str, ...], Fit] = {
+        slugs: replace(earlier[frozenset(slugs)], slugs=slugs)
+        for slugs in starts
+        if frozenset(slugs) in earlier
+    }
+    kept = [slugs for slugs in starts if slugs not in best]
 
     def fitted(job: tuple[tuple[str, ...], np.ndarray | Fit, int]) -> tuple[tuple[str, ...], Fit]:
         slugs, start, rounds = job
@@ -133,26 +142,52 @@ def fitted_sets(
         again = refitter.fit(slugs, faint, rounds, current.evaluation)
         return slugs, min(fit, again, key=lambda f: f.objective)
 
-    for rounds in (CANDIDATES.first_steps, CANDIDATES.second_steps):
-        kept = _ahead(program, refitter, best, starts, effort * CANDIDATES.second_count) if best else kept
-        progress(f"fitting {len(kept)} candidates")
-        jobs = [(slugs, best[slugs] if slugs in best else starts[slugs][0], rounds) for slugs in kept]
-        best |= dict(run_parallel(fitted, jobs))
+    progress(f"fitting {len(kept)} candidates")
+    best |= dict(run_parallel(fitted, [(slugs, starts[slugs][0], CANDIDATES.first_steps) for slugs in kept]))
+    kept = _ahead(program, refitter, best, starts, effort * CANDIDATES.second_count)
+    progress(f"fitting {len(kept)} candidates")
+    best |= dict(run_parallel(fitted, [(slugs, best[slugs], CANDIDATES.second_steps) for slugs in kept]))
     kept = _ahead(program, refitter, best, starts, effort * CANDIDATES.final_count)
     names = ["+".join(slug for slug in slugs if slug not in current.slugs) for slugs in kept]
     progress(f"fitting {', '.join(names)} to the end")
-    jobs = [
-        (slugs, start, OPTIMISER.final_steps) for slugs in kept for start in (best[slugs], starts[slugs][1])
-    ]
+    best |= dict(run_parallel(fitted, [(slugs, best[slugs], OPTIMISER.final_steps) for slugs in kept]))
+    elsewhere = [(slugs, starts[slugs][1]) for slugs in kept]
     for slugs in kept if not program.hidden else ():
         added = [slug for slug in slugs if slug not in current.slugs]
         if len(added) == 1:  # effects of larger sets were tried at other shapes alone
-            elsewhere = _reshaped(program.unknowns, added[0], best[slugs].u)
-            jobs += [(slugs, start, OPTIMISER.final_steps) for start in elsewhere]
-    for slugs, fit in run_parallel(fitted, jobs):
-        if fit.objective < best[slugs].objective:
-            best[slugs] = fit
+            elsewhere += [(slugs, start) for start in _reshaped(program.unknowns, added[0], best[slugs].u)]
+
+    def begun_again(job: tuple[tuple[str, ...], np.ndarray]) -> Fit:
+        slugs, start = job
+        return from_elsewhere(program, best[slugs], start, near[slugs])
+
+    for fit in run_parallel(begun_again, elsewhere):
+        if fit.objective < best[fit.slugs].objective:
+            best[fit.slugs] = fit
     return list(best.values())
+
+
+def from_elsewhere(
+    program: Program, fit: Fit, start: "np.ndarray | Fit", near: Evaluation | None = None
+) -> Fit:
+    """The better of a fit and one of the same model from another start.
+
+    The latter begins with a few steps. It goes on if the next step promises to be better by as much as tells
+    two explanations apart.
+
+    Args:
+        program: program of the campaign.
+        fit: fit to improve.
+        start, near: see `Refitter.fit`.
+    """
+    refitter = Refitter(program)
+    other = refitter.fit(fit.slugs, start, CANDIDATES.first_steps + CANDIDATES.second_steps, near)
+    margin = EVIDENCE.minimum_difference * max(
+        1.0, fit.objective / max(log_likelihood(program, 1.0), 1.0)
+    )
+    if fit.objective - refitter.promised(other) > margin:
+        other = refitter.fit(fit.slugs, other, OPTIMISER.final_steps)
+    return min(fit, other, key=lambda one: one.objective)
 
 
 def _ahead(
@@ -253,11 +288,12 @@ def refitted_baseline(program: Program, current: Fit, candidates: list[Candidate
 
 def _without(program: Program, current: Fit, candidate: CandidateFit) -> list[Fit]:
     """The model so far, fitted from a candidate's own constants and from its latent trajectories."""
-    refitter, base, found = Refitter(program), program.unknowns.base, []
+    base, found = program.unknowns.base, []
     if np.max(np.abs(candidate.fit.u[base] - current.u[base]), initial=0.0) > CANDIDATES.minimum_elsewhere:
-        found.append(refitter.fit(current.slugs, candidate.fit))  # which leaves the others at their absence
+        # which leaves the others at their absence
+        found.append(from_elsewhere(program, current, candidate.fit))
     if any(program.followed(current.evaluation)):
-        found.append(refitter.fit(current.slugs, current.u, near=candidate.fit.evaluation))
+        found.append(from_elsewhere(program, current, current.u, candidate.fit.evaluation))
     return found
 
 

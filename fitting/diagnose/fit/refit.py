@@ -81,6 +81,9 @@ class Refitter:
     Args:
         program: campaign.
         weight: weight of each recording, 1 to fit it and 0 to leave it out, or a mask of its values.
+
+    Attributes:
+        asked: recordings of which any value counts, (recordings,).
     """
 
     def __init__(self, program: Program, weight: np.ndarray | list[np.ndarray] | None = None):
@@ -88,6 +91,7 @@ class Refitter:
         self.unknowns = program.unknowns
         self.weight = program.fitted.astype(float) if weight is None else weight
         self._partial = weight is not None
+        self.asked = np.array([bool(np.any(one)) for one in self.weight])
 
     def fit(
         self,
@@ -156,7 +160,7 @@ class Refitter:
 
     def _at(self, u: np.ndarray, free: np.ndarray, near: Evaluation | None = None) -> tuple:
         """Objective, misfit, Jacobian over the free unknowns, evaluation; begun near another one."""
-        evaluation = self.program.evaluate(u, free, near=near)
+        evaluation = self.program.evaluate(u, free, near=near, chosen=self.asked)
         r, J = evaluation.joined(self.weight)
         departure, sd = self._prior(u, free)
         return 0.5 * (r @ r + np.sum((departure / sd) ** 2)), r, J, evaluation
@@ -190,6 +194,10 @@ class Refitter:
 
     def _finished(self, u: np.ndarray, free: np.ndarray, slugs: tuple[str, ...], now: tuple) -> Fit:
         objective, _, J, evaluation = now
+        others = ~self.asked
+        if others.any() and self.program.one_by_one:
+            beside = self.program.evaluate(u, free, near=evaluation, chosen=others)
+            evaluation = evaluation.taking(beside, others)
         _, sd = self._prior(u, free)
         H = J.T @ J + np.diag(sd**-2)
         values, vectors = np.linalg.eigh(H)

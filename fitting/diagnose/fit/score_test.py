@@ -112,7 +112,8 @@ def _whole_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], scale: fl
     low, high = unknowns.low, unknowns.high
 
     def left(u: np.ndarray) -> float:
-        r, _ = program.evaluate(u, nothing, near=fit.evaluation).joined(refitter.weight)
+        there = program.evaluate(u, nothing, near=fit.evaluation, chosen=refitter.asked)
+        r, _ = there.joined(refitter.weight)
         return float(r @ r)
 
     jobs = []

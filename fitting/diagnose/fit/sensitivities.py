@@ -106,7 +106,8 @@ def sensitivities_about(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> S
         if not members:
             break
         columns = np.concatenate([unknowns.amplitudes(slug) for slug in members]).astype(int)
-        _, J = program.evaluate(u, columns, near=fit.evaluation).joined(weight)  # trajectories as of A
+        # trajectories as of A
+        _, J = program.evaluate(u, columns, near=fit.evaluation, chosen=refitter.asked).joined(weight)
         for slug in members:
             own = unknowns.amplitudes(slug)
             P = project(J[:, np.isin(columns, own)])
@@ -119,7 +120,8 @@ def sensitivities_about(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> S
         u = fit.u.copy()
         own = unknowns.of([slug])
         u[own] = [unknowns.items[k].start for k in own]
-        change = program.evaluate(u, own[:0], near=fit.evaluation).joined(weight)[0] - r
+        changed = program.evaluate(u, own[:0], near=fit.evaluation, chosen=refitter.asked)
+        change = changed.joined(weight)[0] - r
         sensitivity = project(change[:, None])
         strength[slug] = float(np.linalg.norm(sensitivity))
         if strength[slug] >= SCORE_TEST.minimum_length:

@@ -6,7 +6,7 @@ single effects is linearised anew where it ended, with every other effect beside
 together by successive halving, and so on for triples, as long as evidence grows and more than noise is left.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import zip_longest
@@ -22,6 +22,7 @@ from ..fit.candidates import (
     Proposal,
     candidate_fits,
     fitted_sets,
+    from_elsewhere,
     refitted_baseline,
     starts_of,
     weigh,
@@ -89,10 +90,19 @@ class SetSearch:
         self.progress(f"screening {len(program.unknowns.slugs) - len(current.slugs)} effects")
         return Step(current, scored(program, current, rng or self.rng), [])
 
-    def fill(self, program: Program, step: Step, most: int = CANDIDATES.tried) -> None:
-        """Fit the candidates of a step, and weigh them against the refitted baseline."""
+    def fill(
+        self, program: Program, step: Step, most: int = CANDIDATES.tried, known: Iterable[Fit] = ()
+    ) -> None:
+        """Fit the candidates of a step, and weigh them against the refitted baseline.
+
+        Args:
+            program: program of the campaign.
+            step: scored step; its candidates and base are set here.
+            most: number of candidates at effort 1.
+            known: fits of sets that were fitted before.
+        """
         step.candidates = candidate_fits(
-            program, step.base, step.score_test, self.progress, self.effort, most
+            program, step.base, step.score_test, self.progress, self.effort, most, known
         )
         step.base = refitted_baseline(program, step.base, step.candidates)
 
@@ -222,7 +232,7 @@ class SetSearch:
                 self.progress(f"trying what else there is beside {' and '.join(rest.slugs)}")
                 step = self._scores_beside(program, rest)
                 step.base = rest
-                self.fill(program, step, CANDIDATES.tried_beside)
+                self.fill(program, step, CANDIDATES.tried_beside, pool.of_size(len(fit.slugs)))
                 pool.add([step.base, *(candidate.fit for candidate in step.candidates)])
 
     def _weighed(self, explanation: Explanation, pool: Pool, fit: Fit) -> Named:
@@ -257,9 +267,9 @@ class SetSearch:
 
 def polished(program: Program, fit: Fit) -> Fit:
     """A set fitted once more, from its own numbers and from nominal base constants."""
-    home = program.unknowns.at_nominal(fit.u)
-    again = lambda start: Refitter(program).fit(fit.slugs, start, OPTIMISER.final_steps)  # noqa: E731
-    return min([fit, *run_parallel(again, (fit, home))], key=lambda f: f.objective)
+    again = Refitter(program).fit(fit.slugs, fit, OPTIMISER.final_steps)
+    best = min(fit, again, key=lambda one: one.objective)
+    return from_elsewhere(program, best, program.unknowns.at_nominal(fit.u))
 
 
 def scored(program: Program, current: Fit, rng: np.random.Generator) -> ScoreTest:

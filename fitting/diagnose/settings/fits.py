@@ -31,7 +31,10 @@ class Scaling:
 class Optimiser:
     """Levenberg's method with bounds."""
 
-    directions: int = threshold(16, "Number of derivatives for one run of the compiled program.")
+    directions: int = threshold(
+        16, "Maximum number of unknowns for the derivatives of one run of the compiled program.",
+        basis="a triple of actuators has 13 to 16: one run of 20 ms replaced two of 17 ms",
+    )  # fmt: skip
     failed_deviation: float = threshold(
         30.0, "Minimum misfit for a row in which the model has no answer.", "sd"
     )
