@@ -58,7 +58,8 @@ class Compiled:
                 rows = eqx.tree_at(lambda r: r.extra[TRAJECTORY], rows, moved)
             tried = unknowns.effects(jnp.concatenate([jnp.zeros(count), own]))
             effects = (*always, *(Switched(effect, on[k]) for k, effect in enumerate(tried)))
-            return jax.vmap(lambda row: specimen.answer({}, row, effects))(rows)
+            each = lambda row: specimen.answer({}, row, effects)  # noqa: E731
+            return _of_one(each, rows) if self.apart else jax.vmap(each)(rows)
 
         def evaluate(
             base: Named,
@@ -143,6 +144,12 @@ class Compiled:
             {name: value[self.width :] for name, value in slopes.items()},
             drivers,
         )
+
+
+def _of_one(each: Callable[[Rows], tuple], stack: Rows) -> tuple:
+    """A function of the only recording of a stack, without the selections that a mapped loop needs."""
+    found = each(jax.tree.map(lambda leaf: leaf[0], stack))
+    return jax.tree.map(lambda leaf: leaf[None], found)
 
 
 def _one_by_one(evaluate: Callable[[slice], Outputs], there: np.ndarray) -> Outputs:
