@@ -313,6 +313,19 @@ def _sd(found: Trajectory, rows: Rows, share: Array | float = 1.0) -> Array:
     return jnp.sqrt(smoother.variances(diagonal, upper))
 
 
+def freedom_taken(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
+    """Degrees of freedom that the trajectory takes from the readings: the trace of its smoother.
+
+    A trajectory that follows every resistance takes one a row. A steady one, as of a cold wire, takes few,
+    and one at a limit, as of a hot wire, next to none (T. Hastie and R. Tibshirani, Generalized Additive
+    Models, 1990).
+    """
+    found = trajectory(values, rows)
+    weight = jnp.stack([rows.weight[name] for name in OUTPUTS])
+    told = smoother.information(found.local, weight)
+    return jnp.where(rows.extra["level_sd"] > 0.0, jnp.sum(told * _sd(found, rows) ** 2), 0.0)
+
+
 def phase_sd(values: Mapping[str, Array], rows: Rows, by_force: bool = True) -> Float[Array, " rows"]:
     """Standard deviation of the martensite fraction in every row, given the parameters.
 

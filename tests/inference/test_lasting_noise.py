@@ -160,7 +160,7 @@ def test_what_recordings_cannot_tell_is_not_decided():
     for _ in range(6):
         series = fitted(random.standard_normal((1, 1, 60)), SLOPES)
         sizes = sizes_of(series, np.zeros(2), np.zeros(2))
-        without = sizes.size[:, 1] == 0.0
+        without = sizes.size[:, 0, 1] == 0.0
         offsets.append(sizes.weight[without].sum())
         assert np.any(np.isfinite(decided(sizes).before[without]))
         assert lasting(series, np.zeros(2), np.zeros(2)).steady > SURE

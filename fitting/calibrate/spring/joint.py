@@ -25,7 +25,7 @@ FEWEST = 3
 LOOSE = 0.15
 """Part of the residual strain by which turning points may be off the rule at first."""
 LOOSENED = 3
-"""Best fits that are tried so, and how often each while it helps."""
+"""Best fits that are tried so, or decided anew, and how often each while it helps."""
 WANDERS = 2
 """Rounds of finding how fast the martensite fraction wanders."""
 
@@ -99,7 +99,10 @@ def fit_jointly(
 
 
 def try_others(
-    joint: Joint, others: Mapping[str, Mapping[str, float]], progress: Callable[[str], None] = lambda _: None
+    joint: Joint,
+    others: Mapping[str, Mapping[str, float]],
+    progress: Callable[[str], None] = lambda _: None,
+    anew: bool = False,
 ) -> Joint:
     """Fit from further starts too, and keep the best.
 
@@ -107,10 +110,12 @@ def try_others(
         joint: the fit from the stages.
         others: starts by name, each of them some of the values.
         progress: called with a word for each fit that is done.
+        anew: true if these starts know nothing of the decisions of the fit so far.
     """
     if not others:
         return joint
     problem = joint.problem.inflated(1.0)
+    problem = problem.undecided() if anew else problem
     starts = list(joint.starts)
     for name, other in others.items():
         starts.append(Start(name, *problem.at({**joint.values, **other}).fitted_with()))
@@ -163,13 +168,37 @@ def loosened(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> 
         joint: joint fit with all its starts.
         progress: called with a word for each fit that is done.
     """
+
+    def loose(problem: Problem) -> Problem:
+        return problem.loose(LOOSE).fitted_with()[1].loose(MARGIN)
+
+    return _gone_on(joint, loose, "turning points loosened", progress)
+
+
+def decided_anew(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> Joint:
+    """Fit again from where the best fits end, without the decisions that they were found with.
+
+    A fit decides again and again, and its last decisions are among those that it may choose from. They fit
+    best at its constants, as these have adapted to them. So a fit, and all that begin with its decisions, may
+    stay with wrong ones. Decided from the readings alone, another history of the memory takes their place.
+
+    Args:
+        joint: joint fit with all its starts.
+        progress: called with a word for each fit that is done.
+    """
+    return _gone_on(joint, Problem.undecided, "decided anew", progress)
+
+
+def _gone_on(
+    joint: Joint, change: Callable[[Problem], Problem], how: str, progress: Callable[[str], None]
+) -> Joint:
+    """Fit again from where the best fits end, with a changed problem each, while that helps."""
     starts = list(joint.starts)
     for start in joint.starts[:LOOSENED]:
         known = start
         for _ in range(LOOSENED):
-            loose = known.problem.loose(LOOSE).fitted_with()[1]
-            name = f"{start.name}, turning points loosened"
-            found = Start(name, *loose.loose(MARGIN).fitted_with())
+            name = f"{start.name}, {how}"
+            found = Start(name, *change(known.problem).fitted_with())
             progress(f"start from {name}")
             if not _cost(found.result) < _cost(known.result) - ALIKE:
                 break

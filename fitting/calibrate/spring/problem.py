@@ -19,7 +19,7 @@ from fitting.inference.least_squares import FitResult, fit_least_squares
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, residual_of, stack
 from fitting.specimens.process_noise import with_process_noise
-from fitting.specimens.spring_trajectory import decided
+from fitting.specimens.spring_trajectory import decided, freedom_taken, undecided
 
 from .stand_tests import StandTest
 
@@ -83,6 +83,10 @@ class Problem:
         """The same problem whose turning points may be this part of the residual strain off the rule."""
         margins = jnp.full(len(self.tests), margin)
         return replace(self, stacked=eqx.tree_at(lambda r: r.extra["margin"], self.stacked, margins))
+
+    def undecided(self) -> "Problem":
+        """The same problem without the decisions of earlier fits."""
+        return replace(self, stacked=undecided(self.stacked))
 
     def inflated(self, factor: float) -> "Problem":
         """The same problem with all noise taken `factor` times what is stated."""
@@ -163,20 +167,21 @@ class Problem:
 
 
 def solve(parameters: Parameters, data: PyTree, most: int = MAX_STEPS) -> FitResult:
-    """One least-squares fit with everything decided, in at most so many steps."""
+    """One least-squares fit with everything decided, in at most so many steps.
+
+    Its observations are the readings less the degrees of freedom that the trajectories take at its end.
+    """
     rows = data["rows"]
-    count = sum(np.sum(np.asarray(weight) > 0.0) for weight in rows.weight.values())
-    # in each row whose fraction is free and told by resistance, one of the measured values goes into it
-    free = (np.asarray(rows.extra["level_sd"]) > 0.0)[:, None] & (np.asarray(rows.weight["resistance"]) > 0.0)
-    count = max(int(count) - int(np.sum(free)), 1)
-    return fit_least_squares(
-        residual,
-        parameters,
-        data=data,
-        use_priors=True,
-        observations=count,
-        rtol=RTOL,
-        max_steps=most,
+    count = sum(int(np.sum(np.asarray(weight) > 0.0)) for weight in rows.weight.values())
+    result = fit_least_squares(
+        residual, parameters, data=data, use_priors=True, observations=count, rtol=RTOL, max_steps=most
+    )
+    taken = float(np.sum(freedom_of(values_of(parameters, result.values), rows)))
+    taken = min(round(taken), count - 1) if np.isfinite(taken) else 0
+    return replace(
+        result,
+        observations=result.observations - taken,
+        degrees_of_freedom=result.degrees_of_freedom - taken,
     )
 
 
@@ -218,6 +223,12 @@ def scale_of(entry: Any) -> float:
     if entry.prior is not None:
         return float(entry.prior.sd)
     return abs(float(entry.value)) or 1.0
+
+
+@jax.jit
+def freedom_of(values: Mapping[str, Array], rows: PyTree) -> Array:
+    """Degrees of freedom that the trajectory of each recording takes, shape (recordings,)."""
+    return jax.vmap(lambda one: freedom_taken(values, one))(rows)
 
 
 @jax.jit

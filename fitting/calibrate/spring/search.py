@@ -15,7 +15,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.units import to_si
 
-from .joint import Joint, fit_jointly, loosened, retried, shifted, try_others
+from .joint import Joint, decided_anew, fit_jointly, loosened, retried, shifted, try_others
 from .memory_starts import memory_starts
 from .problem import Problem
 from .stages import Stage, run_stages
@@ -161,10 +161,12 @@ def _completed(
         again = memory_starts(joint.problem.inflated(1.0), staged, seed, progress)
         joint = retried(loosened(try_others(joint, again, progress), progress), progress)
     others = _other_starts(joint, begun.stages, identify, starts - 1, seed)
-    single = try_others(joint, others, progress)
+    single = try_others(joint, others, progress, anew=not identify)
+    if not identify:
+        single = decided_anew(single, progress)
     if not identify and _suspicious(single):
         more = _draws(single, MORE, np.random.default_rng([seed, 1]), "further draw")
-        single = try_others(single, more, progress)
+        single = decided_anew(try_others(single, more, progress, anew=True), progress)
     if identify:
         single = _remembered_anew(single, seed, progress)
     return replace(begun, single=single, whole=True)

@@ -1,14 +1,20 @@
 """Zeros of the instruments of a stand that are off or wander, and what they add to the errors of a fit."""
 
+from collections.abc import Mapping
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array
 
 from fitting.calibrate.information import Information
-from fitting.inference.lasting_noise import Lasting, Series, lasting
+from fitting.inference.lasting_noise import Lasting, Shared, courses_of, lasting_beside_trajectories
 from fitting.inference.parameters import Parameters
-from fitting.specimens import residual_of
+from fitting.specimens import Rows, residual_of
 from fitting.specimens.spring_trajectory import OUTPUTS, decided
 
-from .problem import Problem, jacobian, values_of
+from .problem import Problem, freedom_of, jacobian, values_of
 
 
 def zeros(problem: Problem, parameters: Parameters, told: Information) -> Lasting:
@@ -19,23 +25,73 @@ def zeros(problem: Problem, parameters: Parameters, told: Information) -> Lastin
         parameters: free parameters at the values found.
         told: Fisher information of the fitted tests.
     """
-    point = values_of(problem.parameters, parameters.valuesdict())
-    data = problem.data()
-    data["rows"] = decided(point, data["rows"])
-    misfit = np.asarray(residual_of("spring")(point, data["rows"]))
-    found = jacobian(point, data)
-    slopes = np.stack([np.asarray(found[name]) for name in problem.parameters], axis=-1)
-    slopes = np.where(np.isfinite(slopes), slopes, 0.0) * ~told.fixed
-    size, series = problem.stacked.mask.shape[1], []
-    for k in problem.fitted:
-        for place, name in enumerate(OUTPUTS):
-            held = np.asarray(problem.stacked.weight[name][k]) > 0.0
-            rows = slice(place * size, (place + 1) * size)
-            if held.any():
-                time = np.asarray(problem.stacked.time[k])[held]
-                stated = problem.inflation  # zeros are counted in the noise as it was stated
-                left, by = stated * misfit[k, rows][held], stated * slopes[k, rows][held]
-                series.append(Series(time, left, by, name))
     entries = [parameters[name] for name in problem.parameters]
     pull = np.array([0.0 if e.prior is None else e.value - e.prior.mean for e in entries])
-    return lasting(series, told.prior, pull, problem.inflation)
+    recordings = residuals(problem, parameters.valuesdict(), told.fixed)
+    return lasting_beside_trajectories(recordings, told.prior, pull, problem.inflation)
+
+
+def residuals(problem: Problem, values: Mapping[str, float], fixed: np.ndarray) -> list[Shared]:
+    """Residuals of every fitted test, in units of the noise as it was stated, and what moves them.
+
+    Args:
+        problem: the fitted problem.
+        values: values of the free parameters.
+        fixed: true for parameters at a bound, which move nothing.
+    """
+    point, data = values_of(problem.parameters, values), problem.data()
+    data["rows"] = rows = decided(point, data["rows"])
+    misfit, found = np.asarray(residual_of("spring")(point, rows)), jacobian(point, data)
+    slopes = np.stack([np.asarray(found[name]) for name in problem.parameters], axis=-1)
+    slopes = np.where(np.isfinite(slopes), slopes, 0.0) * ~fixed
+    read = {name: np.asarray(rows.weight[name]) > 0.0 for name in OUTPUTS}
+    times = [{n: np.asarray(rows.time)[k, read[n][k]] for n in OUTPUTS} for k in range(len(problem.tests))]
+    moved = {}
+    for name in OUTPUTS:
+        courses = [_in_rows(read[name][k], time[name]) for k, time in enumerate(times)]
+        moved[name] = np.asarray(_moved(point, rows, np.stack(courses), name))
+    count = sum(np.sum(mask, axis=1) for mask in read.values()) - np.asarray(freedom_of(point, rows))
+    stated = problem.inflation
+    return [
+        Shared(
+            stated * misfit[k],
+            stated * slopes[k],
+            {name: moved[name][k] for name in OUTPUTS},
+            times[k],
+            float(count[k]),
+        )
+        for k in problem.fitted
+    ]
+
+
+def _in_rows(read: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Courses of a zero in all rows of a recording, zero where nothing was read, shape (rows, courses)."""
+    courses = courses_of(time)
+    found = np.zeros((len(read), courses.shape[1]))
+    found[read] = courses
+    return found
+
+
+@eqx.filter_jit
+def _moved(values: Mapping[str, Array], rows: Rows, courses: np.ndarray, name: str) -> Array:
+    """Change of the residuals with the zero of one output, the trajectories following.
+
+    Args:
+        values: free parameters, SI.
+        rows: stack of all recordings, with decisions.
+        courses: courses of the zero in units of the noise, shape (recordings, rows, courses).
+        name: name of the output.
+
+    Returns:
+        Shape (recordings, residuals, courses).
+    """
+    weight = rows.weight[name]
+    noise = jnp.where(weight > 0.0, 1.0 / jnp.where(weight > 0.0, weight, 1.0), 0.0)
+
+    def left(measured: Array) -> Array:
+        return residual_of("spring")(values, eqx.tree_at(lambda r: r.measured[name], rows, measured))
+
+    def along(course: Array) -> Array:
+        return jax.jvp(left, (rows.measured[name],), (course * noise,))[1]
+
+    return jax.vmap(along, in_axes=-1, out_axes=-1)(courses)

@@ -11,13 +11,28 @@ constants then have the centre and the covariance of generalised least squares. 
 constant's distribution is a mixture of such Gaussians over a grid of sizes, weighted by their probability
 given the data. Intervals leave out as much of that mixture below as above.
 
+Outputs may share a hidden trajectory, as a spring's force and resistance share its martensite fraction. Then
+they are one group: the trajectory takes up a part of each zero and of the noise (`shared`).
+
 Two simpler ways make intervals of clean recordings too wide. One is the covariance that a white fit has
 beside a drift, the sandwich A^-1 (J' V J + P) A^-1: it is the mean over all courses of that drift, also those
 that the residuals at hand exclude. The other is a variance averaged over the grid. A drift that is as
 probable as 3 % but six times as wide as the noise doubles it, and widens a 90 % interval by 7 %.
 """
 
-from .intervals import SURE, Lasting, lasting, levels_by_name
-from .zeros import Series, Size, modes_of
+from .intervals import SURE, Lasting, lasting, lasting_beside_trajectories, levels_by_name
+from .shared import Shared
+from .zeros import Series, Size, courses_of, modes_of
 
-__all__ = ["SURE", "Lasting", "Series", "Size", "lasting", "levels_by_name", "modes_of"]
+__all__ = [
+    "SURE",
+    "Lasting",
+    "Series",
+    "Shared",
+    "Size",
+    "courses_of",
+    "lasting",
+    "lasting_beside_trajectories",
+    "levels_by_name",
+    "modes_of",
+]

@@ -10,7 +10,8 @@ from pneusma_jax.late import Late
 
 from .evidence import inverse, with_prior
 from .mixture import joint, steady_of
-from .sizes import CLEAR, decided, sizes_of
+from .shared import Shared, shared_sizes_of
+from .sizes import CLEAR, Sizes, decided, sizes_of
 from .zeros import Series, Size, square
 
 special = Late("scipy.special")
@@ -88,7 +89,6 @@ def lasting(
         held: number of last parameters that the fit held at their priors' means. What recordings say of them
             moves the others, and their doubt counts.
     """
-    free = len(precision) - held
     counted = [one for one in series if len(one.misfit) > 2]
     outputs = list(dict.fromkeys(one.output for one in counted))
     each = [sizes_of([s for s in counted if s.output == output], precision, pull) for output in outputs]
@@ -97,6 +97,40 @@ def lasting(
         sum((square(s, (taken or {}).get(s.output, (0.0, 0.0, 1.0))) for s in some), none) / inflation**2
         for some in (series, [s for s in series if len(s.misfit) <= 2])
     )
+    return _of_mixture(each, outputs, own, rest, precision, pull, taken, held)
+
+
+def lasting_beside_trajectories(
+    recordings: Sequence[Shared], precision: np.ndarray, pull: np.ndarray, inflation: float = 1.0
+) -> Lasting:
+    """The same of recordings with hidden trajectories, which all have the same outputs; see `lasting`."""
+    none = np.zeros((len(precision) + 1, len(precision) + 1))
+    own = sum((one.square for one in recordings), none) / inflation**2
+    each = [shared_sizes_of(recordings, precision, pull)] if recordings else []
+    outputs = list(recordings[0].moved) if recordings else []
+    return _of_mixture(each, outputs, own, none, precision, pull)
+
+
+def _of_mixture(
+    each: Sequence[Sizes],
+    outputs: Sequence[str],
+    own: np.ndarray,
+    rest: np.ndarray,
+    precision: np.ndarray,
+    pull: np.ndarray,
+    taken: Mapping[str, Size] | None = None,
+    held: int = 0,
+) -> Lasting:
+    """Intervals of the mixture over all probable sizes.
+
+    Args:
+        each: probable sizes of each output, or group of outputs.
+        outputs: names of the outputs, in that order.
+        own: squares of slopes and residuals in the noise of the fit, shape (parameters + 1, parameters + 1).
+        rest: those of rows that tell nothing of zeros.
+        precision, pull, taken, held: as of `lasting`.
+    """
+    free = len(precision) - held
     covariance = inverse(with_prior(own[:free, :free], precision[:free]))
     unit = np.sqrt(np.diag(covariance))
     if not each:  # no series tells of zeros; held constants leave their doubt

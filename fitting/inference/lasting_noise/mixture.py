@@ -36,7 +36,7 @@ def joint(
     """Members of the mixture over all outputs, and their probability given all recordings.
 
     Args:
-        each: probable sizes of each output.
+        each: probable sizes of each output, or group of outputs.
         precision, pull: as of `lasting`.
         rest: squares of rows that tell nothing of zeros, shape (parameters + 1, parameters + 1).
     """
@@ -54,7 +54,7 @@ def joint(
     )
     information, slope = information + rest[:-1, :-1], slope + rest[:-1, -1]
     weight = probabilities(before - ahead + log_evidence(information, slope, loss, precision, pull))
-    size = np.stack([one.size[k] for one, k in pairs], axis=1)
+    size = np.concatenate([one.size[k] for one, k in pairs], axis=1)
     kept = weight > 0.0
     normal = with_prior(information[kept], precision)
     return Members(size[kept], normal, slope[kept] + precision * pull), weight[kept]
@@ -67,4 +67,4 @@ def steady_of(each: Sequence[Sizes], precision: np.ndarray, pull: np.ndarray, re
     """
     members, weight = joint(each, precision, pull, rest)
     none = float(weight @ np.all(members.size[:, :, :2] == 0.0, axis=(1, 2)))
-    return 1.0 / (1.0 + in_favour(none, STEADY ** (2 * len(each))))
+    return 1.0 / (1.0 + in_favour(none, STEADY ** (2 * members.size.shape[1])))

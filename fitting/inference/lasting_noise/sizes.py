@@ -23,12 +23,13 @@ CLEAR = 3.0
 
 @dataclass(frozen=True)
 class Sizes:
-    """What the recordings of one output tell for each probable size of its zeros.
+    """What recordings tell for each probable size of zeros: of one output, or of several that share a hidden
+    trajectory.
 
     Attributes:
-        size: drift, offset and scale of the noise, shape (sizes, 3).
+        size: drift, offset and scale of the noise of each output, shape (sizes, outputs, 3).
         before: logarithm of the prior probability, shape (sizes,).
-        evidence: marginal log-likelihood from this output alone, shape (sizes,).
+        evidence: marginal log-likelihood from these outputs alone, shape (sizes,).
         information: information about the parameters, shape (sizes, parameters, parameters).
         slope: derivative of half the loss by the parameters, shape (sizes, parameters).
         loss: square of the whitened residuals plus the logarithm of the noise's determinant, shape (sizes,).
@@ -43,7 +44,7 @@ class Sizes:
 
     @property
     def weight(self) -> np.ndarray:
-        """Probability of each size from this output alone, shape (sizes,)."""
+        """Probability of each size from these outputs alone, shape (sizes,)."""
         return probabilities(self.before + self.evidence)
 
 
@@ -59,10 +60,10 @@ def sizes_of(series: Sequence[Series], precision: np.ndarray, pull: np.ndarray) 
             information[k] += square[:, :count, :count]
             slope[k] += square[:, :count, count]
             loss[k] += square[:, count, count] + determinant
-    size = np.array([[(d, o, s) for s in SCALES] for d, o in grid]).reshape(-1, 3)
+    size = np.array([[(d, o, s) for s in SCALES] for d, o in grid]).reshape(-1, 1, 3)
     information, slope, loss = (x.reshape(-1, *x.shape[2:]) for x in (information, slope, loss))
     evidence = log_evidence(information, slope, loss, precision, pull)
-    before = np.log([_before(d, DRIFTS) * _before(o, OFFSETS) for d, o, _ in size])
+    before = np.repeat([before_of(d, o) for d, o in grid], len(SCALES))
     return Sizes(size, before, evidence, information, slope, loss)
 
 
@@ -73,7 +74,7 @@ def decided(sizes: Sizes) -> Sizes:
     pull sizes to zero. A flat one does not (A. Gelman, Bayesian Anal. 1 (2006) 515).
     """
     change, weight = np.zeros(len(sizes.before)), sizes.weight
-    for one in sizes.size.T[:2]:
+    for one in sizes.size[:, :, :2].reshape(len(change), -1).T:
         if in_favour(float(weight[one == 0.0].sum()), STEADY) > CLEAR:
             change += np.log(one, where=one > 0.0, out=np.full(len(one), -np.inf))
     return replace(sizes, before=sizes.before + change)
@@ -82,6 +83,11 @@ def decided(sizes: Sizes) -> Sizes:
 def in_favour(after: float, before: float) -> float:
     """Bayes factor against a hypothesis, from its probabilities after and before the recordings."""
     return (1.0 - after) / max(after, RIDGE) * before / (1.0 - before)
+
+
+def before_of(drift: float, offset: float) -> float:
+    """Logarithm of the prior probability of a zero."""
+    return float(np.log(_before(drift, DRIFTS) * _before(offset, OFFSETS)))
 
 
 def _before(size: float, sizes: Sequence[float]) -> float:

@@ -87,6 +87,34 @@ def modes_of(
     return modes, variance
 
 
+def courses_of(time: np.ndarray) -> np.ndarray:
+    """Courses of a zero that is off within one block only, orthonormal, shape (rows, `BINS`).
+
+    Args:
+        time: time of each row that counts, ascending, shape (rows,).
+    """
+    found = np.zeros((len(time), BINS))
+    if len(time):
+        count = _blocks(time).count
+        number = np.repeat(np.arange(len(count)), count)
+        found[np.arange(len(time)), number] = 1.0 / np.sqrt(count)[number]
+    return found
+
+
+def root_of(time: np.ndarray, drift: float, offset: float) -> np.ndarray:
+    """Root R of the covariance R R^T of a zero along `courses_of`, shape (`BINS`, `BINS`); see `modes_of`."""
+    found = np.zeros((BINS, BINS))
+    if len(time):
+        width, axes = np.linalg.eigh(_slow(_blocks(time), drift, offset))
+        found[: len(width), : len(width)] = axes * np.sqrt(np.maximum(width, 0.0))
+    return found
+
+
+def _blocks(time: np.ndarray) -> Series:
+    """Blocks of an output whose noise is all its own instrument's."""
+    return _binned(Series(time, np.zeros(len(time)), np.zeros((len(time), 0)), ""))
+
+
 def _binned(one: Series) -> Series:
     """The series in at most `BINS` blocks, each with the noise of a single row."""
     edges = np.linspace(0, len(one.misfit), min(BINS, len(one.misfit)) + 1).astype(int)

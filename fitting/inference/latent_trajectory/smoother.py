@@ -152,8 +152,7 @@ def solve(local: Local, weight: Array, walk: Walk, state: Array, right: Array) -
     by the tridiagonal part, need one iteration for each row that many rows remember.
     """
     diagonal, upper = hessian(local, weight, walk, state)
-    information = jnp.sum((weight * local.slope) ** 2, axis=0)
-    walked = diagonal - information - _remembered(local, weight)
+    walked = diagonal - information(local, weight)
 
     def times(direction: Array) -> Array:
         coupled = walked * direction + upper * jnp.roll(direction, -1) + jnp.roll(upper * direction, 1)
@@ -168,10 +167,15 @@ def _remembered(local: Local, weight: Array) -> Array:
     return jnp.zeros_like(square).at[local.source].add(square)
 
 
+def information(local: Local, weight: Array) -> Float[Array, " rows"]:
+    """Information of the readings about the state in each row."""
+    return jnp.sum((weight * local.slope) ** 2, axis=0) + _remembered(local, weight)
+
+
 def hessian(local: Local, weight: Array, walk: Walk, state: Array) -> tuple[Array, Array]:
     """Diagonal and upper diagonal of the Gauss-Newton matrix of the state."""
     diagonal, upper = walk.curvature(state)
-    diagonal = diagonal + jnp.sum((weight * local.slope) ** 2, axis=0) + _remembered(local, weight)
+    diagonal = diagonal + information(local, weight)
     return jnp.where(diagonal == 0.0, 1.0, diagonal), upper  # padding is not coupled to any row
 
 
