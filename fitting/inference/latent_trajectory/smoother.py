@@ -116,22 +116,22 @@ def profile(
 ) -> Float[Array, " rows"]:
     """Trajectory of the state that explains the measurements best.
 
-    The iterations carry no tangents. One step after them does: its derivative by `model` is that of the
-    implicit function, to the accuracy of Gauss-Newton. The gradient of the profiled sum of squares is exact
-    even so, because the trajectory minimises it. The exception is a trajectory that ends at a limit of the
-    state, which is a corner.
+    The iterations carry no tangents. One step after them does: its derivative by `model` and `measured` is
+    that of the implicit function, to the accuracy of Gauss-Newton. The gradient of the profiled sum of
+    squares is exact even so, because the trajectory minimises it. The exception is a trajectory that ends at
+    a limit of the state, which is a corner.
 
     Args:
         outputs: law, row by row.
-        model: parameters of the law, by which derivatives are taken.
+        model: parameters of the law.
         measured: measured outputs, zero where missing, shape (k, rows).
         weight: inverse standard deviation of the outputs, zero where missing, shape (k, rows).
         walk: random-walk prior of the state.
         start: first guess of the state, shape (rows,).
     """
-    frozen, measured_rows = jax.lax.stop_gradient(model), jnp.any(weight > 0.0, axis=0)
+    frozen, measured_rows = jax.lax.stop_gradient((model, measured)), jnp.any(weight > 0.0, axis=0)
 
-    def step(model: PyTree, state: Array) -> tuple[Array, Array, None]:
+    def step(model: PyTree, measured: Array, state: Array) -> tuple[Array, Array, None]:
         """Step of the search, see `inference.latent_trajectory.gauss_newton.Step`."""
         local = outputs(model, state)
         residual = local.predicted - measured
@@ -140,8 +140,8 @@ def profile(
         move = -solve(jax.lax.stop_gradient(local), weight, walk, state, pull)
         return jnp.clip(move, -LONGEST, LONGEST), square, None
 
-    solution, _ = settle(lambda state: step(frozen, state), start, measured_rows, SETTLED, ROUNDS)
-    last = step(model, solution)[0]
+    solution, _ = settle(lambda state: step(*frozen, state), start, measured_rows, SETTLED, ROUNDS)
+    last = step(model, measured, solution)[0]
     return ended(solution, last, largest(last, measured_rows) <= SETTLED)
 
 

@@ -1,0 +1,117 @@
+"""Residuals of springs along adapted trajectories: what they take, what zeros leave, decisions made anew."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fitting.calibrate.spring import joint as joints
+from fitting.calibrate.spring.joint import Joint, Start, decided_anew
+from fitting.calibrate.spring.problem import values_of
+from fitting.calibrate.spring.search import _problem, readings_of
+from fitting.calibrate.spring.zeros import residuals
+from fitting.characterise import characterise
+from fitting.data.recordings import read_campaign
+from fitting.inference.lasting_noise.zeros import BINS
+from fitting.specimens import priors, residual_of
+from fitting.specimens.spring_trajectory import ALLOY, OUTPUTS, decided
+from fitting.synthesise import synthesise, write_synthetic
+from pneusma_jax.nitinol import Alloy
+
+STEADY = 1e-6
+"""Process noise of the fraction per second, as fits of long recordings find for cold tests."""
+
+
+@pytest.fixture(scope="module")
+def problem(tmp_path_factory):
+    """Tests of at most 32 rows of a spring of a known alloy, at the table's constants. The cold one is steady."""
+    folder = tmp_path_factory.mktemp("stand")
+    write_synthetic(synthesise("spring", seed=39520, interval_s=16.0, tests=1), folder)
+    campaign = read_campaign(folder)
+    known = Alloy(**{name: q.value for name, q in priors.alloy_quantities(campaign, ALLOY, None)[0].items()})
+    (reading,) = readings_of(campaign.to_fit("spring"), None, known, None)
+    found = _problem(campaign, reading.tests, None, False, {})
+    found = found.wandering(found.parameters.valuesdict())
+    cold = jnp.asarray([test.name == "cold" for test in found.tests])
+    wander = jnp.where(cold, STEADY, found.stacked.extra["wander"])
+    return replace(found, stacked=eqx.tree_at(lambda r: r.extra["wander"], found.stacked, wander))
+
+
+@pytest.fixture(scope="module")
+def tests(problem):
+    """Residuals of the fitted tests, by name."""
+    found = residuals(problem, problem.parameters.valuesdict(), np.zeros(len(problem.parameters), bool))
+    return {problem.tests[k].name: (k, one) for k, one in zip(problem.fitted, found, strict=True)}
+
+
+def test_a_trajectory_takes_as_many_degrees_of_freedom_as_its_smoother_has(problem, tests):
+    """Against the trace of the derivative of residuals by readings: each row is a course of its own here."""
+    size, taken = problem.stacked.mask.shape[1], {}
+    for name, (_, one) in tests.items():
+        rows = [len(one.time[output]) for output in OUTPUTS]
+        assert max(rows) <= BINS and rows[0] == rows[1]
+        row = np.arange(rows[0])
+        left = sum(np.sum(-one.moved[o][k * size + row, row]) for k, o in enumerate(OUTPUTS))
+        assert one.count == pytest.approx(left, abs=0.5)
+        taken[name] = (sum(rows) - one.count) / rows[0]
+    assert taken["cold"] < 0.3 and taken["isoresistive_1"] > 0.9
+
+
+def test_residuals_move_with_a_zero_as_the_fit_would_see_it(problem, tests):
+    """By finite differences, the trajectories found anew."""
+    point = values_of(problem.parameters)
+    rows = decided(point, problem.data()["rows"])
+
+    @jax.jit
+    def left(push):
+        read = {n: rows.measured[n] + push[n] * noise[n] for n in OUTPUTS}
+        return residual_of("spring")(point, eqx.tree_at(lambda r: r.measured, rows, read))
+
+    noise = {n: np.divide(1.0, w, out=np.zeros(w.shape), where=w > 0.0) for n, w in rows.weight.items()}
+    none = {name: jnp.zeros_like(rows.measured[name]) for name in OUTPUTS}
+    for k, one in tests.values():
+        for name in OUTPUTS:
+            ends = [left({**none, name: none[name].at[k, 5].set(push)}) for push in (-0.1, 0.1)]
+            want = np.asarray(ends[1] - ends[0])[k] / 0.2
+            np.testing.assert_allclose(one.moved[name][:, 5], want, atol=0.02 * np.max(np.abs(want)) + 1e-6)
+
+
+def test_a_fit_without_its_decisions_takes_the_place_of_one_that_keeps_them(monkeypatch):
+    """Chi-squares of fits that keep their decisions, and of the same decided anew: 90 becomes 40, then 39.5."""
+    after = {90.0: 40.0, 40.0: 39.5, 95.0: 95.0}
+
+    def fit(cost, known=True):
+        result = SimpleNamespace(chi_square=cost, success=True, reduced_chi_square=cost)
+        own = SimpleNamespace(known=known)
+        own.fitted_with = lambda: (result, fit(after[cost])[1] if cost in after else own)
+        own.ended = cost
+        return result, own
+
+    def undecided(problem):
+        assert problem.known
+        return SimpleNamespace(fitted_with=lambda: fit(after[problem.ended]))
+
+    monkeypatch.setattr(joints.Problem, "undecided", undecided)
+    monkeypatch.setattr(joints, "_settled", lambda starts, progress: starts)
+    starts = tuple(Start(name, *fit(cost)) for name, cost in (("a", 90.0), ("b", 95.0)))
+    found = decided_anew(Joint(starts[0].problem, starts[0].result, starts, 1.0, 1.0))
+    assert [(s.name, s.result.chi_square) for s in found] == [
+        ("a, decided anew", 40.0),
+        ("a", 90.0),
+        ("b", 95.0),
+    ]
+    alone = Joint(starts[1].problem, starts[1].result, starts[1:], 1.0, 1.0)
+    assert decided_anew(alone).starts == starts[1:]
+
+
+@pytest.mark.slow
+def test_no_campaign_stays_with_wrong_decisions(tmp_path):
+    """All starts began with the first fit's decisions and ended at a chi-square of 1,686, the truth at 869."""
+    write_synthetic(synthesise("spring", seed=39460, interval_s=2.0), tmp_path / "made")
+    found = characterise(tmp_path / "made", profile=0)
+    assert found.joint.starts[0].result.chi_square < 900.0
+    assert 0.9 < found.joint.reduced_chi_square < 1.1
