@@ -22,8 +22,8 @@ from fitting.specimens.spring_trajectory import ALLOY, OUTPUTS, decided
 from fitting.synthesise import synthesise, write_synthetic
 from pneusma_jax.nitinol import Alloy
 
-STEADY = 1e-6
-"""Process noise of the fraction per second, as fits of long recordings find for cold tests."""
+STEADY = 1e-12
+"""Process noise per second of a fraction that does not wander."""
 
 
 @pytest.fixture(scope="module")
