@@ -281,7 +281,8 @@ def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
     """Weighted residual of force, resistance and latent trajectory, in standard deviations.
 
     Its sum of squares over the parameters alone is the profile of the joint problem. The walk adds as many
-    residuals as it has unknowns, so the degrees of freedom are those of the measured values.
+    residuals as it has unknowns. Its degrees of freedom are those of the measured values, less what the
+    trajectory takes of them (`freedom_taken`).
     """
     return _misfit(trajectory(values, rows), rows)
 
@@ -318,7 +319,8 @@ def freedom_taken(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
 
     A trajectory that follows every resistance takes one a row. A steady one, as of a cold wire, takes few,
     and one at a limit, as of a hot wire, next to none (T. Hastie and R. Tibshirani, Generalized Additive
-    Models, 1990).
+    Models, 1990). The count holds where the walk's prior is loose beside the readings, as in a fit: a
+    fraction that walks as far as its prior says leaves its own steps in the residuals as well.
     """
     found = trajectory(values, rows)
     weight = jnp.stack([rows.weight[name] for name in OUTPUTS])

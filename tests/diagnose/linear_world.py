@@ -46,7 +46,7 @@ class World:
         slopes = np.moveaxis(SIGMA * J[:, :, columns], 2, 0)
         return Raw(stacked, {"length": SIGMA * (J @ u)}, {"length": slopes}, {"length": slopes[:0]}, self.drivers)
 
-    width, apart = 64, True
+    width, one_by_one = 64, True
 
     @property
     def drivers(self):

@@ -30,6 +30,9 @@ class Fits:
         objective = slow if slug == "slow" else 200.0 + 10.0 * SLUGS.index(slug)
         return SimpleNamespace(slugs=slugs, objective=objective, u=np.zeros(1), evaluation=None, at_bound=())
 
+    def variance(self, objective):
+        return 1.0
+
     def promised(self, fit):
         return self.promises.get(fit.slugs[-1], fit.objective)
 

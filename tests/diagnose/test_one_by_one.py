@@ -24,11 +24,11 @@ def both(program, columns, chosen=None):
     """The same run of a whole stack, and of its recordings by themselves."""
     compiled, u = program._compiled, program.unknowns.neutral
     whole = compiled.run(u, columns, program.stacked)
-    compiled.apart = True
+    compiled.one_by_one = True
     try:
         return whole, compiled.run(u, columns, program.stacked, chosen)
     finally:
-        compiled.apart = False
+        compiled.one_by_one = False
 
 
 def test_recordings_by_themselves_are_those_of_a_stack(program):
@@ -77,7 +77,7 @@ def test_an_actuator_one_by_one_is_that_of_a_stack():
     u[program.unknowns.base] = 0.3
     columns = program.unknowns.base[:3]
     alone = program.evaluate(u, columns)
-    program._compiled.apart = False
+    program._compiled.one_by_one = False
     together = program.evaluate(u, columns)
     for k in range(len(program.channels)):
         np.testing.assert_allclose(alone.misfit[k], together.misfit[k], rtol=1e-5, atol=1e-5)

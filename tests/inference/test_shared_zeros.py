@@ -65,10 +65,9 @@ def test_squares_are_those_of_generalised_least_squares_with_the_trajectory_inte
     """Every pair of zeros, against the dense covariance of the readings."""
     random = np.random.default_rng(0)
     read, found = random.standard_normal(2 * ROWS), np.array([0.3, -0.2])
-    sizes = shared_sizes_of([recording(read, found)], PRECISION, found)
+    sizes = shared_sizes_of([recording(read, found)], ["y", "z"], PRECISION, found)
     hidden = STATE @ np.linalg.solve(WALK.T @ WALK, STATE.T)
     rows = np.column_stack([SLOPES, SLOPES @ found - read])
-    checked = 0
     for pair in ((0.0, 0.0, 0.0, 0.0), (0.5, 0.0, 0.0, 1.0), (1.0, 0.5, 0.25, 0.0)):
         want = np.array([[*pair[:2], 1.0], [*pair[2:], 1.0]])
         (place,) = np.flatnonzero(np.all(np.isclose(sizes.size, want), axis=(1, 2)))
@@ -81,8 +80,6 @@ def test_squares_are_those_of_generalised_least_squares_with_the_trajectory_inte
         np.testing.assert_allclose(sizes.slope[place], exact[:2, 2], rtol=1e-6)
         determinant = np.linalg.slogdet(noise)[1] - np.linalg.slogdet(NOISE + hidden)[1]
         np.testing.assert_allclose(sizes.loss[place], exact[2, 2] + determinant, rtol=1e-6)
-        checked += 1
-    assert checked == 3
 
 
 def test_a_root_gives_the_covariance_of_a_walk_and_an_offset():
@@ -129,3 +126,20 @@ def test_a_zero_that_wanders_is_found_in_its_output():
     found = [fitted(readings(random, 4.0))[1] for _ in range(3)]
     assert np.median([one.steady for one in found]) < SURE
     assert np.mean([one.drift["y"] for one in found]) > 2.0 > 2.0 * np.mean([one.drift["z"] for one in found])
+
+
+def test_the_zero_of_an_output_without_readings_is_not_told():
+    """What is said of the others is what recordings with that output alone say."""
+    random = np.random.default_rng(4)
+    found, parts = np.zeros(2), []
+    for read in readings(random):
+        whole = recording(np.r_[read[:ROWS], np.zeros(ROWS)], found)
+        moved = {"y": whole.moved["y"], "z": np.zeros_like(whole.moved["z"])}
+        parts.append(Shared(whole.misfit, whole.slopes, moved, {"y": TIME, "z": TIME[:0]}, whole.count - ROWS))
+    alone = [Shared(p.misfit, p.slopes, {"y": p.moved["y"]}, {"y": TIME}, p.count) for p in parts]
+    said, want = (lasting_beside_trajectories(some, PRECISION, found) for some in (parts, alone))
+    assert set(said.drift) == set(said.scale) == {"y"}
+    assert said.steady == want.steady and said.drift == want.drift
+    np.testing.assert_array_equal(said.levels[90], want.levels[90])
+    unread = [Shared(p.misfit, p.slopes, p.moved, {"y": TIME[:0], "z": TIME[:0]}, p.count) for p in parts]
+    assert not lasting_beside_trajectories(unread, PRECISION, found).drift

@@ -172,7 +172,7 @@ def loosened(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> 
     def loose(problem: Problem) -> Problem:
         return problem.loose(LOOSE).fitted_with()[1].loose(MARGIN)
 
-    return _gone_on(joint, loose, "turning points loosened", progress)
+    return _gone_on(joint, joint.starts[:LOOSENED], loose, "turning points loosened", progress)
 
 
 def decided_anew(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> Joint:
@@ -186,15 +186,24 @@ def decided_anew(joint: Joint, progress: Callable[[str], None] = lambda _: None)
         joint: joint fit with all its starts.
         progress: called with a word for each fit that is done.
     """
-    return _gone_on(joint, Problem.undecided, "decided anew", progress)
+    how, ends = "decided anew", []
+    for start in joint.starts:  # one from each end, so that fits that agree stay independent of each other
+        if not any(abs(_cost(start.result) - _cost(one.result)) < ALIKE for one in ends):
+            ends.append(start)
+    ends = [start for start in ends[:LOOSENED] if not start.name.endswith(how)]
+    return _gone_on(joint, ends, Problem.undecided, how, progress)
 
 
 def _gone_on(
-    joint: Joint, change: Callable[[Problem], Problem], how: str, progress: Callable[[str], None]
+    joint: Joint,
+    begun: Sequence[Start],
+    change: Callable[[Problem], Problem],
+    how: str,
+    progress: Callable[[str], None],
 ) -> Joint:
-    """Fit again from where the best fits end, with a changed problem each, while that helps."""
+    """Fit again from where some fits end, with a changed problem each, while that helps."""
     starts = list(joint.starts)
-    for start in joint.starts[:LOOSENED]:
+    for start in begun:
         known = start
         for _ in range(LOOSENED):
             name = f"{start.name}, {how}"

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Array, PyTree
 
 from fitting.calibrate.soft_constraints import constrained_residual_of, constraint_table
-from fitting.inference.least_squares import FitResult, fit_least_squares
+from fitting.inference.least_squares import FitResult, Status, fit_least_squares
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, residual_of, stack
 from fitting.specimens.process_noise import with_process_noise
@@ -176,12 +176,12 @@ def solve(parameters: Parameters, data: PyTree, most: int = MAX_STEPS) -> FitRes
     result = fit_least_squares(
         residual, parameters, data=data, use_priors=True, observations=count, rtol=RTOL, max_steps=most
     )
-    taken = float(np.sum(freedom_of(values_of(parameters, result.values), rows)))
-    taken = min(round(taken), count - 1) if np.isfinite(taken) else 0
+    taken = float(np.sum(freedom_taken_by(values_of(parameters, result.values), rows)))
+    taken = min(round(taken), count - 1)
+    left = result.degrees_of_freedom - taken
+    status = Status.NO_DEGREES_OF_FREEDOM if left < 0 and result.success else result.status
     return replace(
-        result,
-        observations=result.observations - taken,
-        degrees_of_freedom=result.degrees_of_freedom - taken,
+        result, observations=result.observations - taken, degrees_of_freedom=left, status=status
     )
 
 
@@ -225,9 +225,19 @@ def scale_of(entry: Any) -> float:
     return abs(float(entry.value)) or 1.0
 
 
+def freedom_taken_by(values: Mapping[str, Array], rows: Rows) -> np.ndarray:
+    """Degrees of freedom that the trajectory of each recording takes, shape (recordings,).
+
+    Where the model has no answer, every row whose fraction is free and has a resistance takes one: the most.
+    """
+    taken = np.asarray(_smoothed_freedom(values, rows))
+    free = np.asarray(rows.extra["level_sd"]) > 0.0
+    most = free * np.sum(np.asarray(rows.weight["resistance"]) > 0.0, axis=1)
+    return np.where(np.isfinite(taken), taken, most)
+
+
 @jax.jit
-def freedom_of(values: Mapping[str, Array], rows: PyTree) -> Array:
-    """Degrees of freedom that the trajectory of each recording takes, shape (recordings,)."""
+def _smoothed_freedom(values: Mapping[str, Array], rows: PyTree) -> Array:
     return jax.vmap(lambda one: freedom_taken(values, one))(rows)
 
 

@@ -14,7 +14,7 @@ from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, residual_of
 from fitting.specimens.spring_trajectory import OUTPUTS, decided
 
-from .problem import Problem, freedom_of, jacobian, values_of
+from .problem import Problem, freedom_taken_by, jacobian, values_of
 
 
 def zeros(problem: Problem, parameters: Parameters, told: Information) -> Lasting:
@@ -49,8 +49,9 @@ def residuals(problem: Problem, values: Mapping[str, float], fixed: np.ndarray) 
     moved = {}
     for name in OUTPUTS:
         courses = [_in_rows(read[name][k], time[name]) for k, time in enumerate(times)]
-        moved[name] = np.asarray(_moved(point, rows, np.stack(courses), name))
-    count = sum(np.sum(mask, axis=1) for mask in read.values()) - np.asarray(freedom_of(point, rows))
+        change = np.asarray(_moved(point, rows, np.stack(courses), name))
+        moved[name] = np.where(np.isfinite(change), change, 0.0)  # like slopes, where there is no answer
+    count = sum(np.sum(mask, axis=1) for mask in read.values()) - freedom_taken_by(point, rows)
     stated = problem.inflation
     return [
         Shared(

@@ -41,12 +41,12 @@ class Compiled:
         trajectories: latent trajectories of a recording.
 
     Attributes:
-        apart: true if recordings are run by themselves.
+        one_by_one: true if recordings are run by themselves.
     """
 
     def __init__(self, specimen: Specimen, unknowns: Unknowns, always: tuple[Effect, ...], trajectories: int):
         self._unknowns, self._always, self._trajectories = unknowns, always, trajectories
-        self.apart = specimen.each_alone
+        self.one_by_one = specimen.each_alone
         count = len(unknowns.base)
 
         def outputs(
@@ -59,7 +59,7 @@ class Compiled:
             tried = unknowns.effects(jnp.concatenate([jnp.zeros(count), own]))
             effects = (*always, *(Switched(effect, on[k]) for k, effect in enumerate(tried)))
             each = lambda row: specimen.answer({}, row, effects)  # noqa: E731
-            return _of_one(each, rows) if self.apart else jax.vmap(each)(rows)
+            return _of_one(each, rows) if self.one_by_one else jax.vmap(each)(rows)
 
         def evaluate(
             base: Named,
@@ -136,7 +136,7 @@ class Compiled:
             )
 
         there = np.asarray(stacked.mask).any(axis=1) & (True if chosen is None else chosen)
-        found, slopes, drivers = _one_by_one(evaluate, there) if self.apart else evaluate()
+        found, slopes, drivers = _one_by_one(evaluate, there) if self.one_by_one else evaluate()
         return Raw(
             stacked,
             found,

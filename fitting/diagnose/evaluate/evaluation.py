@@ -217,9 +217,14 @@ class Evaluation:
         """The evaluation with chosen recordings taken from another one at the same numbers.
 
         Args:
-            other: evaluation by the same unknowns.
+            other: evaluation with derivatives by the same unknowns.
             chosen: mask, (recordings,).
+
+        Raises:
+            ValueError: if the derivatives are by others.
         """
+        if not np.array_equal(self.columns, other.columns):
+            raise ValueError(f"derivatives by {self.columns} and by {other.columns} cannot be joined")
         row = np.zeros(len(next(iter(self.drivers.values()))), bool)
         row[: len(chosen)] = chosen
 

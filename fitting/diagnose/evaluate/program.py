@@ -267,8 +267,8 @@ class Program:
             stacked: recordings of the same shape instead of the campaign's, their latent trajectories as they
                 are.
             near: an evaluation close by, from whose latent trajectories the search for those here begins.
-            chosen: mask of the recordings that are asked for, (recordings,); all if None. Others count as
-                without misfit, and keep the latent trajectories that they begin with.
+            chosen: mask of the recordings that are asked for, (recordings,); all if None. The misfit of
+                others is zero, and they keep the latent trajectories that they begin with.
         """
         u, columns = np.asarray(u, float), np.asarray(columns, int)
         chosen = None if chosen is None or chosen.all() or not self.one_by_one else chosen
@@ -297,7 +297,7 @@ class Program:
     @property
     def one_by_one(self) -> bool:
         """True if recordings are run by themselves, so that some of them cost less than all."""
-        return self._compiled.apart
+        return self._compiled.one_by_one
 
     def slopes(self, here: Evaluation, columns: np.ndarray) -> dict[str, np.ndarray]:
         """Derivatives of the outputs by some unknowns where latent trajectories stay as they are, by
@@ -349,6 +349,8 @@ class Program:
         slopes = np.zeros((len(columns), *moved.shape))
         hidden = search.hidden if search else [None] * len(self.channels)
         hidden = self._explained(here) if search and again else hidden
+        if chosen is not None:
+            hidden = [one if wanted else None for one, wanted in zip(hidden, chosen, strict=True)]
         for k, (channels, one) in enumerate(zip(self.channels, hidden, strict=True)):
             misfit, jacobian, raw = here.whitened(k, channels, self.failed)
             if chosen is not None and not chosen[k]:

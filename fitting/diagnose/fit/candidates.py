@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -84,7 +85,7 @@ def candidate_fits(
     refitter = Refitter(program)
     likely = [s for s in found.scores if s.p_value < CANDIDATES.maximum_p_value][: effort * most]
     nominal = about_nominal(refitter, current, found)
-    others = [s for s in nominal if s.slug not in {known.slug for known in likely}]
+    others = [s for s in nominal if s.slug not in {one.slug for one in likely}]
     enough = CANDIDATES.comparable_share * max((s.gain for s in nominal), default=0.0)
     likely += [s for s in others if s.p_value < CANDIDATES.maximum_p_value and s.gain >= enough][
         : effort * CANDIDATES.about_nominal
@@ -130,7 +131,7 @@ def fitted_sets(
         for slugs in starts
         if frozenset(slugs) in earlier
     }
-    kept = [slugs for slugs in starts if slugs not in best]
+    fresh = [slugs for slugs in starts if slugs not in best]
 
     def fitted(job: tuple[tuple[str, ...], np.ndarray | Fit, int]) -> tuple[tuple[str, ...], Fit]:
         slugs, start, rounds = job
@@ -142,8 +143,9 @@ def fitted_sets(
         again = refitter.fit(slugs, faint, rounds, current.evaluation)
         return slugs, min(fit, again, key=lambda f: f.objective)
 
-    progress(f"fitting {len(kept)} candidates")
-    best |= dict(run_parallel(fitted, [(slugs, starts[slugs][0], CANDIDATES.first_steps) for slugs in kept]))
+    if fresh:
+        progress(f"fitting {len(fresh)} candidates")
+    best |= dict(run_parallel(fitted, [(slugs, starts[slugs][0], CANDIDATES.first_steps) for slugs in fresh]))
     kept = _ahead(program, refitter, best, starts, effort * CANDIDATES.second_count)
     progress(f"fitting {len(kept)} candidates")
     best |= dict(run_parallel(fitted, [(slugs, best[slugs], CANDIDATES.second_steps) for slugs in kept]))
@@ -168,24 +170,26 @@ def fitted_sets(
 
 
 def from_elsewhere(
-    program: Program, fit: Fit, start: "np.ndarray | Fit", near: Evaluation | None = None
+    program: Program,
+    fit: Fit,
+    start: "np.ndarray | Fit",
+    near: Evaluation | None = None,
+    least: float = EVIDENCE.minimum_difference,
 ) -> Fit:
     """The better of a fit and one of the same model from another start.
 
-    The latter begins with a few steps. It goes on if the next step promises to be better by as much as tells
-    two explanations apart.
+    The latter begins with a few steps. It goes on if its next step promises a better end.
 
     Args:
         program: program of the campaign.
         fit: fit to improve.
         start, near: see `Refitter.fit`.
+        least: how much better, over the variance of the misfit [nat]. By default it is the difference by
+            which two explanations are told apart.
     """
     refitter = Refitter(program)
     other = refitter.fit(fit.slugs, start, CANDIDATES.first_steps + CANDIDATES.second_steps, near)
-    margin = EVIDENCE.minimum_difference * max(
-        1.0, fit.objective / max(log_likelihood(program, 1.0), 1.0)
-    )
-    if fit.objective - refitter.promised(other) > margin:
+    if fit.objective - refitter.promised(other) > least * refitter.variance(fit.objective):
         other = refitter.fit(fit.slugs, other, OPTIMISER.final_steps)
     return min(fit, other, key=lambda one: one.objective)
 
@@ -287,13 +291,16 @@ def refitted_baseline(program: Program, current: Fit, candidates: list[Candidate
 
 
 def _without(program: Program, current: Fit, candidate: CandidateFit) -> list[Fit]:
-    """The model so far, fitted from a candidate's own constants and from its latent trajectories."""
+    """The model so far, fitted from a candidate's own constants and from its latent trajectories.
+
+    These fits go on as long as any other: what they miss would count as evidence for an effect.
+    """
     base, found = program.unknowns.base, []
+    better = partial(from_elsewhere, program, current, least=OPTIMISER.minimum_decrease)
     if np.max(np.abs(candidate.fit.u[base] - current.u[base]), initial=0.0) > CANDIDATES.minimum_elsewhere:
-        # which leaves the others at their absence
-        found.append(from_elsewhere(program, current, candidate.fit))
+        found.append(better(candidate.fit))  # which leaves the others at their absence
     if any(program.followed(current.evaluation)):
-        found.append(from_elsewhere(program, current, current.u, candidate.fit.evaluation))
+        found.append(better(current.u, candidate.fit.evaluation))
     return found
 
 

@@ -83,7 +83,7 @@ class Refitter:
         weight: weight of each recording, 1 to fit it and 0 to leave it out, or a mask of its values.
 
     Attributes:
-        asked: recordings of which any value counts, (recordings,).
+        counted: recordings of which any value counts, (recordings,).
     """
 
     def __init__(self, program: Program, weight: np.ndarray | list[np.ndarray] | None = None):
@@ -91,7 +91,7 @@ class Refitter:
         self.unknowns = program.unknowns
         self.weight = program.fitted.astype(float) if weight is None else weight
         self._partial = weight is not None
-        self.asked = np.array([bool(np.any(one)) for one in self.weight])
+        self.counted = np.array([bool(np.any(one)) for one in self.weight])
 
     def fit(
         self,
@@ -121,9 +121,9 @@ class Refitter:
         u[others] = unknowns.neutral[others]
         u = np.clip(u, unknowns.low, unknowns.high)
         now = self._at(u, free, near)
-        damping, failures, half = OPTIMISER.initial_damping, 0, max(0.5 * self._count(), 1.0)
+        damping, failures = OPTIMISER.initial_damping, 0
         for _ in range(rounds):
-            little = OPTIMISER.minimum_decrease * max(1.0, now[0] / half)
+            little = OPTIMISER.minimum_decrease * self.variance(now[0])
             step, promised = self._step(u, now, free, damping)
             if promised < little:
                 break
@@ -153,14 +153,19 @@ class Refitter:
         _, decrease = self._step(fit.u, (fit.objective, r, J), fit.free, OPTIMISER.minimum_damping)
         return fit.objective - decrease
 
-    def _count(self) -> float:
-        """Measured values that are fitted."""
-        program = self.program
-        return sum(float(np.mean(w)) * program.count(k) for k, w in enumerate(self.weight))
+    def variance(self, objective: float) -> float:
+        """Variance of the misfit that an objective means, over that of the noise; at least 1."""
+        count = sum(float(np.mean(w)) * self.program.count(k) for k, w in enumerate(self.weight))
+        return max(1.0, objective / max(0.5 * count, 1.0))
+
+    def ended(self, fit: Fit) -> bool:
+        """True if the next step promises too little for a fit to go on."""
+        little = OPTIMISER.minimum_decrease * self.variance(fit.objective)
+        return fit.objective - self.promised(fit) < little
 
     def _at(self, u: np.ndarray, free: np.ndarray, near: Evaluation | None = None) -> tuple:
         """Objective, misfit, Jacobian over the free unknowns, evaluation; begun near another one."""
-        evaluation = self.program.evaluate(u, free, near=near, chosen=self.asked)
+        evaluation = self.program.evaluate(u, free, near=near, chosen=self.counted)
         r, J = evaluation.joined(self.weight)
         departure, sd = self._prior(u, free)
         return 0.5 * (r @ r + np.sum((departure / sd) ** 2)), r, J, evaluation
@@ -194,7 +199,7 @@ class Refitter:
 
     def _finished(self, u: np.ndarray, free: np.ndarray, slugs: tuple[str, ...], now: tuple) -> Fit:
         objective, _, J, evaluation = now
-        others = ~self.asked
+        others = ~self.counted
         if others.any() and self.program.one_by_one:
             beside = self.program.evaluate(u, free, near=evaluation, chosen=others)
             evaluation = evaluation.taking(beside, others)

@@ -112,7 +112,7 @@ def _whole_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], scale: fl
     low, high = unknowns.low, unknowns.high
 
     def left(u: np.ndarray) -> float:
-        there = program.evaluate(u, nothing, near=fit.evaluation, chosen=refitter.asked)
+        there = program.evaluate(u, nothing, near=fit.evaluation, chosen=refitter.counted)
         r, _ = there.joined(refitter.weight)
         return float(r @ r)
 

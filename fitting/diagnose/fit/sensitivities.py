@@ -107,7 +107,7 @@ def sensitivities_about(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> S
             break
         columns = np.concatenate([unknowns.amplitudes(slug) for slug in members]).astype(int)
         # trajectories as of A
-        _, J = program.evaluate(u, columns, near=fit.evaluation, chosen=refitter.asked).joined(weight)
+        _, J = program.evaluate(u, columns, near=fit.evaluation, chosen=refitter.counted).joined(weight)
         for slug in members:
             own = unknowns.amplitudes(slug)
             P = project(J[:, np.isin(columns, own)])
@@ -120,7 +120,7 @@ def sensitivities_about(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> S
         u = fit.u.copy()
         own = unknowns.of([slug])
         u[own] = [unknowns.items[k].start for k in own]
-        changed = program.evaluate(u, own[:0], near=fit.evaluation, chosen=refitter.asked)
+        changed = program.evaluate(u, own[:0], near=fit.evaluation, chosen=refitter.counted)
         change = changed.joined(weight)[0] - r
         sensitivity = project(change[:, None])
         strength[slug] = float(np.linalg.norm(sensitivity))

@@ -225,6 +225,7 @@ class SetSearch:
 
     def _rivals(self, program: Program, pool: Pool, fit: Fit) -> None:
         """Fit rivals of every effect of a set, beside the others."""
+        refitter = Refitter(program)
         for slug in fit.slugs if len(fit.slugs) > 1 else ():
             rest = pool.without(fit, slug)
             step = self._beside.get(frozenset(rest.slugs))
@@ -232,7 +233,8 @@ class SetSearch:
                 self.progress(f"trying what else there is beside {' and '.join(rest.slugs)}")
                 step = self._scores_beside(program, rest)
                 step.base = rest
-                self.fill(program, step, CANDIDATES.tried_beside, pool.of_size(len(fit.slugs)))
+                known = [one for one in pool.of_size(len(fit.slugs)) if refitter.ended(one)]
+                self.fill(program, step, CANDIDATES.tried_beside, known)
                 pool.add([step.base, *(candidate.fit for candidate in step.candidates)])
 
     def _weighed(self, explanation: Explanation, pool: Pool, fit: Fit) -> Named:

@@ -51,7 +51,10 @@ class Evidence:
         8.0, "Factor on the number of effects at a bound for the evidence that they lose.", "nat"
     )
     minimum_difference: float = threshold(
-        4.0, "Minimum difference of log Bayes factors for two explanations to be told apart.", "nat"
+        4.0,
+        "Minimum difference of log Bayes factors for two explanations to be told apart, or for a fit from "
+        "another start to go on.",
+        "nat",
     )
     behind: float = threshold(0.2, "Maximum share of the best evidence for an effect to be behind it.")
 

@@ -103,11 +103,15 @@ def lasting(
 def lasting_beside_trajectories(
     recordings: Sequence[Shared], precision: np.ndarray, pull: np.ndarray, inflation: float = 1.0
 ) -> Lasting:
-    """The same of recordings with hidden trajectories, which all have the same outputs; see `lasting`."""
+    """The same of recordings with hidden trajectories, which all have the same outputs; see `lasting`.
+
+    An output without a reading tells nothing of its zero, which is left out.
+    """
     none = np.zeros((len(precision) + 1, len(precision) + 1))
     own = sum((one.square for one in recordings), none) / inflation**2
-    each = [shared_sizes_of(recordings, precision, pull)] if recordings else []
-    outputs = list(recordings[0].moved) if recordings else []
+    names = recordings[0].moved if recordings else {}
+    outputs = [name for name in names if any(len(one.time[name]) for one in recordings)]
+    each = [shared_sizes_of(recordings, outputs, precision, pull)] if outputs else []
     return _of_mixture(each, outputs, own, none, precision, pull)
 
 

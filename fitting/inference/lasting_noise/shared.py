@@ -52,7 +52,9 @@ class Shared:
         return rows.T @ rows
 
 
-def shared_sizes_of(recordings: Sequence[Shared], precision: np.ndarray, pull: np.ndarray) -> Sizes:
+def shared_sizes_of(
+    recordings: Sequence[Shared], outputs: Sequence[str], precision: np.ndarray, pull: np.ndarray
+) -> Sizes:
     """Probable sizes of the zeros of all outputs together, and what the recordings tell beside each.
 
     The white noise has one scale for all outputs: the trajectory mixes them. Drifts and offsets of the grid
@@ -60,9 +62,10 @@ def shared_sizes_of(recordings: Sequence[Shared], precision: np.ndarray, pull: n
 
     Args:
         recordings: residuals of all recordings, with the same outputs.
+        outputs: outputs with readings, one or more.
         precision, pull: as of `lasting`.
     """
-    outputs, grid = list(recordings[0].moved), list(product(DRIFTS, OFFSETS))
+    grid = list(product(DRIFTS, OFFSETS))
     found = [_squares(one, outputs, grid) for one in recordings]
     square, determinant = (sum(part) for part in zip(*found, strict=True))
     count, spare = len(precision), sum(one.count for one in recordings)
