@@ -20,11 +20,11 @@ def beside_courses(monkeypatch, again=None):
     monkeypatch.setattr(evidence, "_occam", lambda *anything: 0.0)
     refitter = SimpleNamespace(fit=lambda slugs, u, rounds, near=None: again, promised=lambda fit: fit.objective, variance=lambda objective: 1.0)
     monkeypatch.setattr(candidates, "Refitter", lambda program: refitter)
-    followed = lambda follows: [SimpleNamespace(leverage=lambda: np.full(100, follows / 100.0))]  # noqa: E731
     unknowns = SimpleNamespace(slugs=("a",), base=np.array([0]), neutral=np.zeros(2), amplitudes=lambda slug: np.array([1]))
     return SimpleNamespace(
-        followed=followed, fitted=np.array([True]), unknowns=unknowns, hidden=True, observations=lambda mask: 200
-    )
+        followed=lambda follows: [SimpleNamespace()], freedom_of_trajectories=lambda follows: np.array([follows]),
+        fitted=np.array([True]), unknowns=unknowns, hidden=True, observations=lambda mask: 200,
+    )  # fmt: skip
 
 
 def test_what_hidden_courses_follow_more_is_no_evidence(monkeypatch):

@@ -103,6 +103,9 @@ def test_what_courses_take_up_is_one_value_a_row_where_they_are_loose(rng):
     stiff = Hidden.of([course(rng, smooth(rng), process_noise=1e-14)], members)
     assert loose.leverage().sum() == pytest.approx(ROWS, rel=1e-3)
     assert stiff.leverage().sum() == pytest.approx(1.0, rel=1e-2)
+    for fraction in (smooth(rng), np.where(np.arange(ROWS) < 9, 1.0, 0.4), np.ones(ROWS)):
+        one = Hidden.of([course(rng, fraction, process_noise=1e-3)], members)
+        assert one.degrees_of_freedom() == pytest.approx(one.leverage().sum(), rel=1e-9)
 
 
 def test_rows_that_only_pad_do_not_drown_the_others_in_rounding():

@@ -172,9 +172,9 @@ class Raw:
         return np.concatenate(pieces), np.concatenate(derivatives, axis=1), plain
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Evaluation:
-    """Results of one evaluation.
+    """Results of one evaluation; each is equal to itself alone.
 
     Attributes:
         misfit: whitened model minus data of each recording, all its channels in a row, (values,).

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
+from scipy.linalg.lapack import dpotri
 
 from fitting.inference.channels import Channel
 
@@ -202,6 +203,17 @@ class Hidden:
         )
         left, slopes = self._less(jacobian, free)
         return Answer(step.reshape(len(self.trajectories), -1), slopes, misfit + step @ self.design, left)
+
+    def degrees_of_freedom(self) -> float:
+        """Degrees of freedom that the trajectories take: trace of their smoother, sum of `leverage`."""
+        free = (self.fraction > 0.0) & (self.fraction < 1.0)
+        if not free.any():
+            return 0.0
+        told, walk = (x[np.ix_(free, free)] for x in (self.information, self.stiffness))
+        factor, lower = cho_factor(told + walk, lower=True, check_finite=False)
+        inverse, _ = dpotri(factor, lower=lower)  # half the work of solving for every column
+        half = np.tril(inverse)
+        return float(2.0 * np.sum(half * told) - np.sum(np.diag(half) * np.diag(told)))
 
     def leverage(self) -> np.ndarray:
         """Leverage of every measured value: the share of its error that trajectories follow, (values,)."""

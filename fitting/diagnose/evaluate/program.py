@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -72,6 +73,7 @@ class Program:
     outliers: tuple = ()
     untimed: tuple[str, ...] = ()
     _compiled: Compiled | None = field(default=None, repr=False)
+    _freedom: WeakKeyDictionary = field(default_factory=WeakKeyDictionary, init=False, repr=False)
 
     @classmethod
     def of(
@@ -175,6 +177,7 @@ class Program:
                 from the trajectories of the stack.
         """
         nothing = self.unknowns.base[:0]
+        self._freedom.clear()
         if self.process_noise.shape[1]:
             for _ in range(TRAJECTORIES.rounds if self.process_noise.any() else TRAJECTORIES.first_rounds):
                 here = self._run(u, nothing, self.stacked)
@@ -187,7 +190,7 @@ class Program:
                     break
             here = self._run(u, nothing, self.stacked)
             self.followed_values = np.array(
-                [one.leverage().sum() if one else 0.0 for one in self._explained(here)]
+                [one.degrees_of_freedom() if one else 0.0 for one in self._explained(here)]
             )
         elif self.specimen.latent.inside:
             values = self.unknowns.values(u)
@@ -226,6 +229,13 @@ class Program:
             found.append(latent_trajectories.Hidden.of([own], channels))
         return found
 
+    def freedom_of_trajectories(self, here: Evaluation) -> np.ndarray:
+        """Degrees of freedom that latent trajectories take in every recording, (recordings,)."""
+        if here not in self._freedom:  # asked for again whenever fits are compared
+            found = [one.degrees_of_freedom() if one else 0.0 for one in self.followed(here)]
+            self._freedom[here] = np.array(found)
+        return self._freedom[here]
+
     def count_input_noise(self, u: np.ndarray) -> None:
         """Add what the noise of measured inputs does to the outputs, as the model at `u` has it."""
         nothing = self.unknowns.base[:0]
@@ -246,6 +256,7 @@ class Program:
             pairs = zip(self._hiding(), self.recordings, strict=True)
             changes["averaging"] = [[here.averaging(k, *parts, r.block) for (k, parts), r in pairs]]
         self.channels = with_input_noise(self.bare, changes)
+        self._freedom.clear()
 
     def _hiding(self) -> list[tuple[int, tuple[list[Channel], np.ndarray]]]:
         """Every recording's number, with its channels and how fast its latent trajectories walk."""

@@ -26,12 +26,11 @@ def log_likelihood(program: Program, gained: float, inflation: float = 1.0) -> f
 
 
 def effective_degrees_of_freedom(program: Program, fit: Fit) -> float:
-    """Effective degrees of freedom of latent trajectories in the fitted recordings: their summed leverage.
+    """Effective degrees of freedom of latent trajectories in the fitted recordings.
 
     Each more of them explains half a unit of log-likelihood by chance.
     """
-    hidden = program.followed(fit.evaluation)
-    return float(sum(hidden[k].leverage().sum() for k in np.flatnonzero(program.fitted) if hidden[k]))
+    return float(program.freedom_of_trajectories(fit.evaluation)[program.fitted].sum())
 
 
 def evidence(
