@@ -46,10 +46,14 @@ def residuals(problem: Problem, values: Mapping[str, float], fixed: np.ndarray) 
     slopes = np.where(np.isfinite(slopes), slopes, 0.0) * ~fixed
     read = {name: np.asarray(rows.weight[name]) > 0.0 for name in OUTPUTS}
     times = [{n: np.asarray(rows.time)[k, read[n][k]] for n in OUTPUTS} for k in range(len(problem.tests))]
+    courses = {
+        name: np.stack([_in_rows(read[name][k], time[name]) for k, time in enumerate(times)])
+        for name in OUTPUTS
+    }
     moved = {}
     for name in OUTPUTS:
-        courses = [_in_rows(read[name][k], time[name]) for k, time in enumerate(times)]
-        change = np.asarray(_moved(point, rows, np.stack(courses), name))
+        alone = {other: course * (other == name) for other, course in courses.items()}
+        change = np.asarray(_moved(point, rows, alone))
         moved[name] = np.where(np.isfinite(change), change, 0.0)  # like slopes, where there is no answer
     count = sum(np.sum(mask, axis=1) for mask in read.values()) - freedom_taken_by(point, rows)
     stated = problem.inflation
@@ -74,25 +78,25 @@ def _in_rows(read: np.ndarray, time: np.ndarray) -> np.ndarray:
 
 
 @eqx.filter_jit
-def _moved(values: Mapping[str, Array], rows: Rows, courses: np.ndarray, name: str) -> Array:
-    """Change of the residuals with the zero of one output, the trajectories following.
+def _moved(values: Mapping[str, Array], rows: Rows, courses: Mapping[str, np.ndarray]) -> Array:
+    """Change of the residuals with zeros of the outputs, the trajectories following.
 
     Args:
         values: free parameters, SI.
         rows: stack of all recordings, with decisions.
-        courses: courses of the zero in units of the noise, shape (recordings, rows, courses).
-        name: name of the output.
+        courses: courses of the zero of each output in units of its noise, shape (recordings, rows, courses).
 
     Returns:
         Shape (recordings, residuals, courses).
     """
-    weight = rows.weight[name]
-    noise = jnp.where(weight > 0.0, 1.0 / jnp.where(weight > 0.0, weight, 1.0), 0.0)
+    weight = {name: rows.weight[name] for name in courses}
+    noise = {name: jnp.where(w > 0.0, 1.0 / jnp.where(w > 0.0, w, 1.0), 0.0) for name, w in weight.items()}
+    read = {name: rows.measured[name] for name in courses}
 
-    def left(measured: Array) -> Array:
-        return residual_of("spring")(values, eqx.tree_at(lambda r: r.measured[name], rows, measured))
+    def left(read: Mapping[str, Array]) -> Array:
+        return residual_of("spring")(values, eqx.tree_at(lambda r: r.measured, rows, rows.measured | read))
 
-    def along(course: Array) -> Array:
-        return jax.jvp(left, (rows.measured[name],), (course * noise,))[1]
+    def along(course: Mapping[str, Array]) -> Array:
+        return jax.jvp(left, (read,), ({name: course[name] * noise[name] for name in read},))[1]
 
     return jax.vmap(along, in_axes=-1, out_axes=-1)(courses)

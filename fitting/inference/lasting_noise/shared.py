@@ -20,9 +20,9 @@ from .evidence import log_evidence
 from .sizes import DRIFTS, OFFSETS, SCALES, Sizes, before_of
 from .zeros import BINS, root_of
 
-FAINT = 1e-10
+FAINT = 1e-12
 """Minimum weight over the largest of a size that is kept. Once zeros are decided to wander, the weight of a
-size beside another one may grow by up to 1e6."""
+size beside another one may grow by up to 3e8."""
 
 
 @dataclass(frozen=True)
