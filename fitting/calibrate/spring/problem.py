@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Array, PyTree
 
 from fitting.calibrate.soft_constraints import constrained_residual_of, constraint_table
-from fitting.inference.least_squares import FitResult, Status, fit_least_squares
+from fitting.inference.least_squares import FitResult, fit_least_squares
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, residual_of, stack
 from fitting.specimens.process_noise import with_process_noise
@@ -173,15 +173,13 @@ def solve(parameters: Parameters, data: PyTree, most: int = MAX_STEPS) -> FitRes
     """
     rows = data["rows"]
     count = sum(int(np.sum(np.asarray(weight) > 0.0)) for weight in rows.weight.values())
-    result = fit_least_squares(
-        residual, parameters, data=data, use_priors=True, observations=count, rtol=RTOL, max_steps=most
-    )
-    taken = float(np.sum(freedom_taken_by(values_of(parameters, result.values), rows)))
-    taken = min(round(taken), count - 1)
-    left = result.degrees_of_freedom - taken
-    status = Status.NO_DEGREES_OF_FREEDOM if left < 0 and result.success else result.status
-    return replace(
-        result, observations=result.observations - taken, degrees_of_freedom=left, status=status
+
+    def left(values: Mapping[str, float]) -> int:
+        taken = float(np.sum(freedom_taken_by(values_of(parameters, values), rows)))
+        return max(count - round(taken), 1)
+
+    return fit_least_squares(
+        residual, parameters, data=data, use_priors=True, observations=left, rtol=RTOL, max_steps=most
     )
 
 

@@ -225,6 +225,11 @@ class Hidden:
         return np.sum(design * cho_solve(factor, design, check_finite=False), axis=0)
 
 
+def taken_by(each: Sequence[Hidden | None]) -> np.ndarray:
+    """Degrees of freedom that the trajectories of every recording take, (recordings,); 0 without any."""
+    return np.array([0.0 if one is None else one.degrees_of_freedom() for one in each])
+
+
 @dataclass(frozen=True)
 class Answer:
     """The best trajectories of one recording, and its misfit with them.

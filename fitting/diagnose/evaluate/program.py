@@ -189,9 +189,7 @@ class Program:
                 if np.max(np.abs(now - before)) < TRAJECTORIES.converged_step:
                     break
             here = self._run(u, nothing, self.stacked)
-            self.followed_values = np.array(
-                [one.degrees_of_freedom() if one else 0.0 for one in self._explained(here)]
-            )
+            self.followed_values = latent_trajectories.taken_by(self._explained(here))
         elif self.specimen.latent.inside:
             values = self.unknowns.values(u)
             self.stacked = self.specimen.latent.prepared(values, self.stacked, self.channels)
@@ -232,8 +230,7 @@ class Program:
     def freedom_of_trajectories(self, here: Evaluation) -> np.ndarray:
         """Degrees of freedom that latent trajectories take in every recording, (recordings,)."""
         if here not in self._freedom:  # asked for again whenever fits are compared
-            found = [one.degrees_of_freedom() if one else 0.0 for one in self.followed(here)]
-            self._freedom[here] = np.array(found)
+            self._freedom[here] = latent_trajectories.taken_by(self.followed(here))
         return self._freedom[here]
 
     def count_input_noise(self, u: np.ndarray) -> None:
@@ -282,14 +279,15 @@ class Program:
                 others is zero, and they keep the latent trajectories that they begin with.
         """
         u, columns = np.asarray(u, float), np.asarray(columns, int)
-        chosen = None if chosen is None or chosen.all() or not self.one_by_one else chosen
+        if chosen is None or not self.one_by_one:
+            chosen = np.ones(len(self.channels), bool)
         moving = stacked is None and self.process_noise.shape[1] > 0
         stacked = self.stacked if stacked is None else stacked
         width = self._compiled.width
         chunks = [columns[first : first + width] for first in range(0, max(len(columns), 1), width)]
         start = self.begun(stacked, near, u) if near is not None else stacked
         asked = np.zeros(len(stacked.mask), bool)
-        asked[: len(self.channels)] = True if chosen is None else chosen
+        asked[: len(chosen)] = chosen
         search = Search(self.channels, self.process_noise, self.failed, chosen) if moving else None
         first = self._run(u, chunks[0], start, asked)
         if search:
@@ -339,9 +337,13 @@ class Program:
         self.tally.count(RUNS)
         return self._compiled.run(u, columns, stacked, chosen)
 
-    def _explained(self, here: Raw) -> list[latent_trajectories.Hidden | None]:
-        """Free trajectories of every recording, and what they explain; None where there are none."""
-        return [here.hidden(k, *parts) for k, parts in self._hiding()]
+    def _explained(
+        self, here: Raw, chosen: np.ndarray | None = None
+    ) -> list[latent_trajectories.Hidden | None]:
+        """Free trajectories of chosen recordings, all if None, and what they explain; None where there are
+        none."""
+        wanted = np.ones(len(self.channels), bool) if chosen is None else chosen
+        return [here.hidden(k, *parts) if wanted[k] else None for k, parts in self._hiding()]
 
     def _evaluated(
         self,
@@ -350,7 +352,7 @@ class Program:
         here: Raw,
         search: Search | None,
         again: bool,
-        chosen: np.ndarray | None,
+        chosen: np.ndarray,
     ) -> Evaluation:
         """The evaluation of a run: latent trajectories are projected out.
 
@@ -359,14 +361,14 @@ class Program:
         found, moved, drivers = [], trajectories_of(here.stacked), dict(here.drivers)
         slopes = np.zeros((len(columns), *moved.shape))
         hidden = search.hidden if search else [None] * len(self.channels)
-        hidden = self._explained(here) if search and again else hidden
-        if chosen is not None:
-            hidden = [one if wanted else None for one, wanted in zip(hidden, chosen, strict=True)]
+        hidden = self._explained(here, chosen) if search and again else hidden
         for k, (channels, one) in enumerate(zip(self.channels, hidden, strict=True)):
-            misfit, jacobian, raw = here.whitened(k, channels, self.failed)
-            if chosen is not None and not chosen[k]:
-                found.append((0.0 * misfit, 0.0 * jacobian, [np.full_like(x, np.nan) for x in raw]))
+            if not chosen[k]:
+                nothing = np.zeros(sum(len(channel.measured) for channel in channels))
+                unknown = [np.full(len(channel.measured), np.nan) for channel in channels]
+                found.append((nothing, np.zeros((len(columns), len(nothing))), unknown))
                 continue
+            misfit, jacobian, raw = here.whitened(k, channels, self.failed)
             if one is not None:
                 answer = one.answer(misfit, jacobian)
                 jacobian, believed = (

@@ -9,6 +9,7 @@ lost: the `channel_lag` of case c0005 became `unmodelled`.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -155,8 +156,12 @@ class Refitter:
 
     def variance(self, objective: float) -> float:
         """Variance of the misfit that an objective means, over that of the noise; at least 1."""
-        count = sum(float(np.mean(w)) * self.program.count(k) for k, w in enumerate(self.weight))
-        return max(1.0, objective / max(0.5 * count, 1.0))
+        return max(1.0, objective / max(0.5 * self._count, 1.0))
+
+    @cached_property
+    def _count(self) -> float:
+        """Measured values that are fitted."""
+        return sum(float(np.mean(w)) * self.program.count(k) for k, w in enumerate(self.weight))
 
     def ended(self, fit: Fit) -> bool:
         """True if the next step promises too little for a fit to go on."""

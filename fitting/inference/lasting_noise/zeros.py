@@ -75,11 +75,10 @@ def modes_of(
         Orthonormal modes, constant within a block, shape (rows, `BINS`), zero beyond the number of rows; and
         variances, shape (`BINS`,).
     """
-    none = Series(time, np.zeros(len(time)), np.zeros((len(time), 0)), "", share=share)
     modes, variance = np.zeros((len(time), BINS)), np.zeros(BINS)
     if not len(time):
         return modes, variance
-    blocks = _binned(none)
+    blocks = _blocks(time, share)
     width, axes = np.linalg.eigh(_slow(blocks, drift, offset))
     number = np.repeat(np.arange(len(width)), blocks.count)
     modes[:, : len(width)] = axes[number] / np.sqrt(blocks.count)[number, None]
@@ -110,9 +109,9 @@ def root_of(time: np.ndarray, drift: float, offset: float) -> np.ndarray:
     return found
 
 
-def _blocks(time: np.ndarray) -> Series:
-    """Blocks of an output whose noise is all its own instrument's."""
-    return _binned(Series(time, np.zeros(len(time)), np.zeros((len(time), 0)), ""))
+def _blocks(time: np.ndarray, share: np.ndarray | float = 1.0) -> Series:
+    """Blocks of rows without residuals."""
+    return _binned(Series(time, np.zeros(len(time)), np.zeros((len(time), 0)), "", share=share))
 
 
 def _binned(one: Series) -> Series:

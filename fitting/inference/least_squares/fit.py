@@ -34,7 +34,7 @@ def fit_least_squares(
     seed: int = 0,
     use_priors: bool = False,
     scale_covariance: bool | None = None,
-    observations: int | None = None,
+    observations: int | Callable[[Mapping[str, float]], int] | None = None,
     in_turn: bool = False,
     throw: bool = False,
 ) -> FitResult:
@@ -60,7 +60,7 @@ def fit_least_squares(
         scale_covariance: true to estimate sigma from the misfit, false for a residual in units of sigma; by
             default true without priors, false with them.
         observations: number of residuals that count, if some rows only pad the data to a common shape (with
-            zeros).
+            zeros); or a function from the values of all parameters at the end to that number.
         in_turn: true to solve from one start after the other, with the program of a single start. Together,
             all take as long as the slowest, and each step takes the Jacobian's time even where it is refused.
         throw: true to raise if the fit fails, instead of returning a result that says so.
@@ -114,15 +114,20 @@ class _Ended:
 
 
 def _described(
-    ended: _Ended, problem: Problem, parameters: Parameters, observations: int | None, scaled: bool
+    ended: _Ended,
+    problem: Problem,
+    parameters: Parameters,
+    observations: int | Callable[[Mapping[str, float]], int] | None,
+    scaled: bool,
 ) -> FitResult:
     """The result: values, status, errors and remarks."""
     outcome, rows, priors = ended.outcome, ended.outcome.residual.size, len(problem.prior_names)
-    counted = (rows - priors if observations is None else observations) + priors
-    freedom = counted - len(problem.layout.free)
-    status = _status(outcome, freedom, scaled)
     initial = dict(zip(problem.layout.free, ended.begin, strict=True))
     reached = dict(zip(problem.layout.names, ended.values, strict=True))
+    told = observations(reached) if callable(observations) else observations
+    counted = (rows - priors if told is None else told) + priors
+    freedom = counted - len(problem.layout.free)
+    status = _status(outcome, freedom, scaled)
     fitted = _with_values(parameters, reached, status, initial)
     at_bound = tuple(name for name in problem.layout.free if fitted[name].at_bound)
     uncertainty = Uncertainty.none(fitted)
