@@ -207,6 +207,8 @@ class Refitter:
         others = ~self.counted
         if others.any() and self.program.one_by_one:
             beside = self.program.evaluate(u, free, near=evaluation, chosen=others)
+            if self.program.hidden:  # these trajectories did not follow the fit, which may have gone far
+                beside = beside.bettered(self.program.evaluate(u, free, chosen=others))
             evaluation = evaluation.taking(beside, others)
         _, sd = self._prior(u, free)
         H = J.T @ J + np.diag(sd**-2)
