@@ -19,7 +19,7 @@ from pneusma_jax.model_discrepancy import EDGE
 from .check import answers, asked_effects, checked
 from .evaluate.program import Program
 from .evaluate.start import Start, characterised, start_of
-from .fit.base_fit import at_bound, passes_turns
+from .fit.base_fit import at_bound, gain_by_turns
 from .search.explain import explain
 from .settings import DEFAULT
 from .verdict.conclude import conclude
@@ -28,6 +28,12 @@ from .verdict.locate import drivers_of
 from .verdict.text import unstated
 
 CAMPAIGNS = DEFAULT.campaigns
+TURNED = (
+    "Through turning points between rows, listed below, the base model fits better by a log-likelihood of "
+    "{gain:.0f}, so the drive is taken to have turned there. Missing physics that acts alike is not found "
+    "then. Record the turning points, or more rows about them"
+)
+"""Note where drives pass through turning points that no row has."""
 
 
 @small_matrices
@@ -72,7 +78,10 @@ def diagnose(
         other = Program.of(
             dataclasses.replace(campaign, recordings=turned), kind, model=model, tables=start.tables
         )
-        program = other if passes_turns(program, other) else program
+        gain = gain_by_turns(program, other)
+        if gain:
+            program = other
+            notes = [*notes, TURNED.format(gain=gain)]
 
     def further() -> list[np.ndarray]:
         return [] if model is not None else characterised(campaign, program, progress)

@@ -10,7 +10,7 @@ import pytest
 import pneusma_jax as pj
 from fitting.data.recordings import Campaign, Recording
 from fitting.diagnose.evaluate.program import Program
-from fitting.diagnose.fit.base_fit import passes_turns
+from fitting.diagnose.fit.base_fit import gain_by_turns
 from fitting.specimens.unsampled_turns import with_unsampled_turns
 
 SIZES = {
@@ -56,4 +56,4 @@ def test_the_base_model_passes_through_a_turn_between_rows_that_the_readings_sho
         for r in (campaign.recordings, turned)
     ]
     assert [len(r) for r in programs[1].recordings] == [len(r) + 1 for r in programs[0].recordings]
-    assert passes_turns(*programs) and not passes_turns(*reversed(programs))
+    assert gain_by_turns(*programs) > 10.0 and gain_by_turns(*reversed(programs)) == 0.0

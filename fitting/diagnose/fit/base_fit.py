@@ -50,18 +50,27 @@ def base_fit(
 
 def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:
     """True if another fit of the same model is better by more than the minimum log-likelihood."""
-    return (fit.objective - other.objective) / inflation_of(program, other) > BASE_FIT.minimum_gain
+    return _gained(program, fit, other) > BASE_FIT.minimum_gain
 
 
-def passes_turns(program: Program, turned: Program) -> bool:
-    """True if the base model clearly fits better once its drives pass through turning points between rows.
+def _gained(program: Program, fit: Fit, other: Fit) -> float:
+    """Log-likelihood by which another fit of the same model is better."""
+    return float((fit.objective - other.objective) / inflation_of(program, other))
+
+
+def gain_by_turns(program: Program, turned: Program) -> float:
+    """Log-likelihood that the base model gains once its drives pass through turning points between rows.
 
     Args:
         program: program of the campaign.
         turned: program of the same campaign with these rows.
+
+    Returns:
+        The gain; 0 where it is less than a better fit must gain.
     """
     fit, other = (Refitter(one).fit((), None) for one in (program, turned))
-    return clearly_better(turned, fit, other)
+    gain = _gained(turned, fit, other)
+    return gain if gain > BASE_FIT.minimum_gain else 0.0
 
 
 def departed_from(program: Program, fit: Fit, start: np.ndarray) -> bool:
