@@ -1,9 +1,8 @@
 """Subset simulation: a small probability as a product of large ones.
 
 S.-K. Au, J. L. Beck, Probabilistic Engineering Mechanics 16 (2001) 263, doi:10.1016/S0266-8920(01)00019-4.
-Chains
-move by conditional sampling with an adapted width: I. Papaioannou et al., Probabilistic Engineering Mechanics
-41 (2015) 89, doi:10.1016/j.probengmech.2015.06.006.
+Chains move by conditional sampling with an adapted proposal width: I. Papaioannou et al., Probabilistic
+Engineering Mechanics 41 (2015) 89, doi:10.1016/j.probengmech.2015.06.006.
 """
 
 from collections.abc import Callable
@@ -17,8 +16,10 @@ LEVEL = 0.1
 """Probability of each level, the usual choice: the effort changes little up to 0.3 (Papaioannou 2015)."""
 MOST_LEVELS = 12
 """Levels after which a probability is called smaller than 10^-12: no data of inputs reach so far."""
-WANTED = 0.44
-"""Share of moves to be accepted, at which conditional sampling mixes best (Papaioannou 2015)."""
+WANTED_ACCEPTANCE = 0.44
+"""Acceptance rate to which widths are adapted [1]; conditional sampling mixes best there (Papaioannou 2015)."""
+FIRST_WIDTH, LEAST_WIDTH = 0.6, 0.02
+"""First and minimum width of proposals, in standard deviations of a score [1]."""
 NONE_SEEN = 3.0
 """Divided by the rows, the 95 % upper end of a probability of which nothing was seen: the rule of three."""
 
@@ -45,12 +46,12 @@ class SubsetResult:
 
     @property
     def probability(self) -> float:
-        """Mean of the runs."""
+        """Mean of the runs' estimates."""
         return float(self.each.mean())
 
     @property
     def interval(self) -> tuple[float, float]:
-        """95 %, from the spread of the runs; one-sided where nothing or everything fails."""
+        """95 % interval from the spread of the runs; one-sided where nothing or everything fails."""
         runs = len(self.each)
         if not self.each.any():
             return 0.0, min(1.0, self.reached * NONE_SEEN / (self.samples * runs))
@@ -67,20 +68,20 @@ def subset_simulation(
     runs: int,
     random: np.random.Generator,
 ) -> SubsetResult:
-    """Several runs side by side, so that the model is asked for many rows at a time.
+    """Probability of a negative margin, by runs side by side: the model is asked for many rows at a time.
 
     Args:
         margins: function from rows of scores to their margins; a margin is negative where the limit fails.
         dimension: number of scores.
         samples: number of samples of a level of a run.
-        runs: independent ones.
-        random: numbers.
+        runs: number of independent runs.
+        random: generator of the random numbers.
     """
     seeds = max(1, int(LEVEL * samples))
     points = random.standard_normal((runs, samples, dimension))
     found = margins(points.reshape(-1, dimension)).reshape(runs, samples)
     weight, each = np.ones(runs), np.zeros(runs)
-    levels, stalled, width = np.zeros(runs, int), np.zeros(runs, bool), np.full(runs, 0.6)
+    levels, stalled, width = np.zeros(runs, int), np.zeros(runs, bool), np.full(runs, FIRST_WIDTH)
     active = np.ones(runs, bool)
     for level in range(MOST_LEVELS + 1):
         threshold = np.sort(found, axis=1)[:, seeds - 1]
@@ -136,8 +137,8 @@ def _moved(
         margin_here = np.where(taken, value, margin_here)
         places.append(here)
         values.append(margin_here)
-        width = width * np.exp((taken.mean(axis=1) - WANTED) / np.sqrt(step + 1.0))
-        width = np.clip(width, 0.02, 1.0)
+        width = width * np.exp((taken.mean(axis=1) - WANTED_ACCEPTANCE) / np.sqrt(step + 1.0))
+        width = np.clip(width, LEAST_WIDTH, 1.0)
     return (
         np.concatenate(places, axis=1)[:, :samples], np.concatenate(values, axis=1)[:, :samples], width
     )  # fmt: skip
