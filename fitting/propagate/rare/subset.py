@@ -17,7 +17,7 @@ LEVEL = 0.1
 MOST_LEVELS = 12
 """Levels after which a probability is called smaller than 10^-12: no data of inputs reach so far."""
 WANTED_ACCEPTANCE = 0.44
-"""Acceptance rate to which widths are adapted [1]; conditional sampling mixes best there (Papaioannou 2015)."""
+"""Acceptance rate to which widths are adapted [1]: conditional sampling mixes best (Papaioannou 2015)."""
 FIRST_WIDTH, LEAST_WIDTH = 0.6, 0.02
 """First and minimum width of proposals, in standard deviations of a score [1]."""
 NONE_SEEN = 3.0
