@@ -9,6 +9,7 @@ from study_texts import PLAIN
 from fitting.propagate import build_problem, read_study
 from fitting.propagate.quantities import Limit
 from fitting.propagate.rare import estimate_rare
+from fitting.propagate.rare.subset import subset_simulation
 
 SPREAD = np.sqrt(0.25 + 4.0)
 """Standard deviation of a + 2 b of the plain study, whose mean is 1."""
@@ -110,3 +111,19 @@ def test_draws_of_a_posterior_have_design_points_where_their_marginals_are_joine
     result = found(write, 6.5, text)
     assert 1e-3 < exact < 2e-2 and len(result.form.betas) and result.agree
     assert result.form.probability == pytest.approx(exact, rel=0.15)
+
+
+def test_the_bound_of_nothing_seen_is_that_of_the_run_that_came_least_far():
+    runs, samples = 2, 100
+    asked = []
+
+    def margins(points):
+        out = 10.0 + points[:, 0]
+        if not asked:  # nothing tells the first run where to go
+            out[:samples] = np.inf
+        asked.append(len(points))
+        return out
+
+    result = subset_simulation(margins, 1, samples, runs, np.random.default_rng(0))
+    assert result.stalled and not result.each.any() and result.reached == 1.0
+    assert result.interval == (0.0, pytest.approx(3.0 / (samples * runs)))

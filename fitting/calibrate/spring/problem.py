@@ -81,7 +81,7 @@ class Problem:
 
     def loose(self, margin: float) -> "Problem":
         """The same problem whose turning points may be this part of the residual strain off the rule."""
-        margins = jnp.full(len(self.tests), margin)
+        margins = jnp.full_like(self.stacked.extra["margin"], margin)  # it has rows for padding, too
         return replace(self, stacked=eqx.tree_at(lambda r: r.extra["margin"], self.stacked, margins))
 
     def undecided(self) -> "Problem":

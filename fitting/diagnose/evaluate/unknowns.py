@@ -150,7 +150,7 @@ class Unknowns:
         return found
 
     def slope(self, u: np.ndarray, k: int, stacked: Rows) -> tuple[str, np.ndarray]:
-        """Index of a base constant, and its derivative in every recording, shape (recordings,)."""
+        """Name of a base constant, and its derivative in every recording, shape (recordings,)."""
         stem, whose = self._whose(k, stacked)
         item = self.items[k]
         return stem, whose * item.scale * (float(item.value(u[k])) if item.logarithmic else 1.0)

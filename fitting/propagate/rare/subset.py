@@ -33,7 +33,7 @@ class SubsetResult:
         levels: number of levels of every run.
         stalled: runs that ended before the limit: its margin has steps, or it cannot be reached.
         samples: number of samples of a level.
-        reached: least probability to which the levels of all runs came.
+        reached: probability of the last level of the run that came least far.
         failed_points: some scores that fail, at most one of each run, shape (n, scores).
     """
 
@@ -104,7 +104,7 @@ def subset_simulation(
         )
     failing = [points[run][np.argmin(found[run])] for run in range(runs) if found[run].min() < 0.0]
     return SubsetResult(
-        each, tuple(int(n) for n in levels), int(stalled.sum()), samples, float(weight.min()),
+        each, tuple(int(n) for n in levels), int(stalled.sum()), samples, float(weight.max()),
         np.array(failing).reshape(-1, dimension)[: runs // 2 + 1],
     )  # fmt: skip
 

@@ -30,7 +30,7 @@ class Moments:
 
     @classmethod
     def of(cls, y: Float[np.ndarray, "rows columns"]) -> "Moments":
-        """Sketches of finite rows."""
+        """Moments of rows, all of which must be finite."""
         if not len(y):
             zero = np.zeros(y.shape[1])
             return cls(zero, zero, zero, zero, zero, zero + np.inf, zero - np.inf)
@@ -43,7 +43,7 @@ class Moments:
         )  # fmt: skip
 
     def merge(self, other: "Moments") -> "Moments":
-        """Sketches of both sets of rows."""
+        """Moments of both sets of rows together."""
         na, nb = self.count, other.count
         n = np.maximum(na + nb, 1.0)
         d = np.where((na > 0) & (nb > 0), other.mean - self.mean, 0.0)

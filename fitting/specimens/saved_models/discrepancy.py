@@ -1,10 +1,13 @@
 """Model discrepancy in a model on disk: knots of a driver, and the correction at each.
 
-[[effect]] slug = "unmodelled" kind = "elastomer"          # of the recordings in which it was seen quantity =
-"stress"         # output that it adds to, or "silicone_stiffness": its relative change driver = "strain"
-# what it is a function of; seen from the first knot to the last one [effect.parameters] knot_1 = {value =
-0.0, unit = "1", status = "fitted", source = "..."} correction_1 = {value = 1.2, unit = "kPa", status =
-"fitted", source = "..."} ...
+    [[effect]]
+    slug = "unmodelled"
+    kind = "elastomer"      # recordings in which it was found
+    quantity = "stress"     # corrected output, or "silicone_stiffness" (relative change)
+    driver = "strain"       # what it is a function of, from the first knot to the last one
+    [effect.parameters]
+    knot_1 = {value = 0.0, unit = "1", status = "fitted", source = "..."}
+    correction_1 = {value = 1.2, unit = "kPa", status = "fitted", source = "..."}
 """
 
 from collections.abc import Mapping
