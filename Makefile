@@ -109,15 +109,17 @@ CALIBRATE ?= --seeds 905 --limit 60
 calibrate: $(READY)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.blind.calibrate $(CALIBRATE)
 
-# Two processes fill two cores: no pools of their own (NPROC is that of XLA). Most of the tests' time is compiling, and
-# hardly optimised programs take a quarter less (90 s of processor time instead of 125 s for four files).
-TESTING := OPENBLAS_NUM_THREADS=1 NPROC=1 XLA_FLAGS="--xla_backend_optimization_level=0 $(XLA_FLAGS)"
+# Two processes fill two cores: no pools of their own (NPROC is that of XLA). Most of the short tests' time is compiling,
+# and hardly optimised programs take a quarter less (90 s of processor time instead of 125 s for four files).
+# Long tests run long, and compare with numbers of programs as users have them.
+ONE_POOL := OPENBLAS_NUM_THREADS=1 NPROC=1
+TESTING := $(ONE_POOL) XLA_FLAGS="--xla_backend_optimization_level=0 $(XLA_FLAGS)"
 
 test: $(TEST_READY)
 	$(TESTING) $(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
 
 test-slow: $(TEST_READY)
-	$(TESTING) $(BIN)/python -m pytest -n 2 --dist loadfile
+	$(ONE_POOL) $(BIN)/python -m pytest -n 2 --dist loadfile
 
 # BENCH=--quick stops at 10^5 rows, BENCH="--quick --most 10000" at 10^4
 .PHONY: bench

@@ -50,27 +50,24 @@ def base_fit(
 
 def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:
     """True if another fit of the same model is better by more than the minimum log-likelihood."""
-    return _gained(program, fit, other) > BASE_FIT.minimum_gain
+    return clear_gain(program, fit, other) > 0.0
 
 
-def _gained(program: Program, fit: Fit, other: Fit) -> float:
-    """Log-likelihood by which another fit of the same model is better."""
-    return float((fit.objective - other.objective) / inflation_of(program, other))
+def clear_gain(program: Program, fit: Fit, other: Fit) -> float:
+    """Log-likelihood by which another fit of the same model is better; 0 unless it exceeds the minimum."""
+    gain = float((fit.objective - other.objective) / inflation_of(program, other))
+    return gain if gain > BASE_FIT.minimum_gain else 0.0
 
 
 def gain_by_turns(program: Program, turned: Program) -> float:
-    """Log-likelihood that the base model gains once its drives pass through turning points between rows.
+    """Clear gain of the base model once its drives pass through turning points between rows.
 
     Args:
         program: program of the campaign.
         turned: program of the same campaign with these rows.
-
-    Returns:
-        The gain; 0 where it is less than a better fit must gain.
     """
     fit, other = (Refitter(one).fit((), None) for one in (program, turned))
-    gain = _gained(turned, fit, other)
-    return gain if gain > BASE_FIT.minimum_gain else 0.0
+    return clear_gain(turned, fit, other)
 
 
 def departed_from(program: Program, fit: Fit, start: np.ndarray) -> bool:
