@@ -43,7 +43,8 @@ class Evaluator:
         self._mesh = Mesh(np.asarray(devices), ("rows",))
         self._split = NamedSharding(self._mesh, P("rows"))
         self._together = 1 << (side_by_side.bit_length() - 1)
-        self._programs: dict[tuple[str, bool], Callable] = {}
+        self._programs: dict[tuple[Callable, bool], Callable] = {}
+        self._gradients: dict[Callable, Callable] = {}
 
     @property
     def devices(self) -> int:
@@ -53,45 +54,48 @@ class Evaluator:
     def __call__(
         self, x: Float[np.ndarray, "rows values"]
     ) -> tuple[Float[np.ndarray, "rows columns"], UInt8[np.ndarray, " rows"]]:
-        """Columns and status of every row."""
-        return self._in_calls("rows", self._row, x)
+        """Columns and status of every row; no rows give empty arrays of the same widths."""
+        return self._in_calls(self._row, x)
 
     def with_gradient(
-        self, of: Callable[[Array], Array], x: Float[np.ndarray, "rows values"], name: str
-    ) -> tuple[np.ndarray, np.ndarray]:
+        self, of: Callable[[Array], Array], x: Float[np.ndarray, "rows values"]
+    ) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, "rows values"]]:
         """A number of each row, and its derivatives by the row's values, on one device.
 
         Searches ask for few rows. And reverse derivatives of Optimistix's root finds cannot be traced inside
         of `shard_map`.
 
         Args:
-            of: columns of one row, shape (columns,), to the number.
+            of: function from the columns of one row, shape (columns,), to the number. Pass the same object
+                again for further rows: another one is compiled anew.
             x: values of the rows.
-            name: name of this function.
         """
-        return self._in_calls(name, jax.value_and_grad(lambda row: of(self._row(row)[0])), x, spread=False)
+        if of not in self._gradients:
+            self._gradients[of] = jax.value_and_grad(lambda row: of(self._row(row)[0]))
+        return self._in_calls(self._gradients[of], x, spread=False)
 
-    def _in_calls(
-        self, name: str, row: Callable, x: np.ndarray, spread: bool = True
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _in_calls(self, row: Callable, x: np.ndarray, spread: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        if not len(x):
+            shapes = jax.eval_shape(row, jax.ShapeDtypeStruct(x.shape[1:], x.dtype))
+            return tuple(np.zeros((0, *one.shape), one.dtype) for one in shapes)
         step = next((size for size in SMALLER if len(x) <= size), CALL)
         pieces = [x[first : first + step] for first in range(0, len(x), step)]
         spread = spread and self.devices > 1 and step == CALL
-        parts = [self._call(name, row, piece, step, spread) for piece in pieces]
+        parts = [self._call(row, piece, step, spread) for piece in pieces]
         return tuple(np.concatenate(part) for part in zip(*parts, strict=True))
 
     def _call(
-        self, name: str, row: Callable, x: np.ndarray, step: int, spread: bool
+        self, row: Callable, x: np.ndarray, step: int, spread: bool
     ) -> tuple[np.ndarray, np.ndarray]:
         least = self._together * (self.devices if spread else 1)
         whole = least * -(-step // least)
         placed = jax.device_put(filled(x, whole), self._split if spread else self._mesh.devices[0])
-        found = self._program(name, row, spread)(placed)
+        found = self._program(row, spread)(placed)
         return first_rows(tuple(found), len(x))
 
-    def _program(self, name: str, row: Callable, spread: bool) -> Callable:
+    def _program(self, row: Callable, spread: bool) -> Callable:
         """Compiled for each number of rows of a call that is asked for."""
-        if (name, spread) not in self._programs:
+        if (row, spread) not in self._programs:
             together = self._together
             part = lambda x: jax.lax.map(row, x, batch_size=together)  # noqa: E731
             if spread:
@@ -102,5 +106,5 @@ class Evaluator:
                 program = cached_program(part, f"rows of a study|{self._identity}|{together}")
             else:
                 program = jax.jit(part)
-            self._programs[name, spread] = program
-        return self._programs[name, spread]
+            self._programs[row, spread] = program
+        return self._programs[row, spread]

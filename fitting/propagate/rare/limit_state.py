@@ -18,6 +18,7 @@ class LimitState:
 
     def __init__(self, problem: Problem, limit: Limit):
         self._problem, self._limit = problem, limit
+        self._margin = lambda y: margin(y[None], limit, problem.columns)[0]
         self.rows = self.without_result = 0
 
     @property
@@ -34,10 +35,9 @@ class LimitState:
 
     def with_gradient(self, n: Float[np.ndarray, "rows scores"]) -> tuple[np.ndarray, np.ndarray]:
         """Margins, and their derivatives by the scores, exact to rounding, shape (rows, scores)."""
-        inputs, limit, columns = self._problem.inputs, self._limit, self._problem.columns
+        inputs = self._problem.inputs
         z = n @ inputs.lower.T
-        of = lambda y: margin(y[None], limit, columns)[0]  # noqa: E731
-        found, by_value = self._problem.evaluator.with_gradient(of, inputs.values(z), limit.words)
+        found, by_value = self._problem.evaluator.with_gradient(self._margin, inputs.values(z))
         return self._counted(found), np.nan_to_num(by_value * inputs.slopes(z)) @ inputs.lower
 
     def _counted(self, margins: np.ndarray) -> np.ndarray:
