@@ -17,7 +17,7 @@ from .study import Constraint, Objective
 from .workspace import enclosed_area, tip_in_plane
 
 TINY = 1e-6
-"""Rounding of the tip of a distance [m], or share of a target [1], where a distance has no derivative."""
+"""Rounding of a distance [m] where it has no derivative; or share [1] of a target, of one unit for 0."""
 LEVER = 1e-3 / np.radians(2.0)
 """Distance that counts as much as a turn of the tip by one radian [m]: 1 mm for 2 deg, as in inverse
 problems."""
@@ -106,11 +106,10 @@ class Seen:
         else:
             found = self.quantity(one.quantity, states.index(one.states), one.segment - 1)
             value = jnp.max(jnp.abs(found)) if QUANTITIES[one.quantity].springs else jnp.mean(found)
-        return (
-            jnp.sqrt((value - one.target[0]) ** 2 + (TINY * one.target[0]) ** 2)
-            if one.goal == "target"
-            else value
-        )
+        if one.goal != "target":
+            return value
+        size = abs(one.target[0]) or abs(float(to_si(1.0, one.unit, True)))
+        return jnp.sqrt((value - one.target[0]) ** 2 + (TINY * size) ** 2)
 
     def _miss(self, one: Objective) -> Array:
         """Root mean square distance of the tip from poses [m], with directions on the lever `LEVER`."""

@@ -77,12 +77,10 @@ def _objective(
         poses, unit = _poses(entry, states, where)
     elif goal == "target":
         value, unit = fields.quantity(entry.get("target"), dimension, f"{where}: target")
-        if value == 0.0:
-            raise InputError(f"{where}: target must not be zero; minimise instead")
         target = (value,)
     elif "target" in entry:
         raise InputError(f"{where}: 'target' goes with goal = \"target\"")
-    if quantity in QUANTITIES:
+    if quantity in QUANTITIES or quantity == "stiffness_range":
         _check_plans(quantity, plans, where)
     return Objective(
         name=name,
@@ -94,9 +92,17 @@ def _objective(
         sweep=_sweep(entry, plans, where) if quantity == "workspace_area" else None,
         segment=_segment(entry, quantity, plans, where) or 1,
         file=fields.code_of(entry, path.parent, where) if quantity == "function" else None,
-        function=str(entry.get("function", name)),
+        function=_function(entry, name, where),
         unit=unit,
     )
+
+
+def _function(entry: fields.Table, name: str, where: str) -> str:
+    """Name of a user's function, by default that of its table."""
+    function = entry.get("function", name)
+    if not isinstance(function, str) or not function:
+        raise InputError(f"{where}: function must be the name of a function, but it is {function!r}")
+    return function
 
 
 def _dimension(quantity: str, entry: fields.Table, where: str) -> tuple[str, str]:
@@ -215,8 +221,8 @@ def _segment(entry: fields.Table, quantity: str, plans: Sequence[Plan], where: s
 
 
 def _check_plans(quantity: str, plans: Sequence[Plan], where: str) -> None:
-    """Check that every design has a quantity."""
-    kind = QUANTITIES[quantity]
+    """Check that every design has a quantity; a stiffness range is one of bending stiffnesses."""
+    kind = QUANTITIES["bending_stiffness" if quantity == "stiffness_range" else quantity]
     for plan in plans:
         name = plan.tables[0].name
         if kind.springs and not plan.springs:
@@ -274,7 +280,7 @@ def _constraint(
                 states=names,
                 segment=_segment(entry, quantity, plans, where),
                 file=fields.code_of(entry, path.parent, where) if users else None,
-                function=str(entry.get("function", name)),
+                function=_function(entry, name, where),
                 unit=own or unit,
             )
         )

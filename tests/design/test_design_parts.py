@@ -3,6 +3,7 @@
 import json
 from types import SimpleNamespace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -59,6 +60,22 @@ def test_a_tip_misses_several_poses_by_the_root_of_their_mean_square():
     turned = Pose("b", (0.0, 4e-3, 0.05), (0.0, 0.0, 1.0))
     assert float(miss(turned)) == pytest.approx(1e-3, rel=1e-3)  # 2 deg count as 1 mm
     assert LEVER == pytest.approx(GOALS["tip"].size / GOALS["direction"].size)
+
+
+@pytest.mark.parametrize("target", [0.0, 3e-3, -3e-3])
+def test_a_target_of_any_sign_is_a_distance_with_a_finite_derivative(target):
+    states = States(("a",), np.zeros(1), np.ones((1, 1)), (), {})
+    aim = Objective("aim", "tip_y", "target", ("a",), target=(target,), unit="mm")
+
+    def distance(y):
+        frames = jnp.eye(4)[None].at[0, 1, 3].set(y)
+        one = SimpleNamespace(chain=None)
+        return Seen(states, {}, one, (jnp.zeros(1), (), frames, ()), {}).objective(aim)
+
+    for off in (-4e-3, 4e-3):
+        assert float(distance(target + off)) == pytest.approx(4e-3, rel=1e-4)
+        assert float(jax.grad(distance)(target + off)) == pytest.approx(np.sign(off), rel=1e-4)
+    assert float(distance(target)) < 1e-8 and float(jax.grad(distance)(target)) == 0.0
 
 
 @pytest.mark.parametrize(("count", "width"), [(1, 1), (3, 2), (5, 2), (5, 8), (2, 5)])

@@ -24,6 +24,7 @@ POSE = (
     'quantity = "tip_miss"\n'
     "poses = [{state = 'hot', target = {value = [0, 9, 60], unit = 'mm'}, direction = [0, 1, 1]}]"
 )
+FUNCTION = 'quantity = "function"\ngoal = "maximise"\nfile = "mine.py"\nfunction = "f"'
 UNCERTAIN = SMALL + "\n[uncertainty]\n"
 
 BAD = {
@@ -65,7 +66,7 @@ BAD = {
     "no starts": ("starts = 3", "starts = 0", "from 1 to 256"),
     "optimiser": ("starts = 3", 'optimiser = "newton"', "optimiser is 'newton'"),
     "schema": ("pneusma-study/1", "pneusma-study/9", "schema is"),
-    "function's file": (BEND, 'quantity = "function"\ngoal = "maximise"\nfile = "mine.py"', "there is no such file"),
+    "function's file": (BEND, 'quantity = "function"\ngoal = "maximise"\nfile = "none.py"', "there is no such file"),
     "workspace without springs": (
         'design = "pneusma2"', 'design = "pneuflex_s"', "no design has a spring 2",
     ),
@@ -87,19 +88,29 @@ BAD = {
     "a state with two poses": (BEND, POSE.replace("poses = [", "poses = [{state = 'hot', target = {value = [0, 0, 9], unit = 'mm'}}, "), "poses name state 'hot' twice"),
     "a wall that leaves no bore": (WALL, WALL.replace("1.6", "40"), "[free] wall_thickness: nothing can be made at the upper end of its range: `wall_thickness` must be positive and leave a bore, but it is 40 mm in a tube of 10 mm"),
     "more coils than there is room": (COILS, COILS.replace("70", "500"), "active_coils: nothing can be made at the upper end of its range: `attached_length` must be at least the free length"),
-    "stiffness of free bending": (
-        'design = "pneusma2"', 'design = "triad"', None,
-    ),
+    "a function that is no name": (BEND, FUNCTION.replace('"f"', "3"), "function must be the name of a function, but it is 3"),
+    "a function without name": (BEND, FUNCTION.replace('"f"', '""'), "function must be the name of a function, but it is ''"),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", [name for name, (_, _, words) in BAD.items() if words])
+@pytest.mark.parametrize("name", list(BAD))
 def test_a_bad_study_is_refused_in_one_line(name, tmp_path):
     old, new, words = BAD[name]
     path = write_study(tmp_path, changed(old, new))
+    (tmp_path / "mine.py").write_text("def f(s, p):\n    return s['hot'].only.curvature\n")
     with pytest.raises(InputError, match=re.escape(words)) as caught:
         read_study(path)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("entry", ['"bending_stiffness"\nstate = "hot"', '"stiffness_range"\nstates = ["hot", "cold"]'])
+def test_a_stiffness_of_free_bending_is_refused(entry, tmp_path):
+    wanted = f'quantity = {entry}\ngoal = "maximise"\n[state.cold]\npressure = {{value = 30, unit = "kPa"}}\n'
+    plane = changed(BEND, wanted)
+    assert read_study(write_study(tmp_path, plane)).objectives[0].goal == "maximise"
+    free = changed('"pneusma2"', '"triad"', plane)
+    with pytest.raises(InputError, match="needs bending in a plane, but 'triad' bends freely"):
+        read_study(write_study(tmp_path, free))
 
 
 @pytest.mark.parametrize(
@@ -166,9 +177,6 @@ def test_any_value_in_any_place_is_read_or_refused_in_one_line(leaf, tmp_path):
 def test_a_number_that_is_no_digit_is_no_segment(tmp_path):
     with pytest.raises(InputError, match="no such dimension of all designs"):
         read_study(write_study(tmp_path, changed("wall_thickness =", '"\u00b2.wall_thickness" =')))
-
-
-FUNCTION = 'quantity = "function"\ngoal = "maximise"\nfile = "mine.py"\nfunction = "f"'
 
 
 @pytest.mark.parametrize(
