@@ -37,6 +37,8 @@ UNITS = {
     "silicone_stiffness": "1",
 }
 """SI units of drivers and of what is corrected; of `xi0_2` that of `xi0`."""
+NUMBERED = ("current", "xi0", "resistance")
+"""Quantities that each spring of an actuator has; their names may end in its number."""
 WALL = "silicone_stiffness"
 """Quantity of a correction of the silicone's stiffness, which is its relative change."""
 STIFFEST, SOFTEST = 10.0, 0.1
@@ -46,7 +48,7 @@ STIFFEST, SOFTEST = 10.0, 0.1
 def unit_of(name: str) -> str | None:
     """SI unit of a driver or an output, None if there is no such one."""
     stem, _, number = name.rpartition("_")
-    return UNITS.get(stem if number in ("1", "2", "3") else name)
+    return UNITS.get(stem if stem in NUMBERED and number in ("1", "2", "3") else name)
 
 
 class Unmodelled(Effect):
@@ -176,5 +178,5 @@ class SoftenedWall(Unmodelled):
 
 
 def unmodelled(knots: Array, values: Array, element: str, quantity: str, driver: str) -> Unmodelled:
-    """The effect of a remainder; see `Unmodelled` for the arguments."""
+    """The effect of a model discrepancy; see `Unmodelled` for the arguments."""
     return (SoftenedWall if quantity == WALL else Unmodelled)(knots, values, element, quantity, driver)

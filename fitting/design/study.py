@@ -4,6 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
+
+from pneusma_jax.units import from_si
+
 CHOICES = ("design", "alloy", "material")
 """Keys of a choice among tables: the layout, the alloy, the silicone."""
 
@@ -129,6 +133,10 @@ class Objective:
     def sign(self) -> float:
         """Factor that turns the value into one to be minimised."""
         return -1.0 if self.goal == "maximise" else 1.0
+
+    def in_unit(self, value: float | np.ndarray) -> float | np.ndarray:
+        """Values [SI] in `unit`; for the goal `target` they are distances."""
+        return from_si(value, self.unit, difference=self.goal == "target")
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from fitting.design.space import Space
 from fitting.design.study import Bound, Free, Objective, Pose
 from fitting.design.uncertain import interval, reduced
 from fitting.invert.goals import GOALS
-from fitting.report.design.words import parameter_value
+from fitting.report.design.words import objective_shown, parameter_value
 from pneusma_jax.errors import InputError
 
 
@@ -76,6 +76,13 @@ def test_a_target_of_any_sign_is_a_distance_with_a_finite_derivative(target):
         assert float(distance(target + off)) == pytest.approx(4e-3, rel=1e-4)
         assert float(jax.grad(distance)(target + off)) == pytest.approx(np.sign(off), rel=1e-4)
     assert float(distance(target)) < 1e-8 and float(jax.grad(distance)(target)) == 0.0
+
+
+def test_a_distance_from_a_target_is_a_difference_in_its_unit():
+    hot = Objective("hot", "temperature", "target", ("a",), target=(100.0,), unit="degF")
+    assert hot.in_unit(10.0) == pytest.approx(18.0) and objective_shown(hot, 10.0) == "18 degF"
+    warmest = Objective("hot", "temperature", "minimise", ("a",), unit="degF")
+    assert objective_shown(warmest, 100.0) == "212 degF"
 
 
 @pytest.mark.parametrize(("count", "width"), [(1, 1), (3, 2), (5, 2), (5, 8), (2, 5)])

@@ -75,7 +75,28 @@ def test_it_is_none_of_the_catalogue():
     [
         ('driver = "strain"', 'driver = "strian"', "driver is 'strian', did you mean 'strain'?"),
         ('quantity = "stress"', 'quantity = "stresses"', "did you mean 'stress'?"),
-        ('kind = "elastomer"', "kind = 3", "kind is 3"),
+        ('kind = "elastomer"', "kind = 3", "kind must be a word, but it is 3"),
+        (
+            'quantity = "stress"',
+            'quantity = "time"',
+            "quantity is 'time', of kind 'elastomer' known: silicone_stiffness, stress",
+        ),
+        (
+            'kind = "elastomer"',
+            'kind = "spring"',
+            "quantity is 'stress', of kind 'spring' known: force, resistance",
+        ),
+        (
+            'driver = "strain"',
+            'driver = "silicone_stiffness"',
+            "driver is 'silicone_stiffness', known: bend_angle, ",
+        ),
+        ('driver = "strain"', 'driver = "time_2"', "driver is 'time_2', "),
+        (
+            'quantity = "stress"',
+            'quantity = "silicone_stiffness"',
+            "driver of silicone_stiffness is 'strain', of kind 'elastomer' known: time",
+        ),
         ("knot_2 = ", "knot_7 = ", "knot_2 is missing"),
         ("correction_3 = ", "correction_9 = ", "correction_3 is missing"),
         ("knot_2 = {value = 0.2", "knot_2 = {value = 0.5", "knot_3 must be larger than knot_2"),

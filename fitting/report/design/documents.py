@@ -72,7 +72,7 @@ def summary(result: DesignResult) -> dict[str, Any]:
             "designs": [_numbers(result, d) for d in result.front.designs],
             "hypervolume": result.front.hypervolume,
             "reference": {
-                o.name: from_si(x, o.unit)
+                o.name: o.in_unit(x)
                 for o, x in zip(study.objectives, result.front.reference, strict=True)
             },
             "made": result.front.made,
@@ -101,7 +101,7 @@ def _numbers(result: DesignResult, design: Design) -> dict[str, Any]:
             f.name: {"value": from_si(design.parameters[f.name], f.unit), "unit": f.unit} for f in study.free
         },
         "objectives": {
-            o.name: {"value": from_si(x, o.unit), "unit": o.unit}
+            o.name: {"value": o.in_unit(x), "unit": o.unit}
             for o, x in zip(study.objectives, design.objectives, strict=True)
         },
         "violation": design.violation,
@@ -111,7 +111,7 @@ def _numbers(result: DesignResult, design: Design) -> dict[str, Any]:
 def _front_csv(result: DesignResult) -> str:
     study, designs = result.study, result.front.designs
     columns = {
-        f"{o.name} [{o.unit}]": [from_si(d.objectives[k], o.unit) for d in designs]
+        f"{o.name} [{o.unit}]": [o.in_unit(d.objectives[k]) for d in designs]
         for k, o in enumerate(study.objectives)
     }
     return csv_text(

@@ -179,7 +179,7 @@ def front_figure(result: DesignResult) -> Figure:
     pairs = list(itertools.combinations(range(len(study.objectives)), 2))
     values = np.array(
         [
-            [from_si(x, o.unit) for x, o in zip(d.objectives, study.objectives, strict=True)]
+            [o.in_unit(x) for x, o in zip(d.objectives, study.objectives, strict=True)]
             for d in result.front.designs
         ]
     )
@@ -199,7 +199,7 @@ def front_figure(result: DesignResult) -> Figure:
                 label="design",
             )
             if result.base is not None:
-                base = [from_si(result.base.objectives[k], study.objectives[k].unit) for k in (i, j)]
+                base = [study.objectives[k].in_unit(result.base.objectives[k]) for k in (i, j)]
                 axes.plot(*base, "s", color=GREY, label="tables' own")
             axes.set(
                 xlabel=f"{study.objectives[i].name} [{study.objectives[i].unit}]",
@@ -216,7 +216,7 @@ def chance_figure(result: DesignResult) -> Figure:
         figure = Figure(figsize=(6.4, 4.2), layout="constrained")
         axes = figure.subplots()
         for (name, chance), colour in zip(result.chances.items(), (VERMILION, BLUE, GREY), strict=False):
-            shown = from_si(chance.values, one.unit)
+            shown = one.in_unit(chance.values)
             label = f"{name}: fails in {100.0 * chance.probability:.3g} %"
             axes.hist(shown, bins=60, histtype="stepfilled", alpha=0.35, color=colour, label=label)
         axes.set(

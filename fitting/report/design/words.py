@@ -9,7 +9,7 @@ from fitting.design.infeasible import limit_words
 from fitting.design.neighbours import DISTANCES, jumps
 from fitting.design.optimise import ALLOWED
 from fitting.design.result import Design, DesignResult
-from fitting.design.study import Free
+from fitting.design.study import Free, Objective
 from pneusma_jax.units import UNITS, from_si, to_si
 
 from ..cells import joined, with_unit
@@ -26,9 +26,14 @@ NOTHING = 1e-9
 """Part of a parameter's range that is rounding error: an optimiser ends at a bound of zero within it [1]."""
 
 
-def shown(value: float, unit: str) -> str:
-    """A value in SI as text with its unit."""
-    return f"{from_si(value, unit):.4g} {unit}".removesuffix(" 1")
+def shown(value: float, unit: str, difference: bool = False) -> str:
+    """A value in SI, or a difference of values, as text with its unit."""
+    return f"{from_si(value, unit, difference):.4g} {unit}".removesuffix(" 1")
+
+
+def objective_shown(one: Objective, value: float) -> str:
+    """Value of an objective [SI] as text with its unit."""
+    return f"{one.in_unit(value):.4g} {one.unit}".removesuffix(" 1")
 
 
 def parameter_value(free: Free, value: float) -> float:
@@ -41,9 +46,9 @@ def objective_words(result: DesignResult, design: Design) -> list[str]:
     """Every objective of a design in words, as `area 8840 mm2`."""
     study, words = result.study, []
     for one, value in zip(study.objectives, design.objectives, strict=True):
-        text = f"{one.name} {shown(value, one.unit)}"
+        text = f"{one.name} {objective_shown(one, value)}"
         if one.goal == "target":
-            text = f"{one.name} {shown(value, one.unit)} away from {shown(one.target[0], one.unit)}"
+            text += f" away from {shown(one.target[0], one.unit)}"
         words.append(text)
     return words
 
@@ -79,7 +84,7 @@ def _comparison_with_base(result: DesignResult) -> str:
     factor = ""
     if before > 0.0 and after > 0.0 and one.goal != "target":
         factor = f"; that is a factor of {after / before:.3g}"
-    return f" The tables' own dimensions give {one.name} {shown(before, one.unit)}{caveat}{factor}."
+    return f" The tables' own dimensions give {one.name} {objective_shown(one, before)}{caveat}{factor}."
 
 
 def _active_limits(result: DesignResult) -> list[str]:
@@ -137,7 +142,8 @@ def rounding_words(result: DesignResult) -> str:
     share = f" ({100.0 * lost / abs(before):.2g} %)" if before else ""
     if lost <= 0.0:
         return "Rounding to what can be made costs nothing."
-    return f"Rounding to what can be made costs {shown(lost, one.unit)} of {one.name}{share}."
+    cost = shown(lost, one.unit, difference=True)
+    return f"Rounding to what can be made costs {cost} of {one.name}{share}."
 
 
 def chance_words(result: DesignResult) -> list[str]:
@@ -165,7 +171,7 @@ def step_of(free: Free) -> tuple[float, str]:
 def other_table(result: DesignResult) -> Table:
     """Table of the best designs of other choices."""
     one = result.study.objectives[0]
-    rows = [[d.choice.words(result.study), shown(d.objectives[0], one.unit)] for d in result.others]
+    rows = [[d.choice.words(result.study), objective_shown(one, d.objectives[0])] for d in result.others]
     return Table(["choice", one.name], rows)
 
 
@@ -247,7 +253,7 @@ def front_table(result: DesignResult) -> Table:
     ]
     rows = [
         [
-            *(f"{from_si(x, o.unit):.4g}" for x, o in zip(d.objectives, study.objectives, strict=True)),
+            *(f"{o.in_unit(x):.4g}" for x, o in zip(d.objectives, study.objectives, strict=True)),
             *(f"{from_si(parameter_value(f, d.parameters[f.name]), f.unit):.4g}" for f in study.free),
         ]
         for d in result.front.designs
@@ -266,7 +272,7 @@ def chance_table(result: DesignResult) -> Table:
     rows = []
     for name, c in result.chances.items():
         low, high = (f"{100.0 * x:.3g}" for x in c.interval)
-        middle = shown(float(np.median(c.values)), first.unit) if c.values.size else ""
+        middle = objective_shown(first, float(np.median(c.values))) if c.values.size else ""
         each = [f"{100.0 * n / c.draws:.3g} %" for n in c.by_constraint]
         rows.append(
             [
@@ -286,7 +292,7 @@ def how_it_was_found(result: DesignResult) -> list[str]:
     """Sentences on starts, effort and optimality of the design."""
     first = result.study.objectives[0]
     feasible = [value for value, violation in result.starts if violation <= 1e-6]
-    ends = [shown(x, first.unit) for x in (min(feasible, default=math.nan), max(feasible, default=math.nan))]
+    ends = [objective_shown(first, end(feasible, default=math.nan)) for end in (min, max)]
     lost = f"{result.lost} were not solved, " if result.lost else ""
     count = len(result.starts) + result.lost
     return [

@@ -83,15 +83,7 @@ def read_remainder(entry: Mapping[str, Any], where: str) -> AddedDiscrepancy:
         InputError: one line, for anything missing, unknown or impossible.
     """
     check_keys(entry, ("slug", "parameters", *WORDS), where)
-    for key, known in (("kind", SPECIMENS), ("quantity", UNITS), ("driver", UNITS)):
-        word = entry.get(key)
-        if not isinstance(word, str) or (word not in known if key == "kind" else unit_of(word) is None):
-            raise InputError(f"{where}: {key} is {word!r}, {nearest(str(word), known)}")
-    wall = entry["quantity"] == WALL
-    follows = specimen_of(entry["kind"]).wall_drivers
-    if entry["driver"] == WALL or (wall and entry["driver"] not in follows):
-        known = ", ".join(follows) or "nothing"
-        raise InputError(f"{where}: {WALL} of a {entry['kind']} may follow {known}, and nothing follows it")
+    _check_words(entry, where)
     parameters = entry.get("parameters", {})
     if not isinstance(parameters, dict):
         raise InputError(f"{where}: parameters must be a table, [effect.parameters]")
@@ -115,6 +107,31 @@ def read_remainder(entry: Mapping[str, Any], where: str) -> AddedDiscrepancy:
             raise InputError(f"{where}: knot_{k} must be larger than knot_{k - 1}; knots ascend")
     words = (entry[word] for word in WORDS)
     return AddedDiscrepancy(*words, tuple(columns["knot"]), tuple(columns["correction"]))
+
+
+def _check_words(entry: Mapping[str, Any], where: str) -> None:
+    """Check that a kind can have a correction of this quantity that follows this driver."""
+    kind, quantity, driver = (_word(entry, key, where) for key in WORDS)
+    if kind not in SPECIMENS:
+        raise InputError(f"{where}: kind is {kind!r}, {nearest(kind, SPECIMENS)}")
+    specimen = specimen_of(kind)
+    outputs = (*specimen.explained, *specimen.latent.readings, *([WALL] if specimen.wall_drivers else []))
+    if quantity not in outputs:
+        raise InputError(f"{where}: quantity is {quantity!r}, of kind {kind!r} {nearest(quantity, outputs)}")
+    if quantity == WALL and driver not in specimen.wall_drivers:
+        drivers = nearest(driver, specimen.wall_drivers)
+        raise InputError(f"{where}: driver of {WALL} is {driver!r}, of kind {kind!r} {drivers}")
+    if driver == WALL or unit_of(driver) is None:
+        drivers = nearest(driver, [name for name in UNITS if name != WALL])
+        raise InputError(f"{where}: driver is {driver!r}, {drivers}")
+
+
+def _word(entry: Mapping[str, Any], key: str, where: str) -> str:
+    """A required word of an entry."""
+    word = entry.get(key)
+    if not isinstance(word, str):
+        raise InputError(f"{where}: {key} must be a word, but it is {word!r}")
+    return word
 
 
 def remainder_entry(rest: AddedDiscrepancy) -> Any:
