@@ -107,7 +107,7 @@ def figure(batch: Batch) -> Figure:
         panel.axvline(p.mean, color=house.BLACK, linewidth=0.8)
         panel.errorbar(p.values, places, xerr=p.sd, fmt="o", color=house.GREY, markersize=4)
         panel.plot(p.shrunk, places, "D", color=house.BLUE, markersize=4)
-        panel.set_yticks(list(places), p.names)
+        panel.set_yticks(list(places), [house.literal(name) for name in p.names])
         panel.set_ylim(len(p.values) - 0.5, -0.5)
         panel.set_xlabel(f"{name} [{p.unit}]")
     return drawn

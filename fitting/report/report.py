@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from .figures import style
+from .figures import as_written, style
 from .table import Table
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Picture:
     def figure(self) -> Figure:
         """The drawing, in the style of all figures."""
         with style():
-            return self.draw()
+            return as_written(self.draw())
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """The pipeline as a whole, on the shipped campaign, whose truth is known."""
 
 import csv
+import dataclasses
 import io
 import json
 import re
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from fitting.characterise import characterise
+from fitting.report.elastomer.figures import MOST_MARKS, fit_figure
 from fitting.synthesise.elastomer import TRUTH, true_law, write_example
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.silicone import load_silicone
@@ -149,3 +151,22 @@ def test_shipped_campaign_is_the_one_that_the_generator_writes(tmp_path):
     for name in names:
         assert (shipped / name).read_text() == (tmp_path / name).read_text()
     assert true_law()(np.zeros(1))[0] == 0.0
+
+
+def test_the_figure_of_the_fit_draws_few_marks(stiffening):
+    left, right = fit_figure(stiffening).axes
+    for axes in (left, right):
+        marks = sum(len(line.get_xdata()) for line in axes.lines if line.get_marker() != "None")
+        assert 0.5 * MOST_MARKS < marks <= MOST_MARKS
+
+
+@pytest.mark.parametrize(("role", "said"), [("validation", True), ("fit", False)])
+def test_compression_counts_as_fitted_only_in_recordings_that_were(stiffening, role, said):
+    samples = stiffening.samples
+    squeezed = dataclasses.replace(
+        samples,
+        curves=(dataclasses.replace(samples.curves[0], role=role), *samples.curves[1:]),
+        strain=np.where(samples.of(0), samples.strain - 0.3, samples.strain),
+    )
+    right = fit_figure(dataclasses.replace(stiffening, samples=squeezed)).axes[1]
+    assert ("no compression fitted" in right.get_title()) is said

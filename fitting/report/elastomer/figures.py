@@ -9,7 +9,7 @@ from fitting.calibrate.elastomer.held_out import RangeFit
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 from fitting.calibrate.elastomer.stability import ACTUATOR_STRAIN
 
-from ..figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label
+from ..figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label, thinned
 from ..report import Picture
 
 COLOURS = {
@@ -24,7 +24,10 @@ COLOURS = {
 RECORDINGS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
 MARKERS = "osD^vP*X"
 POINTS = 300
-MOST_MARKS = 90  # Maximum number of marks of all recordings together; more would overlap
+MOST_MARKS = 90
+"""Maximum number of marks of all recordings together; more would overlap. Each recording has at least one."""
+COMPRESSED = -0.05
+"""Strain beyond which a fit has seen compression, and beyond which a law is drawn where nothing is measured."""
 
 
 def pictures(result: ElastomerCharacterisation) -> dict[str, Picture]:
@@ -33,7 +36,7 @@ def pictures(result: ElastomerCharacterisation) -> dict[str, Picture]:
         Picture(
             "fit",
             "Measured engineering stress with every law; the one taken is drawn thick. Right: an actuator's "
-            "strains, where the laws part in compression that was not tested.",
+            f"strains; laws part where nothing was fitted.{_shifted(result)}",
             lambda: fit_figure(result),
         ),
         Picture(
@@ -58,6 +61,13 @@ def pictures(result: ElastomerCharacterisation) -> dict[str, Picture]:
     return {picture.name: picture for picture in (drawn if several else drawn[:2])}
 
 
+def _shifted(result: ElastomerCharacterisation) -> str:
+    """Sentence on the zeros of strain and stress in the figure of the fit, if there are any."""
+    if not (result.whole.best.zeros or result.actuator.best.zeros):
+        return ""
+    return " Marks are shifted by the zeros of the thick law alone; other laws found zeros of their own."
+
+
 def _axes(columns: int, width: float = 9.6, height: float = 4.2, **kwargs) -> tuple[Figure, np.ndarray]:
     drawing = Figure(figsize=(width, height), layout="constrained")
     return drawing, drawing.subplots(1, columns, squeeze=False, **kwargs)[0]
@@ -71,7 +81,8 @@ def fit_figure(result: ElastomerCharacterisation) -> Figure:
     low = min(result.samples.strain.min(), ACTUATOR_STRAIN[0])
     _curves(right, result, result.actuator, (low, min(result.samples.strain.max(), ACTUATOR_STRAIN[1])))
     end = "an actuator's strains" if result.actuator is not result.whole else "the same laws"
-    right.set_title(f"{end}, compression untested" if result.samples.strain.min() > -0.05 else end)
+    squeezed = result.samples.strain[result.samples.fitted].min() < COMPRESSED
+    right.set_title(end if squeezed else f"{end}, no compression fitted")
     left.legend(loc="upper left")
     return drawing
 
@@ -80,11 +91,11 @@ def _curves(
     axes: Axes, result: ElastomerCharacterisation, analysis: Analysis, span: tuple[float, float]
 ) -> None:
     samples = result.samples
-    strains, stresses = result.best.rested(samples)
+    strains, stresses = analysis.best.rested(samples)
     shown = (strains >= span[0]) & (strains <= span[1])
     for k, curve in enumerate(samples.curves):
         part = np.flatnonzero(samples.of(k) & shown)
-        part = part[:: max(len(part) * len(samples.curves) // MOST_MARKS, 1)]
+        part = thinned(part, max(MOST_MARKS // len(samples.curves), 1))
         label = curve.name + (" (validation)" if curve.role == "validation" else "")
         axes.plot(
             1.0 + strains[part], stresses[part] / 1e3, MARKERS[k % len(MARKERS)], ms=3.2, mew=0.6,
@@ -93,7 +104,7 @@ def _curves(
     strain = np.linspace(*span, POINTS)
     limits = stresses[shown] / 1e3
     room = 0.15 * np.ptp(limits)
-    worst = limits.min() - (4.0 * room if span[0] < samples.strain.min() - 0.05 else room)
+    worst = limits.min() - (4.0 * room if span[0] < samples.strain.min() + COMPRESSED else room)
     for name, fit in analysis.fits.items():
         chosen = name == analysis.choice.chosen
         axes.plot(

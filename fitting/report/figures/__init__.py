@@ -7,6 +7,7 @@ fifth of a second to load, so it is loaded at the first figure: a report as text
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 matplotlib, agg = Late("matplotlib"), Late("matplotlib.backends.backend_agg")
-new = Late("matplotlib.figure")
+matplotlib_text, new = Late("matplotlib.text"), Late("matplotlib.figure")
 """Makes figures: `new.Figure(...)`."""
 
 # Okabe and Ito's palette, in an order that also differs in lightness
@@ -88,6 +89,11 @@ def series(k: int, points: bool = False) -> dict[str, str]:
     return {"color": SERIES[k % len(SERIES)], **look}
 
 
+def thinned(values: np.ndarray, most: int) -> np.ndarray:
+    """Evenly chosen values from the first on, `most` of them or fewer."""
+    return values[:: max(-(-len(values) // most), 1)]
+
+
 def axis_label(column: str) -> str:
     """Words and unit for a canonical column, such as `curvature [1/m]`."""
     if column in QUANTITIES:
@@ -100,8 +106,18 @@ def axis_label(column: str) -> str:
 
 
 def literal(name: str) -> str:
-    """A user's name for a figure, where matplotlib takes what stands between dollar signs for a formula."""
-    return name.replace("$", r"\$")
+    """A user's name for a figure, where matplotlib takes text between dollar signs for a formula.
+
+    Only labels of ticks need it: `as_written` treats every other text of a figure.
+    """
+    return re.sub(r"(?<!\\)\$", r"\\$", name)
+
+
+def as_written(figure: Figure) -> Figure:
+    """The same figure, with dollar signs in its titles, labels and legends as they are: no formulas."""
+    for text in figure.findobj(matplotlib_text.Text):
+        text.set_text(literal(text.get_text()))
+    return figure
 
 
 def unit_of(column: str) -> str:
@@ -123,7 +139,7 @@ def png(figure: Figure) -> bytes:
     """The figure as PNG."""
     stream = io.BytesIO()
     with style():
-        figure.savefig(stream, format="png")
+        as_written(figure).savefig(stream, format="png")
     return stream.getvalue()
 
 
@@ -131,7 +147,7 @@ def svg(figure: Figure) -> bytes:
     """The figure as SVG, the same bytes for the same figure."""
     stream = io.BytesIO()
     with style(), matplotlib.rc_context({"svg.hashsalt": "pneusma"}):
-        figure.savefig(stream, format="svg", metadata={"Date": None})
+        as_written(figure).savefig(stream, format="svg", metadata={"Date": None})
     return stream.getvalue()
 
 
@@ -182,7 +198,8 @@ def legend_over(
         place: `loc` of matplotlib.
     """
     handles = list(handles)
-    texts = [str(handle.get_label()) for handle in handles] if labels is None else list(labels)
+    own = (str(handle.get_label()) for handle in handles)
+    texts = [literal(text) for text in (own if labels is None else labels)]  # before it is measured
     renderer = agg.FigureCanvasAgg(figure).get_renderer()
     for count in range(max(1, min(columns, len(handles))), 0, -1):
         legend = figure.legend(handles, texts, loc=place, ncols=count)

@@ -23,6 +23,7 @@ from ..figures import (
     axis_label,
     legend_over,
     panel_grid,
+    thinned,
     unit_of,
 )
 from ..report import Picture
@@ -32,7 +33,7 @@ MOST_IN_CORNER = 12
 MOST_CURVES = 6
 MOST_POINTS = 20000  # Maximum number of draws in a histogram
 MOST_STEPS = 400  # Maximum number of drawn points of a walk
-MOST_MARKS = 400
+MOST_MARKS = 400  # Maximum number of marks of a recording
 BAND = (0.05, 0.95)
 GRID = 201
 
@@ -194,7 +195,7 @@ def _bands(above: Axes, below: Axes, curve, predicted: np.ndarray) -> None:
     low, middle, high = np.quantile(predicted[:, order], (BAND[0], 0.5, BAND[1]), axis=0)
     spread = np.sqrt(np.var(predicted[:, order], axis=0) + curve.sigma[order] ** 2)
     reach = 1.6448536269514722 * spread  # 90 % of a Gaussian
-    marks = order[:: max(len(order) // MOST_MARKS, 1)]
+    marks = thinned(order, MOST_MARKS)
     above.plot(curve.x[marks], curve.measured[marks], ".", color=GREY, ms=4, zorder=1, label="measured")
     above.fill_between(
         x, middle - reach, middle + reach, color=SKY, alpha=0.3, lw=0, label="90 % of new measurements"

@@ -105,7 +105,7 @@ def figure(result: Together) -> Figure:
             (one.together, one.together_sd, house.BLUE, 0.12),
         ):
             panel.errorbar(value, places + off, xerr=sd, fmt="o", color=colour, markersize=4)
-        panel.set_yticks(places, one.specimens)
+        panel.set_yticks(places, [house.literal(name) for name in one.specimens])
         panel.set_ylim(len(places) - 0.5, -0.5)
         panel.set_xlabel(f"{name} [{one.unit}]")
     return drawn
