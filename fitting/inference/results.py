@@ -41,8 +41,11 @@ def register_presenter(kind: type | str, presenter: Presenter) -> None:
     _PRESENTERS[kind] = presenter
 
 
-def register_sampler(kind: type, sampler: Callable[..., Any]) -> None:
-    """Register the sampler for the posterior of results of a type: `sampler(result, **options)`."""
+def register_sampler(kind: type | str, sampler: Callable[..., Any]) -> None:
+    """Register the sampler for the posterior of results of a type: `sampler(result, **options)`.
+
+    The type may be given as `module:name`, as for `register_presenter`.
+    """
     _SAMPLERS[kind] = sampler
 
 
@@ -90,15 +93,18 @@ class Result:
     def save(self, folder: str | Path, force: bool = False) -> list[Path]:
         """Write all files; they appear together or not at all.
 
+        A folder with a `report.json` holds results already. Other files of the folder stay, except those that
+        have the name of a new file: these are replaced.
+
         Args:
             folder: folder for the files, made if it does not exist.
-            force: true to replace existing files of these names.
+            force: true to replace results that the folder holds already.
 
         Returns:
             Paths of the files.
 
         Raises:
-            InputError: if files exist already, or the place cannot be written.
+            InputError: if the folder holds results already, or the place cannot be written.
         """
         return publish(folder, self.documents, force)
 

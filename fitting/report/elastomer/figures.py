@@ -9,7 +9,19 @@ from fitting.calibrate.elastomer.held_out import RangeFit
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 from fitting.calibrate.elastomer.stability import ACTUATOR_STRAIN
 
-from ..figures import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, axis_label, thinned
+from ..figures import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    axis_label,
+    legend_over,
+    thinned,
+)
 from ..report import Picture
 
 COLOURS = {
@@ -27,7 +39,7 @@ POINTS = 300
 MOST_MARKS = 90
 """Maximum number of marks of all recordings together; more would overlap. Each recording has at least one."""
 COMPRESSED = -0.05
-"""Strain beyond which a fit has seen compression, and beyond which a law is drawn where nothing is measured."""
+"""Strain below which a fit has seen compression; also how far below the measurements a law may be drawn."""
 
 
 def pictures(result: ElastomerCharacterisation) -> dict[str, Picture]:
@@ -83,7 +95,7 @@ def fit_figure(result: ElastomerCharacterisation) -> Figure:
     end = "an actuator's strains" if result.actuator is not result.whole else "the same laws"
     squeezed = result.samples.strain[result.samples.fitted].min() < COMPRESSED
     right.set_title(end if squeezed else f"{end}, no compression fitted")
-    left.legend(loc="upper left")
+    legend_over(drawing, *left.get_legend_handles_labels(), columns=5)
     return drawing
 
 
