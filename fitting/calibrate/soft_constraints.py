@@ -14,8 +14,8 @@ from fitting.specimens import Model, residual_of, specimen_of
 def constrained_residual_of(kind: str | Model) -> Callable[[Mapping[str, Array], PyTree], Float[Array, " m"]]:
     """Residual of a stack of recordings with a pin for every free parameter, one object for each kind.
 
-    Its data are `{"rows": stack, "pins": what pin_table gives}`; the rows of all recordings come first, in
-    units of their noise.
+    Its data are `{"rows": stack, "pins": table}` with the table of `constraint_table`. The residuals of all
+    recordings come first, in units of their noise.
 
     Args:
         kind: kind of the recordings, or a model of them.

@@ -115,3 +115,19 @@ def test_no_campaign_stays_with_wrong_decisions(tmp_path):
     found = characterise(tmp_path / "made", profile=0)
     assert found.joint.starts[0].result.chi_square < 900.0
     assert 0.9 < found.joint.reduced_chi_square < 1.1
+
+
+@pytest.mark.parametrize("factor", [1.0, 10.0])
+def test_settled_recordings_are_decided_with_the_noise_as_taken(problem, factor):
+    """As a fit decides. A sampler starts from them, and its posterior would have other decisions."""
+    inflated, values = problem.inflated(factor), problem.parameters.valuesdict()
+    rows = inflated.data()["rows"]
+    expected = decided(values_of(problem.parameters, values), rows).extra["decisions"]
+    settled = inflated.settled(values)
+    for k in problem.fitted:
+        found = settled[k].extra["decisions"]
+        size = len(settled[k].mask)
+        for name in OUTPUTS:
+            np.testing.assert_array_equal(settled[k].weight[name], rows.weight[name][k, :size])
+        for name in ("origin", "hottest", "hotter", "loading", "course"):
+            np.testing.assert_array_equal(getattr(found, name), getattr(expected, name)[k, :size], name)

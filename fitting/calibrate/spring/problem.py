@@ -1,7 +1,8 @@
-"""A campaign of springs as one least-squares problem that every stage solves: the same program, other
-weights.
- A stage that looks at some tests silences the others, and holds what it does not look for at its place by a
-pin, one more residual. So staging, multi-start, profiles and the joint fit share one compiled program.
+"""A campaign of springs as one least-squares problem, which all stages of a fit solve by one program.
+
+A stage fits some tests and some parameters. The other tests get weights of zero. The other parameters are
+held by pins: each is one more residual, the distance from a value over a small standard deviation. So stages,
+further starts, profiles and the joint fit differ in their data alone.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -26,20 +27,22 @@ from .stand_tests import StandTest
 RTOL = 1e-3
 """A fit has converged when its next step would be this many standard errors."""
 MAX_STEPS = 200
+"""Maximum number of steps of a fit."""
 FEW_STEPS = 50
-"""The same of a fit with a constant held, for a profile. Of 43 such fits in one open alloy 20 took more, up
-to 200. Ended here their chi-square is higher by 0.1 at most, for a quarter of the time."""
+"""Maximum number of steps of a fit with a constant held, for a profile. Of 43 such fits of one alloy 20 took
+more, up to 200. Ended after 50, their chi-square is higher by 0.1 at most, for a quarter of the time."""
 MOST_ROUNDS = 6
+"""Maximum number of rounds of a fit; each decides on the residual strain, then fits."""
 SAME = 0.05
-"""Change of chi-square below which two rounds of decisions agree."""
+"""Maximum change of chi-square from round to round at which a fit ends."""
 PINNED = 1e-4
-"""1-sigma of a pin, as a share of the parameter's prior."""
+"""Standard deviation of a pin, as a share of the parameter's scale (`scale_of`)."""
 FIRM = 0.01
-"""The same, as a share of the standard error where there is one."""
+"""Maximum standard deviation of a pin of a parameter with a standard error, as a share of that error."""
 
 
 residual = constrained_residual_of("spring")
-"""Rows of all recordings, then the pins; its data are what `Problem.data` gives."""
+"""Residual of all recordings, then of the pins. Its data come from `Problem.data`."""
 
 
 @dataclass(frozen=True)
@@ -76,11 +79,15 @@ class Problem:
         return replace(self, parameters=self.parameters.at(known))
 
     def wandering(self, values: Mapping[str, float]) -> "Problem":
-        """The same problem with the walks of the martensite fraction found anew at these values."""
+        """The same problem with new process-noise variances of the martensite fraction, from these values."""
         return replace(self, stacked=with_process_noise(values_of(self.parameters, values), self.stacked))
 
     def loose(self, margin: float) -> "Problem":
-        """The same problem whose turning points may be this part of the residual strain off the rule."""
+        """The same problem with another maximum deviation of turning points from the residual strain's rule.
+
+        Args:
+            margin: maximum deviation, as part of the residual strain.
+        """
         margins = jnp.full_like(self.stacked.extra["margin"], margin)  # it has rows for padding, too
         return replace(self, stacked=eqx.tree_at(lambda r: r.extra["margin"], self.stacked, margins))
 
@@ -113,14 +120,14 @@ class Problem:
         return {"rows": rows, "pins": constraint_table(self.parameters, pins)}
 
     def settled(self, values: Mapping[str, float]) -> list[Rows]:
-        """Every recording with its walk, what the rule decides at these values, and the noise as taken.
+        """Every recording with the noise as taken, and with the rule's decisions at these values.
 
         Args:
             values: free parameters, SI.
         """
-        found = decided(values_of(self.parameters, values), self.stacked)
-        weight = {name: w / self.inflation for name, w in found.weight.items()}
-        found, size = eqx.tree_at(lambda r: r.weight, found, weight), self.stacked.mask.shape[1]
+        weight = {name: w / self.inflation for name, w in self.stacked.weight.items()}
+        inflated = eqx.tree_at(lambda r: r.weight, self.stacked, weight)
+        found, size = decided(values_of(self.parameters, values), inflated), self.stacked.mask.shape[1]
 
         def part(k: int, count: int) -> Rows:
             return jax.tree.map(lambda x: x[k, :count] if x.shape[1:] == (size,) else x[k], found)
@@ -130,7 +137,15 @@ class Problem:
     def held(
         self, names: Iterable[str], values: Mapping[str, float] | None = None
     ) -> dict[str, tuple[float, float]]:
-        """Pins that hold parameters at given values, by default at their starting ones."""
+        """Pins that hold parameters at values.
+
+        Args:
+            names: parameters to hold.
+            values: values in SI, by name; a parameter without one is held at its starting value.
+
+        Returns:
+            Value and standard deviation of each pin, SI, by name.
+        """
         result = {}
         for name in names:
             entry = self.parameters[name]
@@ -140,8 +155,8 @@ class Problem:
     def fit(self, **options: Any) -> FitResult:
         """Fit from the starting values.
 
-        The rule of the residual strain decides at the starting values, then again at what was found, until
-        its decisions change nothing.
+        The rule of the residual strain decides at the starting values, and again at the values of each fit,
+        until chi-square changes by less than `SAME`, or for `MOST_ROUNDS` rounds.
 
         Args:
             **options: options of `data`.
@@ -186,7 +201,14 @@ def solve(parameters: Parameters, data: PyTree, most: int = MAX_STEPS) -> FitRes
 def fit_pinned(
     problem: Problem, data: PyTree, values: Mapping[str, float], known: Mapping[str, Any] | None = None
 ) -> FitResult:
-    """Fit with some parameters held at values, and no others; `known` are parameters with standard errors."""
+    """Fit from given values with their parameters held there; pins in `data` are replaced.
+
+    Args:
+        problem: problem whose other parameters start at their own values.
+        data: data of the residual, from `Problem.data` and with decisions.
+        values: values of the held parameters, SI.
+        known: parameters with standard errors, for `pins_of`.
+    """
     held = pins_of(problem, values, known)
     pinned = {**data, "pins": constraint_table(problem.parameters, held)}
     return solve(problem.at(values).parameters, pinned, FEW_STEPS)
@@ -195,7 +217,13 @@ def fit_pinned(
 def pins_of(
     problem: Problem, values: Mapping[str, float], known: Mapping[str, Any] | None = None
 ) -> dict[str, tuple[float, float]]:
-    """Pins that hold parameters at values, tight beside standard errors where `known` has any."""
+    """Pins that hold parameters at values; their standard deviations are small beside standard errors.
+
+    Args:
+        problem: problem of the parameters.
+        values: values of the held parameters, SI.
+        known: parameters by name; where one has a standard error, the pin is `FIRM` of it at most.
+    """
     held = problem.held(values, values)
     for name, (value, sd) in held.items():
         error = known[name].standard_error if known is not None else None
@@ -210,7 +238,10 @@ def values_of(parameters: Parameters, values: Mapping[str, float] | None = None)
 
 
 def _same(before: FitResult, after: FitResult) -> bool:
-    """True if two rounds found the same within the tolerance of a fit."""
+    """True if the later of two rounds converged and chi-square changed by less than `SAME`.
+
+    It is also true where a round has no chi-square: more rounds would not help.
+    """
     if before.chi_square is None or after.chi_square is None:
         return True
     return abs(before.chi_square - after.chi_square) < SAME and after.success
