@@ -1,4 +1,7 @@
-"""Rows of a study through the compiled model, spread over the devices of this machine."""
+"""Evaluations of the compiled model, spread over the devices of this machine.
+
+A row is one sample of a study: one value for each uncertain input.
+"""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""An unmodelled remainder in a model: on disk, at its driver in every kind, held and marked beyond what was seen."""
+"""A model discrepancy in a model: on disk, at its driver in every kind, held and marked beyond what was seen."""
 
 import csv
 import dataclasses

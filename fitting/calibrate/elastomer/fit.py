@@ -87,7 +87,7 @@ class LawFit:
         return np.asarray(program(self.law.name, full, self.values))[:count]
 
     def shear_modulus(self) -> tuple[float, float]:
-        """Shear modulus at rest (a third of the slope; every law has one) and its standard error [Pa]."""
+        """Initial shear modulus (a third of the slope; every law has one) and its standard error [Pa]."""
         modulus, gradient = (np.asarray(x) for x in _modulus(self.law.name, self.values))
         return float(modulus), float(np.sqrt(gradient @ self.covariance @ gradient))
 
@@ -175,7 +175,7 @@ def _gradient(law: str, strain: Array, values: Array) -> Array:
 
 @stored_jit()
 def _modulus(law: str, values: Array) -> tuple[Array, Array]:
-    """Shear modulus at rest [Pa], and its derivative by the constants, (k,)."""
+    """Initial shear modulus [Pa], and its derivative by the constants, (k,)."""
     slope = jax.grad(lambda strain, values: LAWS[law].stress(strain[None], values)[0] / 3.0)
     return jax.value_and_grad(lambda values: slope(jnp.zeros(()), values))(values)
 

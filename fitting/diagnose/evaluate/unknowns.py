@@ -1,7 +1,8 @@
 """Scaled numbers of a diagnosis: free constants of the base model, and parameters of every candidate effect.
 
-A scaled base constant is 0 at its nominal value, and 1 at one standard deviation of its tolerance from it. A
-scaled parameter of an effect is 0 where the effect is absent.
+A scaled base constant is 0 at its nominal value, and 1 at one standard deviation of its tolerance from it. An
+effect is absent where its scaled amplitudes are 0. Its shapes, such as a time constant, mean nothing there. A
+scaled shape is 0 at its neutral value, or at its typical value where it is logarithmic.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -64,14 +65,16 @@ class Unknown:
     def at_share(self, share: float) -> float:
         """Scaled number at a share [1] of the way from low to high.
 
-        The way is logarithmic, about the typical value, where a bound is far from it.
+        Where the bounds are positive and far apart, the way is logarithmic. Where the lower bound is 0 and
+        the upper one is far from the typical value, it is logarithmic from a tenth of the typical value to
+        ten times that, up to the upper bound.
         """
         low, high = float(self.value(self.low)), float(self.value(self.high))
         typical = float(self.value(self.start))
         if low > 0.0 and high / low > SCALING.minimum_wide_ratio:
             return self.scaled(low * (high / low) ** share)
         if low >= 0.0 and typical > 0.0 and high / typical > SCALING.minimum_wide_ratio:
-            return self.scaled(typical * 10.0 ** (2.0 * share - 1.0))
+            return self.scaled(min(typical * 10.0 ** (2.0 * share - 1.0), high))
         return self.scaled(low + (high - low) * share)
 
     def spread(self, u: float, sd: float) -> float:

@@ -1,4 +1,4 @@
-"""A limit as a function of independent standard normal scores."""
+"""A limit as a function of independent standard normal variables, here called scores."""
 
 import jax.numpy as jnp
 import numpy as np

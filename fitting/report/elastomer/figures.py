@@ -58,7 +58,7 @@ def pictures(result: ElastomerCharacterisation) -> dict[str, Picture]:
         ),
         Picture(
             "drift",
-            "Shear modulus at rest over the range that was fitted. A law of the right shape gives one "
+            "Initial shear modulus over the range that was fitted. A law of the right shape gives one "
             "number.",
             lambda: drift_figure(result.whole),
         ),
@@ -165,7 +165,7 @@ def residual_figure(result: ElastomerCharacterisation) -> Figure:
 
 
 def drift_figure(analysis: Analysis) -> Figure:
-    """Figure of every law's shear modulus at rest over the largest stretch of its fit."""
+    """Figure of every law's initial shear modulus over the largest stretch of its fit."""
     drawing, (axes,) = _axes(1, 7.2, 4.4)
     for k, (name, held) in enumerate(analysis.held.items()):
         reach = np.array([r.reach for r in held.ranges])
@@ -186,7 +186,7 @@ def drift_figure(analysis: Analysis) -> Figure:
     best = [r.fit.shear_modulus()[0] / 1e3 for held in analysis.held.values() for r in held.ranges]
     axes.set_ylim(min(0.0, np.percentile(best, 2)), 1.15 * np.percentile(best, 98))
     _range_axis(axes, reach)
-    axes.set_ylabel("shear modulus at rest ± 2 standard errors [kPa]")
+    axes.set_ylabel("initial shear modulus ± 2 standard errors [kPa]")
     axes.legend(ncols=2)
     return drawing
 

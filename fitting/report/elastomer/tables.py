@@ -18,7 +18,7 @@ LAWS = (
     "follows a fitted range, geometric mean over the ranges. AICc and BIC count independent samples and are "
     "differences to the best law."
 )
-MODULI = "Shear modulus at rest in kPa, ± one standard error."
+MODULI = "Initial shear modulus in kPa, ± one standard error."
 NEXT_TEST = (
     "Expected root mean square error of the stress over an actuator's strains, after each test, "
     "and its causes."
@@ -74,7 +74,7 @@ def law_table(analysis: Analysis) -> Table:
 
 
 def drift_table(analysis: Analysis) -> Table:
-    """Table of every law's shear modulus at rest, and error beyond the range, over the range of its fit."""
+    """Table of every law's initial shear modulus, and error beyond the range, over the range of its fit."""
     reaches = [r.reach for r in next(iter(analysis.held.values())).ranges]
     header = ["law", *(f"to stretch {reach:.3g}" for reach in reaches), "largest drift"]
     rows = []

@@ -61,7 +61,7 @@ class AddedDiscrepancy:
     @property
     def words(self) -> str:
         """Description within a sentence."""
-        return f"the unmodelled remainder of {self.quantity}, a smooth function of {self.driver}"
+        return f"the model discrepancy of {self.quantity}, a smooth function of {self.driver}"
 
     @property
     def span_words(self) -> str:
