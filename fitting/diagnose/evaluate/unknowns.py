@@ -65,9 +65,9 @@ class Unknown:
     def at_share(self, share: float) -> float:
         """Scaled number at a share [1] of the way from low to high.
 
-        Where the bounds are positive and far apart, the way is logarithmic. Where the lower bound is 0 and
-        the upper one is far from the typical value, it is logarithmic from a tenth of the typical value to
-        ten times that, up to the upper bound.
+        Where the bounds are positive and far apart, the way is logarithmic. It is so, too, where the lower
+        bound is 0 and the upper one is far from the typical value. Then it goes from a tenth of the typical
+        value to ten times that, or to the upper bound.
         """
         low, high = float(self.value(self.low)), float(self.value(self.high))
         typical = float(self.value(self.start))
