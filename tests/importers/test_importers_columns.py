@@ -5,6 +5,7 @@ import pytest
 from answers import checks, refusal
 
 from fitting.data.importers import import_file, make_options
+from pneusma_jax.errors import InputError
 
 STRAIN = np.linspace(0.0, 0.5, 20)
 STRESS = 80.0 * (1.0 + STRAIN - (1.0 + STRAIN) ** -2)
@@ -131,3 +132,13 @@ def test_clocks_of_any_name_that_run_apart_are_refused(tmp_path, heads):
     assert "run up to" in refusal(path) and "--map time=1" in refusal(path)
     path.write_text(table([heads[0], "Strain (%)", heads[1], "Stress (kPa)"], TIME, 100 * STRAIN, TIME * scale, STRESS))
     assert len(import_file(path, make_options())) == 20
+
+
+@pytest.mark.parametrize("heads", [("Strain (%)", "Kanal 7 (kPa)"), ("Kanal 7 (%)", "Stress (kPa)")])
+def test_a_column_that_the_user_names_belongs_to_its_clock_too(put, heads):
+    path = put("a.csv", table(["Time 1 (s)", heads[0], "Time 2 (s)", heads[1]], TIME, 100 * STRAIN, 1.5 * TIME, STRESS))
+    options = make_options(columns=["strain=2", "stress=4"])
+    with pytest.raises(InputError, match="run up to 28.5 s apart"):
+        import_file(path, options)
+    recording = import_file(path, make_options(columns=["strain=2", "stress=4", "time=1"]))
+    np.testing.assert_allclose(recording.columns["time_s"], TIME)

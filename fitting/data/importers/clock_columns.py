@@ -1,7 +1,7 @@
 """Several clocks in one table: columns that were logged at their own times."""
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from .parts import Sample
 from .spelling import unit_name
 from .words import meaning
 
+COUNTS = ("time", "cycle")
+"""Quantities that count moments; they are not measured."""
+
 
 def refuse_several_clocks(sample: Sample, columns: Mapping[str, int]) -> list[str]:
     """Refuse a table whose columns have clocks of their own, so that a row is of several moments.
@@ -24,7 +27,8 @@ def refuse_several_clocks(sample: Sample, columns: Mapping[str, int]) -> list[st
 
     Args:
         sample: the test.
-        columns: column by quantity that the user names; a clock named here holds for all columns.
+        columns: column by quantity that the user names, from 0. It is measured, whatever its heading says. A
+            clock named here holds for all columns.
 
     Returns:
         Notices about clocks that differ by a constant.
@@ -35,9 +39,9 @@ def refuse_several_clocks(sample: Sample, columns: Mapping[str, int]) -> list[st
     grid = sample.require_grid()
     if "time" in columns:
         return []
-    notices = []
+    notices, named = [], {column for quantity, column in columns.items() if quantity not in COUNTS}
     for first, second in itertools.combinations(_clocks(grid), 2):
-        if not _quantities_between(grid, first, second):
+        if not _quantities_between(grid, first, second, named):
             continue
         one, other = _seconds(grid, first), _seconds(grid, second)
         there = np.isfinite(one) & np.isfinite(other)
@@ -75,12 +79,15 @@ def _clocks(grid: Grid) -> list[int]:
     return found
 
 
-def _quantities_between(grid: Grid, first: int, second: int) -> bool:
-    """True if a measured quantity stands between two columns, and another one after the second."""
+def _quantities_between(grid: Grid, first: int, second: int, named: Set[int]) -> bool:
+    """True if a measured quantity stands between two columns, and another one after the second.
+
+    Measured are the columns that the user names, and those whose headings name a quantity.
+    """
     measured = [
         column
         for column, heading in enumerate(grid.headings)
-        if (means := meaning(heading)) is not None and means.quantity not in ("time", "cycle")
+        if column in named or ((means := meaning(heading)) is not None and means.quantity not in COUNTS)
     ]
     return any(first < c < second for c in measured) and any(c > second for c in measured)
 
