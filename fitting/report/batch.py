@@ -18,6 +18,7 @@ SCHEMA = "pneusma-characterisation-batch/1"
 UNALIKE = 0.01
 """Maximum p-value for specimens to be reported as different by more than their error bars."""
 MOST_PANELS = 12
+"""Maximum number of constants in the figure."""
 
 
 def verdict(batch: Batch) -> list[str]:
@@ -79,7 +80,8 @@ CAPTION = (
 
 def report_of(batch: Batch) -> Report:
     """The report of the batch."""
-    across = [NOTE, pooled_table(batch), Picture("specimens", CAPTION, lambda: figure(batch))]
+    first = house.only_first(MOST_PANELS, len(batch.pooled), "constants")
+    across = [NOTE, pooled_table(batch), Picture("specimens", CAPTION + first, lambda: figure(batch))]
     return Report(
         title="Batch",
         subtitle=f"{len(batch.members)} campaigns, each characterised by itself, then compared",

@@ -7,7 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, PyTree
 
 from ..nitinol import SpringState
 from ..nitinol.spring import Activation, MartensiteFraction, check_fractions
@@ -60,8 +60,8 @@ def solve(
 
     Raises:
         RuntimeError: if float64 is off, or, with `throw`, the sentence of the status.
-        ValueError: if the number of activations or states is not the number of springs, or a fraction is not
-            between 0 and 1.
+        ValueError: if the number of activations or states is not the number of springs, one of them or the
+            pressure is no scalar, or a fraction is not between 0 and 1.
     """
     problem = _problem(actuator, pressure, activations, states)
     searched = frozen((problem, guess))
@@ -89,6 +89,10 @@ def solve_all(
     Returns:
         An `Equilibrium` whose arrays have a leading axis of `MOST_ROOTS`. Its first `equilibria[0]` entries
         are the configurations; the rest have the status `no_equilibrium` and are NaN.
+
+    Raises:
+        RuntimeError: if float64 is off.
+        ValueError: as `solve`.
     """
     problem = _problem(actuator, pressure, activations, states)
     searched = frozen(problem)
@@ -115,16 +119,24 @@ def solve_batch(
     Args:
         actuator: the same for every row.
         pressure: gauge [Pa], shape (rows,).
-        activations: one per spring, their arrays of shape (rows,).
+        activations: one per spring, their arrays of shape (rows,) or ().
         states: one per spring, their arrays of shape (rows,) or (); fresh where None.
 
     Returns:
         An `Equilibrium` whose arrays have a leading axis of rows.
+
+    Raises:
+        RuntimeError: if float64 is off.
+        ValueError: as `solve`, or for an array of another shape.
     """
     require_float64()
     pressure = _floats(pressure)
+    if pressure.ndim != 1:
+        raise ValueError(f"Argument `pressure` must have the shape (rows,), but it has {pressure.shape}.")
     rows = pressure.shape[0]
     activations, states = _filled(actuator, activations, states)
+    for what, given in (("activations", activations), ("states", states)):
+        _check_shape(what, given, (rows,))
     own = lambda x: np if is_concrete(x) else jnp  # NumPy compiles nothing  # noqa: E731
     spread = lambda tree: jax.tree.map(lambda x: own(x).broadcast_to(x, (rows, *jnp.shape(x)[1:])), tree)  # noqa: E731
     shared = all(jnp.ndim(leaf) == 0 for leaf in jax.tree.leaves(states))
@@ -159,6 +171,18 @@ def _filled(
     return jax.tree.map(_floats, activations), jax.tree.map(_floats, states)
 
 
+def _check_shape(what: str, given: PyTree, shape: tuple[int, ...]) -> None:
+    """Check that every array of an argument has a shape, or is one number that serves all rows.
+
+    Raises:
+        ValueError: if one has another shape.
+    """
+    for found in map(jnp.shape, jax.tree.leaves(given)):
+        if found not in ((), shape, (1,) * len(shape)):
+            needed = f"be scalar or of shape {shape}" if shape else "be scalar (see `solve_batch` for rows)"
+            raise ValueError(f"Argument `{what}` must {needed}, but one array has the shape {found}.")
+
+
 def _floats(x: Array) -> Array:
     """An array in double precision; of NumPy where it is known, which compiles nothing."""
     return np.asarray(x, dtype=float) if is_concrete(x) else jnp.asarray(x, dtype=float)
@@ -171,7 +195,10 @@ def _problem(
     require_float64()
     require_doubles(actuator)
     activations, states = _filled(actuator, activations, states)
-    return Problem(actuator, _floats(pressure), activations, states)
+    pressure = _floats(pressure)
+    for what, given in (("pressure", pressure), ("activations", activations), ("states", states)):
+        _check_shape(what, given, ())
+    return Problem(actuator, pressure, activations, states)
 
 
 def _rows_of(problem: Problem) -> Rows:

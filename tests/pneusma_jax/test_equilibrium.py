@@ -105,6 +105,30 @@ def test_wrong_number_of_springs_is_refused():
         pj.solve(pj.make_actuator("pneusma2"), 1e4, phases(1.0))
 
 
+SEVERAL = np.array([1e4, 2e4, 3e4])
+
+
+@pytest.mark.parametrize("solve", [pj.solve, pj.solve_all])
+def test_one_row_takes_scalars(solve):
+    actuator = pj.make_actuator("pneusma2")
+    with pytest.raises(ValueError, match=r"`pressure` must be scalar .* has the shape \(3,\)"):
+        solve(actuator, SEVERAL)
+    with pytest.raises(ValueError, match=r"`activations` must be scalar .* has the shape \(2,\)"):
+        solve(actuator, 1e4, phases(np.ones(2), np.ones(2)))
+
+
+def test_a_batch_takes_rows_or_scalars():
+    actuator = pj.make_actuator("pneusma2")
+    for pressure in (1e4, SEVERAL[:, None]):
+        with pytest.raises(ValueError, match=r"`pressure` must have the shape \(rows,\)"):
+            pj.solve_batch(actuator, pressure)
+    with pytest.raises(ValueError, match=r"`activations` must be scalar or of shape \(3,\), but .* \(2,\)"):
+        pj.solve_batch(actuator, SEVERAL, phases(np.ones(2), np.ones(2)))
+    alike = pj.solve_batch(actuator, SEVERAL, phases(0.5, 1.0))
+    each = pj.solve_batch(actuator, SEVERAL, phases(np.full(3, 0.5), np.ones(3)))
+    np.testing.assert_array_equal(alike.curvature, each.curvature)
+
+
 def test_float32_is_refused():
     jax.config.update("jax_enable_x64", False)
     try:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from fitting.report.figures import as_written, legend_over, literal, png, svg, thinned
+from fitting.report.figures import as_written, legend_over, literal, only_first, png, svg, thinned
 from fitting.report.report import Picture
 
 NAME = "pull $_$ and $x^2$"
@@ -42,3 +42,8 @@ def test_thinned_values_are_no_more_than_the_maximum(count, most):
     found = thinned(np.arange(count), most)
     assert min(count, most) >= len(found) >= min(count, (most + 1) // 2)
     assert list(found[:1]) == list(range(count))[:1]
+
+
+@pytest.mark.parametrize(("count", "said"), [(0, ""), (12, ""), (13, " Only the first 12 of 13 curves are drawn.")])
+def test_a_caption_says_how_many_are_not_drawn(count, said):
+    assert only_first(12, count, "curves") == said

@@ -94,6 +94,11 @@ def thinned(values: np.ndarray, most: int) -> np.ndarray:
     return values[:: max(-(-len(values) // most), 1)]
 
 
+def only_first(most: int, count: int, things: str) -> str:
+    """End of the caption of a figure that draws the first `most` of `count` things; empty if it draws all."""
+    return f" Only the first {most} of {count} {things} are drawn." if count > most else ""
+
+
 def axis_label(column: str) -> str:
     """Words and unit for a canonical column, such as `curvature [1/m]`."""
     if column in QUANTITIES:

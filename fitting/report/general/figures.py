@@ -20,15 +20,16 @@ MOST_PANELS = 24
 def pictures(result: GeneralCharacterisation) -> dict[str, Picture]:
     """Every figure by name."""
     shown = result.scores[:MOST_PANELS]
+    first = house.only_first(MOST_PANELS, len(result.scores), "outputs")
     drawn = [
         Picture(
             "fit",
-            "Every measured output (dots) and its prediction (lines).",
+            f"Every measured output (dots) and its prediction (lines).{first}",
             lambda: _panels(shown, _compared),
         ),
         Picture(
             "residuals",
-            "Recording less model. Noise would scatter around zero; slow waves are what it lacks.",
+            f"Recording less model. Noise would scatter around zero; slow waves are what it lacks.{first}",
             lambda: _panels(shown, _left),
         ),
         Picture(

@@ -22,6 +22,7 @@ from ..figures import (
     VERMILION,
     axis_label,
     legend_over,
+    only_first,
     panel_grid,
     thinned,
     unit_of,
@@ -44,13 +45,15 @@ def pictures(result: CampaignPosterior) -> dict[str, Picture]:
         Picture(
             "corner",
             "Every pair of parameters. Filled: the draws, one and two sigma. Dashed: the Laplace "
-            "approximation, which the fit's standard errors stand for. Where they part, believe the draws.",
+            "approximation, which the fit's standard errors stand for. Where they part, believe the draws."
+            + only_first(MOST_IN_CORNER, len(result.posterior.names), "parameters"),
             lambda: corner_figure(result),
         ),
         Picture(
             "predictive",
             "Measured values, with two bands: 90 % of the curves that the draws predict, and 90 % of new "
-            "measurements with their noise. Below: measured less the median.",
+            "measurements with their noise. Below: measured less the median."
+            + only_first(MOST_CURVES, len(result.problem.curves), "curves"),
             lambda: predictive_figure(result),
         ),
         Picture(

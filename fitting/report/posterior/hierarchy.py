@@ -15,11 +15,12 @@ from .report import NOT_CONVERGED
 
 SCHEMA = "pneusma-together/1"
 MOST_PANELS = 12
+"""Maximum number of constants in the figure."""
 NOTE = (
-    "Every specimen's constant is the mean plus the spread times a number of its own, which is Gaussian. All "
+    "Every specimen's constant is the mean plus the spread times a number of its own, which is Gaussian. If "
+    "a constant is fitted by its logarithm, this holds for the logarithm, and its spread is in %. All "
     "recordings of all specimens are fitted together. So the prior of a constant counts once, for its mean. "
-    "The spread has the positive half of a Gaussian of the prior's size. A spread in % is one of a constant "
-    "that is fitted by its logarithm."
+    "The spread has the positive half of a Gaussian of the prior's size."
 )
 CAPTION = (
     "Grey: each specimen by itself, with one standard deviation. Blue: the same in the joint posterior. "
@@ -30,6 +31,7 @@ CAPTION = (
 def report_of(result: Together) -> Report:
     """The report of the joint posterior."""
     kind, names = result.problems[0].kind, ", ".join(result.names)
+    first = house.only_first(MOST_PANELS, len(result.shared), "constants")
     return Report(
         title="Specimens together",
         subtitle=f"Joint posterior of {len(result.names)} campaigns of kind {kind}: {names}",
@@ -39,7 +41,7 @@ def report_of(result: Together) -> Report:
             Section("The population", [NOTE, population_table(result)]),
             Section(
                 "Each specimen",
-                [specimen_table(result), Picture("together", CAPTION, lambda: figure(result))],
+                [specimen_table(result), Picture("together", CAPTION + first, lambda: figure(result))],
             ),
             Section("How it was sampled", [Points(result.posterior.verdict)]),
         ],
