@@ -143,7 +143,7 @@ def test_a_recording_of_a_tube_has_its_tolerances_and_its_fit(write):
 def test_derivatives_through_a_tube_are_those_of_differences(write):
     problem = problem_of(write, tube_study(3, "[vary]\npriors = true"))
     here = problem.inputs.values(np.full((1, len(problem.inputs.names)), 0.3))
-    value, slope = problem.evaluator.with_gradient(lambda y: y[1], here, "middle")
+    value, slope = problem.evaluator.with_gradient(lambda y: y[1], here)
     step = 1e-6 * here[0]
     rows = np.concatenate([here + np.diag(step), here - np.diag(step)])
     ends = problem.evaluator(rows)[0][:, 1].reshape(2, -1)
