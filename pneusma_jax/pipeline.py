@@ -55,6 +55,7 @@ class Effect(eqx.Module):
         literature: where the form comes from.
         lookalike: what is not in the catalogue and leaves the same misfit, as the subject of a sentence;
             empty if nothing is known to.
+        lookalike_kinds: recordings in which that is so, as for `kinds`; all where empty.
         by_rate: true if only the clock tells it apart: without times of rows it cannot be tested.
 
     The methods below are the slots; each returns its value unchanged unless overridden. `memory` is what
@@ -67,7 +68,13 @@ class Effect(eqx.Module):
     sentence: ClassVar[str] = ""
     literature: ClassVar[str] = ""
     lookalike: ClassVar[str] = ""
+    lookalike_kinds: ClassVar[str] = ""
     by_rate: ClassVar[bool] = False
+
+    @classmethod
+    def mimicked_in(cls, kind: str) -> bool:
+        """True if `lookalike` leaves the same misfit in recordings of a kind, given by its letter."""
+        return bool(cls.lookalike) and kind in (cls.lookalike_kinds or cls.kinds)
 
     def begin(self, at: Known) -> Any:
         """Memory before the first row, at rest."""

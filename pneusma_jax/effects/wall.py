@@ -181,6 +181,8 @@ class StrainStiffening(Effect):
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone stiffens at large stretch more than its base law says."
+    lookalike: ClassVar[str] = "a wrap of fibres that is slack at first"
+    lookalike_kinds: ClassVar[str] = "T"
     literature: ClassVar[str] = (
         "O. H. Yeoh, Rubber Chem. Technol. 66 (1993) 754; O. Lopez-Pamies, C. R. Mecanique 338 (2010) 3"
     )
@@ -213,6 +215,8 @@ class ThickWall(Effect):
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "Pressure stresses the thick wall across too, which changes its axial stress."
+    lookalike: ClassVar[str] = "a wrap of fibres that is slack at first, or not quite round the tube"
+    lookalike_kinds: ClassVar[str] = "T"
     literature: ClassVar[str] = "Timoshenko and Goodier, Theory of Elasticity (1970): Lame's cylinder"
     specs: ClassVar[dict[str, Spec]] = {
         "share": Spec(0.0, -2.0, 2.0, 0.3, "1", "axial stress over pressure"),

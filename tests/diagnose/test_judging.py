@@ -162,6 +162,13 @@ def test_an_effect_that_something_without_a_name_looks_like_has_that_beside_it(m
     assert "unmodelled" in found.explanation_set and found.remainder is None
 
 
+def test_a_lookalike_counts_in_the_kinds_of_recordings_that_it_is_told_for():
+    stiffening, shakedown = CATALOGUE["strain_stiffening"], CATALOGUE["cyclic_shakedown"]
+    assert [stiffening.mimicked_in(kind) for kind in "AET"] == [False, False, True]
+    assert [shakedown.mimicked_in(kind) for kind in "ASWT"] == [True, True, True, False]
+    assert not CATALOGUE["gravity"].mimicked_in("A")
+
+
 def test_an_effect_that_leaves_far_more_than_noise_is_not_first():
     conclusion = imperfect(6.0)
     assert conclusion.found[0].slug == "unmodelled" and conclusion.left.reduced_chi2 > 3.0 and not conclusion.left.trusted

@@ -81,7 +81,8 @@ def assess(explanation: Explanation) -> Assessment:
         told = unknown >= VERDICT.beside_unknown or (over is not None and over.stated)
         beyond = told and unknown <= 0.5
         if unknown <= 0.5:
-            mimicked = tuple(slug for slug in explanation.final.slugs if CATALOGUE[slug].lookalike)
+            letter = program.specimen.letter
+            mimicked = tuple(slug for slug in explanation.final.slugs if CATALOGUE[slug].mimicked_in(letter))
         unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
     elif mismatch:
         unknown = discrepancy_probability(explanation, base, discrepancy, floors, limits)

@@ -19,6 +19,15 @@ def catalogue_table() -> str:
     return f"{table_text(table, indent=0, width=math.inf)}\n\nkinds: {letters}"
 
 
+def _only(kinds: str) -> str:
+    """Kinds of recordings to which a sentence is limited, in brackets; nothing for all."""
+    return f" (only: {', '.join(named_by(kinds))})" if kinds else ""
+
+
+def _lookalike(effect: type[Effect]) -> str:
+    return f"Looks the same{_only(effect.lookalike_kinds)}: {effect.lookalike}."
+
+
 def described(slug: str) -> str:
     """One effect: description, law, source, and parameters with their ranges.
 
@@ -30,7 +39,7 @@ def described(slug: str) -> str:
     lines = [
         slug,
         *_filled(effect.sentence),
-        *(_filled(f"Looks the same: {effect.lookalike}.") if effect.lookalike else ()),
+        *(_filled(_lookalike(effect)) if effect.lookalike else ()),
         "",
         *_filled(f"Law: {law}"),
         *_filled(f"Source: {effect.literature}."),
@@ -39,10 +48,9 @@ def described(slug: str) -> str:
         "",
     ]
     for name, spec in effect.specs.items():
-        where = f" (only: {', '.join(named_by(spec.kinds))})" if spec.kinds else ""
         absent = "shape" if spec.shape else f"absent at {spec.neutral:g}"
         numbers = f"{spec.low:g} to {spec.high:g} {spec.unit}, typically {spec.typical:g}; {absent}"
-        lines.append(f"  {name:18} {spec.text}{where}: {numbers}")
+        lines.append(f"  {name:18} {spec.text}{_only(spec.kinds)}: {numbers}")
     return "\n".join(lines)
 
 
