@@ -8,6 +8,7 @@ from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.conclude import conclude
+from pneusma_jax.effects import CATALOGUE
 
 
 def searched(world, measured, seed=1):
@@ -23,7 +24,8 @@ def test_noise_is_named_nothing(seed):
 
 
 @pytest.mark.parametrize(("slug", "strength"), [(CONSTANT, 1.0), (ANOTHER, (0.9, -0.7)), (DELAY, 1.5), (SWELLING, 1.2)])
-def test_an_effect_is_named_with_its_strength(slug, strength):
+def test_an_effect_is_named_with_its_strength(slug, strength, monkeypatch):
+    monkeypatch.setattr(CATALOGUE[slug], "lookalike", "")  # which would stand beside the name
     rng = np.random.default_rng(3)
     world = tubes()
     conclusion = conclude(searched(world, world.truth(rng, (0.5, -0.8), **{slug: strength})))

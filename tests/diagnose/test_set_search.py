@@ -12,6 +12,7 @@ from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.pool import Pool
 from fitting.diagnose.search.steps import HeldOutScores
 from fitting.diagnose.verdict.conclude import conclude
+from pneusma_jax.effects import CATALOGUE
 
 
 def searched(world, measured, seed=1):
@@ -41,7 +42,8 @@ def test_effects_that_hide_each_other_are_named_where_they_leave_a_small_share_o
     assert names == ([CONSTANT, DELAY, "unmodelled"] if named else ["unmodelled"])
 
 
-def test_three_effects_are_named():
+def test_three_effects_are_named(monkeypatch):
+    monkeypatch.setattr(CATALOGUE[ANOTHER], "lookalike", "")  # which would stand beside them
     rng = np.random.default_rng(4)
     world = tubes()
     y = world.truth(rng, (0.2, 0.3), **{CONSTANT: 2.0, DELAY: 3.0, ANOTHER: (2.0, -1.5)})
