@@ -48,6 +48,10 @@ SAME = 0.01
 PneuSMA2 this spares 12 % of the attempts of rows with several cells; 0.1 loses an equilibrium in 2 rows."""
 BEYOND = (0.5, 1.0, 2.0)
 """Distances of starts beyond an unstable equilibrium, over that to the stable one on its other side [1]."""
+INWARDS = 3.0
+"""Tolerances of an exactly cold or hot spring, see `READING`, by which its reading is moved to the inside [1]."""
+NEAR = 0.01
+"""Maximum change of a scaled unknown with which an equilibrium is the same one after that [1]."""
 TOGETHER = 64
 """Number of rows that are searched at a time with all starts; it bounds the memory."""
 
@@ -228,6 +232,7 @@ def _piece(rows: Rows, grid: PhaseMap, ranges: CellRanges) -> tuple[Equilibrium,
     if doubtful.size:
         known = _known(rows.taken(doubtful), np.searchsorted(doubtful, row[some]), taken(every, several))
         known = _with_third(rows.taken(doubtful), np.searchsorted(doubtful, row[some]), known)
+        known = _counted_at_ends(rows.taken(doubtful), known)
         kept(doubtful, known.result(), known.whole)
         lone = known.whole & (known.real.sum(axis=1) == 1)
         flat[doubtful] = lone & (known.every.slope[known.which[:, 0]] < FLAT)
@@ -248,9 +253,10 @@ def _piece(rows: Rows, grid: PhaseMap, ranges: CellRanges) -> tuple[Equilibrium,
         whose = np.concatenate([row[tried][before], row[missed]])
         known = _known(rows.taken(again), np.searchsorted(again, whose), more)
         kept(again, known.result(), known.whole)
-    left = np.flatnonzero(~sure)
-    if left.size:
-        kept(left, _by_all_starts(rows.taken(left)), np.ones(len(left), bool))
+    on_grid = grid.holds(pressure)
+    for left, known_grid in ((np.flatnonzero(~sure & on_grid), grid), (np.flatnonzero(~sure & ~on_grid), None)):
+        if left.size:
+            kept(left, _by_all_starts(rows.taken(left), known_grid), np.ones(len(left), bool))
     return found
 
 
@@ -293,6 +299,46 @@ def _with_third(rows: Rows, owner: np.ndarray, known: Known) -> Known:
     others = np.tile(two, len(BEYOND))
     more = solved_from(rows.taken(others), starts.reshape(len(others), -1))
     return _known(rows, np.concatenate([owner, others]), _joined([known.every, more]))
+
+
+def _counted_at_ends(rows: Rows, known: Known) -> Known:
+    """Equilibria that are whole, too, if those with an exactly cold or hot spring are counted rightly.
+
+    There the map has another slope on either side, and its sign is that of one side. So readings are moved to the
+    inside, by a few of the tolerances within which a spring stays at its end. An equilibrium that is gone then
+    counts nothing: it has met another one.
+
+    Args:
+        rows, known: rows, and what was found in them.
+    """
+    activations, count = rows.each[1], rows.actuator.freedoms
+    which = [k for k, a in enumerate(activations) if is_resistance(a)]
+    roots = known.every.unknowns[known.which]
+    at_end, moved, quiet = [], [], np.ones(len(rows), bool)
+    for place, k in enumerate(which):
+        spring, activation, xi0 = rows.actuator.springs[k], activations[k], roots[..., count + place]
+        least = READING * float(spring.contrast_at_rest)
+        seen = taken(known.every.result.springs[k].resistance, known.which)
+        missed = np.abs(seen - activation.value[:, None]) <= least
+        at_end.append(known.real & missed & ((xi0 >= 1.0) | (xi0 <= 0.0)))
+        rises = np.where(known.every.contrasts[known.which, k] < 0.0, -1.0, 1.0)
+        moved.append(INWARDS * least * rises * np.where(xi0 >= 1.0, -1.0, 1.0))
+        quiet &= activation.noise == 0.0
+    any_end = np.any(at_end, axis=0)
+    row, root = np.nonzero(any_end & (quiet & ~known.whole)[:, None])
+    if not row.size:
+        return known
+    nearby = rows.taken(row)
+    for k, here, by in zip(which, at_end, moved, strict=True):
+        value = nearby.each[1][k].value + np.where(here[row, root], by[row, root], 0.0)
+        nearby = Rows(nearby.actuator, eqx.tree_at(lambda e: e[1][k].value, nearby.each, value))  # noqa: B023
+    ended = solved_from(nearby, roots[row, root], patient=False)
+    near = np.max(np.abs(ended.unknowns - roots[row, root]), axis=1) < NEAR
+    own = known.every.sign[known.which]
+    signs = np.where(known.real, own, 0.0)
+    signs[row, root] = np.where(ended.good & near & (ended.sign == own[row, root]), own[row, root], 0.0)
+    settled = (signs.sum(axis=1) == 1.0) & (known.real.sum(axis=1) < MOST_ROOTS)
+    return known._replace(whole=known.whole | settled)
 
 
 def _with_cold_ends(rows: Rows, owner: np.ndarray, every: Solved) -> Known:
@@ -349,15 +395,27 @@ def _known(rows: Rows, owner: np.ndarray, every: Solved) -> Known:
     return Known(every, which, real, (signs == 1.0) & (real.sum(axis=1) < MOST_ROOTS))
 
 
-def every_root(rows: Rows) -> Known:
-    """All equilibria of usable rows by resistance, as `root_find.all_roots` finds those of one."""
+def every_root(rows: Rows, grid: PhaseMap | None = None) -> Known:
+    """All equilibria of usable rows by resistance, as `root_find.all_roots` finds those of one.
+
+    Args:
+        rows: usable rows.
+        grid: equilibria at phases, if there is a grid that is sound about the rows' pressures.
+    """
     count, size = rows.actuator.freedoms, len(rows)
-    grid = trial_fractions(sum(is_resistance(a) for a in rows.each[1]))
-    owner = np.repeat(np.arange(size), len(grid))
-    many = rows.taken(owner)
-    begin = np.concatenate([np.full((len(owner), count), np.nan), np.tile(grid, (size, 1))], axis=1)
-    seen = solved_from(many, begin, held=True)
-    every = solved_from(many, np.where(seen.good[:, None], seen.unknowns, begin))
+    trials = trial_fractions(sum(is_resistance(a) for a in rows.each[1]))
+    owner = np.repeat(np.arange(size), len(trials))
+    many, trials = rows.taken(owner), np.tile(trials, (size, 1))
+    if grid is None:
+        begin = np.concatenate([np.full((len(owner), count), np.nan), trials], axis=1)
+        seen = solved_from(many, begin, held=True)
+        begin = np.where(seen.good[:, None], seen.unknowns, begin)
+    else:
+        fractions, given = [], iter(trials.T)
+        for reading in _readings(many):
+            fractions.append(next(given) if reading.measured else reading.value)
+        begin = np.concatenate([starts_at(grid, many.each[0], np.stack(fractions)), trials], axis=1)
+    every = solved_from(many, begin)
     known = _known(rows, owner, every)
     roots = every.unknowns[known.which]
     between = in_between(np.where(known.real[..., None], roots, np.nan_to_num(roots)), known.real, count)
@@ -394,9 +452,9 @@ def unusable(rows: Rows) -> Known:
     return Known(found, which, np.zeros_like(which, bool), np.zeros(len(rows), bool))
 
 
-def _by_all_starts(rows: Rows) -> tuple[Equilibrium, np.ndarray]:
-    """The least heated equilibrium of rows, each searched with all starts."""
+def _by_all_starts(rows: Rows, grid: PhaseMap | None = None) -> tuple[Equilibrium, np.ndarray]:
+    """The least heated equilibrium of rows, each searched with all starts; `grid` as for `every_root`."""
     parts = []
     for first in range(0, len(rows), TOGETHER):
-        parts.append(every_root(rows.taken(slice(first, first + TOGETHER))).result())
+        parts.append(every_root(rows.taken(slice(first, first + TOGETHER)), grid).result())
     return jax.tree.map(lambda *x: np.concatenate(x), *parts)
