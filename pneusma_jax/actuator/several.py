@@ -29,7 +29,7 @@ from .batches import (
     starts_at,
     taken,
 )  # fmt: skip
-from .cells import CellRanges, Reading, examined, fractions_beside, starts_in
+from .cells import CellRanges, Cells, Reading, examined, fractions_beside, starts_in
 from .phase_map import PhaseMap, place_of
 from .result import Equilibrium, Status
 from .root_find import MOST_ROOTS, beside_cold, distinct, in_between, trial_fractions
@@ -158,6 +158,10 @@ def _by_cells(rows: Rows) -> tuple[Equilibrium, np.ndarray]:
     return found
 
 
+LOOK = 20_000
+"""Maximum of cells that are looked at together; arrays of more leave the processor's cache."""
+
+
 class _Looked(NamedTuple):
     """Cells that rows looked at, arrays of shape (n,), rows ascending.
 
@@ -184,10 +188,14 @@ def _looked(
 ) -> _Looked:
     """Cells that rows start from."""
     row, cell = ranges.met(pressure, readings)
-    order = np.argsort(row, kind="stable")
+    order, parts, size = np.argsort(row, kind="stable"), [], len(pressure)
     row, cells = row[order], ranges.cells[:, cell[order]]
-    seen = examined(grid, pressure[row], tuple(Reading(r.value[row], r.measured) for r in readings), cells)
-    possible, size = seen.holds | seen.turned, len(pressure)
+    for first in range(0, len(row), LOOK):
+        own = slice(first, first + LOOK)
+        whose = tuple(Reading(r.value[row[own]], r.measured) for r in readings)
+        parts.append(examined(grid, pressure[row[own]], whose, cells[:, own]))
+    seen = Cells(*(np.concatenate(x, axis=-1) for x in zip(*parts, strict=True)))
+    possible = seen.holds | seen.turned
     count = np.bincount(row[possible], minlength=size)
     turned = np.bincount(row[seen.turned], minlength=size) > 0
     held = np.bincount(row[seen.holds], minlength=size) > 0
