@@ -50,6 +50,8 @@ BEYOND = (0.5, 1.0, 2.0)
 """Distances of starts beyond an unstable equilibrium, over that to the stable one on its other side [1]."""
 INWARDS = 3.0
 """Tolerances of an exactly cold or hot spring, see `READING`, by which its reading is moved to the inside [1]."""
+TWIN = 1e-5
+"""Distance from its end at which an equilibrium right beside an exactly cold or hot spring is looked for [1]."""
 NEAR = 0.01
 """Maximum change of a scaled unknown with which an equilibrium is the same one after that [1]."""
 TOGETHER = 64
@@ -64,12 +66,14 @@ class Known(NamedTuple):
         which: indices of each row's attempts, shape (rows, roots).
         real: true for those that are equilibria.
         whole: true if the signs of all equilibria of a row add up to one.
+        owner: row of each attempt.
     """
 
     every: Solved
     which: np.ndarray
     real: np.ndarray
     whole: np.ndarray
+    owner: np.ndarray
 
     def result(self, root: np.ndarray | int = 0) -> tuple[Equilibrium, np.ndarray]:
         """One equilibrium of every row, and its joint unknowns."""
@@ -239,7 +243,7 @@ def _piece(rows: Rows, grid: PhaseMap, ranges: CellRanges) -> tuple[Equilibrium,
     doubtful = np.unique(row[some])
     if doubtful.size:
         known = _known(rows.taken(doubtful), np.searchsorted(doubtful, row[some]), taken(every, several))
-        known = _with_third(rows.taken(doubtful), np.searchsorted(doubtful, row[some]), known)
+        known = _with_third(rows.taken(doubtful), known)
         known = _counted_at_ends(rows.taken(doubtful), known)
         kept(doubtful, known.result(), known.whole)
         lone = known.whole & (known.real.sum(axis=1) == 1)
@@ -285,14 +289,13 @@ def _repeated(row: np.ndarray, place: np.ndarray) -> np.ndarray:
     return repeated
 
 
-def _with_third(rows: Rows, owner: np.ndarray, known: Known) -> Known:
+def _with_third(rows: Rows, known: Known) -> Known:
     """Equilibria of rows, and the third one of rows where two were found, of which one is unstable.
 
     It is looked for on the line through both, beyond the unstable one.
 
     Args:
-        rows, owner: the same as those of `_known`.
-        known: what was found so far.
+        rows, known: rows, and what was found in them.
     """
     two = np.flatnonzero(~known.whole & (known.real.sum(axis=1) == 2))
     if not two.size:
@@ -306,47 +309,64 @@ def _with_third(rows: Rows, owner: np.ndarray, known: Known) -> Known:
     starts[..., count:] = np.clip(starts[..., count:], 0.0, 1.0)
     others = np.tile(two, len(BEYOND))
     more = solved_from(rows.taken(others), starts.reshape(len(others), -1))
-    return _known(rows, np.concatenate([owner, others]), _joined([known.every, more]))
+    return _known(rows, np.concatenate([known.owner, others]), _joined([known.every, more]))
 
 
 def _counted_at_ends(rows: Rows, known: Known) -> Known:
-    """Equilibria that are whole, too, if those with an exactly cold or hot spring are counted rightly.
+    """Equilibria of rows, where those with an exactly cold or hot spring are counted rightly.
 
-    There the map has another slope on either side, and its sign is that of one side. So readings are moved to the
-    inside, by a few of the tolerances within which a spring stays at its end. An equilibrium that is gone then
-    counts nothing: it has met another one.
+    At an end the map has another slope on either side, and a sign is that of one side. Another equilibrium may
+    lie right beside, inside. It is looked for first. Then readings are moved to the inside, by a few of the
+    tolerances within which a spring stays at its end. An equilibrium at the end that is gone then counts
+    nothing: the two have met.
 
     Args:
         rows, known: rows, and what was found in them.
     """
-    activations, count = rows.each[1], rows.actuator.freedoms
-    which = [k for k, a in enumerate(activations) if is_resistance(a)]
-    roots = known.every.unknowns[known.which]
-    at_end, moved, quiet = [], [], np.ones(len(rows), bool)
-    for place, k in enumerate(which):
-        spring, activation, xi0 = rows.actuator.springs[k], activations[k], roots[..., count + place]
-        least = READING * float(spring.contrast_at_rest)
-        seen = taken(known.every.result.springs[k].resistance, known.which)
-        missed = np.abs(seen - activation.value[:, None]) <= least
-        at_end.append(known.real & missed & ((xi0 >= 1.0) | (xi0 <= 0.0)))
-        rises = np.where(known.every.contrasts[known.which, k] < 0.0, -1.0, 1.0)
-        moved.append(INWARDS * least * rises * np.where(xi0 >= 1.0, -1.0, 1.0))
-        quiet &= activation.noise == 0.0
-    any_end = np.any(at_end, axis=0)
-    row, root = np.nonzero(any_end & (quiet & ~known.whole)[:, None])
+    count = rows.actuator.freedoms
+    here, _ = _at_ends(rows, known)
+    row, root = np.nonzero(here.any(axis=0) & ~known.whole[:, None])
+    if not row.size:
+        return known
+    starts = known.every.unknowns[known.which[row, root]]
+    inner = np.where(here[:, row, root].T, np.abs(starts[:, count:] - TWIN), starts[:, count:])
+    beside = solved_from(rows.taken(row), np.concatenate([starts[:, :count], inner], axis=1), patient=False)
+    known = _known(rows, np.concatenate([known.owner, row]), _joined([known.every, beside]))
+    here, moved = _at_ends(rows, known)
+    row, root = np.nonzero(here.any(axis=0) & ~known.whole[:, None])
     if not row.size:
         return known
     nearby = rows.taken(row)
-    for k, here, by in zip(which, at_end, moved, strict=True):
-        value = nearby.each[1][k].value + np.where(here[row, root], by[row, root], 0.0)
+    measured = [k for k, a in enumerate(rows.each[1]) if is_resistance(a)]
+    for k, by in zip(measured, moved[:, row, root], strict=True):
+        value = nearby.each[1][k].value + by
         nearby = Rows(nearby.actuator, eqx.tree_at(lambda e: e[1][k].value, nearby.each, value))  # noqa: B023
-    ended = solved_from(nearby, roots[row, root], patient=False)
-    near = np.max(np.abs(ended.unknowns - roots[row, root]), axis=1) < NEAR
-    own = known.every.sign[known.which]
+    starts = known.every.unknowns[known.which[row, root]]
+    ended = solved_from(nearby, starts, patient=False)
+    own, near = known.every.sign[known.which], np.max(np.abs(ended.unknowns - starts), axis=1) < NEAR
     signs = np.where(known.real, own, 0.0)
-    signs[row, root] = np.where(ended.good & near & (ended.sign == own[row, root]), own[row, root], 0.0)
+    kept = ended.good & near & (ended.sign == own[row, root])
+    signs[row, root] = np.where(kept, own[row, root], 0.0)
     settled = (signs.sum(axis=1) == 1.0) & (known.real.sum(axis=1) < MOST_ROOTS)
     return known._replace(whole=known.whole | settled)
+
+
+def _at_ends(rows: Rows, known: Known) -> tuple[np.ndarray, np.ndarray]:
+    """Springs that are exactly cold or hot in equilibria, and by what their readings are moved inside [ohm].
+
+    Readings with noise are left alone: their tolerance is wide. Both arrays have the shape (measured, rows, roots).
+    """
+    count, here, moved = rows.actuator.freedoms, [], []
+    measured = [k for k, a in enumerate(rows.each[1]) if is_resistance(a)]
+    for place, k in enumerate(measured):
+        activation, xi0 = rows.each[1][k], known.every.unknowns[known.which, count + place]
+        least = READING * float(rows.actuator.springs[k].contrast_at_rest)
+        seen = known.every.result.springs[k].resistance[known.which]
+        met = (np.abs(seen - activation.value[:, None]) <= least) & (activation.noise == 0.0)[:, None]
+        here.append(known.real & met & ((xi0 >= 1.0) | (xi0 <= 0.0)))
+        rises = np.where(known.every.contrasts[known.which, k] < 0.0, -1.0, 1.0)
+        moved.append(np.where(here[-1], INWARDS * least * rises * np.where(xi0 >= 1.0, -1.0, 1.0), 0.0))
+    return np.stack(here), np.stack(moved)
 
 
 def _with_cold_ends(rows: Rows, owner: np.ndarray, every: Solved) -> Known:
@@ -400,7 +420,7 @@ def _known(rows: Rows, owner: np.ndarray, every: Solved) -> Known:
     best, real = distinct(every.unknowns[which], good, rows.actuator.freedoms)
     which = np.take_along_axis(which, best, axis=1)
     signs = np.where(real, every.sign[which], 0.0).sum(axis=1)
-    return Known(every, which, real, (signs == 1.0) & (real.sum(axis=1) < MOST_ROOTS))
+    return Known(every, which, real, (signs == 1.0) & (real.sum(axis=1) < MOST_ROOTS), owner)
 
 
 def every_root(rows: Rows, grid: PhaseMap | None = None) -> Known:
@@ -457,7 +477,7 @@ def unusable(rows: Rows) -> Known:
     """Rows that cannot be solved, with the status that says why."""
     found = solved_from(rows, np.full((len(rows), _unknowns(rows)), np.nan))
     which = np.arange(len(rows))[:, None]
-    return Known(found, which, np.zeros_like(which, bool), np.zeros(len(rows), bool))
+    return Known(found, which, np.zeros_like(which, bool), np.zeros(len(rows), bool), np.arange(len(rows)))
 
 
 def _by_all_starts(rows: Rows, grid: PhaseMap | None = None) -> tuple[Equilibrium, np.ndarray]:
