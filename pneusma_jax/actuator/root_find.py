@@ -4,12 +4,15 @@ No function here carries derivatives but `attached`, which gives those of any or
 theorem. Searches are therefore free to try, and compile no tangents.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, PyTree
 
 from ..nitinol.spring import MartensiteFraction
 from ..numerics.linear import determinant, solve_small
@@ -140,9 +143,40 @@ def newton_many(
     if guess.shape[1] > count:  # from one of many starts
         options |= {"few": FEW_STEPS, "closing": CLOSING, "stuck": STUCK}
     unknowns, state = newton_rows(missed, (each, held), guess, options, ended, block, most_steps)
-    good = (state.moved <= BoundedNewton().close) & (state.excess < NEARLY)
     told = jax.vmap(lambda slope: (_signs(slope, count), _least_slope(slope, count)))(state.slope)
-    return Ended(unknowns, state.count - before, good, state.excess < CLOSING, *told)
+    return Ended(unknowns, state.count - before, _balanced(state), state.excess < CLOSING, *told)
+
+
+def _balanced(state: Any) -> Array:
+    """True for systems of `newton_rows` that ended in a root."""
+    return (state.moved <= BoundedNewton().close) & (state.excess < NEARLY)
+
+
+def newton_side_by_side(
+    problem_of: Callable[[PyTree], Problem], rows: PyTree, guess: Array, ended: Array, block: int
+) -> tuple[Array, Array, Array]:
+    """Roots near guesses of problems that differ in some numbers only. No derivatives.
+
+    Args:
+        problem_of: the problem from one of `rows`.
+        rows: numbers of each problem, arrays of shape (problems, ...).
+        guess: joint unknowns to start from, shape (problems, unknowns); fractions are held to [0, 1].
+        ended: problems that are left alone, shape (problems,).
+        block: number of problems that are computed side by side; their number is a multiple of it.
+
+    Returns:
+        Joint unknowns, whether they are a root, and the number of steps.
+    """
+    rows, guess = frozen((rows, guess))
+    count = freedoms(problem_of(jax.tree.map(lambda x: x[0], rows)))
+    guess = jnp.concatenate([guess[:, :count], jnp.clip(guess[:, count:], 0.0, 1.0)], axis=1)
+    missed = lambda y, row: joint_residual(y, frozen(problem_of(row)), 1)  # noqa: E731
+    options = {
+        "free": count, "count": jnp.zeros(len(guess), int), "few": MOST_STEPS, "closing": CLOSING, "stuck": STUCK
+    }  # fmt: skip
+    most = jnp.asarray(MOST_STEPS)
+    unknowns, state = newton_rows(missed, rows, guess, options, ended, block, most)
+    return unknowns, _balanced(state) & ~ended, state.count
 
 
 @eqx.filter_custom_jvp
