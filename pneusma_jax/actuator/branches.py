@@ -43,7 +43,7 @@ class Branch(eqx.Module):
     Attributes:
         unknowns: joint unknowns of every row, shape (rows, n).
         good: true where a row is in equilibrium, shape (rows,).
-        equilibria: number of equilibria that the paths had in each row, shape (rows,); from the first row
+        equilibria: number of equilibria that starts of the paths led to in each row, shape (rows,); from the first row
             with several on, at least 2.
         steps: number of Newton steps on the chosen path, shape (rows,).
     """
@@ -89,8 +89,10 @@ def follow(
 
     def step(paths: _Path, row: PyTree) -> tuple[_Path, tuple]:
         ahead = _held(paths.unknowns + paths.change, count)
-        roots, good, steps = _roots(paths, ahead, row, problem_of)
-        tried = _tried(paths, ahead, roots, good, count)
+        idle = _idle(paths)
+        roots, good, steps = _roots(paths, ahead, idle, row, problem_of)
+        several = _different(roots, good)
+        tried = _tried(paths, ahead, roots, good, idle, count)
         order = jnp.argsort(tried.cost)[:PATHS]
         parent = order // TRIES
 
@@ -100,7 +102,7 @@ def follow(
         kept, good = jax.tree.map(lambda x: x[order], (tried, good))
         carried = jax.vmap(on)(jax.tree.map(lambda x: x[parent], paths.carried), kept.unknowns, good)
         kept = eqx.tree_at(lambda k: k.carried, kept, carried, is_leaf=lambda x: x is None)
-        return kept, (kept.unknowns, good, parent, steps[order], _different(kept.unknowns, good))
+        return kept, (kept.unknowns, good, parent, steps[order], several)
 
     paths, (unknowns, good, parents, steps, equilibria) = jax.lax.scan(step, paths, rows)
 
@@ -140,16 +142,25 @@ def _held(unknowns: Array, count: int) -> Array:
     return jnp.concatenate([unknowns[..., :count], jnp.clip(unknowns[..., count:], 0.0, 1.0)], axis=-1)
 
 
+def _idle(paths: _Path) -> Array:
+    """Starts from which no root is looked for, shape (PATHS * TRIES,).
+
+    They are those of paths of infinite cost, and those where a path was that hardly moves: it goes on there.
+    """
+    given_up = jnp.repeat(~jnp.isfinite(paths.cost)[:, None], TRIES, axis=1)
+    resting = jnp.max(jnp.abs(paths.change), axis=1) < 0.5 * ASIDE
+    return given_up.at[:, -1].max(resting).reshape(-1)
+
+
 def _roots(
-    paths: _Path, ahead: Array, row: PyTree, problem_of: Callable
+    paths: _Path, ahead: Array, idle: Array, row: PyTree, problem_of: Callable
 ) -> tuple[Array, Array, Array]:
     """Roots to which the starts of all paths lead, whether they are equilibria, and steps; `TRIES` a path.
-
-    Paths of infinite cost lead nowhere.
 
     Args:
         paths: paths up to the row before.
         ahead: joint unknowns of paths that go on as before, shape (PATHS, n).
+        idle: see `_idle`.
         row, problem_of: see `follow`.
     """
 
@@ -164,9 +175,7 @@ def _roots(
     aside = jax.vmap(aside_of)(paths.carried, ahead)
     reach = jnp.maximum(2.0 * jnp.max(jnp.abs(paths.change), axis=1, keepdims=True), ASIDE)
     starts = jnp.stack([ahead, ahead + reach * aside, ahead - reach * aside, paths.unknowns], axis=1)
-    carried, idle = _each_try((paths.carried, ~jnp.isfinite(paths.cost)))
-    resting = jnp.max(jnp.abs(paths.change), axis=1) < 0.5 * ASIDE  # where it was is where it goes on
-    idle = idle.reshape(PATHS, TRIES).at[:, -1].max(resting).reshape(-1)
+    carried = _each_try(paths.carried)
     return newton_side_by_side(
         lambda carried: problem_of(carried, row)[0], carried, starts.reshape(-1, ahead.shape[1]), idle, TRIES
     )
@@ -177,11 +186,13 @@ def _each_try(tree: PyTree) -> PyTree:
     return jax.tree.map(lambda x: jnp.repeat(x, TRIES, axis=0), tree)
 
 
-def _tried(paths: _Path, ahead: Array, roots: Array, good: Array, count: int) -> _Path:
+def _tried(
+    paths: _Path, ahead: Array, roots: Array, good: Array, idle: Array, count: int
+) -> _Path:
     """Paths that go on to roots, without what they carry; those that only repeat a cheaper one cost infinitely.
 
     Args:
-        paths, ahead: see `_roots`.
+        paths, ahead, idle: see `_roots`.
         roots, good: roots, and whether they are equilibria, `TRIES` a path.
         count: number of unknowns before the fractions.
     """
@@ -189,10 +200,7 @@ def _tried(paths: _Path, ahead: Array, roots: Array, good: Array, count: int) ->
     root = jnp.where(good[:, None], roots, before.unknowns)
     heated = FIRST * (1.0 - jnp.min(root[:, count:], axis=1))
     uneven = jnp.where(before.begun, jnp.sum(jnp.abs(root - ahead), axis=1), heated)
-    # a path is lost only where none of its starts leads on
-    lost = jnp.zeros((PATHS, TRIES)).at[:, 1:].set(jnp.inf)
-    lost = jnp.where(jnp.any(good.reshape(PATHS, TRIES), axis=1, keepdims=True), jnp.inf, lost)
-    cost = before.cost + jnp.where(good, uneven, LOST + lost.reshape(-1))
+    cost = before.cost + jnp.where(good, uneven, jnp.where(idle, jnp.inf, LOST))
     change = jnp.where((before.begun & good)[:, None], root - before.unknowns, 0.0)
     return _Path(None, root, change, _without_doubles(cost, root, change), before.begun | good)
 
