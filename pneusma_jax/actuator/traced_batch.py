@@ -18,7 +18,7 @@ from . import Actuator
 from .balance import Problem, all_finite, start
 from .batches import BLOCK, CHUNK, WORTHWHILE, is_resistance
 from .phase_map import as_map, grid_points
-from .result import Equilibrium, at_phases_told, equilibrium_of
+from .result import KEPT, Equilibrium, at_phases_told, equilibrium_of
 from .root_find import LOAD_STEPS, Ended, at_rest, attached, loaded_by, newton
 from .traced_several import traced_roots
 
@@ -81,7 +81,9 @@ def _finished(
     at = np.minimum(np.arange(blocks * width), rows - 1)
     cut = lambda x: (x if len(at) == rows else x[at]).reshape(blocks, width, *x.shape[1:])  # noqa: E731
     items = jax.tree.map(cut, (each, roots, steps, count, stable))
-    found = jax.lax.map(lambda some: eqx.filter_checkpoint(block)(actuator, some), items)
+    kept = jax.checkpoint_policies.save_only_these_names(KEPT)
+    again = eqx.filter_checkpoint(block, policy=kept, prevent_cse=False)
+    found = jax.lax.map(lambda some: again(actuator, some), items)
     return jax.tree.map(lambda x: x.reshape(blocks * width, *x.shape[2:])[:rows], found)
 
 
