@@ -70,6 +70,7 @@ class Ended(eqx.Module):
         signs: signs of the determinants before the last step, see `stiffness_signs`, shape (2,).
         slope: slope of the measured resistances over the fractions in the direction in which they change
             least, in units of the contrast [1]; see `_least_slope`.
+        stiffness: slope of the joint residual before the last step, shape (unknowns, unknowns).
     """
 
     unknowns: Float[Array, "unknowns"]
@@ -78,6 +79,7 @@ class Ended(eqx.Module):
     closing: Bool[Array, ""]
     signs: Float[Array, "2"]
     slope: Array
+    stiffness: Float[Array, "unknowns unknowns"]
 
 
 def newton(
@@ -86,6 +88,7 @@ def newton(
     most_steps: int = MOST_STEPS,
     held: tuple[Array, Array] | None = None,
     few: int = MOST_STEPS,
+    method: BoundedNewton = BoundedNewton(),
 ) -> Ended:
     """Root near a guess of the joint unknowns. No derivatives.
 
@@ -95,25 +98,35 @@ def newton(
         most_steps: maximum number of steps of the attempt.
         held: fractions of measured springs that are held; see `joint_residual`.
         few: number of steps after which only an attempt near a root goes on, see `CLOSING`.
+        method: root finder.
     """
     problem, guess, held = frozen((problem, guess, held))
     count = freedoms(problem)
     found = optx.root_find(  # type: ignore[var-annotated]
-        lambda y, given: joint_residual(y, given[0], 1, given[1]), BoundedNewton(), guess, (problem, held),
+        lambda y, given: joint_residual(y, given[0], 1, given[1]), method, guess, (problem, held),
         options={"free": count, "few": few, "closing": CLOSING},
         max_steps=most_steps, throw=False,
     )  # fmt: skip
     # held at a bound, a step may end without a root
     good = (found.result == optx.RESULTS.successful) & (found.stats["excess"] < NEARLY)
     closing, slope = found.stats["excess"] < CLOSING, found.stats["slope"]
-    told = _signs(slope, count), _least_slope(slope, count)
+    told = _signs(slope, count), _least_slope(slope, count), slope
     return Ended(found.value, found.stats["num_steps"], good, closing, *told)
 
 
-def attached(problem: Problem, root: Array) -> Array:
-    """The same root, with derivatives by the numbers of the problem: of any order in a plane, else three."""
+def attached(problem: Problem, root: Array, stiffness: Array | None = None) -> Array:
+    """The same root, with derivatives by the numbers of the problem: of any order in a plane, else three.
+
+    Args:
+        problem: one row.
+        root: joint unknowns.
+        stiffness: slope of the joint residual there, if it is known.
+    """
     problem, root = calm(problem, root)
-    return _attached(frozen(root), problem)
+    if stiffness is not None:
+        finite = jnp.all(jnp.isfinite(stiffness))
+        stiffness = frozen(jnp.where(finite, stiffness, jnp.eye(len(stiffness))))
+    return _attached(frozen(root), problem, stiffness)
 
 
 def newton_many(
@@ -144,7 +157,8 @@ def newton_many(
         options |= {"few": FEW_STEPS, "closing": CLOSING, "stuck": STUCK}
     unknowns, state = newton_rows(missed, (each, held), guess, options, ended, block, most_steps)
     told = jax.vmap(lambda slope: (_signs(slope, count), _least_slope(slope, count)))(state.slope)
-    return Ended(unknowns, state.count - before, _balanced(state), state.excess < CLOSING, *told)
+    closing = state.excess < CLOSING
+    return Ended(unknowns, state.count - before, _balanced(state), closing, *told, state.slope)
 
 
 def _balanced(state: Any) -> Array:
@@ -180,7 +194,7 @@ def newton_side_by_side(
 
 
 @eqx.filter_custom_jvp
-def _attached(root: Array, problem: Problem) -> Array:
+def _attached(root: Array, problem: Problem, stiffness: Array | None) -> Array:
     """See `attached`. Nothing of its derivatives is traced where none is asked for."""
     return root
 
@@ -191,11 +205,28 @@ def _attached_jvp(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
 
     The root within carries derivatives itself, so that this rule has derivatives of any order.
     """
-    root, problem = primals
-    root = _attached(root, problem)
-    slope = jax.jacfwd(lambda y: joint_residual(y, problem))(root)
+    root, problem, stiffness = primals
+    root = _attached(root, problem, stiffness)
+    slope = _slope(root, problem, stiffness)
     _, missed = eqx.filter_jvp(lambda given: joint_residual(root, given), (problem,), (tangents[1],))
     return root, -solve_blocks(slope, missed, freedoms(problem))
+
+
+@eqx.filter_custom_jvp
+def _slope(root: Array, problem: Problem, stiffness: Array | None) -> Array:
+    """Slope of the joint residual at a root; the last step of the root-find has left it, all but 1e-8."""
+    return _slope_at(root, problem) if stiffness is None else stiffness
+
+
+@_slope.def_jvp
+def _slope_jvp(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
+    root, problem, stiffness = primals
+    change = eqx.filter_jvp(_slope_at, (root, problem), tangents[:2])[1]
+    return _slope(root, problem, stiffness), change
+
+
+def _slope_at(root: Array, problem: Problem) -> Array:
+    return jax.jacfwd(lambda y: joint_residual(y, problem))(root)
 
 
 def at_rest(problem: Problem) -> Problem:
@@ -233,7 +264,9 @@ def at_given_phases(problem: Problem, guess: Array) -> Ended:
         return jnp.where(ended, LOAD_STEPS + 1, stage + 1), begin, found
 
     no = jnp.asarray(False)
-    nothing = Ended(guess, jnp.asarray(0), no, no, jnp.zeros(2), jnp.ones(()))
+    nothing = Ended(
+        guess, jnp.asarray(0), no, no, jnp.zeros(2), jnp.ones(()), jnp.eye(guess.size)
+    )
     return jax.lax.while_loop(lambda c: c[0] <= LOAD_STEPS, attempt, (jnp.asarray(0), guess, nothing))[2]
 
 
