@@ -43,8 +43,8 @@ class Branch(eqx.Module):
     Attributes:
         unknowns: joint unknowns of every row, shape (rows, n).
         good: true where a row is in equilibrium, shape (rows,).
-        equilibria: number of equilibria that starts of the paths led to in each row, shape (rows,); from the first row
-            with several on, at least 2.
+        equilibria: number of equilibria to which the paths' starts led in each row, shape (rows,); from the
+            first row with several on, at least 2.
         steps: number of Newton steps on the chosen path, shape (rows,).
     """
 
@@ -55,8 +55,8 @@ class Branch(eqx.Module):
 
 
 class _Path(eqx.Module):
-    """State of a path: memory of its rows, its joint unknowns, their last change, its cost (infinite where it
-    only repeats another path), and whether it has had an equilibrium."""
+    """State of a path: memory of its rows, its joint unknowns, their last change, its cost, and whether it
+    has had an equilibrium. The cost is infinite where it is given up."""
 
     carried: PyTree
     unknowns: Array
@@ -155,7 +155,9 @@ def _idle(paths: _Path) -> Array:
 def _roots(
     paths: _Path, ahead: Array, idle: Array, row: PyTree, problem_of: Callable
 ) -> tuple[Array, Array, Array]:
-    """Roots to which the starts of all paths lead, whether they are equilibria, and steps; `TRIES` a path.
+    """Roots to which the starts of all paths lead, whether they are equilibria, and steps.
+
+    There are `TRIES` starts of each path.
 
     Args:
         paths: paths up to the row before.
@@ -165,7 +167,7 @@ def _roots(
     """
 
     def aside_of(carried: PyTree, ahead: Array) -> Array:
-        # the direction in which branches meet is that of the smallest eigenvalue; one inverse iteration finds it
+        # branches meet along the direction of the smallest eigenvalue; one inverse iteration finds it
         problem = problem_of(carried, row)[0]
         slope = jax.jacfwd(lambda y: joint_residual(y, problem, 1))(ahead)
         aside = solve_blocks(slope, jnp.ones_like(ahead), freedoms(problem))
@@ -189,7 +191,9 @@ def _each_try(tree: PyTree) -> PyTree:
 def _tried(
     paths: _Path, ahead: Array, roots: Array, good: Array, idle: Array, count: int
 ) -> _Path:
-    """Paths that go on to roots, without what they carry; those that only repeat a cheaper one cost infinitely.
+    """Paths that go on to roots, without what they carry.
+
+    Those that can no longer become the cheapest have an infinite cost.
 
     Args:
         paths, ahead, idle: see `_roots`.
@@ -208,7 +212,7 @@ def _tried(
 def _without_doubles(cost: Array, unknowns: Array, change: Array) -> Array:
     """Costs of paths, with those of paths that can no longer become the cheapest made infinite.
 
-    Of two paths at one equilibrium, what the next row costs differs at most by the difference of their changes.
+    Costs of the next row differ between paths at one equilibrium at most by the difference of their changes.
     """
     cost = jnp.where(cost <= jnp.min(cost) + BEHIND, cost, jnp.inf)
     same = jnp.max(jnp.abs(unknowns[:, None] - unknowns[None]), axis=-1) < DISTINCT

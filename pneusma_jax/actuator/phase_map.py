@@ -103,7 +103,8 @@ class PhaseMap(eqx.Module):
         values = self.between(self.unknowns, pressure)
         if not len(fractions):
             return values.T
-        firsts, parts = zip(*(four_nearest(x, self.size) for x in place_of(fractions, self.size)), strict=True)
+        places = place_of(fractions, self.size)
+        firsts, parts = zip(*(four_nearest(x, self.size) for x in places), strict=True)
         values = patch(values, firsts)
         for left, part in zip(range(len(parts), 0, -1), parts, strict=True):
             values = contracted(values, cubic(part), left)

@@ -27,7 +27,7 @@ from .root_find import BALANCED, Ended
 
 SHORTEST = -0.95  # side strain below which a solution is no tube any more
 KEPT = "good"
-"""Name of the flag whether a row has a result, for reverse derivatives that compute the rest of a row again."""
+"""Name of the flag whether a row has a result. Reverse derivatives compute all else of a row again."""
 MOST_SUCTION = 10.0
 """Suction, over the one at which a long round tube buckles, from which a state has no result [1]. End caps
 and springs stiffen a tube, by less than this. PneuSMA2 buckles at 1.9 kPa by that formula."""

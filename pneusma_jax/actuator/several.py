@@ -44,14 +44,14 @@ FLAT = 0.01
 alone. In 10,000 random rows of PneuSMA2 it was below 0.008 in 0.1 % of those with one. Of 9 rows that came
 back as another one, each with a nearly cold spring, it was below 0.006 in 8."""
 SAME = 0.01
-"""Distance of two starts of a row, in points of the grid, below which one is left out. In 10,000 random rows of
-PneuSMA2 this spares 12 % of the attempts of rows with several cells; 0.1 loses an equilibrium in 2 rows."""
+"""Distance of two starts of a row, in points of the grid, below which one is left out. This spares 12 % of
+the attempts of rows with several cells, of 10,000 random ones of PneuSMA2. With 0.1, 2 rows lost one."""
 BEYOND = (0.5, 1.0, 2.0)
 """Distances of starts beyond an unstable equilibrium, over that to the stable one on its other side [1]."""
 INWARDS = 3.0
-"""Tolerances of an exactly cold or hot spring, see `READING`, by which its reading is moved to the inside [1]."""
+"""Tolerances of an exactly cold or hot spring, see `READING`, by which its reading is moved inside [1]."""
 TWIN = 1e-5
-"""Distance from its end at which an equilibrium right beside an exactly cold or hot spring is looked for [1]."""
+"""Distance from the end at which an equilibrium beside an exactly cold or hot spring is looked for [1]."""
 NEAR = 0.01
 """Maximum change of a scaled unknown with which an equilibrium is the same one after that [1]."""
 TOGETHER = 64
@@ -266,9 +266,10 @@ def _piece(rows: Rows, grid: PhaseMap, ranges: CellRanges) -> tuple[Equilibrium,
         known = _known(rows.taken(again), np.searchsorted(again, whose), more)
         kept(again, known.result(), known.whole)
     on_grid = grid.holds(pressure)
-    for left, known_grid in ((np.flatnonzero(~sure & on_grid), grid), (np.flatnonzero(~sure & ~on_grid), None)):
+    for there, starts in ((on_grid, grid), (~on_grid, None)):
+        left = np.flatnonzero(~sure & there)
         if left.size:
-            kept(left, _by_all_starts(rows.taken(left), known_grid), np.ones(len(left), bool))
+            kept(left, _by_all_starts(rows.taken(left), starts), np.ones(len(left), bool))
     return found
 
 
@@ -315,9 +316,9 @@ def _with_third(rows: Rows, known: Known) -> Known:
 def _counted_at_ends(rows: Rows, known: Known) -> Known:
     """Equilibria of rows, where those with an exactly cold or hot spring are counted rightly.
 
-    At an end the map has another slope on either side, and a sign is that of one side. Another equilibrium may
-    lie right beside, inside. It is looked for first. Then readings are moved to the inside, by a few of the
-    tolerances within which a spring stays at its end. An equilibrium at the end that is gone then counts
+    At an end the map has another slope on either side, and a sign is that of one side. Another equilibrium
+    may lie right beside, inside. It is looked for first. Then readings are moved to the inside, by a few of
+    the tolerances within which a spring stays at its end. An equilibrium at the end that is gone then counts
     nothing: the two have met.
 
     Args:
@@ -354,7 +355,7 @@ def _counted_at_ends(rows: Rows, known: Known) -> Known:
 def _at_ends(rows: Rows, known: Known) -> tuple[np.ndarray, np.ndarray]:
     """Springs that are exactly cold or hot in equilibria, and by what their readings are moved inside [ohm].
 
-    Readings with noise are left alone: their tolerance is wide. Both arrays have the shape (measured, rows, roots).
+    Readings with noise are left alone: their tolerance is wide. Both have the shape (measured, rows, roots).
     """
     count, here, moved = rows.actuator.freedoms, [], []
     measured = [k for k, a in enumerate(rows.each[1]) if is_resistance(a)]

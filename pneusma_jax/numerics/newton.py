@@ -14,8 +14,8 @@ from .linear import solve_small
 
 class _State(eqx.Module):
     """State of `BoundedNewton`: length of the last step [1], largest residual and slope before it [1], and
-    steps so far. `left` is the residual that quadratic convergence predicts after that step [1]. `stuck` is true
-    if an unknown was and stays at a bound, though its equation is missed."""
+    steps so far. `left` is the residual that quadratic convergence predicts after that step [1]. `stuck` is
+    true if an unknown was and stays at a bound, though its equation is missed."""
 
     moved: Array
     excess: Array
@@ -66,8 +66,8 @@ class BoundedNewton(optx.AbstractRootFinder):
         self, fn: Any, y: Array, args: Any, options: dict, f_struct: Any, aux_struct: Any, tags: Any
     ) -> _State:
         """See optimistix."""
-        far = jnp.asarray(jnp.inf, y.dtype)
-        return _State(far, far, jnp.eye(y.size, dtype=y.dtype), jnp.asarray(options.get("count", 0)), far, jnp.asarray(False))
+        far, count = jnp.asarray(jnp.inf, y.dtype), jnp.asarray(options.get("count", 0))
+        return _State(far, far, jnp.eye(y.size, dtype=y.dtype), count, far, jnp.asarray(False))
 
     def step(
         self, fn: Callable, y: Array, args: Any, options: dict, state: _State, tags: Any

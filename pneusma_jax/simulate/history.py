@@ -180,7 +180,7 @@ def _solved(problem: Problem, carry: _Carry, way: Branch | None) -> Equilibrium:
     if way is None:
         ended = at_given_phases(problem, carry.unknowns)
         told = at_phases_told(problem, ended)
-        return equilibrium_of(problem, attached(problem, ended.unknowns, ended.stiffness), ended.steps, *told)
+        return equilibrium_of(problem, attached(problem, ended.unknowns), ended.steps, *told)
     root = jnp.where(way.good, attached(problem, way.unknowns), jnp.nan)
     firm = stiffness_signs(problem, way.unknowns)[1] > 0.0
     # at fixed resistances an equilibrium that is not stable is never the only one
