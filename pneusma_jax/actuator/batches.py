@@ -122,7 +122,9 @@ def _chunk(
     return jax.lax.fori_loop(0, -(-count // BLOCK), advance, blank)
 
 
-def solved_from(rows: Rows, guess: np.ndarray, held: np.ndarray | bool = False) -> Solved:
+def solved_from(
+    rows: Rows, guess: np.ndarray, held: np.ndarray | bool = False, patient: bool = True
+) -> Solved:
     """Every row from its own start.
 
     Args:
@@ -130,6 +132,7 @@ def solved_from(rows: Rows, guess: np.ndarray, held: np.ndarray | bool = False) 
         guess: joint unknowns to start from, shape (rows, unknowns); the usual start where NaN.
         held: true for fractions of measured springs that stay as guessed whatever was measured, shape (rows,
             measured) or one for all.
+        patient: false to give up after `AT_ONCE` steps.
 
     Returns:
         What was found, in NumPy arrays.
@@ -137,7 +140,7 @@ def solved_from(rows: Rows, guess: np.ndarray, held: np.ndarray | bool = False) 
     held = np.broadcast_to(held, (len(rows), guess.shape[1] - rows.actuator.freedoms))
     found = _in_chunks(rows, guess, np.zeros(len(rows), int), held, AT_ONCE)
     left = np.flatnonzero(found.moving)
-    if left.size:
+    if patient and left.size:
         before = found.unknowns[left], found.result.steps[left], held[left]
         more = _in_chunks(rows.taken(left), *before, MOST_STEPS - AT_ONCE)
         jax.tree.map(lambda all_rows, some: put(all_rows, left, some), found, more)

@@ -20,7 +20,7 @@ from ..nitinol.spring import MartensiteFraction
 from ..numerics.newton import solve_blocks
 from ..numerics.safe import frozen
 from .balance import Problem, at_phases, freedoms, joint_residual, measured, start
-from .root_find import DISTINCT, newton
+from .root_find import DISTINCT, newton, newton_side_by_side
 
 PATHS = 8
 """Number of paths that are followed side by side. With 8, the thermal cycles of PneuSMA1, PneuSMA2 and the
@@ -32,6 +32,10 @@ FIRST = 10.0
 LOST = 10.0
 """Cost of a row in which a path has no equilibrium [1]; the right paths of those cycles cost 0.1 in all."""
 
+BEHIND = 10.0 * LOST
+"""Cost over that of the cheapest path from which a path is given up [1]. Paths that began where there was no
+equilibrium had lost a hundred rows, and took half of the time."""
+
 
 class Branch(eqx.Module):
     """The path that was taken.
@@ -39,8 +43,8 @@ class Branch(eqx.Module):
     Attributes:
         unknowns: joint unknowns of every row, shape (rows, n).
         good: true where a row is in equilibrium, shape (rows,).
-        equilibria: number of equilibria that the paths had in each row, shape (rows,); from the first row
-            with several on, at least 2.
+        equilibria: number of equilibria to which the paths' starts led in each row, shape (rows,); from the
+            first row with several on, at least 2.
         steps: number of Newton steps on the chosen path, shape (rows,).
     """
 
@@ -52,7 +56,7 @@ class Branch(eqx.Module):
 
 class _Path(eqx.Module):
     """State of a path: memory of its rows, its joint unknowns, their last change, its cost, and whether it
-    has had an equilibrium."""
+    has had an equilibrium. The cost is infinite where it is given up."""
 
     carried: PyTree
     unknowns: Array
@@ -81,14 +85,24 @@ def follow(
     first, _ = problem_of(begin, first_row)
     paths = _first_paths(begin, first)
 
+    count = freedoms(first)
+
     def step(paths: _Path, row: PyTree) -> tuple[_Path, tuple]:
-        grown = jax.vmap(lambda path: _grown(path, row, problem_of, commit))(paths)
-        many, roots, good, steps = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), grown)
-        order = jnp.argsort(_without_doubles(many))[:PATHS]
-        kept, good = jax.tree.map(lambda x: x[order], (many, good))
+        ahead = _held(paths.unknowns + paths.change, count)
+        idle = _idle(paths)
+        roots, good, steps = _roots(paths, ahead, idle, row, problem_of)
+        several = _different(roots, good)
+        tried = _tried(paths, ahead, roots, good, idle, count)
+        order = jnp.argsort(tried.cost)[:PATHS]
         parent = order // TRIES
-        found = (kept.unknowns, good, parent, steps[order], _different(kept.unknowns, good))
-        return kept, found
+
+        def on(carried: PyTree, root: Array, good: Array) -> PyTree:
+            return commit(carried, *problem_of(carried, row), root, good)
+
+        kept, good = jax.tree.map(lambda x: x[order], (tried, good))
+        carried = jax.vmap(on)(jax.tree.map(lambda x: x[parent], paths.carried), kept.unknowns, good)
+        kept = eqx.tree_at(lambda k: k.carried, kept, carried, is_leaf=lambda x: x is None)
+        return kept, (kept.unknowns, good, parent, steps[order], several)
 
     paths, (unknowns, good, parents, steps, equilibria) = jax.lax.scan(step, paths, rows)
 
@@ -123,45 +137,91 @@ def _first_paths(begin: PyTree, problem: Problem) -> _Path:
     return _Path(carried, unknowns, jnp.zeros((PATHS, count + springs)), none, none > 0.0)
 
 
-def _grown(
-    path: _Path, row: PyTree, problem_of: Callable, commit: Callable
-) -> tuple[_Path, Array, Array, Array]:
-    """The ways on of one path: paths, roots, whether they are equilibria, and steps."""
-    problem, more = problem_of(path.carried, row)
-    count = freedoms(problem)
-    held = lambda y: jnp.concatenate([y[:count], jnp.clip(y[count:], 0.0, 1.0)])  # noqa: E731
-    ahead = held(path.unknowns + path.change)
-    slope = jax.jacfwd(lambda y: joint_residual(y, problem, 1))(ahead)
-    # the direction in which branches meet is that of the smallest eigenvalue; one inverse iteration finds it
-    aside = solve_blocks(slope, jnp.ones_like(ahead), count)
-    size = jnp.max(jnp.abs(aside))
-    aside = jnp.where(jnp.isfinite(size) & (size > 0.0), aside / jnp.where(size > 0.0, size, 1.0), 0.0)
-    reach = jnp.maximum(2.0 * jnp.max(jnp.abs(path.change)), ASIDE)
-    starts = jnp.stack([ahead, ahead + reach * aside, ahead - reach * aside, path.unknowns])
-    ended = jax.vmap(lambda y: newton(problem, held(y)))(starts)
-    roots, steps, good = ended.unknowns, ended.steps, ended.good
-
-    def on(root: Array, good: Array) -> _Path:
-        root = jnp.where(good, root, path.unknowns)
-        heated = FIRST * (1.0 - jnp.min(root[count:]))
-        uneven = jnp.where(path.begun, jnp.sum(jnp.abs(root - ahead)), heated)
-        cost = path.cost + jnp.where(good, uneven, LOST)
-        change = jnp.where(path.begun & good, root - path.unknowns, 0.0)
-        carried = commit(path.carried, problem, more, root, good)
-        return _Path(carried, root, change, cost, path.begun | good)
-
-    return jax.vmap(on)(roots, good), roots, good, steps
+def _held(unknowns: Array, count: int) -> Array:
+    """Joint unknowns with fractions between 0 and 1."""
+    return jnp.concatenate([unknowns[..., :count], jnp.clip(unknowns[..., count:], 0.0, 1.0)], axis=-1)
 
 
-def _without_doubles(paths: _Path) -> Array:
-    """Costs, with those of paths that only repeat a cheaper one made infinite."""
-    cost = jnp.where(jnp.isfinite(paths.cost), paths.cost, jnp.inf)
-    order = jnp.argsort(cost)
-    both = jnp.concatenate([paths.unknowns, paths.change], axis=1)[order]
-    same = jnp.max(jnp.abs(both[:, None] - both[None]), axis=-1) < DISTINCT
-    earlier = np.tril(np.ones(same.shape, bool), -1)
-    double = jnp.any(same & earlier, axis=1)
-    return cost.at[order].set(jnp.where(double, jnp.inf, cost[order]))
+def _idle(paths: _Path) -> Array:
+    """Starts from which no root is looked for, shape (PATHS * TRIES,).
+
+    They are those of paths of infinite cost, and those where a path was that hardly moves: it goes on there.
+    """
+    given_up = jnp.repeat(~jnp.isfinite(paths.cost)[:, None], TRIES, axis=1)
+    resting = jnp.max(jnp.abs(paths.change), axis=1) < 0.5 * ASIDE
+    return given_up.at[:, -1].max(resting).reshape(-1)
+
+
+def _roots(
+    paths: _Path, ahead: Array, idle: Array, row: PyTree, problem_of: Callable
+) -> tuple[Array, Array, Array]:
+    """Roots to which the starts of all paths lead, whether they are equilibria, and steps.
+
+    There are `TRIES` starts of each path.
+
+    Args:
+        paths: paths up to the row before.
+        ahead: joint unknowns of paths that go on as before, shape (PATHS, n).
+        idle: see `_idle`.
+        row, problem_of: see `follow`.
+    """
+
+    def aside_of(carried: PyTree, ahead: Array) -> Array:
+        # branches meet along the direction of the smallest eigenvalue; one inverse iteration finds it
+        problem = problem_of(carried, row)[0]
+        slope = jax.jacfwd(lambda y: joint_residual(y, problem, 1))(ahead)
+        aside = solve_blocks(slope, jnp.ones_like(ahead), freedoms(problem))
+        size = jnp.max(jnp.abs(aside))
+        return jnp.where(jnp.isfinite(size) & (size > 0.0), aside / jnp.where(size > 0.0, size, 1.0), 0.0)
+
+    aside = jax.vmap(aside_of)(paths.carried, ahead)
+    reach = jnp.maximum(2.0 * jnp.max(jnp.abs(paths.change), axis=1, keepdims=True), ASIDE)
+    starts = jnp.stack([ahead, ahead + reach * aside, ahead - reach * aside, paths.unknowns], axis=1)
+    carried = _each_try(paths.carried)
+    return newton_side_by_side(
+        lambda carried: problem_of(carried, row)[0], carried, starts.reshape(-1, ahead.shape[1]), idle, TRIES
+    )
+
+
+def _each_try(tree: PyTree) -> PyTree:
+    """Arrays of paths, repeated for every start of each."""
+    return jax.tree.map(lambda x: jnp.repeat(x, TRIES, axis=0), tree)
+
+
+def _tried(
+    paths: _Path, ahead: Array, roots: Array, good: Array, idle: Array, count: int
+) -> _Path:
+    """Paths that go on to roots, without what they carry.
+
+    Those that can no longer become the cheapest have an infinite cost.
+
+    Args:
+        paths, ahead, idle: see `_roots`.
+        roots, good: roots, and whether they are equilibria, `TRIES` a path.
+        count: number of unknowns before the fractions.
+    """
+    before, ahead = _each_try((eqx.tree_at(lambda p: p.carried, paths, None), ahead))
+    root = jnp.where(good[:, None], roots, before.unknowns)
+    heated = FIRST * (1.0 - jnp.min(root[:, count:], axis=1))
+    uneven = jnp.where(before.begun, jnp.sum(jnp.abs(root - ahead), axis=1), heated)
+    cost = before.cost + jnp.where(good, uneven, jnp.where(idle, jnp.inf, LOST))
+    change = jnp.where((before.begun & good)[:, None], root - before.unknowns, 0.0)
+    return _Path(None, root, change, _without_doubles(cost, root, change), before.begun | good)
+
+
+def _without_doubles(cost: Array, unknowns: Array, change: Array) -> Array:
+    """Costs of paths, with those of paths that can no longer become the cheapest made infinite.
+
+    Costs of the next row differ between paths at one equilibrium at most by the difference of their changes.
+    """
+    cost = jnp.where(cost <= jnp.min(cost) + BEHIND, cost, jnp.inf)
+    same = jnp.max(jnp.abs(unknowns[:, None] - unknowns[None]), axis=-1) < DISTINCT
+    further = jnp.sum(jnp.abs(change[:, None] - change[None]), axis=-1)
+    worse = cost[None] + further <= cost[:, None] + DISTINCT
+    # of two that are as good as each other the first one stays
+    first = jnp.argsort(jnp.argsort(cost))
+    double = jnp.any(same & worse & (first[None] < first[:, None]), axis=1)
+    return jnp.where(double, jnp.inf, cost)
 
 
 def _different(unknowns: Array, good: Array) -> Array:

@@ -79,12 +79,31 @@ def examined(grid: PhaseMap, pressure: Array, readings: tuple[Reading, ...], cel
     xp, count = namespace_of((grid, pressure, readings, cells)), len(readings)
     ups = list(itertools.product((0, 1), repeat=count))
     first, x = grid.slabs(pressure)
-    corners = {up: _misses(grid, (first, cubic(x)), readings, cells, up) for up in ups}
-    every = xp.stack(list(corners.values()))
+    every = xp.stack([_misses(grid, (first, cubic(x)), readings, cells, up) for up in ups])
     lowest, highest = every.min(axis=0), every.max(axis=0)
     spare = WIDER * (highest - lowest)
     holds = xp.all((lowest <= 0.0) & (highest >= 0.0), axis=0)
     near = xp.all((lowest <= spare) & (highest >= -spare), axis=0)
+    if xp is not np:
+        return _about(every, holds, near)
+    some, size = np.flatnonzero(near), near.shape  # the others are of no further interest
+    whole = Cells(np.zeros(size, bool), np.zeros(size, bool), np.full(size, np.inf), np.zeros((count, *size)))
+    for all_cells, one in zip(whole, _about(every[..., some], holds[some], near[some]), strict=True):
+        all_cells[..., some] = one
+    return whole
+
+
+def _about(every: Array, holds: Array, near: Array) -> Cells:
+    """Properties of cells.
+
+    Args:
+        every: misfits at their corners, in the order of `itertools.product`, shape (corners, springs, n).
+        holds: see `Cells`.
+        near: true where the map has both signs, or misses that by at most `WIDER`, for every spring.
+    """
+    xp, count = namespace_of(every), every.shape[1]
+    ups = list(itertools.product((0, 1), repeat=count))
+    corners = dict(zip(ups, every, strict=True))
 
     def slope_at(up: tuple[int, ...]) -> Array:
         """Slopes along the edges at a corner, shape (misses, axes, n)."""
@@ -118,11 +137,15 @@ def _misses(
     """
     xp, last = namespace_of((grid, at, readings, cells)), grid.size - 1
     nodes = tuple(xp.clip(cells[k] + end - 1, 0, last) for k, end in enumerate(up))
-    between = lambda table: sum(w * table[(at[0] + j, *nodes)] for j, w in enumerate(at[1]))  # noqa: E731
-    found = []
+    place, stride, units, found = at[0], grid.size ** len(nodes), grid.units, []
+    for node in nodes:  # one index costs NumPy less than one for each axis
+        place = place * grid.size + node
+    between = lambda table: sum(  # noqa: E731
+        w * table.reshape(-1)[place + j * stride] for j, w in enumerate(at[1])
+    )
     for k, reading in enumerate(readings):
         if reading.measured:
-            miss = _signs(grid, k, between) * (between(grid.ohms[k]) - reading.value) / grid.units[k]
+            miss = _signs(grid, k, between) * (between(grid.ohms[k]) - reading.value) / units[k]
         else:
             miss = fraction_at(nodes[k].astype(float), grid.size) - reading.value
         outer = cells[k] + up[k]
@@ -160,12 +183,7 @@ def starts_in(
     low, high = xp.clip(cells - 1.5, 0, last), xp.clip(cells + 0.5, 0, last)
     place = xp.clip(cells - 0.5 + step, low, high)
     firsts = [four_nearest(xp.clip(cells[k] - 0.5, 0, last), grid.size)[0] for k in range(count)]
-    slab, x = grid.slabs(pressure)
-    weights = cubic(x)
-    patches = [
-        contracted(patch(grid.ohms[k], (slab, *firsts)), weights, 1 + count) if r.measured else None
-        for k, r in enumerate(readings)
-    ]
+    patches, units = patch(grid.between(grid.ohms, pressure), tuple(firsts)), grid.units
     outer = (cells == 0) | (cells == last + 1)
     for _ in range(REFINEMENTS):
         parts = [place[k] - firsts[k] for k in range(count)]
@@ -173,10 +191,10 @@ def starts_in(
         level, slope = [], []
         for k, reading in enumerate(readings):
             if reading.measured:
-                miss = (_summed(patches[k], plain) - reading.value) / grid.units[k]
+                miss = (_summed(patches[k], plain) - reading.value) / units[k]
                 rise = [
                     _summed(patches[k], [risen[j] if j == axis else plain[j] for j in range(count)])
-                    / grid.units[k]
+                    / units[k]
                     for axis in range(count)
                 ]
             else:

@@ -6,6 +6,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.ad_checkpoint import checkpoint_name
 from jaxtyping import Array, Bool, Float, Int
 
 from ..nitinol import SpringResponse
@@ -25,6 +26,8 @@ from .balance import (
 from .root_find import BALANCED, Ended
 
 SHORTEST = -0.95  # side strain below which a solution is no tube any more
+KEPT = "good"
+"""Name of the flag whether a row has a result. Reverse derivatives compute all else of a row again."""
 MOST_SUCTION = 10.0
 """Suction, over the one at which a long round tube buckles, from which a state has no result [1]. End caps
 and springs stiffen a tube, by less than this. PneuSMA2 buckles at 1.9 kPa by that formula."""
@@ -235,7 +238,7 @@ def equilibrium_of(
         validity=_validity(actuator, delta_centre, bend, responses, suction),
         side_direction=tuple(float(x) for x in actuator.side_direction),
     )
-    good = solved(status)
+    good = checkpoint_name(solved(status), KEPT)
     return jax.tree.map(lambda x: jnp.where(good, x, jnp.nan) if eqx.is_inexact_array(x) else x, result)
 
 

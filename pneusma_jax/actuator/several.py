@@ -29,8 +29,8 @@ from .batches import (
     starts_at,
     taken,
 )  # fmt: skip
-from .cells import CellRanges, Reading, examined, fractions_beside, starts_in
-from .phase_map import PhaseMap
+from .cells import CellRanges, Cells, Reading, examined, fractions_beside, starts_in
+from .phase_map import PhaseMap, place_of
 from .result import Equilibrium, Status
 from .root_find import MOST_ROOTS, beside_cold, distinct, in_between, trial_fractions
 
@@ -43,6 +43,17 @@ FLAT = 0.01
 """Minimum slope of resistances over fractions [1], see `Ended`, at which one equilibrium is believed to be
 alone. In 10,000 random rows of PneuSMA2 it was below 0.008 in 0.1 % of those with one. Of 9 rows that came
 back as another one, each with a nearly cold spring, it was below 0.006 in 8."""
+SAME = 0.01
+"""Distance of two starts of a row, in points of the grid, below which one is left out. This spares 12 % of
+the attempts of rows with several cells, of 10,000 random ones of PneuSMA2. With 0.1, 2 rows lost one."""
+BEYOND = (0.5, 1.0, 2.0)
+"""Distances of starts beyond an unstable equilibrium, over that to the stable one on its other side [1]."""
+INWARDS = 3.0
+"""Tolerances of an exactly cold or hot spring, see `READING`, by which its reading is moved inside [1]."""
+TWIN = 1e-5
+"""Distance from the end at which an equilibrium beside an exactly cold or hot spring is looked for [1]."""
+NEAR = 0.01
+"""Maximum change of a scaled unknown with which an equilibrium is the same one after that [1]."""
 TOGETHER = 64
 """Number of rows that are searched at a time with all starts; it bounds the memory."""
 
@@ -55,12 +66,14 @@ class Known(NamedTuple):
         which: indices of each row's attempts, shape (rows, roots).
         real: true for those that are equilibria.
         whole: true if the signs of all equilibria of a row add up to one.
+        owner: row of each attempt.
     """
 
     every: Solved
     which: np.ndarray
     real: np.ndarray
     whole: np.ndarray
+    owner: np.ndarray
 
     def result(self, root: np.ndarray | int = 0) -> tuple[Equilibrium, np.ndarray]:
         """One equilibrium of every row, and its joint unknowns."""
@@ -149,6 +162,10 @@ def _by_cells(rows: Rows) -> tuple[Equilibrium, np.ndarray]:
     return found
 
 
+LOOK = 20_000
+"""Maximum of cells that are looked at together; arrays of more leave the processor's cache."""
+
+
 class _Looked(NamedTuple):
     """Cells that rows looked at, arrays of shape (n,), rows ascending.
 
@@ -175,10 +192,14 @@ def _looked(
 ) -> _Looked:
     """Cells that rows start from."""
     row, cell = ranges.met(pressure, readings)
-    order = np.argsort(row, kind="stable")
+    order, parts, size = np.argsort(row, kind="stable"), [], len(pressure)
     row, cells = row[order], ranges.cells[:, cell[order]]
-    seen = examined(grid, pressure[row], tuple(Reading(r.value[row], r.measured) for r in readings), cells)
-    possible, size = seen.holds | seen.turned, len(pressure)
+    for first in range(0, len(row), LOOK):
+        own = slice(first, first + LOOK)
+        whose = tuple(Reading(r.value[row[own]], r.measured) for r in readings)
+        parts.append(examined(grid, pressure[row[own]], whose, cells[:, own]))
+    seen = Cells(*(np.concatenate(x, axis=-1) for x in zip(*parts, strict=True)))
+    possible = seen.holds | seen.turned
     count = np.bincount(row[possible], minlength=size)
     turned = np.bincount(row[seen.turned], minlength=size) > 0
     held = np.bincount(row[seen.holds], minlength=size) > 0
@@ -204,7 +225,10 @@ def _piece(rows: Rows, grid: PhaseMap, ranges: CellRanges) -> tuple[Equilibrium,
         return solved_from(rows.taken(row[at]), begin)
 
     of = tuple(Reading(r.value[row[tried]], r.measured) for r in readings)
-    every = solved(tried, starts_in(grid, pressure[row[tried]], of, cells[:, tried], step[:, tried]))
+    begin = starts_in(grid, pressure[row[tried]], of, cells[:, tried], step[:, tried])
+    new = ~_repeated(row[tried], place_of(begin, grid.size))
+    tried, some, begin = tried[new], some[new[len(first) :]], begin[:, new]
+    every = solved(tried, begin)
     # most rows are alone: one attempt each, and nothing to compare
     found = jax.tree.map(lambda x: np.empty((size, *x.shape[1:]), x.dtype), (every.result, every.unknowns))
     sure, flat = np.zeros(size, bool), np.zeros(size, bool)
@@ -219,6 +243,8 @@ def _piece(rows: Rows, grid: PhaseMap, ranges: CellRanges) -> tuple[Equilibrium,
     doubtful = np.unique(row[some])
     if doubtful.size:
         known = _known(rows.taken(doubtful), np.searchsorted(doubtful, row[some]), taken(every, several))
+        known = _with_third(rows.taken(doubtful), known)
+        known = _counted_at_ends(rows.taken(doubtful), known)
         kept(doubtful, known.result(), known.whole)
         lone = known.whole & (known.real.sum(axis=1) == 1)
         flat[doubtful] = lone & (known.every.slope[known.which[:, 0]] < FLAT)
@@ -239,10 +265,109 @@ def _piece(rows: Rows, grid: PhaseMap, ranges: CellRanges) -> tuple[Equilibrium,
         whose = np.concatenate([row[tried][before], row[missed]])
         known = _known(rows.taken(again), np.searchsorted(again, whose), more)
         kept(again, known.result(), known.whole)
-    left = np.flatnonzero(~sure)
-    if left.size:
-        kept(left, _by_all_starts(rows.taken(left)), np.ones(len(left), bool))
+    on_grid = grid.holds(pressure)
+    for there, starts in ((on_grid, grid), (~on_grid, None)):
+        left = np.flatnonzero(~sure & there)
+        if left.size:
+            kept(left, _by_all_starts(rows.taken(left), starts), np.ones(len(left), bool))
     return found
+
+
+def _repeated(row: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Whether a start is that of another attempt of the same row, within `SAME`.
+
+    Args:
+        row: row of each attempt; attempts of a row follow each other.
+        place: place of each start on the axes of the grid [1], shape (springs, n).
+    """
+    repeated = np.zeros(len(row), bool)
+    for apart in range(1, MOST_CELLS):
+        alike = row[apart:] == row[:-apart]
+        if not alike.any():
+            break
+        near = np.max(np.abs(place[:, apart:] - place[:, :-apart]), axis=0) < SAME
+        repeated[apart:] |= alike & near & ~repeated[:-apart]
+    return repeated
+
+
+def _with_third(rows: Rows, known: Known) -> Known:
+    """Equilibria of rows, and the third one of rows where two were found, of which one is unstable.
+
+    It is looked for on the line through both, beyond the unstable one.
+
+    Args:
+        rows, known: rows, and what was found in them.
+    """
+    two = np.flatnonzero(~known.whole & (known.real.sum(axis=1) == 2))
+    if not two.size:
+        return known
+    at = known.which[two, :2]
+    stable = known.every.sign[at] > 0.0
+    two, at, stable = (x[stable.sum(axis=1) == 1] for x in (two, at, stable))
+    roots, count = known.every.unknowns[at], rows.actuator.freedoms
+    turned = roots[~stable]
+    starts = turned + np.asarray(BEYOND)[:, None, None] * (turned - roots[stable])
+    starts[..., count:] = np.clip(starts[..., count:], 0.0, 1.0)
+    others = np.tile(two, len(BEYOND))
+    more = solved_from(rows.taken(others), starts.reshape(len(others), -1))
+    return _known(rows, np.concatenate([known.owner, others]), _joined([known.every, more]))
+
+
+def _counted_at_ends(rows: Rows, known: Known) -> Known:
+    """Equilibria of rows, where those with an exactly cold or hot spring are counted rightly.
+
+    At an end the map has another slope on either side, and a sign is that of one side. Another equilibrium
+    may lie right beside, inside. It is looked for first. Then readings are moved to the inside, by a few of
+    the tolerances within which a spring stays at its end. An equilibrium at the end that is gone then counts
+    nothing: the two have met.
+
+    Args:
+        rows, known: rows, and what was found in them.
+    """
+    count = rows.actuator.freedoms
+    here, _ = _at_ends(rows, known)
+    row, root = np.nonzero(here.any(axis=0) & ~known.whole[:, None])
+    if not row.size:
+        return known
+    starts = known.every.unknowns[known.which[row, root]]
+    inner = np.where(here[:, row, root].T, np.abs(starts[:, count:] - TWIN), starts[:, count:])
+    beside = solved_from(rows.taken(row), np.concatenate([starts[:, :count], inner], axis=1), patient=False)
+    known = _known(rows, np.concatenate([known.owner, row]), _joined([known.every, beside]))
+    here, moved = _at_ends(rows, known)
+    row, root = np.nonzero(here.any(axis=0) & ~known.whole[:, None])
+    if not row.size:
+        return known
+    nearby = rows.taken(row)
+    measured = [k for k, a in enumerate(rows.each[1]) if is_resistance(a)]
+    for k, by in zip(measured, moved[:, row, root], strict=True):
+        value = nearby.each[1][k].value + by
+        nearby = Rows(nearby.actuator, eqx.tree_at(lambda e: e[1][k].value, nearby.each, value))  # noqa: B023
+    starts = known.every.unknowns[known.which[row, root]]
+    ended = solved_from(nearby, starts, patient=False)
+    own, near = known.every.sign[known.which], np.max(np.abs(ended.unknowns - starts), axis=1) < NEAR
+    signs = np.where(known.real, own, 0.0)
+    kept = ended.good & near & (ended.sign == own[row, root])
+    signs[row, root] = np.where(kept, own[row, root], 0.0)
+    settled = (signs.sum(axis=1) == 1.0) & (known.real.sum(axis=1) < MOST_ROOTS)
+    return known._replace(whole=known.whole | settled)
+
+
+def _at_ends(rows: Rows, known: Known) -> tuple[np.ndarray, np.ndarray]:
+    """Springs that are exactly cold or hot in equilibria, and by what their readings are moved inside [ohm].
+
+    Readings with noise are left alone: their tolerance is wide. Both have the shape (measured, rows, roots).
+    """
+    count, here, moved = rows.actuator.freedoms, [], []
+    measured = [k for k, a in enumerate(rows.each[1]) if is_resistance(a)]
+    for place, k in enumerate(measured):
+        activation, xi0 = rows.each[1][k], known.every.unknowns[known.which, count + place]
+        least = READING * float(rows.actuator.springs[k].contrast_at_rest)
+        seen = known.every.result.springs[k].resistance[known.which]
+        met = (np.abs(seen - activation.value[:, None]) <= least) & (activation.noise == 0.0)[:, None]
+        here.append(known.real & met & ((xi0 >= 1.0) | (xi0 <= 0.0)))
+        rises = np.where(known.every.contrasts[known.which, k] < 0.0, -1.0, 1.0)
+        moved.append(np.where(here[-1], INWARDS * least * rises * np.where(xi0 >= 1.0, -1.0, 1.0), 0.0))
+    return np.stack(here), np.stack(moved)
 
 
 def _with_cold_ends(rows: Rows, owner: np.ndarray, every: Solved) -> Known:
@@ -296,18 +421,30 @@ def _known(rows: Rows, owner: np.ndarray, every: Solved) -> Known:
     best, real = distinct(every.unknowns[which], good, rows.actuator.freedoms)
     which = np.take_along_axis(which, best, axis=1)
     signs = np.where(real, every.sign[which], 0.0).sum(axis=1)
-    return Known(every, which, real, (signs == 1.0) & (real.sum(axis=1) < MOST_ROOTS))
+    return Known(every, which, real, (signs == 1.0) & (real.sum(axis=1) < MOST_ROOTS), owner)
 
 
-def every_root(rows: Rows) -> Known:
-    """All equilibria of usable rows by resistance, as `root_find.all_roots` finds those of one."""
+def every_root(rows: Rows, grid: PhaseMap | None = None) -> Known:
+    """All equilibria of usable rows by resistance, as `root_find.all_roots` finds those of one.
+
+    Args:
+        rows: usable rows.
+        grid: equilibria at phases, if there is a grid that is sound about the rows' pressures.
+    """
     count, size = rows.actuator.freedoms, len(rows)
-    grid = trial_fractions(sum(is_resistance(a) for a in rows.each[1]))
-    owner = np.repeat(np.arange(size), len(grid))
-    many = rows.taken(owner)
-    begin = np.concatenate([np.full((len(owner), count), np.nan), np.tile(grid, (size, 1))], axis=1)
-    seen = solved_from(many, begin, held=True)
-    every = solved_from(many, np.where(seen.good[:, None], seen.unknowns, begin))
+    trials = trial_fractions(sum(is_resistance(a) for a in rows.each[1]))
+    owner = np.repeat(np.arange(size), len(trials))
+    many, trials = rows.taken(owner), np.tile(trials, (size, 1))
+    if grid is None:
+        begin = np.concatenate([np.full((len(owner), count), np.nan), trials], axis=1)
+        seen = solved_from(many, begin, held=True)
+        begin = np.where(seen.good[:, None], seen.unknowns, begin)
+    else:
+        fractions, given = [], iter(trials.T)
+        for reading in _readings(many):
+            fractions.append(next(given) if reading.measured else reading.value)
+        begin = np.concatenate([starts_at(grid, many.each[0], np.stack(fractions)), trials], axis=1)
+    every = solved_from(many, begin)
     known = _known(rows, owner, every)
     roots = every.unknowns[known.which]
     between = in_between(np.where(known.real[..., None], roots, np.nan_to_num(roots)), known.real, count)
@@ -341,12 +478,12 @@ def unusable(rows: Rows) -> Known:
     """Rows that cannot be solved, with the status that says why."""
     found = solved_from(rows, np.full((len(rows), _unknowns(rows)), np.nan))
     which = np.arange(len(rows))[:, None]
-    return Known(found, which, np.zeros_like(which, bool), np.zeros(len(rows), bool))
+    return Known(found, which, np.zeros_like(which, bool), np.zeros(len(rows), bool), np.arange(len(rows)))
 
 
-def _by_all_starts(rows: Rows) -> tuple[Equilibrium, np.ndarray]:
-    """The least heated equilibrium of rows, each searched with all starts."""
+def _by_all_starts(rows: Rows, grid: PhaseMap | None = None) -> tuple[Equilibrium, np.ndarray]:
+    """The least heated equilibrium of rows, each searched with all starts; `grid` as for `every_root`."""
     parts = []
     for first in range(0, len(rows), TOGETHER):
-        parts.append(every_root(rows.taken(slice(first, first + TOGETHER))).result())
+        parts.append(every_root(rows.taken(slice(first, first + TOGETHER)), grid).result())
     return jax.tree.map(lambda *x: np.concatenate(x), *parts)

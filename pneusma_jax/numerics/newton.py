@@ -14,13 +14,15 @@ from .linear import solve_small
 
 class _State(eqx.Module):
     """State of `BoundedNewton`: length of the last step [1], largest residual and slope before it [1], and
-    steps so far. `left` is the residual that quadratic convergence predicts after that step [1]."""
+    steps so far. `left` is the residual that quadratic convergence predicts after that step [1]. `stuck` is
+    true if an unknown was and stays at a bound, though its equation is missed."""
 
     moved: Array
     excess: Array
     slope: Float[Array, "n n"]
     count: Int[Array, ""]
     left: Array
+    stuck: Array
 
 
 class BoundedNewton(optx.AbstractRootFinder):
@@ -31,7 +33,8 @@ class BoundedNewton(optx.AbstractRootFinder):
     solved block by block: the first block of an equilibrium is its stiffness at given phases, which is
     regular. `options["count"]` is the number of steps that were made before, 0 where it is absent. After
     `options["few"]` steps an attempt with a residual above `options["closing"]` is given up, if these are
-    given.
+    given. With `options["stuck"]`, one whose unknown stays at a bound and misses its equation by more than
+    `options["closing"]` is given up after so many steps.
 
     `stats` of the solution has the largest residual `excess` and the Jacobian `slope` before the last step.
 
@@ -63,8 +66,8 @@ class BoundedNewton(optx.AbstractRootFinder):
         self, fn: Any, y: Array, args: Any, options: dict, f_struct: Any, aux_struct: Any, tags: Any
     ) -> _State:
         """See optimistix."""
-        far = jnp.asarray(jnp.inf, y.dtype)
-        return _State(far, far, jnp.eye(y.size, dtype=y.dtype), jnp.asarray(options.get("count", 0)), far)
+        far, count = jnp.asarray(jnp.inf, y.dtype), jnp.asarray(options.get("count", 0))
+        return _State(far, far, jnp.eye(y.size, dtype=y.dtype), count, far, jnp.asarray(False))
 
     def step(
         self, fn: Callable, y: Array, args: Any, options: dict, state: _State, tags: Any
@@ -80,15 +83,16 @@ class BoundedNewton(optx.AbstractRootFinder):
         step = jnp.clip(solve_blocks(slope, value, free), -self.longest, self.longest)
         early = (state.count < self.patience) | (state.count % 2 == 0)
         share = jnp.where(early | (jnp.max(jnp.abs(step)) < self.corner), 1.0, self.shorter)
-        after = y - share * step
+        after, stuck = y - share * step, jnp.asarray(False)
         if free < y.size:
             after = jnp.concatenate([after[:free], jnp.clip(after[free:], 0.0, 1.0)])
+            stuck = jnp.any((after == y)[free:] & (jnp.abs(value[free:]) > options.get("closing", 0.0)))
         moved, excess = jnp.max(jnp.abs(after - y)), jnp.max(jnp.abs(value))
         left = state.left
         if self.balanced > 0.0:  # nothing is predicted before the second step, or for a shortened one
             predicted = excess * (excess / state.excess) ** 2
             left = jnp.where(jnp.isfinite(state.excess) & (share == 1.0), predicted, jnp.inf)
-        return after, _State(moved, excess, slope, state.count + 1, left), aux
+        return after, _State(moved, excess, slope, state.count + 1, left, stuck), aux
 
     def terminate(
         self, fn: Any, y: Array, args: Any, options: dict, state: _State, tags: Any
@@ -98,6 +102,8 @@ class BoundedNewton(optx.AbstractRootFinder):
         lost = jnp.isnan(state.moved + state.excess) | (jnp.isfinite(state.moved) & jnp.isinf(state.excess))
         if "few" in options:
             lost |= (state.count >= options["few"]) & (state.excess > options["closing"])
+        if "stuck" in options:
+            lost |= (state.count >= options["stuck"]) & state.stuck
         result = optx.RESULTS.where(lost, optx.RESULTS.nonlinear_divergence, optx.RESULTS.successful)
         return (state.moved <= self.close) | (state.left < self.balanced) | lost, result
 

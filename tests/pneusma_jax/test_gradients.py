@@ -111,3 +111,20 @@ def test_second_derivatives_of_a_planar_actuator():
     h = 50.0
     numeric = (jax.grad(f)(20e3 + h) - jax.grad(f)(20e3 - h)) / (2 * h)
     np.testing.assert_allclose(jax.grad(jax.grad(f))(20e3), numeric, rtol=1e-5)
+
+
+def test_gradients_of_rows_together_are_those_of_rows_alone():
+    """Rows take the slope that their root-find left; one row alone computes it at its equilibrium."""
+    body, rng = pj.make_actuator("pneusma2"), np.random.default_rng(3)
+    pressure, xi0 = rng.uniform(1e3, 50e3, 300), rng.uniform(0.02, 0.98, (2, 300))
+
+    def bend(pressure, xi0, thicker, of):
+        actuator = eqx.tree_at(lambda a: a.springs[0].geometry.wire_diameter, body, replace_fn=lambda d: d * thicker)
+        return of(actuator, pressure, tuple(pj.MartensiteFraction(x) for x in xi0)).bend_angle
+
+    together = jax.jit(jax.grad(lambda *given: jnp.sum(bend(*given, pj.solve_batch)), argnums=(0, 1, 2)))
+    alone = jax.jit(jax.grad(lambda *given: bend(*given, pj.solve), argnums=(0, 1, 2)))
+    by_pressure, by_xi0, by_thickness = together(pressure, xi0, 1.0)
+    own = jax.vmap(alone, (0, 1, None))(pressure, xi0, 1.0)
+    for found, one in zip((by_pressure, by_xi0.T, by_thickness), (*own[:2], own[2].sum()), strict=True):
+        np.testing.assert_allclose(found, one, rtol=1e-6, atol=1e-9 * float(np.max(np.abs(one))))

@@ -10,6 +10,7 @@ import pytest
 from activations import phases
 
 import pneusma_jax as pj
+from pneusma_jax.actuator.branches import BEHIND, _without_doubles
 
 
 def resistances(found):
@@ -129,6 +130,16 @@ def test_a_history_fed_its_own_resistances_comes_back(body, pressure):
     np.testing.assert_allclose(back.rows.curvature, history.rows.curvature, atol=1e-6)
     several = np.asarray(back.rows.status) == pj.Status.several_equilibria
     assert several.any() == (pressure > 30e3)
+
+
+def test_paths_of_a_history_that_cannot_win_are_given_up():
+    """Of paths at one equilibrium, that which is cheaper by more than the next row can make up for stays."""
+    cost = np.asarray([0.5, 0.5, 0.1, 0.2, 0.65, BEHIND + 0.2])
+    unknowns = np.asarray([[0.0], [0.0], [0.0], [1.0], [1.0], [2.0]])
+    change = np.asarray([[0.1], [0.1], [0.6], [0.0], [0.4], [0.0]])
+    kept = np.asarray(_without_doubles(cost, unknowns, change))
+    #                                 its twin  far     alone  worse  behind
+    np.testing.assert_array_equal(kept, [0.5, np.inf, 0.1, 0.2, np.inf, np.inf])
 
 
 @pytest.mark.slow
