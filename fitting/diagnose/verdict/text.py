@@ -82,10 +82,10 @@ def _or_without_turns(conclusion: Conclusion, sentences: list[str]) -> list[str]
     if conclusion.mismatch:
         other = f"Or the drive did not turn between rows, and {names} acts."
         return [sentences[0], other, told, *sentences[1:]]
+    effects = " and ".join(f"{f.slug} ({f.probability:.2f})" for f in rival.found)
     lead = (
-        f"One of two acts. Either the drive turned between rows, and the recordings agree with {whole} "
-        f"(probability {rival.probability:.2f}). Or {whole} leaves out {names} "
-        f"({' and '.join(f'{f.probability:.2f}' for f in rival.found)})."
+        f"One of two acts. Either the drive turned between rows (probability {rival.probability:.2f}), and "
+        f"the recordings agree with {whole}. Or it did not, and that model leaves out {effects}."
     )
     return [lead, told, *(f.text for f in rival.found), *sentences[1:]]
 
