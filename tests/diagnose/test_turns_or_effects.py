@@ -82,7 +82,7 @@ def test_both_are_reported_where_readings_do_not_tell_them_apart(acts):
     total = sum(p for p, _ in conclusion.candidates.values()) + conclusion.nothing + conclusion.unknown
     assert total == pytest.approx(1.0) and conclusion.candidates[CONSTANT][0] <= odds.share
     assert conclusion.explanation_set == [CONSTANT]
-    assert verdict_sentences(conclusion)[0].startswith("One of two acts.") and "explains as much" in note
+    assert verdict_sentences(conclusion)[0].startswith("One of two acts.") and "is as much" in note
     assert not conclusion.model[1].slugs  # no model has an effect that may not be there
 
 
@@ -106,7 +106,7 @@ def test_a_drive_that_turned_between_rows_is_no_mismatch(alike, named):
 def test_an_effect_with_clearly_more_evidence_than_turning_points_is_named(alike):
     turned, plain, conclusion, note = concluded(alike, "effect")
     assert conclusion.mismatch and conclusion.reported[0].slug == CONSTANT
-    assert conclusion.without_turns is None and "explains clearly more" in note
+    assert conclusion.without_turns is None and "is clearly more" in note
     assert conclusion.explanation is plain and not turned.final.slugs  # with them nothing would be named
 
 
@@ -118,6 +118,23 @@ def test_an_effect_that_is_named_with_turning_points_as_well_changes_nothing():
     conclusion, note = with_turns(turned, plain)
     assert CONSTANT in turned.final.slugs and conclusion.explanation is turned
     assert conclusion.without_turns is None and "No other effect" in note
+
+
+def test_an_effect_that_acts_either_way_leads_and_the_other_one_is_told_beside_it():
+    world, rng = fast(recordings=3), np.random.default_rng(3)
+    y = world.truth(rng, **{CONSTANT: STRENGTH, DELAY: 2.0 * STRENGTH})
+    turned = searched(Turned.of(world, STRENGTH * world.effects[CONSTANT][..., 0]), y)
+    plain = searched(world, y)
+    assert turned.final.slugs == (DELAY,) and set(plain.final.slugs) == {CONSTANT, DELAY}
+    conclusion, _ = with_turns(turned, plain)
+    sure, hidden = conclusion.reported
+    assert conclusion.mismatch and sure.slug == DELAY and sure.probability > 0.9
+    assert hidden.slug == CONSTANT and hidden.probability <= weighed(turned, plain).share < 0.9
+    said = verdict_sentences(conclusion)
+    assert DELAY in said[0] and not [one for one in said if one.startswith("One of two")]
+    assert f"Or the drive did not turn between rows, and {CONSTANT} ({hidden.probability:.2f}) acts." in said
+    total = sum(p for p, _ in conclusion.candidates.values()) + conclusion.nothing + conclusion.unknown
+    assert total == pytest.approx(1.0)
 
 
 def explanation_of(program, slugs=()):

@@ -79,10 +79,11 @@ def _or_without_turns(conclusion: Conclusion, sentences: list[str]) -> list[str]
         f"Turning points have a log Bayes factor of {rival.turns:.0f}, {names} without them of "
         f"{rival.effects:.0f}: these recordings do not tell which of the two acts."
     )
-    if conclusion.mismatch:
-        other = f"Or the drive did not turn between rows, and {names} acts."
-        return [sentences[0], other, told, *sentences[1:]]
     effects = " and ".join(f"{f.slug} ({f.probability:.2f})" for f in rival.found)
+    if conclusion.mismatch:
+        acts = "acts" if len(rival.found) == 1 else "act"
+        other = f"Or the drive did not turn between rows, and {effects} {acts}."
+        return [sentences[0], other, told, *sentences[1:]]
     lead = (
         f"One of two acts. Either the drive turned between rows (probability {rival.probability:.2f}), and "
         f"the recordings agree with {whole}. Or it did not, and that model leaves out {effects}."

@@ -67,7 +67,8 @@ def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str
     odds = weighed(turned, plain)
     if odds.apart and odds.turns > odds.effects:
         names = " and ".join(plain.final.slugs)
-        return conclude(turned), f"{TURNED}. Without them {names} explains less ({odds.text}). {ADVICE}"
+        said = f"{TURNED}. Without them the evidence of {names} is less ({odds.text}). {ADVICE}"
+        return conclude(turned), said
     without = conclude(plain)
     names = " and ".join(f.slug for f in without.found if f.slug != UNMODELLED)
     if not names or not _hidden(turned, without.explanation):
@@ -77,10 +78,10 @@ def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str
     if odds.apart and odds.effects > odds.turns:
         return without, (
             "The base model fits better with turning points of the drive between rows than without. "
-            f"{names} explains clearly more ({odds.text}), so the drive is taken as it was recorded"
+            f"The evidence of {names} is clearly more ({odds.text}), so the drive is taken as it was recorded"
         )
     how, with_them = "less" if odds.apart else "as much", conclude(turned)
-    said = f"{TURNED}. Without them {names} explains {how} ({odds.text}). {ADVICE}"
+    said = f"{TURNED}. Without them the evidence of {names} is {how} ({odds.text}). {ADVICE}"
     return with_them if odds.apart else either(with_them, without, odds), said
 
 
@@ -171,6 +172,8 @@ def either(turned: Conclusion, plain: Conclusion, odds: Weighed) -> Conclusion:
         for f in plain.found
         if f.slug not in there and f.slug != UNMODELLED
     ]
+    if not hidden:  # a second look with turning points names them, too
+        return turned
     candidates = {
         slug: (averaged(p, plain.candidates[slug][0]), max(bayes, plain.candidates[slug][1]))
         for slug, (p, bayes) in turned.candidates.items()
@@ -190,7 +193,8 @@ def either(turned: Conclusion, plain: Conclusion, odds: Weighed) -> Conclusion:
 def _to_tell(hidden: list[Found], odds: Weighed) -> dict:
     """The experiment that tells turning points from effects."""
     names = [f.slug for f in hidden]
-    text = f"{ADVICE}: this tells whether the drive turned between rows or {' and '.join(names)} acts."
+    acts = f"{' and '.join(names)} {'acts' if len(names) == 1 else 'act'}"
+    text = f"{ADVICE}: this tells whether the drive turned between rows or {acts}."
     return {
         "text": text,
         "separates": names,
