@@ -76,6 +76,7 @@ def diagnose(
         other = Program.of(
             dataclasses.replace(campaign, recordings=turned), kind, model=model, tables=start.tables
         )
+        other.tally = program.tally  # a report counts all models that were fitted
         if gain_by_turns(program, other):
             plain, program = program, other
 
