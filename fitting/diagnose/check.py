@@ -283,7 +283,7 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
     Returns:
         For each its name, whether it could be tested, and a sentence.
     """
-    named = {f.slug: f.probability for f in conclusion.found}
+    named = {f.slug: f.probability for f in conclusion.reported}
     steps = conclusion.explanation.steps
     untestable = steps[0].score_test.untestable if steps else []
     found = []

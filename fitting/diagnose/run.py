@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from functools import cache
 
 import numpy as np
 
@@ -21,19 +22,15 @@ from .evaluate.program import Program
 from .evaluate.start import Start, characterised, start_of
 from .fit.base_fit import at_bound, gain_by_turns
 from .search.explain import explain
+from .search.steps import Explanation
 from .settings import DEFAULT
 from .verdict.conclude import conclude
 from .verdict.conclusion import Conclusion
 from .verdict.locate import drivers_of
 from .verdict.text import unstated
+from .verdict.turns import with_turns
 
 CAMPAIGNS = DEFAULT.campaigns
-TURNED = (
-    "Through turning points between rows, listed below, the base model fits better by a log-likelihood of "
-    "{gain:.0f}, so the drive is taken to have turned there. Missing physics that acts alike is not found "
-    "then. Record the turning points, or more rows about them"
-)
-"""Note where drives pass through turning points that no row has."""
 
 
 @small_matrices
@@ -72,23 +69,36 @@ def diagnose(
             f"{campaign.path}: {count} values to fit are too few to diagnose; {least} are needed"
         )
 
+    plain = None
     turned = [with_unsampled_turns(recording) for recording in program.recordings]
     if any(one is not other for one, other in zip(turned, program.recordings, strict=True)):
         progress("trying turning points between rows")
         other = Program.of(
             dataclasses.replace(campaign, recordings=turned), kind, model=model, tables=start.tables
         )
-        gain = gain_by_turns(program, other)
-        if gain:
-            program = other
-            notes = [*notes, TURNED.format(gain=gain)]
+        other.tally = program.tally  # a report counts all models that were fitted
+        if gain_by_turns(program, other):
+            plain, program = program, other
 
+    @cache
     def further() -> list[np.ndarray]:
         return [] if model is not None else characterised(campaign, program, progress)
 
-    explanation = explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1, further)
-    progress("scoring recordings that were not fitted")
-    conclusion = conclude(explanation)
+    def searched(one: Program) -> Explanation:
+        return explain(one, np.random.default_rng(seed), progress, 2 if thorough else 1, further)
+
+    explanation = searched(program)
+    if plain is None:
+        progress("scoring recordings that were not fitted")
+        conclusion = conclude(explanation)
+    else:
+        progress("looking for effects without turning points between rows")
+        others = searched(plain)
+        progress("scoring recordings that were not fitted")
+        conclusion, about_turns = with_turns(explanation, others)
+        notes = [*notes, about_turns]
+        if conclusion.explanation.program.recordings is plain.recordings:
+            explanation, program = others, plain
     conclusion.start = start
     apart = [one.text for one in explanation.program.outliers]
     whole = [recording.whole for recording in program.recordings]

@@ -16,6 +16,23 @@ from .probabilities import UNMODELLED, Found
 from .unknown import Signs
 
 
+@dataclass(frozen=True)
+class WithoutTurns:
+    """Effects that explain a campaign as well as turning points between rows do.
+
+    Attributes:
+        found: the effects, with their probabilities beside turning points.
+        turns: log evidence of the base model with turning points over the one without [nat].
+        effects: log evidence of the effects without turning points over the same base model [nat].
+        probability: probability of turning points, if one of the two acts.
+    """
+
+    found: list[Found]
+    turns: float
+    effects: float
+    probability: float
+
+
 @dataclass
 class Conclusion:
     """The result of a diagnosis.
@@ -40,6 +57,7 @@ class Conclusion:
         start: model that the recordings were compared with.
         left: misfit beyond noise that names and the remainder leave.
         signs: what speaks for something unknown beside names; None where none was found.
+        without_turns: effects that explain as much as turning points between rows; None if there are none.
     """
 
     explanation: Explanation
@@ -63,6 +81,12 @@ class Conclusion:
     start: Start = field(default_factory=Start)
     left: Left | None = None
     signs: Signs | None = None
+    without_turns: WithoutTurns | None = None
+
+    @property
+    def reported(self) -> list[Found]:
+        """What was found, then effects that explain as much as turning points between rows."""
+        return [*self.found, *(self.without_turns.found if self.without_turns else ())]
 
     @property
     def explanation_set(self) -> list[str]:

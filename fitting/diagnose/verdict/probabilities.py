@@ -92,6 +92,11 @@ def _unit(best: float) -> float:
     return max(1.0, VERDICT.imperfect_share * float(best))
 
 
+def told_apart(best: float, other: float) -> bool:
+    """True if the best of two log Bayes factors is so much larger that recordings tell explanations apart."""
+    return best - other >= max(EVIDENCE.minimum_difference, 2.0 * _unit(best))
+
+
 def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
     """The effects of the final model; `unknown` is the probability of something else."""
     program, fit = explanation.program, explanation.final
@@ -119,8 +124,7 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
             item = program.unknowns.items[k]
             sd = item.spread(fit.u[k], fit.sd(k))
             parameters[item.name] = {"value": float(item.value(fit.u[k])), "sd": float(sd), "unit": item.unit}
-        limit = max(EVIDENCE.minimum_difference, 2.0 * _unit(net))
-        close = [t.slug for t in rivals if net - t.bayes < limit or _alike(program, t, one_out)]
+        close = [t.slug for t in rivals if not told_apart(net, t.bayes) or _alike(program, t, one_out)]
         close += dict.fromkeys(s for pair in others for s in pair if s not in close and s not in fit.slugs)
         found.append(
             Found(

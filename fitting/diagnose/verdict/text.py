@@ -62,11 +62,33 @@ def separating(slugs: Sequence[str]) -> str:
 
 def verdict_sentences(conclusion: Conclusion) -> list[str]:
     """The verdict first, in one sentence, then what stands behind it."""
-    sentences = _verdict(conclusion)
+    sentences = _or_without_turns(conclusion, _verdict(conclusion))
     if unstated(conclusion):
         other = "another specimen than the source's looks like this, too."
         sentences.insert(1, f"No [geometry] is stated: {other}")
     return sentences
+
+
+def _or_without_turns(conclusion: Conclusion, sentences: list[str]) -> list[str]:
+    """The same sentences, or those of two explanations if recordings do not tell which of them acts."""
+    rival = conclusion.without_turns
+    if rival is None:
+        return sentences
+    whole, names = base_named(conclusion), " and ".join(f.slug for f in rival.found)
+    told = (
+        f"Turning points have a log Bayes factor of {rival.turns:.0f}, {names} without them of "
+        f"{rival.effects:.0f}: these recordings do not tell which of the two acts."
+    )
+    effects = " and ".join(f"{f.slug} ({f.probability:.2f})" for f in rival.found)
+    if conclusion.mismatch:
+        acts = "acts" if len(rival.found) == 1 else "act"
+        other = f"Or the drive did not turn between rows, and {effects} {acts}."
+        return [sentences[0], other, told, *sentences[1:]]
+    lead = (
+        f"One of two acts. Either the drive turned between rows (probability {rival.probability:.2f}), and "
+        f"the recordings agree with {whole}. Or it did not, and that model leaves out {effects}."
+    )
+    return [lead, told, *(f.text for f in rival.found), *sentences[1:]]
 
 
 def unstated(conclusion: Conclusion) -> list[str]:

@@ -38,7 +38,7 @@ def content(conclusion: Conclusion) -> dict:
                 "confusable_with": f.confusable,
                 "text": f.text,
             }
-            for f in conclusion.found
+            for f in conclusion.reported
         ],
         "candidates": candidates,
         "explanation_set": conclusion.explanation_set,
@@ -58,6 +58,7 @@ def content(conclusion: Conclusion) -> dict:
         "not_testable_here": explanation.steps[0].score_test.untestable if explanation.steps else [],
         "remainder": _discrepancy(conclusion),
         "left": _left(conclusion),
+        "turning_points": _turns(conclusion),
         "tries": explanation.tries,
         "next_experiment": conclusion.next_experiment,
         "notes": conclusion.notes,
@@ -111,6 +112,19 @@ def _discrepancy(conclusion: Conclusion) -> dict | None:
             "before": _finite(conclusion.before.reduced_chi2),
             "after": _finite(conclusion.after.reduced_chi2),
         },
+    }
+
+
+def _turns(conclusion: Conclusion) -> dict | None:
+    """Turning points between rows, where recordings do not tell them from effects without them."""
+    rival = conclusion.without_turns
+    if rival is None:
+        return None
+    return {
+        "probability": float(rival.probability),
+        "log_bayes_factor": _finite(rival.turns),
+        "log_bayes_factor_of_effects": _finite(rival.effects),
+        "instead_of": [f.slug for f in rival.found],
     }
 
 

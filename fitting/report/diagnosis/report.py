@@ -68,7 +68,7 @@ def _findings(conclusion: Conclusion) -> list[Block]:
     """Effects that were found, and the candidates for them."""
     effects = [
         Section(words_of(found.slug), [text.effect(found), effect_table(conclusion, found)])
-        for found in conclusion.found
+        for found in conclusion.reported
     ]
     candidates = candidate_table(conclusion)
     return [
