@@ -92,6 +92,7 @@ def imbalance(
     bend: Array,
     orders: int = 3,
     pulls: Sequence[Array] | None = None,
+    wall: tuple[Array, Array] | None = None,
 ) -> tuple[Array, Array]:
     """Unbalanced pull and moment about the section's centre, Eqs. 3.35 and 3.36.
 
@@ -101,13 +102,16 @@ def imbalance(
         bend: bend angle vector [rad], shape (2,).
         orders: static; up to which derivatives by the configuration are exact, 1 to 3.
         pulls: pulls of the springs [N], where they are known.
+        wall: force [N] and first moments [N m] of the wall's axial stress, where they are known.
 
     Returns:
         Force [N] and first moments of the pulls [N m], shape (2,); both zero in equilibrium.
     """
     body = problem.actuator
     strain, gradient = delta_centre / body.length, bend / body.length
-    if body.planar:
+    if wall is not None:
+        force, moment = wall
+    elif body.planar:
         towards = body.side_direction
         force, moment = body.section.integrate_in_plane(body.silicone, strain, gradient @ towards, towards)
     else:
@@ -148,11 +152,15 @@ def configuration(actuator: Actuator, unknowns: Array) -> tuple[Array, Array]:
 
 
 def residual(
-    unknowns: Array, problem: Problem, orders: int = 3, pulls: Sequence[Array] | None = None
+    unknowns: Array,
+    problem: Problem,
+    orders: int = 3,
+    pulls: Sequence[Array] | None = None,
+    wall: tuple[Array, Array] | None = None,
 ) -> Array:
     """Scaled imbalance in the free directions [1], phases as the activations read them; see `imbalance`."""
     actuator = problem.actuator
-    force, moment = imbalance(problem, *configuration(actuator, unknowns), orders, pulls)
+    force, moment = imbalance(problem, *configuration(actuator, unknowns), orders, pulls, wall)
     radius = actuator.section.radius
     area, _, _ = actuator.section.moments()
     scaled = jnp.concatenate([force[None], moment / radius]) / (REFERENCE_MODULUS * area)

@@ -71,10 +71,16 @@ class Section(eqx.Module):
         parts = [shape.moments() for shape in self.shapes]
         return tuple(sum(s * p[i] for s, p in zip(self.signs, parts, strict=True)) for i in range(3))
 
-    def rule(self, direction: Array, cuts: Array) -> Rule:
-        """Joint rule of all shapes along a unit vector, holes with negative weights."""
+    def rule(self, direction: Array, cuts: Array, between: bool = False) -> Rule:
+        """Joint rule of all shapes along a unit vector, holes with negative weights.
+
+        Args:
+            direction: unit vector.
+            cuts: coordinates at which the rule is split, ascending [m].
+            between: static; true for the part of the section between two cuts. Discs only.
+        """
         xp = namespace_of(direction, *jax.tree.leaves(self.shapes))
-        of = lambda shape: shape.rule(direction, cuts, self.nodes)  # noqa: E731
+        of = lambda shape: (shape.rule_between if between else shape.rule)(direction, cuts, self.nodes)  # noqa: E731
         rules = [of(shape) for shape in self.shapes] if xp is np else each(of, [(s,) for s in self.shapes])
         signed = [
             Rule(r.s, *(sign * weights for weights in r.across))
@@ -155,7 +161,7 @@ class Section(eqx.Module):
         bent = slope > 0.0
         n = jnp.where(bent, frozen / jnp.where(bent, slope, 1.0), jnp.asarray([0.0, 1.0]))
         along, aside = gradient @ n, gradient @ across(n)  # `aside` is zero; only its derivatives are not
-        rule = self.rule(n, _places_of(law.cuts, strain, along, self.radius))
+        rule = self.rule(n, places_of(law.cuts, strain, along, self.radius))
         sums = jnp.zeros(3)
         for k, sigma in enumerate(_derivatives(law, strain + along * rule.s, orders)):
             factor = aside**k / math.factorial(k)
@@ -190,7 +196,7 @@ def _sums(
     One matrix of weights times the stress: XLA turns single scalar products into windowed sums, which made a
     row of a history take 2.1 times as long (six recordings side by side, jaxlib 0.10.2).
     """
-    rule = section.rule(direction, _places_of(law.cuts, strain, gradient, section.radius))
+    rule = section.rule(direction, places_of(law.cuts, strain, gradient, section.radius))
     sigma = _stress(law, strain + gradient * rule.s)
     return tuple(_weights(rule) @ sigma)
 
@@ -215,7 +221,7 @@ def _in_plane_jvp(primals: tuple, tangents: tuple) -> tuple[tuple, tuple]:
     by_section, by_law, by_strain, by_gradient, _ = tangents
     if jax.tree.leaves((by_section, by_law)):  # None is no leaf
         return eqx.filter_jvp(lambda *given: _sums(*given, direction), primals[:4], tangents[:4])
-    rule = section.rule(direction, _places_of(law.cuts, strain, gradient, section.radius))
+    rule = section.rule(direction, places_of(law.cuts, strain, gradient, section.radius))
     sigma, slope = _slope(law, strain + gradient * rule.s)
     weights, tangent = _weights(rule), jnp.zeros(3)
     for lever, by in ((weights, by_strain), (weights * rule.s, by_gradient)):
@@ -275,7 +281,7 @@ def _own_and_exact_moments(section: Section) -> tuple[float, np.ndarray, np.ndar
     return float(area), np.array(own), np.array(exact)
 
 
-def _places_of(cuts: Array, strain: Array, along: Array, radius: Array) -> Array:
+def places_of(cuts: Array, strain: Array, along: Array, radius: Array) -> Array:
     """Ascending coordinates at which the strain equals each cut, far outside where it never does [m]."""
     strain, along = jax.lax.stop_gradient(strain), jax.lax.stop_gradient(along)
     flat = jnp.abs(along) * radius < 1e-14

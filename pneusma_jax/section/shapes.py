@@ -6,6 +6,7 @@ built, without compiling anything.
 """
 
 import abc
+import math
 
 import equinox as eqx
 import jax
@@ -76,16 +77,22 @@ def frozen(array: Array) -> Array:
     return array if isinstance(array, np.ndarray) else jax.lax.stop_gradient(array)
 
 
-def once(array: Array, last: int) -> Array:
-    """The array times the identity, `last` entries at a time.
+SINE = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(11))
+"""Coefficients of Taylor's polynomial of the sine; up to a quarter turn the rest is below 2e-18."""
 
-    The compiler fuses slow functions, such as sines, into every sum that they enter. It computes them there
-    anew for every direction of a derivative. It does not fuse a product of matrices.
+
+def sine(angle: Array) -> Array:
+    """Sine of angles of at most a quarter turn [rad] -> [1].
+
+    A polynomial, which the compiler computes for several nodes at once. It calls a library for every single
+    sine, and would do so again in each sum that the sine enters.
     """
-    if isinstance(array, np.ndarray):
-        return array
-    same = np.eye(last, dtype=array.dtype)
-    return jax.numpy.matmul(array.reshape(-1, last), same, precision="highest").reshape(array.shape)
+    if isinstance(angle, np.ndarray):
+        return np.sin(angle)
+    square, found = angle * angle, SINE[-1]
+    for coefficient in SINE[-2::-1]:
+        found = found * square + coefficient
+    return angle * found
 
 
 def panels(edges: Array, nodes: int) -> tuple[Array, Array]:
@@ -110,15 +117,20 @@ class Disc(Shape):
     def rule(self, direction: Array, cuts: Array, nodes: int) -> Rule:
         """See `Shape.rule`; `s = s_c + R sin(phi)`, which removes the chord's square-root ends."""
         xp = namespace_of(direction, self.centre)
+        ends = self.centre @ direction + self.radius * xp.asarray([-2.0, 2.0])
+        return self.rule_between(direction, xp.concatenate([ends[:1], cuts, ends[1:]]), nodes)
+
+    def rule_between(self, direction: Array, cuts: Array, nodes: int) -> Rule:
+        """The part of `rule` between the first and the last cut."""
+        xp = namespace_of(direction, self.centre)
         s_c, u_c = self.centre @ direction, self.centre @ across(direction)
-        inner = xp.arcsin(xp.clip((cuts - s_c) / self.radius, -1.0, 1.0))
-        ends = xp.asarray([-0.5 * np.pi, 0.5 * np.pi])
-        phi, weight = panels(frozen(xp.concatenate([ends[:1], inner, ends[1:]])), nodes)
-        sine = once(xp.sin(phi), nodes)
-        half_chord_2 = self.radius**2 * (1.0 - sine**2)
+        angles = xp.arcsin(xp.clip((cuts - s_c) / self.radius, -1.0, 1.0))
+        phi, weight = panels(frozen(angles), nodes)
+        height = sine(phi)
+        half_chord_2 = self.radius**2 * (1.0 - height**2)
         area = 2.0 * half_chord_2 * weight
         return Rule(
-            s=s_c + self.radius * sine,
+            s=s_c + self.radius * height,
             area=area,
             first=area * u_c,
             second=area * (u_c**2 + half_chord_2 / 3.0),

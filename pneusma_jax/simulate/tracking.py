@@ -23,6 +23,7 @@ from ..numerics.linear import solve_small
 from ..numerics.newton import BoundedNewton
 from ..numerics.safe import begun_as
 from ..pipeline import Effect, as_recorded
+from ..section.many_directions import in_plane
 from .row import Bench, passed
 
 METHOD = BoundedNewton(close=1e-10, patience=6, corner=0.0, balanced=1e-3 * BALANCED)
@@ -101,6 +102,18 @@ def track_history(
     return Track(found, as_recorded(effects, seen, time), good)
 
 
+def _residual(unknowns: Array, problem: Problem) -> Array:
+    """`residual`, with the wall integrated for derivatives along many directions where bending is in a
+    plane."""
+    body = problem.actuator
+    if not body.planar:
+        return residual(unknowns, problem)
+    centre, bend = configuration(body, unknowns)
+    towards = jnp.asarray(body.side_direction)
+    strained = centre / body.length, bend @ towards / body.length
+    return residual(unknowns, problem, wall=in_plane(body.section, body.silicone, *strained, towards))
+
+
 def _equilibrium_near(problem: Problem, guess: Array) -> Equilibrium:
     """Equilibrium near a guess. Where there is none, the status says so and the rest is NaN.
 
@@ -114,14 +127,14 @@ def _equilibrium_near(problem: Problem, guess: Array) -> Equilibrium:
     fixed_phases = tuple(getattr(a, "held", lambda a=a: a)() for a in problem.activations)
     frozen = eqx.tree_at(lambda p: p.activations, frozen, jax.lax.stop_gradient(fixed_phases))
     guess = jax.lax.stop_gradient(guess)
-    found = optx.root_find(residual, METHOD, guess, frozen, max_steps=MOST_STEPS, throw=False)  # type: ignore[var-annotated]
+    found = optx.root_find(_residual, METHOD, guess, frozen, max_steps=MOST_STEPS, throw=False)  # type: ignore[var-annotated]
     root, slope = jax.lax.stop_gradient((found.value, found.stats["slope"]))
-    excess = residual(root, problem)
+    excess = _residual(root, problem)
     missed = jax.lax.stop_gradient(excess)
     if any(hasattr(a, "held") for a in problem.activations):
-        missed = residual(root, frozen)
+        missed = _residual(root, frozen)
         full = jax.lax.stop_gradient(problem)
-        slope = jax.lax.stop_gradient(jax.jacfwd(lambda z: residual(z, full))(root))
+        slope = jax.lax.stop_gradient(jax.jacfwd(lambda z: _residual(z, full))(root))
     size = jnp.max(jnp.abs(missed))
     unknowns = root - solve_small(slope, excess)
     centre, bend = configuration(body, unknowns)

@@ -87,12 +87,3 @@ def test_impossible_walls_are_refused(wall, what):
 def test_a_section_that_encloses_nothing_is_refused():
     with pytest.raises(ValueError, match="encloses nothing"):
         Section((Disc(5e-3),), (1,), jnp.asarray(0.0), jnp.zeros(2), jnp.asarray(5e-3))
-
-
-def test_sines_of_the_nodes_are_computed_once_for_all_directions():
-    # fused into the sums and their derivatives, they would be computed there again for each of them: half a run
-    section, law = pj.annulus(12e-3, 1e-3), pj.load_silicone()
-    integral = lambda at: section.integrate_in_plane(law, at[0], at[1])  # noqa: E731
-    along = lambda at, steps: jax.vmap(lambda step: jax.jvp(integral, (at,), (step,)))(steps)  # noqa: E731
-    program = jax.jit(along).lower(jnp.asarray([0.1, 5.0]), jnp.ones((16, 2))).compile()
-    assert program.as_text().count(" sine(") == 1  # both discs are alike: one trace serves them

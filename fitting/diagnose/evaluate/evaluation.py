@@ -71,9 +71,10 @@ class Raw:
         good = np.stack([self.good(k, channel) for channel in channels])
         slopes = np.where(good, np.nan_to_num(slopes), 0.0)
         at, time = trajectories_of(self.stacked)[k], np.asarray(self.stacked.time)[k]
+        count = int(np.sum(np.asarray(self.stacked.mask)[k]))
         free = [
             latent_trajectories.LatentTrajectory.of(
-                j, at[j], slopes[j], slopes[len(process_noise) + j], process_noise[j], time
+                j, at[j], slopes[j], slopes[len(process_noise) + j], process_noise[j], time, count
             )
             for j in np.flatnonzero(process_noise)
         ]

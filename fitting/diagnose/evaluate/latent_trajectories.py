@@ -8,12 +8,14 @@ A spring remembers its hottest row, so an error there bends all rows that follow
 row that it remembers.
 """
 
+import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 from scipy.linalg.lapack import dpotri
+from scipy.sparse import coo_array, csr_array, vstack
 
 from fitting.inference.channels import Channel
 
@@ -33,6 +35,7 @@ class LatentTrajectory:
         own: derivative of every channel by the fraction of the same row, (channels, rows).
         remembered: the same by that of the row it remembers.
         precision: precision of every increment from the row before, (rows,); zero for the first.
+        count: number of rows of the recording; those after them are padding, and move as the last one does.
     """
 
     number: int
@@ -41,6 +44,7 @@ class LatentTrajectory:
     own: np.ndarray
     remembered: np.ndarray
     precision: np.ndarray
+    count: int
 
     @classmethod
     def of(
@@ -51,6 +55,7 @@ class LatentTrajectory:
         memory: np.ndarray,
         process_noise: float,
         time: np.ndarray,
+        count: int | None = None,
     ) -> "LatentTrajectory":
         """A trajectory from two derivatives of the channels, (channels, rows).
 
@@ -61,24 +66,35 @@ class LatentTrajectory:
             memory: derivative when only `remembered_rows` move.
             process_noise: variance of the random walk per second.
             time: [s], (rows,).
+            count: number of rows before the padding; all if None.
         """
-        keeps = remembered_rows(fraction)
+        keeps, count = remembered_rows(fraction), len(fraction) if count is None else count
         latest = np.maximum.accumulate(np.where(keeps, np.arange(len(fraction)), 0))
         precision = 1.0 / (process_noise * intervals(time))
-        precision[0] = 0.0
+        precision[0], precision[count:] = 0.0, 0.0
         remembered = np.where(keeps, 0.0, memory)
-        return cls(number, fraction, latest, moved - remembered, remembered, precision)
+        return cls(number, fraction, latest, moved - remembered, remembered, precision, count)
 
-    def design(self, channels: Sequence[Channel]) -> np.ndarray:
-        """Derivative of the misfit by every row of the trajectory, (rows, values)."""
-        count = len(self.fraction)
-        each = np.arange(count)
-        parts = []
-        for channel, own, remembered in zip(channels, self.own, self.remembered, strict=True):
-            plain = np.diag(own)
-            np.add.at(plain, (self.source, each), remembered)
-            parts.append(channel.whitened(plain))
-        return np.concatenate(parts, axis=1)
+    def design(self, channels: Sequence[Channel]) -> csr_array:
+        """Derivative of the misfit by every row of the trajectory, (rows, values), of which few are not zero.
+
+        A whitened value depends on its own row and the one before, and on the rows that these remember.
+        """
+        size = len(self.fraction)
+        each = np.arange(size)
+        rows, columns, values = [], [], []
+        for k, (channel, own, remembered) in enumerate(zip(channels, self.own, self.remembered, strict=True)):
+            here, before = channel.coefficients
+            rows += [each, self.source, each[:-1], self.source[:-1]]
+            columns += [k * size + part for part in (each, each, each[1:], each[1:])]
+            values += [here * own, here * remembered, -before[1:] * own[:-1], -before[1:] * remembered[:-1]]
+        at = np.concatenate(rows), np.concatenate(columns)
+        return coo_array((np.concatenate(values), at), shape=(size, size * len(channels))).tocsr()
+
+    @property
+    def there(self) -> np.ndarray:
+        """Mask of the rows of the recording, (rows,)."""
+        return np.arange(len(self.fraction)) < self.count
 
     def change(self, step: np.ndarray) -> np.ndarray:
         """Change of the channels (channels, rows) with that of the trajectory (rows,)."""
@@ -124,23 +140,24 @@ class Hidden:
 
     Attributes:
         trajectories: the trajectories, at least one.
-        design: derivative of the misfit by their rows, one trajectory after the other, (rows of all, values).
+        design: derivative of the misfit by their rows, one trajectory after the other, (rows of all, values);
+            sparse.
         stiffness: stiffness of their random walks, (rows of all, rows of all).
         information: second derivative of half the misfit's square by their rows.
     """
 
     trajectories: Sequence[LatentTrajectory]
-    design: np.ndarray
+    design: csr_array
     stiffness: np.ndarray
     information: np.ndarray
+    _answers: dict[bytes, tuple] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
     def of(cls, trajectories: Sequence[LatentTrajectory], channels: Sequence[Channel]) -> "Hidden":
         """Trajectories of a recording with these channels."""
-        design = np.concatenate([trajectory.design(channels) for trajectory in trajectories])
-        return cls(
-            trajectories, design, block_diag(*(c.stiffness() for c in trajectories)), design @ design.T
-        )
+        design = vstack([trajectory.design(channels) for trajectory in trajectories], format="csr")
+        walks = block_diag(*(trajectory.stiffness() for trajectory in trajectories))
+        return cls(trajectories, design, walks, (design @ design.T).toarray())
 
     @property
     def fraction(self) -> np.ndarray:
@@ -164,18 +181,45 @@ class Hidden:
             The projected directions, and the derivatives of the trajectories, (columns, free trajectories,
             rows).
         """
-        now = self.fraction
-        free = (now > 0.0) & (now < 1.0)
-        return self._less(jacobian, free)
+        free = self._inside
+        return self._less(jacobian, free, self._factor(free))
 
-    def _less(self, jacobian: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    @property
+    def _inside(self) -> np.ndarray:
+        """Mask of the rows that are neither padding nor at an end, (rows of all,)."""
+        return self.there & (self.fraction > 0.0) & (self.fraction < 1.0)
+
+    @functools.cached_property
+    def there(self) -> np.ndarray:
+        """Mask of the rows of the recording, (rows of all,)."""
+        return np.concatenate([trajectory.there for trajectory in self.trajectories])
+
+    @functools.cached_property
+    def system(self) -> np.ndarray:
+        """Second derivative of half the square of misfit and increments, (rows of all, rows of all)."""
+        return self.information + self.stiffness
+
+    def _factor(self, free: np.ndarray) -> tuple | None:
+        """Cholesky factor of the free rows' system; None where no row is free."""
+        return cho_factor(self.system[np.ix_(free, free)], check_finite=False) if free.any() else None
+
+    def _less(
+        self, jacobian: np.ndarray, free: np.ndarray, factor: tuple | None
+    ) -> tuple[np.ndarray, np.ndarray]:
         slopes = np.zeros((len(jacobian), len(free)))
-        if len(jacobian) and free.any():
-            system = (self.information + self.stiffness)[np.ix_(free, free)]
-            factor = cho_factor(system, check_finite=False)
-            slopes[:, free] = -cho_solve(factor, self.design[free] @ jacobian.T, check_finite=False).T
-        shape = (len(jacobian), len(self.trajectories), len(free) // len(self.trajectories))
-        return jacobian + slopes @ self.design, slopes.reshape(shape)
+        if len(jacobian) and factor is not None:
+            slopes[:, free] = -cho_solve(factor, (self.design @ jacobian.T)[free], check_finite=False).T
+        found = self._padded(slopes)
+        return jacobian + slopes @ self.design, found
+
+    def _padded(self, moves: np.ndarray) -> np.ndarray:
+        """Moves of all rows (..., rows of all) by trajectory (..., trajectories, rows). The padding moves as
+        the last row does."""
+        count = len(self.trajectories)
+        found = moves.reshape(*moves.shape[:-1], count, moves.shape[-1] // count)
+        for j, trajectory in enumerate(self.trajectories):
+            found[..., j, trajectory.count :] = found[..., j, trajectory.count - 1 : trajectory.count]
+        return found
 
     def answer(self, misfit: np.ndarray, jacobian: np.ndarray) -> "Answer":
         """Best trajectories near those at which the model was evaluated, and the remaining misfit.
@@ -184,29 +228,38 @@ class Hidden:
             misfit: misfit of the model there, whitened, (values,).
             jacobian: its derivatives, (columns, values).
         """
-        system, now = self.information + self.stiffness, self.fraction
+        key = misfit.tobytes()  # a search asks for the best of a run first, and for its derivatives later
+        if key not in self._answers:
+            self._answers[key] = self._best(misfit)
+        step, free, factor = self._answers[key]
+        left, slopes = self._less(jacobian, free, factor)
+        return Answer(self._padded(step), slopes, misfit + step @ self.design, left)
+
+    def _best(self, misfit: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple | None]:
+        """Step of all rows, the mask of those that are at no end after it, and the factor of their system."""
+        now = self.fraction
         pull = self.design @ misfit + np.concatenate([trajectory.pull() for trajectory in self.trajectories])
-        free, step = np.ones(len(now), bool), np.zeros(len(now))
+        free, step, factor = self.there.copy(), np.zeros(len(now)), None
         for _ in range(TRAJECTORIES.limit_passes):
-            if not free.any():
+            factor = self._factor(free)
+            if factor is None:
                 break
-            rest = pull[free] + system[np.ix_(free, ~free)] @ step[~free]
-            factor = cho_factor(system[np.ix_(free, free)], check_finite=False)
+            held = np.flatnonzero(self.there & ~free)
+            rest = pull[free] + self.system[np.ix_(free, held)] @ step[held]
             step[free] = -cho_solve(factor, rest, check_finite=False)
             beyond = free & ((now + step < 0.0) | (now + step > 1.0))
             if not beyond.any():
                 break
             step[beyond] = np.clip(now + step, 0.0, 1.0)[beyond] - now[beyond]
-            free &= ~beyond
+            free, factor = free & ~beyond, None
         step = np.clip(
             np.clip(now + step, 0.0, 1.0) - now, -TRAJECTORIES.maximum_step, TRAJECTORIES.maximum_step
         )
-        left, slopes = self._less(jacobian, free)
-        return Answer(step.reshape(len(self.trajectories), -1), slopes, misfit + step @ self.design, left)
+        return step, free, self._factor(free) if factor is None else factor
 
     def degrees_of_freedom(self) -> float:
         """Degrees of freedom that the trajectories take: trace of their smoother, sum of `leverage`."""
-        free = (self.fraction > 0.0) & (self.fraction < 1.0)
+        free = self._inside
         if not free.any():
             return 0.0
         told, walk = (x[np.ix_(free, free)] for x in (self.information, self.stiffness))
@@ -217,11 +270,11 @@ class Hidden:
 
     def leverage(self) -> np.ndarray:
         """Leverage of every measured value: the share of its error that trajectories follow, (values,)."""
-        free = (self.fraction > 0.0) & (self.fraction < 1.0)
-        design = self.design[free]
-        if not free.any():
-            return np.zeros(design.shape[1])
-        factor = cho_factor((self.information + self.stiffness)[np.ix_(free, free)], check_finite=False)
+        free = self._inside
+        factor = self._factor(free)
+        if factor is None:
+            return np.zeros(self.design.shape[1])
+        design = self.design.toarray()[free]
         return np.sum(design * cho_solve(factor, design, check_finite=False), axis=0)
 
 

@@ -221,8 +221,9 @@ class Program:
                 for name in ("slope", "memory")
             )
             fraction, time = here.drivers[TRAJECTORY][k], np.asarray(self.stacked.time)[k]
+            count = int(np.sum(np.asarray(self.stacked.mask)[k]))
             own = latent_trajectories.LatentTrajectory.of(
-                0, fraction, own + memory, memory, float(process_noise[k]), time
+                0, fraction, own + memory, memory, float(process_noise[k]), time, count
             )
             found.append(latent_trajectories.Hidden.of([own], channels))
         return found

@@ -1,0 +1,108 @@
+"""Sums over a wall for derivatives along many directions, against the plain quadrature and its derivatives."""
+
+import re
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from jax.flatten_util import ravel_pytree
+
+import pneusma_jax as pj
+from pneusma_jax.section.kinds import rectangle
+from pneusma_jax.section.many_directions import in_plane
+from pneusma_jax.section.shapes import sine
+from pneusma_jax.silicone import SiliconeLaw
+
+DIRECTION = jnp.asarray([0.6, 0.8])
+STATES = {
+    "straight": (0.05, 0.0),
+    "tension": (0.2, 10.0),
+    "through zero": (0.01, -40.0),
+    "past the tested strains": (0.5, 120.0),
+}
+"""Strain of the centre line [1] and its gradient [1/m]."""
+
+
+def _sections():
+    return {
+        "tube": lambda size, wall: pj.annulus(10e-3 * size, 1e-3 * wall),
+        "rectangle": lambda size, wall: rectangle(10e-3 * size, 8e-3, 1e-3 * wall),
+    }
+
+
+def _vector(integrate):
+    force, moment = integrate
+    return jnp.concatenate([force[None], moment])
+
+
+def _both(shape, strain, gradient):
+    """Plain and new sums as functions of one vector of all numbers, and that vector."""
+    numbers = (jnp.asarray([1.0, 1.0]), pj.load_silicone(), jnp.asarray(strain), jnp.asarray(gradient))
+    floats, rest = eqx.partition(numbers, eqx.is_inexact_array)
+    flat, restored = ravel_pytree(floats)
+
+    def of(function):
+        def sums(flat):
+            (size, wall), law, strain, gradient = eqx.combine(restored(flat), rest)
+            return _vector(function(_sections()[shape](size, wall), law, strain, gradient, DIRECTION))
+
+        return sums
+
+    plain = lambda section, law, *at: section.integrate_in_plane(law, *at)  # noqa: E731
+    return of(plain), of(in_plane), flat
+
+
+@pytest.mark.parametrize("state", STATES)
+@pytest.mark.parametrize("shape", ["tube", "rectangle"])
+def test_sums_and_slopes_are_those_of_the_plain_quadrature(shape, state):
+    plain, new, flat = _both(shape, *STATES[state])
+    np.testing.assert_allclose(new(flat), plain(flat), rtol=1e-11, atol=1e-14)
+    wanted = np.asarray(jax.jacfwd(plain)(flat))
+    scale = np.abs(wanted).max(axis=0) + 1e-12
+    for jacobian in (jax.jacfwd(new), jax.jacrev(new)):
+        np.testing.assert_allclose(jacobian(flat) / scale, wanted / scale, atol=1e-10)
+
+
+def test_second_derivatives_are_those_of_the_plain_quadrature():
+    plain, new, flat = _both("tube", *STATES["through zero"])
+    wanted = np.asarray(jax.jacfwd(jax.jacfwd(plain))(flat))
+    scale = np.abs(wanted).max() * 1e-9
+    np.testing.assert_allclose(jax.jacfwd(jax.jacfwd(new))(flat), wanted, atol=scale)
+    np.testing.assert_allclose(jax.jacfwd(jax.jacrev(new))(flat), wanted, atol=scale)
+
+
+def test_rows_side_by_side_are_those_one_by_one_and_nan_stays_nan():
+    section, law = pj.annulus(10e-3, 1e-3), pj.load_silicone()
+    strain = jnp.asarray([0.1, jnp.nan, 0.01, 0.1])
+    gradient = jnp.asarray([5.0, 5.0, -40.0, jnp.nan])
+    one = lambda e, g: _vector(in_plane(section, law, e, g, DIRECTION))  # noqa: E731
+    side_by_side = jax.vmap(one)(strain, gradient)
+    assert np.all(np.isnan(side_by_side[jnp.asarray([1, 3])]))
+    for k in (0, 2):
+        np.testing.assert_allclose(side_by_side[k], one(strain[k], gradient[k]), rtol=1e-13)
+    assert np.all(np.isnan(one(strain[1], gradient[1])))
+
+
+class Exponential(SiliconeLaw):
+    """sigma = a (exp(eps) - 1), whose exponential is seen in a compiled program."""
+
+    a: jax.Array = eqx.field(converter=jnp.asarray)
+
+    def __call__(self, strain):
+        return self.a * (jnp.exp(strain) - 1.0)
+
+
+def test_laws_are_computed_once_for_all_directions():
+    section = pj.annulus(10e-3, 1e-3)
+    sums = lambda at: _vector(in_plane(section, Exponential(at[2]), at[0], at[1], DIRECTION))  # noqa: E731
+    along = lambda at, steps: jax.vmap(lambda step: jax.jvp(sums, (at,), (step,)))(steps)  # noqa: E731
+    program = jax.jit(along).lower(jnp.asarray([0.1, 5.0, 1e5]), jnp.ones((16, 3))).compile().as_text()
+    shapes = re.findall(r"f64\[([0-9,]*)\]\S* exponential\(", program)
+    assert shapes and not any(shape.startswith("16") for shape in shapes)
+
+
+def test_sine_is_exact_to_rounding_up_to_a_quarter_turn():
+    angles = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 20_001)
+    np.testing.assert_allclose(sine(jnp.asarray(angles)), np.sin(angles), rtol=4e-16, atol=0.0)
