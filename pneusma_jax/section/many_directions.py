@@ -37,7 +37,7 @@ def in_plane(
 
 
 @eqx.filter_custom_jvp
-def _sums(section: Section, law: Callable, strain: Array, gradient: Array, direction: Array) -> Array:
+def _sums(section: Section, law: Any, strain: Array, gradient: Array, direction: Array) -> Array:
     """Force [N], and moments along the direction and across it [N m], shape (3,)."""
     return _sums_and_slopes(section, law, strain, gradient, direction)[:, 0]
 
@@ -47,7 +47,8 @@ def _sums_jvp(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
     """Tangent as a product of the one Jacobian and a direction."""
     by_section, by_law, by_strain, by_gradient, _ = tangents
     by_shapes = None if by_section is None else by_section.shapes
-    found = _sums_and_slopes(*primals, by_shapes, by_law)
+    section, law, strain, gradient, direction = primals
+    found = _sums_and_slopes(section, law, strain, gradient, direction, by_shapes, by_law)
     steps = [jnp.zeros(()) if by is None else by for by in (by_strain, by_gradient)]
     steps += jax.tree.leaves(by_shapes) + jax.tree.leaves(by_law)
     return found[:, 0], found[:, 1:] @ jnp.concatenate([jnp.ravel(step) for step in steps])
@@ -55,7 +56,7 @@ def _sums_jvp(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
 
 def _sums_and_slopes(
     section: Section,
-    law: Callable,
+    law: Any,
     strain: Array,
     gradient: Array,
     direction: Array,
@@ -85,7 +86,7 @@ def _sums_and_slopes(
 
 def _part(
     section: Section,
-    law: Callable,
+    law: Any,
     strain: Array,
     gradient: Array,
     direction: Array,
