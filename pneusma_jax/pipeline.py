@@ -71,11 +71,6 @@ class Effect(eqx.Module):
     lookalike_kinds: ClassVar[str] = ""
     by_rate: ClassVar[bool] = False
 
-    @classmethod
-    def mimicked_in(cls, kind: str) -> bool:
-        """True if `lookalike` leaves the same misfit in recordings of a kind, given by its letter."""
-        return bool(cls.lookalike) and kind in (cls.lookalike_kinds or cls.kinds)
-
     def begin(self, at: Known) -> Any:
         """Memory before the first row, at rest."""
         return None
@@ -140,6 +135,11 @@ class Effect(eqx.Module):
         For effects on a channel's clock. Memories are not known here: the recording is complete.
         """
         return value
+
+
+def mimicked_in(effect: type[Effect], kind: str) -> bool:
+    """True if an effect's `lookalike` leaves the same misfit in recordings of a kind, given by its letter."""
+    return bool(effect.lookalike) and kind in (effect.lookalike_kinds or effect.kinds)
 
 
 class Switched(eqx.Module):

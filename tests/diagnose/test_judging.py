@@ -21,6 +21,7 @@ from fitting.diagnose.verdict.text import verdict_sentences
 from fitting.diagnose.verdict.unexplained import contradicted, discrepancy_probability, outdone, steady
 from fitting.diagnose.verdict.unknown import Signs, probability_of_unknown, signs_of
 from pneusma_jax.effects import CATALOGUE
+from pneusma_jax.pipeline import mimicked_in
 
 ROWS = 200
 
@@ -164,9 +165,9 @@ def test_an_effect_that_something_without_a_name_looks_like_has_that_beside_it(m
 
 def test_a_lookalike_counts_in_the_kinds_of_recordings_that_it_is_told_for():
     stiffening, shakedown = CATALOGUE["strain_stiffening"], CATALOGUE["cyclic_shakedown"]
-    assert [stiffening.mimicked_in(kind) for kind in "AET"] == [False, False, True]
-    assert [shakedown.mimicked_in(kind) for kind in "ASWT"] == [True, True, True, False]
-    assert not CATALOGUE["gravity"].mimicked_in("A")
+    assert [mimicked_in(stiffening, kind) for kind in "AET"] == [False, False, True]
+    assert [mimicked_in(shakedown, kind) for kind in "ASWT"] == [True, True, True, False]
+    assert not mimicked_in(CATALOGUE["gravity"], "A")
 
 
 def test_an_effect_that_leaves_far_more_than_noise_is_not_first():

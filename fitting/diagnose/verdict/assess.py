@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from pneusma_jax.effects import CATALOGUE
+from pneusma_jax.pipeline import mimicked_in
 
 from ..fit.misfit import floor, limit_of, predictive_chi_square, scored
 from ..search.steps import Explanation
@@ -82,7 +83,7 @@ def assess(explanation: Explanation) -> Assessment:
         beyond = told and unknown <= 0.5
         if unknown <= 0.5:
             letter = program.specimen.letter
-            mimicked = tuple(slug for slug in explanation.final.slugs if CATALOGUE[slug].mimicked_in(letter))
+            mimicked = tuple(slug for slug in explanation.final.slugs if mimicked_in(CATALOGUE[slug], letter))
         unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
     elif mismatch:
         unknown = discrepancy_probability(explanation, base, discrepancy, floors, limits)
