@@ -304,6 +304,8 @@ def _with_third(rows: Rows, known: Known) -> Known:
     at = known.which[two, :2]
     stable = known.every.sign[at] > 0.0
     two, at, stable = (x[stable.sum(axis=1) == 1] for x in (two, at, stable))
+    if not two.size:
+        return known
     roots, count = known.every.unknowns[at], rows.actuator.freedoms
     turned = roots[~stable]
     starts = turned + np.asarray(BEYOND)[:, None, None] * (turned - roots[stable])

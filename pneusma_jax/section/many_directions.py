@@ -80,7 +80,8 @@ def _sums_and_slopes(
         there = (panel[0] < side_1) & (panel[1] > side_2) & (panel[0] < panel[1])
         return jax.lax.cond(there, lambda: sums + part(panel, between=True), lambda: sums), None
 
-    nothing = 0.0 * strain * gradient * jnp.zeros(jax.eval_shape(part, places).shape)  # NaN where either is
+    known = ~jnp.any(jnp.isnan(jnp.concatenate([edges, jnp.stack([side_1, side_2, strain, gradient])])))
+    nothing = jnp.where(known, 0.0, jnp.nan) * jnp.ones(jax.eval_shape(part, places).shape)
     return jax.lax.scan(add, nothing, jnp.stack([edges[:-1], edges[1:]], axis=1))[0]
 
 
@@ -126,7 +127,7 @@ def _computed_first(function: Callable, numbers: PyTree, by: PyTree, given: Arra
 
     Args:
         function: function of `numbers`.
-        numbers: pytree of arrays.
+        numbers: pytree; derivatives are by its arrays.
         by: the same pytree with None for leaves that do not vary; None if none does.
         given: number on which the results depend, shape (); where it is NaN, they are.
     """
@@ -135,7 +136,10 @@ def _computed_first(function: Callable, numbers: PyTree, by: PyTree, given: Arra
     else:
         varies = jax.tree.map(lambda x: x is not None, by, is_leaf=lambda x: x is None)
 
-    def results(numbers: PyTree) -> tuple[Any, Any]:
+    arrays, rest = eqx.partition(numbers, eqx.is_array)  # a branch takes arrays alone
+
+    def results(arrays: PyTree) -> tuple[Any, Any]:
+        numbers = eqx.combine(arrays, rest)
         moving, still = eqx.partition(numbers, varies)
         flat, restored = ravel_pytree(moving)
         of_flat = lambda flat: function(eqx.combine(restored(flat), still))  # noqa: E731
@@ -144,6 +148,6 @@ def _computed_first(function: Callable, numbers: PyTree, by: PyTree, given: Arra
             return value, jax.tree.map(lambda x: jnp.zeros((*x.shape, 0), x.dtype), value)
         return function(numbers), jax.jacfwd(of_flat)(flat)
 
-    shapes = jax.eval_shape(results, numbers)
+    shapes = jax.eval_shape(results, arrays)
     nothing = lambda _: jax.tree.map(lambda x: jnp.full(x.shape, jnp.nan, x.dtype), shapes)  # noqa: E731
-    return jax.lax.cond(given == given, results, nothing, numbers)
+    return jax.lax.cond(given == given, results, nothing, arrays)

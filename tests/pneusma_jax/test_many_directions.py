@@ -1,6 +1,7 @@
 """Sums over a wall for derivatives along many directions, against the plain quadrature and its derivatives."""
 
 import re
+from collections.abc import Callable
 
 import equinox as eqx
 import jax
@@ -101,6 +102,37 @@ def test_laws_are_computed_once_for_all_directions():
     program = jax.jit(along).lower(jnp.asarray([0.1, 5.0, 1e5]), jnp.ones((16, 3))).compile().as_text()
     shapes = re.findall(r"f64\[([0-9,]*)\]\S* exponential\(", program)
     assert shapes and not any(shape.startswith("16") for shape in shapes)
+
+
+class Cut(SiliconeLaw):
+    """A law of a user's own: a function in a field that is no array, and a place where it is not smooth."""
+
+    function: Callable
+    order: int
+    place: jax.Array = eqx.field(converter=jnp.asarray)
+
+    def __call__(self, strain):
+        return 1e5 * sum(self.function(strain) ** k for k in range(1, self.order + 1))
+
+    @property
+    def cuts(self):
+        return self.place[None]
+
+
+def test_laws_with_functions_and_counts_in_their_fields_are_integrated():
+    section, at = pj.annulus(10e-3, 1e-3), (jnp.asarray(0.1), jnp.asarray(5.0), DIRECTION)
+    law = Cut(jnp.tanh, 2, 0.1)
+    wanted = _vector(section.integrate_in_plane(law, *at))
+    np.testing.assert_allclose(_vector(in_plane(section, law, *at)), wanted, rtol=1e-12)
+    slope = jax.grad(lambda strain: in_plane(section, law, strain, *at[1:])[0])(at[0])
+    plain = jax.grad(lambda strain: section.integrate_in_plane(law, strain, *at[1:])[0])(at[0])
+    np.testing.assert_allclose(slope, plain, rtol=1e-12)
+
+
+def test_a_law_whose_cut_is_unknown_leaves_no_wall_of_zero():
+    at = jnp.asarray(0.1), jnp.asarray(5.0), DIRECTION
+    sums = _vector(in_plane(pj.annulus(10e-3, 1e-3), Cut(jnp.tanh, 1, jnp.nan), *at))
+    assert np.all(np.isnan(sums))
 
 
 def test_sine_is_exact_to_rounding_up_to_a_quarter_turn():
