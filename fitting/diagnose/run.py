@@ -69,16 +69,8 @@ def diagnose(
             f"{campaign.path}: {count} values to fit are too few to diagnose; {least} are needed"
         )
 
-    plain = None
-    turned = [with_unsampled_turns(recording) for recording in program.recordings]
-    if any(one is not other for one, other in zip(turned, program.recordings, strict=True)):
-        progress("trying turning points between rows")
-        other = Program.of(
-            dataclasses.replace(campaign, recordings=turned), kind, model=model, tables=start.tables
-        )
-        other.tally = program.tally  # a report counts all models that were fitted
-        if gain_by_turns(program, other):
-            plain, program = program, other
+    plain = program
+    program = _with_turning_points(campaign, plain, model, start, progress) or plain
 
     @cache
     def further() -> list[np.ndarray]:
@@ -87,14 +79,14 @@ def diagnose(
     def searched(one: Program) -> Explanation:
         return explain(one, np.random.default_rng(seed), progress, 2 if thorough else 1, further)
 
-    explanation = searched(program)
-    if plain is None:
-        progress("scoring recordings that were not fitted")
-        conclusion = conclude(explanation)
-    else:
+    explanation, others = searched(program), None
+    if program is not plain:
         progress("looking for effects without turning points between rows")
         others = searched(plain)
-        progress("scoring recordings that were not fitted")
+    progress("scoring recordings that were not fitted")
+    if others is None:
+        conclusion = conclude(explanation)
+    else:
         conclusion, about_turns = with_turns(explanation, others)
         notes = [*notes, about_turns]
         if conclusion.explanation.program.recordings is plain.recordings:
@@ -114,6 +106,24 @@ def diagnose(
         )
     conclusion.asked = answers(asked, conclusion)
     return conclusion
+
+
+def _with_turning_points(
+    campaign: Campaign,
+    program: Program,
+    model: AugmentedModel | None,
+    start: Start,
+    progress: Callable[[str], None],
+) -> Program | None:
+    """The program with turning points of drives between rows, if the base model fits clearly better."""
+    turned = [with_unsampled_turns(recording) for recording in program.recordings]
+    if all(one is other for one, other in zip(turned, program.recordings, strict=True)):
+        return None
+    progress("trying turning points between rows")
+    whole = dataclasses.replace(campaign, recordings=turned)
+    other = Program.of(whole, program.kind, model=model, tables=start.tables)
+    other.tally = program.tally  # a report counts all models that were fitted
+    return other if gain_by_turns(program, other) else None
 
 
 def _at_bounds(conclusion: Conclusion) -> list[str]:

@@ -143,9 +143,6 @@ def _computed_first(function: Callable, numbers: PyTree, by: PyTree, given: Arra
         moving, still = eqx.partition(numbers, varies)
         flat, restored = ravel_pytree(moving)
         of_flat = lambda flat: function(eqx.combine(restored(flat), still))  # noqa: E731
-        if not flat.size:
-            value = function(numbers)
-            return value, jax.tree.map(lambda x: jnp.zeros((*x.shape, 0), x.dtype), value)
         return function(numbers), jax.jacfwd(of_flat)(flat)
 
     shapes = jax.eval_shape(results, arrays)

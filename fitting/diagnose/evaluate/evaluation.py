@@ -31,6 +31,11 @@ def trajectories_of(stacked: Rows) -> np.ndarray:
     return np.stack([np.asarray(x) for x in columns], axis=1) if len(columns) else np.zeros(shape)
 
 
+def row_count(stacked: Rows, k: int) -> int:
+    """Number of rows of recording k of a stack, without the padding."""
+    return int(np.sum(np.asarray(stacked.mask)[k]))
+
+
 def with_trajectories(stacked: Rows, found: np.ndarray) -> Rows:
     """A stack with other latent trajectories, (recordings, trajectories, rows)."""
     if not found.shape[1]:
@@ -71,7 +76,7 @@ class Raw:
         good = np.stack([self.good(k, channel) for channel in channels])
         slopes = np.where(good, np.nan_to_num(slopes), 0.0)
         at, time = trajectories_of(self.stacked)[k], np.asarray(self.stacked.time)[k]
-        count = int(np.sum(np.asarray(self.stacked.mask)[k]))
+        count = row_count(self.stacked, k)
         free = [
             latent_trajectories.LatentTrajectory.of(
                 j, at[j], slopes[j], slopes[len(process_noise) + j], process_noise[j], time, count
@@ -142,7 +147,7 @@ class Raw:
             process_noise: same as in `hidden`.
             block: readings that a row is the mean of.
         """
-        hidden, count = self.hidden(k, channels, process_noise), int(np.asarray(self.stacked.mask)[k].sum())
+        hidden, count = self.hidden(k, channels, process_noise), row_count(self.stacked, k)
         found = [np.zeros(self.stacked.mask.shape[1]) for _ in channels]
         for trajectory in hidden.trajectories if hidden else ():
             slopes = trajectory.own + trajectory.remembered

@@ -209,14 +209,13 @@ class Hidden:
         slopes = np.zeros((len(jacobian), len(free)))
         if len(jacobian) and factor is not None:
             slopes[:, free] = -cho_solve(factor, (self.design @ jacobian.T)[free], check_finite=False).T
-        found = self._padded(slopes)
-        return jacobian + slopes @ self.design, found
+        return jacobian + slopes @ self.design, self._padded(slopes)
 
     def _padded(self, moves: np.ndarray) -> np.ndarray:
         """Moves of all rows (..., rows of all) by trajectory (..., trajectories, rows). The padding moves as
         the last row does."""
         count = len(self.trajectories)
-        found = moves.reshape(*moves.shape[:-1], count, moves.shape[-1] // count)
+        found = moves.reshape(*moves.shape[:-1], count, moves.shape[-1] // count).copy()  # kept answers stay
         for j, trajectory in enumerate(self.trajectories):
             found[..., j, trajectory.count :] = found[..., j, trajectory.count - 1 : trajectory.count]
         return found

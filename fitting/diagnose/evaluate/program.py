@@ -26,7 +26,7 @@ from pneusma_jax.errors import InputError
 from ..settings import DEFAULT
 from . import latent_trajectories
 from .compiled import Compiled
-from .evaluation import TRAJECTORY, Evaluation, Raw, trajectories_of, with_trajectories
+from .evaluation import TRAJECTORY, Evaluation, Raw, row_count, trajectories_of, with_trajectories
 from .high_frequency_noise import high_frequency_readings
 from .inputs import input_noise, shifted, with_input_noise
 from .noise import channels_of
@@ -221,7 +221,7 @@ class Program:
                 for name in ("slope", "memory")
             )
             fraction, time = here.drivers[TRAJECTORY][k], np.asarray(self.stacked.time)[k]
-            count = int(np.sum(np.asarray(self.stacked.mask)[k]))
+            count = row_count(self.stacked, k)
             own = latent_trajectories.LatentTrajectory.of(
                 0, fraction, own + memory, memory, float(process_noise[k]), time, count
             )

@@ -7,7 +7,7 @@ import numpy as np
 from fitting.inference.noise import rounding_noise
 from fitting.inference.readings import read_values
 
-from ..evaluate.evaluation import Evaluation
+from ..evaluate.evaluation import Evaluation, row_count
 from ..evaluate.instruments import Series, instrument_of, series_of
 from ..evaluate.program import Program
 
@@ -50,6 +50,6 @@ def _samples(program: Program, members: list[tuple[int, int, Series]]) -> list[S
     found = []
     for k, j, one in members:
         if one.stated and one.block > 1:
-            quantity, rows = program.bare[k][j].quantity, int(np.asarray(program.stacked.mask)[k].sum())
+            quantity, rows = program.bare[k][j].quantity, row_count(program.stacked, k)
             found.append(one.finer(program.recordings[k].whole.si(quantity), rows))
     return found

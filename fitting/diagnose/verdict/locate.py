@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..evaluate.evaluation import row_count
 from ..evaluate.program import Program
 from ..fit.refit import Fit
 from ..search.steps import Explanation
@@ -132,7 +133,7 @@ def _region(name: str, x: np.ndarray, y: np.ndarray) -> str:
 def _window(program: Program, misfit: np.ndarray, valid: np.ndarray) -> tuple[str, int, int] | None:
     best = None
     for k, recording in enumerate(program.recordings):
-        count = int(np.sum(np.asarray(program.stacked.mask)[k]))
+        count = row_count(program.stacked, k)
         width = max(4, int(PLACE.window_part * count))
         squares = np.cumsum(np.concatenate([[0.0], np.where(valid[k], misfit[k] ** 2, 0.0)]))
         if count < width:
