@@ -47,7 +47,7 @@ def test_the_design_is_the_derivative_of_what_the_courses_change(rng):
     step = rng.normal(size=ROWS)
     plain = one.change(step)
     whole = np.concatenate([c.whitened(x) for c, x in zip(members, plain, strict=True)])
-    np.testing.assert_allclose(step @ one.design(members), whole, atol=1e-12)
+    np.testing.assert_allclose(Hidden([one], members).change(step[None]), whole, atol=1e-12)
 
 
 def test_rows_remember_the_hottest_before_them(rng):
@@ -64,7 +64,7 @@ def test_rows_remember_the_hottest_before_them(rng):
 def test_the_answer_is_the_least_squares_solution(rng, count):
     members = channels(rng)
     free = [course(rng, smooth(rng), number=n) for n in range(count)]
-    hidden = Hidden.of(free, members)
+    hidden = Hidden(free, members)
     misfit, jacobian = rng.normal(size=2 * ROWS), rng.normal(size=(3, 2 * ROWS))
     told = hidden.answer(misfit, jacobian)
 
@@ -73,12 +73,12 @@ def test_the_answer_is_the_least_squares_solution(rng, count):
             0.5 * np.sum(c.precision * np.diff(c.fraction + s, prepend=(c.fraction + s)[:1]) ** 2)
             for c, s in zip(free, np.split(step, count), strict=True)
         )
-        return 0.5 * np.sum((misfit + step @ hidden.design) ** 2) + walks + 0.5e-6 * step @ step
+        return 0.5 * np.sum((misfit + hidden.change(step.reshape(count, ROWS))) ** 2) + walks + 0.5e-6 * step @ step
 
     best = told.steps.ravel()
     least = cost(best)
     assert all(cost(best + 1e-3 * rng.normal(size=best.size)) > least for _ in range(50))
-    np.testing.assert_allclose(told.misfit, misfit + best @ hidden.design)
+    np.testing.assert_allclose(told.misfit, misfit + hidden.change(told.steps))
     shift = 1e-4 * np.array([1.0, -2.0, 0.5])
     again = hidden.answer(misfit + shift @ jacobian, jacobian)
     np.testing.assert_allclose(again.misfit, told.misfit + shift @ told.jacobian, atol=1e-9)
@@ -90,7 +90,7 @@ def test_the_answer_is_the_least_squares_solution(rng, count):
 def test_fractions_stay_within_their_limits_and_take_nothing_up_there(rng):
     members = channels(rng)
     one = LatentTrajectory.of(0, np.full(ROWS, 0.999), -np.ones((2, ROWS)), np.zeros((2, ROWS)), 1e-3, TIME)
-    hidden = Hidden.of([one], members)
+    hidden = Hidden([one], members)
     told = hidden.answer(np.full(2 * ROWS, 3.0), np.ones((1, 2 * ROWS)))
     assert np.max(one.fraction + told.steps[0]) <= 1.0
     assert not np.any(told.slopes)
@@ -99,12 +99,12 @@ def test_fractions_stay_within_their_limits_and_take_nothing_up_there(rng):
 
 def test_what_courses_take_up_is_one_value_a_row_where_they_are_loose(rng):
     members = channels(rng)
-    loose = Hidden.of([course(rng, smooth(rng), process_noise=1e6)], members)
-    stiff = Hidden.of([course(rng, smooth(rng), process_noise=1e-14)], members)
+    loose = Hidden([course(rng, smooth(rng), process_noise=1e6)], members)
+    stiff = Hidden([course(rng, smooth(rng), process_noise=1e-14)], members)
     assert loose.leverage().sum() == pytest.approx(ROWS, rel=1e-3)
     assert stiff.leverage().sum() == pytest.approx(1.0, rel=1e-2)
     for fraction in (smooth(rng), np.where(np.arange(ROWS) < 9, 1.0, 0.4), np.ones(ROWS)):
-        one = Hidden.of([course(rng, fraction, process_noise=1e-3)], members)
+        one = Hidden([course(rng, fraction, process_noise=1e-3)], members)
         assert one.degrees_of_freedom() == pytest.approx(one.leverage().sum(), rel=1e-9)
 
 
@@ -115,7 +115,7 @@ def test_rows_that_only_pad_do_not_drown_the_others_in_rounding():
     sigma = np.where(np.arange(128) < 100, 0.03, np.inf)
     channel = Channel("resistance_2", np.zeros(128), sigma, 0.0)
     one = LatentTrajectory.of(0, np.full(128, 0.5), own, np.zeros((1, 128)), min(DEFAULT.trajectories.process_noise_variances), time)
-    told = Hidden.of([one], [channel]).answer(channel.whitened(np.where(own[0] > 0, -0.03, 0.0)), np.zeros((0, 128)))
+    told = Hidden([one], [channel]).answer(channel.whitened(np.where(own[0] > 0, -0.03, 0.0)), np.zeros((0, 128)))
     np.testing.assert_allclose(told.steps[0], 0.1, rtol=1e-3)
 
 

@@ -7,8 +7,6 @@ evaluation is that of the best ones.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.inference.channels import Channel
@@ -40,8 +38,7 @@ def with_trajectories(stacked: Rows, found: np.ndarray) -> Rows:
     """A stack with other latent trajectories, (recordings, trajectories, rows)."""
     if not found.shape[1]:
         return stacked
-    columns = tuple(jnp.asarray(found[:, j]) for j in range(found.shape[1]))
-    return eqx.tree_at(lambda r: r.extra[TRAJECTORY], stacked, columns)
+    return replace(stacked, extra=stacked.extra | {TRAJECTORY: tuple(np.moveaxis(found, 1, 0).copy())})
 
 
 @dataclass(frozen=True)
@@ -83,7 +80,7 @@ class Raw:
             )
             for j in np.flatnonzero(process_noise)
         ]
-        return latent_trajectories.Hidden.of(free, channels) if free else None
+        return latent_trajectories.Hidden(free, channels) if free else None
 
     def taking(self, other: "Raw", chosen: np.ndarray) -> "Raw":
         """The run with chosen recordings taken from another.
@@ -166,16 +163,22 @@ class Raw:
             channels: channels that count.
             failed: standard deviations that a row without an answer counts for.
         """
-        pieces, derivatives, plain = [], [], []
+        derivatives, plain = [], []
         for channel in channels:
             predicted, slope = self.found[channel.quantity][k], self.slopes[channel.quantity][:, k]
             good = self.good(k, channel)
-            miss = np.where(good, predicted - channel.measured, failed * channel.sigma)
-            miss = np.where(np.isfinite(channel.sigma), miss, 0.0)
             plain.append(np.where(good, predicted, np.nan))
-            pieces.append(channel.whitened(miss))
             derivatives.append(channel.whitened(np.where(good, slope, 0.0)))
-        return np.concatenate(pieces), np.concatenate(derivatives, axis=1), plain
+        return self.misfit(k, channels, failed), np.concatenate(derivatives, axis=1), plain
+
+    def misfit(self, k: int, channels: Sequence[Channel], failed: float) -> np.ndarray:
+        """Whitened misfit of recording k, all its channels in a row, (values,); as `whitened` takes them."""
+        pieces = []
+        for channel in channels:
+            missed = self.found[channel.quantity][k] - channel.measured
+            missed = np.where(self.good(k, channel), missed, failed * channel.sigma)
+            pieces.append(channel.whitened(np.where(np.isfinite(channel.sigma), missed, 0.0)))
+        return np.concatenate(pieces)
 
 
 @dataclass(frozen=True, eq=False)

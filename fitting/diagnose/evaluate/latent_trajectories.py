@@ -13,9 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import block_diag, cho_factor, cho_solve
-from scipy.linalg.lapack import dpotri
-from scipy.sparse import coo_array, csr_array, vstack
+from scipy.sparse import csc_array, csr_array, vstack
+from scipy.sparse.linalg import SuperLU, splu
 
 from fitting.inference.channels import Channel
 
@@ -75,22 +74,6 @@ class LatentTrajectory:
         remembered = np.where(keeps, 0.0, memory)
         return cls(number, fraction, latest, moved - remembered, remembered, precision, count)
 
-    def design(self, channels: Sequence[Channel]) -> csr_array:
-        """Derivative of the misfit by every row of the trajectory, (rows, values), of which few are not zero.
-
-        A whitened value depends on its own row and the one before, and on the rows that these remember.
-        """
-        size = len(self.fraction)
-        each = np.arange(size)
-        rows, columns, values = [], [], []
-        for k, (channel, own, remembered) in enumerate(zip(channels, self.own, self.remembered, strict=True)):
-            here, before = channel.coefficients
-            rows += [each, self.source, each[:-1], self.source[:-1]]
-            columns += [k * size + part for part in (each, each, each[1:], each[1:])]
-            values += [here * own, here * remembered, -before[1:] * own[:-1], -before[1:] * remembered[:-1]]
-        at = np.concatenate(rows), np.concatenate(columns)
-        return coo_array((np.concatenate(values), at), shape=(size, size * len(channels))).tocsr()
-
     @property
     def there(self) -> np.ndarray:
         """Mask of the rows of the recording, (rows,)."""
@@ -99,14 +82,6 @@ class LatentTrajectory:
     def change(self, step: np.ndarray) -> np.ndarray:
         """Change of the channels (channels, rows) with that of the trajectory (rows,)."""
         return self.own * step + self.remembered * step[self.source]
-
-    def stiffness(self) -> np.ndarray:
-        """Second derivative of half the increments' square, with a hold on every row, (rows, rows)."""
-        after = np.append(self.precision[1:], 0.0)
-        found = np.diag(self.precision + after + TRAJECTORIES.hold_weight)
-        each = np.arange(len(after) - 1)
-        found[each, each + 1] = found[each + 1, each] = -self.precision[1:]
-        return found
 
     def roughness(self, step: np.ndarray | float = 0.0) -> float:
         """Square of the increments once the trajectory has moved by a step, (rows,)."""
@@ -136,33 +111,93 @@ def remembered_rows(fraction: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Hidden:
-    """All free trajectories of one recording as one linear least-squares problem.
+    """All free trajectories of one recording as one sparse linear least-squares problem.
+
+    Its unknowns have an order of their own: backwards in time, the trajectories of a row side by side. A row
+    depends on the one before it and on the one that it remembers, which is earlier, too. In this order the
+    factor of the system has no more entries than the system.
 
     Attributes:
         trajectories: the trajectories, at least one.
-        design: derivative of the misfit by their rows, one trajectory after the other, (rows of all, values);
-            sparse.
-        stiffness: stiffness of their random walks, (rows of all, rows of all).
-        information: second derivative of half the misfit's square by their rows.
+        channels: channels of the recording.
     """
 
     trajectories: Sequence[LatentTrajectory]
-    design: csr_array
-    stiffness: np.ndarray
-    information: np.ndarray
+    channels: Sequence[Channel]
     _answers: dict[bytes, tuple] = field(default_factory=dict, init=False, repr=False, compare=False)
 
-    @classmethod
-    def of(cls, trajectories: Sequence[LatentTrajectory], channels: Sequence[Channel]) -> "Hidden":
-        """Trajectories of a recording with these channels."""
-        design = vstack([trajectory.design(channels) for trajectory in trajectories], format="csr")
-        walks = block_diag(*(trajectory.stiffness() for trajectory in trajectories))
-        return cls(trajectories, design, walks, (design @ design.T).toarray())
+    @functools.cached_property
+    def design(self) -> csr_array:
+        """Derivative of the misfit by the unknowns, (values, unknowns).
+
+        A whitened value depends on its own row and the one before, and on the rows that these remember.
+        """
+        here, before = (np.stack(c) for c in zip(*(c.coefficients for c in self.channels), strict=True))
+        values, columns = [], []
+        for trajectory, places in zip(self.trajectories, self._places, strict=True):
+            remembered = places[trajectory.source]
+            own, other = trajectory.own, trajectory.remembered
+            values += [here * own, here * other, -before * _earlier(own), -before * _earlier(other)]
+            columns += [places, remembered, _earlier(places), _earlier(remembered)]
+        return _sparse(np.stack(values, axis=-1), np.stack(columns, axis=-1), self.fraction.size)
+
+    @functools.cached_property
+    def _walk(self) -> csr_array:
+        """Derivative of the weighted increments and of a hold on every row, (equations, unknowns)."""
+        weights = np.sqrt([trajectory.precision for trajectory in self.trajectories])
+        values = np.stack([weights, -weights], axis=-1)
+        columns = np.stack([self._places, _earlier(self._places)], axis=-1)
+        count = self.fraction.size
+        held = np.full((count, 1), np.sqrt(TRAJECTORIES.hold_weight))
+        hold = _sparse(held, np.arange(count)[:, None], count)
+        return vstack([_sparse(values, columns, count), hold], format="csr")
+
+    @functools.cached_property
+    def system(self) -> csc_array:
+        """Second derivative of half the square of misfit and increments, (unknowns, unknowns)."""
+        whole = vstack([self.design, self._walk], format="csr")
+        found = whole.T @ whole
+        found.sort_indices()
+        return found
 
     @property
+    def _places(self) -> np.ndarray:
+        """Number of the unknown of every row, (trajectories, rows)."""
+        rows, count = len(self.trajectories[0].fraction), len(self.trajectories)
+        return np.arange(rows)[::-1] * count + np.arange(count)[:, None]
+
+    @staticmethod
+    def _ordered(by_row: np.ndarray) -> np.ndarray:
+        """Unknowns (..., unknowns) from an array (..., trajectories, rows)."""
+        turned = np.swapaxes(by_row[..., ::-1], -1, -2)
+        return turned.reshape(*turned.shape[:-2], -1)
+
+    def _by_row(self, unknowns: np.ndarray) -> np.ndarray:
+        """An array (..., trajectories, rows) from unknowns (..., unknowns). Padding moves as the last row."""
+        count = len(self.trajectories)
+        turned = unknowns.reshape(*unknowns.shape[:-1], unknowns.shape[-1] // count, count)
+        found = np.swapaxes(turned, -1, -2)[..., ::-1].copy()  # kept answers stay as they are
+        for j, trajectory in enumerate(self.trajectories):
+            found[..., j, trajectory.count :] = found[..., j, trajectory.count - 1 : trajectory.count]
+        return found
+
+    @functools.cached_property
     def fraction(self) -> np.ndarray:
-        """All trajectories, one after the other."""
-        return np.concatenate([trajectory.fraction for trajectory in self.trajectories])
+        """All trajectories, (unknowns,)."""
+        return self._ordered(np.stack([trajectory.fraction for trajectory in self.trajectories]))
+
+    @functools.cached_property
+    def there(self) -> np.ndarray:
+        """Mask of the rows of the recording, (unknowns,)."""
+        return self._ordered(np.stack([trajectory.there for trajectory in self.trajectories]))
+
+    def change(self, steps: np.ndarray) -> np.ndarray:
+        """Change of the misfit (..., values) with steps of the trajectories, (..., trajectories, rows)."""
+        return self._changed(self._ordered(steps))
+
+    def _changed(self, unknowns: np.ndarray) -> np.ndarray:
+        """Change of the misfit (..., values) with the unknowns (..., unknowns)."""
+        return (self.design @ unknowns.T).T
 
     def roughness(self, steps: np.ndarray | None = None) -> float:
         """Square of all increments once the trajectories have moved by steps, (trajectories, rows)."""
@@ -186,39 +221,30 @@ class Hidden:
 
     @property
     def _inside(self) -> np.ndarray:
-        """Mask of the rows that are neither padding nor at an end, (rows of all,)."""
+        """Mask of the rows that are neither padding nor at an end, (unknowns,)."""
         return self.there & (self.fraction > 0.0) & (self.fraction < 1.0)
 
     @functools.cached_property
-    def there(self) -> np.ndarray:
-        """Mask of the rows of the recording, (rows of all,)."""
-        return np.concatenate([trajectory.there for trajectory in self.trajectories])
+    def _entries(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Row and column of every entry of the system, and where its diagonal is."""
+        column = np.repeat(np.arange(self.system.shape[1]), np.diff(self.system.indptr))
+        return self.system.indices, column, np.flatnonzero(self.system.indices == column)
 
-    @functools.cached_property
-    def system(self) -> np.ndarray:
-        """Second derivative of half the square of misfit and increments, (rows of all, rows of all)."""
-        return self.information + self.stiffness
-
-    def _factor(self, free: np.ndarray) -> tuple | None:
-        """Cholesky factor of the free rows' system; None where no row is free."""
-        return cho_factor(self.system[np.ix_(free, free)], check_finite=False) if free.any() else None
+    def _factor(self, free: np.ndarray) -> SuperLU:
+        """Factor of the system in which all but the free unknowns are held."""
+        row, column, diagonal = self._entries
+        entries = self.system.data * (free[row] & free[column])
+        entries[diagonal] += ~free
+        held = csc_array((entries, row, self.system.indptr), shape=self.system.shape)
+        return splu(held, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
     def _less(
-        self, jacobian: np.ndarray, free: np.ndarray, factor: tuple | None
+        self, jacobian: np.ndarray, free: np.ndarray, factor: SuperLU
     ) -> tuple[np.ndarray, np.ndarray]:
         slopes = np.zeros((len(jacobian), len(free)))
-        if len(jacobian) and factor is not None:
-            slopes[:, free] = -cho_solve(factor, (self.design @ jacobian.T)[free], check_finite=False).T
-        return jacobian + slopes @ self.design, self._padded(slopes)
-
-    def _padded(self, moves: np.ndarray) -> np.ndarray:
-        """Moves of all rows (..., rows of all) by trajectory (..., trajectories, rows). The padding moves as
-        the last row does."""
-        count = len(self.trajectories)
-        found = moves.reshape(*moves.shape[:-1], count, moves.shape[-1] // count).copy()  # kept answers stay
-        for j, trajectory in enumerate(self.trajectories):
-            found[..., j, trajectory.count :] = found[..., j, trajectory.count - 1 : trajectory.count]
-        return found
+        if len(jacobian):
+            slopes = -factor.solve(np.where(free[:, None], self.design.T @ jacobian.T, 0.0)).T
+        return jacobian + self._changed(slopes), self._by_row(slopes)
 
     def answer(self, misfit: np.ndarray, jacobian: np.ndarray) -> "Answer":
         """Best trajectories near those at which the model was evaluated, and the remaining misfit.
@@ -232,20 +258,19 @@ class Hidden:
             self._answers[key] = self._best(misfit)
         step, free, factor = self._answers[key]
         left, slopes = self._less(jacobian, free, factor)
-        return Answer(self._padded(step), slopes, misfit + step @ self.design, left)
+        return Answer(self._by_row(step), slopes, misfit + self._changed(step), left)
 
-    def _best(self, misfit: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple | None]:
-        """Step of all rows, the mask of those that are at no end after it, and the factor of their system."""
+    def _best(self, misfit: np.ndarray) -> tuple[np.ndarray, np.ndarray, SuperLU]:
+        """Step of all unknowns, the mask of those that are at no end after it, and the factor of their
+        system."""
         now = self.fraction
-        pull = self.design @ misfit + np.concatenate([trajectory.pull() for trajectory in self.trajectories])
+        walk = self._ordered(np.stack([trajectory.pull() for trajectory in self.trajectories]))
+        pull = self.design.T @ misfit + walk
         free, step, factor = self.there.copy(), np.zeros(len(now)), None
         for _ in range(TRAJECTORIES.limit_passes):
             factor = self._factor(free)
-            if factor is None:
-                break
-            held = np.flatnonzero(self.there & ~free)
-            rest = pull[free] + self.system[np.ix_(free, held)] @ step[held]
-            step[free] = -cho_solve(factor, rest, check_finite=False)
+            rest = pull + self.system @ np.where(free, 0.0, step)
+            step = np.where(free, -factor.solve(np.where(free, rest, 0.0)), step)
             beyond = free & ((now + step < 0.0) | (now + step > 1.0))
             if not beyond.any():
                 break
@@ -261,20 +286,33 @@ class Hidden:
         free = self._inside
         if not free.any():
             return 0.0
-        told, walk = (x[np.ix_(free, free)] for x in (self.information, self.stiffness))
-        factor, lower = cho_factor(told + walk, lower=True, check_finite=False)
-        inverse, _ = dpotri(factor, lower=lower)  # half the work of solving for every column
-        half = np.tril(inverse)
-        return float(2.0 * np.sum(half * told) - np.sum(np.diag(half) * np.diag(told)))
+        told = (self.design.T @ self.design).toarray() * free
+        return float(np.trace(self._factor(free).solve(np.where(free[:, None], told, 0.0))))
 
     def leverage(self) -> np.ndarray:
         """Leverage of every measured value: the share of its error that trajectories follow, (values,)."""
         free = self._inside
-        factor = self._factor(free)
-        if factor is None:
-            return np.zeros(self.design.shape[1])
-        design = self.design.toarray()[free]
-        return np.sum(design * cho_solve(factor, design, check_finite=False), axis=0)
+        design = np.where(free[:, None], self.design.T.toarray(), 0.0)
+        return np.sum(design * self._factor(free).solve(design), axis=0)
+
+
+def _earlier(each: np.ndarray) -> np.ndarray:
+    """Every row's entry of the row before, along the last axis; the first has its own."""
+    return np.concatenate([each[..., :1], each[..., :-1]], axis=-1)
+
+
+def _sparse(values: np.ndarray, columns: np.ndarray, count: int) -> csr_array:
+    """A sparse matrix with the same number of entries in every row.
+
+    Args:
+        values: shape (..., entries).
+        columns: columns of the entries, broadcast against `values`. Those of a row that share one are added.
+        count: number of columns.
+    """
+    rows = values.size // values.shape[-1]
+    starts = np.arange(rows + 1, dtype=np.int32) * values.shape[-1]
+    at = np.broadcast_to(columns, values.shape).astype(np.int32)
+    return csr_array((values.ravel(), at.ravel(), starts), shape=(rows, count))
 
 
 def taken_by(each: Sequence[Hidden | None]) -> np.ndarray:

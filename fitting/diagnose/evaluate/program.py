@@ -225,7 +225,7 @@ class Program:
             own = latent_trajectories.LatentTrajectory.of(
                 0, fraction, own + memory, memory, float(process_noise[k]), time, count
             )
-            found.append(latent_trajectories.Hidden.of([own], channels))
+            found.append(latent_trajectories.Hidden([own], channels))
         return found
 
     def freedom_of_trajectories(self, here: Evaluation) -> np.ndarray:

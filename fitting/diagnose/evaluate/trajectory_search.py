@@ -76,7 +76,7 @@ class Search:
         better = np.zeros(len(run.stacked.mask), bool)
         for k in np.flatnonzero(self._open):
             hidden = run.hidden(k, self._channels[k], self._pace[k])
-            misfit, _, _ = run.whitened(k, self._channels[k], self._failed)
+            misfit = run.misfit(k, self._channels[k], self._failed)
             square = float(misfit @ misfit) + (hidden.roughness() if hidden else 0.0)
             better[k] = square < self._least[k]
             if better[k]:
