@@ -1,11 +1,12 @@
 """`diagnose`: from a campaign to a conclusion and its documents."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
 import numpy as np
 
+from fitting.calibrate.result import Estimate
 from fitting.data.recordings import Campaign, schema
 from fitting.inference.parallel import small_matrices
 from fitting.inference.readings import cautions
@@ -19,7 +20,7 @@ from pneusma_jax.model_discrepancy import EDGE
 
 from .check import answers, asked_effects, checked
 from .evaluate.program import Program
-from .evaluate.start import Start, characterised, start_of
+from .evaluate.start import Start, begun_at, characterised, start_of
 from .fit.base_fit import at_bound, gain_by_turns
 from .search.explain import explain
 from .search.steps import Explanation
@@ -72,9 +73,12 @@ def diagnose(
     plain = program
     program = _with_turning_points(campaign, plain, model, start, progress) or plain
 
-    @cache
-    def further() -> list[np.ndarray]:
-        return [] if model is not None else characterised(campaign, program, progress)
+    @cache  # of the recordings alone: both searches ask for it
+    def known() -> Mapping[str, Estimate]:
+        return {} if model is not None else characterised(campaign, kind, progress)
+
+    def further(one: Program) -> list[np.ndarray]:
+        return begun_at(known(), one.unknowns)
 
     def searched(one: Program) -> Explanation:
         return explain(one, np.random.default_rng(seed), progress, 2 if thorough else 1, further)
