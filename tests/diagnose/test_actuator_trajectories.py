@@ -37,6 +37,11 @@ def test_a_recording_without_resistance_stays_cold_and_takes_nothing_up(program,
     assert nominal.hidden[0] is not None
 
 
+def test_an_evaluation_keeps_no_factor_of_its_linear_problems(nominal):
+    kept = [one for one in nominal.hidden if one is not None]
+    assert kept and not any(one._answers or "system" in vars(one) for one in kept)
+
+
 def test_rows_change_with_their_own_fraction_and_with_the_one_they_remember(program):
     here = program._run(program.unknowns.neutral, program.unknowns.base[:0], program.stacked)
     channels = program.channels[0]

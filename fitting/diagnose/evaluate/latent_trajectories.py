@@ -234,6 +234,14 @@ class Hidden:
         left, slopes = self._less(jacobian, free, factor)
         return Answer(self._padded(step), slopes, misfit + step @ self.design, left)
 
+    def release(self) -> None:
+        """Drop what answers were made of, half of the memory. Another answer makes it again.
+
+        Fits keep their evaluations, and these ask for no more answers.
+        """
+        self._answers.clear()
+        self.__dict__.pop("system", None)
+
     def _best(self, misfit: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple | None]:
         """Step of all rows, the mask of those that are at no end after it, and the factor of their system."""
         now = self.fraction

@@ -383,6 +383,7 @@ class Program:
                     if believed:
                         moved[k, trajectory.number] += answer.steps[j]
                         raw = [x + dx for x, dx in zip(raw, trajectory.change(answer.steps[j]), strict=True)]
+                one.release()
             found.append((misfit, jacobian, raw))
         for j, number in enumerate(self.stacked.extra["layout"].spring_numbers if search else ()):
             drivers[f"{TRAJECTORY}_{number}"] = moved[:, j]
