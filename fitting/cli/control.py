@@ -36,8 +36,8 @@ def control_command(
 
     The plant has physics that the controller's model lacks. Each is run twice: without that physics in the
     controller's model, and with it. Writes report.html, report.json, control.csv and figures.
-    Exit code 1 if the level is out of reach of the controller's own model, or a plant has no equilibrium in
-    some rows; 2 if there is none in any row whose error counts.
+    Exit code 1 if the level is out of reach of the controller's own model. It is 1, too, if a plant has no
+    equilibrium in some rows, and 2 if it has none in any row whose error counts.
     """
     design = None if design is None else design_argument(design)
     prepare()

@@ -12,8 +12,8 @@ from jaxtyping import Array, Float
 
 import pneusma_jax as pj
 from pneusma_jax.actuator.balance import start
+from pneusma_jax.actuator.load_steps import at_given_phases
 from pneusma_jax.actuator.result import equilibrium_of
-from pneusma_jax.actuator.root_find import at_given_phases
 from pneusma_jax.nitinol import MartensiteFraction, SpringState
 from pneusma_jax.nitinol.thermal import next_temperature
 from pneusma_jax.numerics.safe import begun_as

@@ -1,11 +1,12 @@
 """`diagnose`: from a campaign to a conclusion and its documents."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
 import numpy as np
 
+from fitting.calibrate.result import Estimate
 from fitting.data.recordings import Campaign, schema
 from fitting.inference.parallel import small_matrices
 from fitting.inference.readings import cautions
@@ -19,7 +20,7 @@ from pneusma_jax.model_discrepancy import EDGE
 
 from .check import answers, asked_effects, checked
 from .evaluate.program import Program
-from .evaluate.start import Start, characterised, start_of
+from .evaluate.start import Start, begun_at, characterised, start_of
 from .fit.base_fit import at_bound, gain_by_turns
 from .search.explain import explain
 from .search.steps import Explanation
@@ -62,50 +63,61 @@ def diagnose(
     start = start_of(campaign, kind, progress) if model is None else Start(f"the model {model.name}")
     progress("building the model of the campaign")
     program = Program.of(campaign, kind, model=model, tables=start.tables)
-    count = program.observations(program.fitted)
-    least = CAMPAIGNS.minimum_values
+    _refuse_few_values(campaign, program)
+    turned = _with_turning_points(campaign, program, model, start, progress)
+    searched = _search(campaign, kind, seed, progress, model, thorough)
+    explanation = searched(turned or program)
+    if turned is not None:
+        progress("looking for effects without turning points between rows")
+        others = searched(program)
+    progress("scoring recordings that were not fitted")
+    if turned is None:
+        conclusion = conclude(explanation)
+    else:
+        conclusion, about_turns = with_turns(explanation, others)
+        notes = [*notes, about_turns]
+        if conclusion.explanation.program.recordings is program.recordings:
+            explanation = others
+    conclusion.start = start
+    conclusion.notes = _notes(campaign, conclusion, explanation.program, model, notes)
+    conclusion.asked = answers(asked, conclusion)
+    return conclusion
+
+
+def _refuse_few_values(campaign: Campaign, program: Program) -> None:
+    count, least = program.observations(program.fitted), CAMPAIGNS.minimum_values
     if count < least:
         raise InputError(
             f"{campaign.path}: {count} values to fit are too few to diagnose; {least} are needed"
         )
 
-    plain = program
-    program = _with_turning_points(campaign, plain, model, start, progress) or plain
 
-    @cache
-    def further() -> list[np.ndarray]:
-        return [] if model is not None else characterised(campaign, program, progress)
+def _search(
+    campaign: Campaign,
+    kind: str,
+    seed: int,
+    progress: Callable[[str], None],
+    model: AugmentedModel | None,
+    thorough: bool,
+) -> Callable[[Program], Explanation]:
+    """The search for effects in a program of a campaign, to be made with turning points and without.
 
-    def searched(one: Program) -> Explanation:
-        return explain(one, np.random.default_rng(seed), progress, 2 if thorough else 1, further)
+    Args:
+        campaign, seed, progress, model, thorough: as of `diagnose`.
+        kind: kind of the recordings.
+    """
 
-    explanation, others = searched(program), None
-    if program is not plain:
-        progress("looking for effects without turning points between rows")
-        others = searched(plain)
-    progress("scoring recordings that were not fitted")
-    if others is None:
-        conclusion = conclude(explanation)
-    else:
-        conclusion, about_turns = with_turns(explanation, others)
-        notes = [*notes, about_turns]
-        if conclusion.explanation.program.recordings is plain.recordings:
-            explanation, program = others, plain
-    conclusion.start = start
-    apart = [one.text for one in explanation.program.outliers]
-    whole = [recording.whole for recording in program.recordings]
-    readings = [*cautions(program.recordings), *said(program.recordings), *offered(whole)]
-    conclusion.notes = [
-        *_bodies(conclusion), *_untimed(program), *start.notes, *notes, *specimen_of(kind).notes(campaign),
-        *readings, *apart, *_beyond(conclusion, model), *_at_bounds(conclusion), *conclusion.notes,
-    ]  # fmt: skip
-    if conclusion.explanation.together:
-        conclusion.notes.append(
-            "Recordings for validation were fitted, too: only they contradict the base model, or they "
-            "contradict what the others say; all scores are of recordings left out in turn"
-        )
-    conclusion.asked = answers(asked, conclusion)
-    return conclusion
+    @cache  # of the recordings alone: both searches ask for it
+    def known() -> Mapping[str, Estimate]:
+        return {} if model is not None else characterised(campaign, kind, progress)
+
+    def further(program: Program) -> list[np.ndarray]:
+        return begun_at(known(), program.unknowns)
+
+    def searched(program: Program) -> Explanation:
+        return explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1, further)
+
+    return searched
 
 
 def _with_turning_points(
@@ -124,6 +136,38 @@ def _with_turning_points(
     other = Program.of(whole, program.kind, model=model, tables=start.tables)
     other.tally = program.tally  # a report counts all models that were fitted
     return other if gain_by_turns(program, other) else None
+
+
+def _notes(
+    campaign: Campaign,
+    conclusion: Conclusion,
+    program: Program,
+    model: AugmentedModel | None,
+    found: Sequence[str],
+) -> list[str]:
+    """All that a reader of a conclusion should know.
+
+    Args:
+        campaign: the recordings as they were read.
+        conclusion: the conclusion, with its own notes.
+        program: program of the search that it is of, with the outliers that this left aside.
+        model: base model to start from; None for the published one.
+        found: notes of the checks before.
+    """
+    apart = [one.text for one in program.outliers]
+    whole = [recording.whole for recording in program.recordings]
+    readings = [*cautions(program.recordings), *said(program.recordings), *offered(whole)]
+    notes = [
+        *_bodies(conclusion), *_untimed(program), *conclusion.start.notes, *found,
+        *specimen_of(program.kind).notes(campaign), *readings, *apart, *_beyond(conclusion, model),
+        *_at_bounds(conclusion), *conclusion.notes,
+    ]  # fmt: skip
+    if conclusion.explanation.together:
+        notes.append(
+            "Recordings for validation were fitted, too: only they contradict the base model, or they "
+            "contradict what the others say; all scores are of recordings left out in turn"
+        )
+    return notes
 
 
 def _at_bounds(conclusion: Conclusion) -> list[str]:

@@ -5,23 +5,22 @@ from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
+from fitting.data.files import names_apart
 from pneusma_jax.errors import InputError
 
 
 def unique_names(paths: Sequence[Path]) -> list[str]:
-    """A name for each folder or file: its own, with a number where another one had it before.
+    """A name for each folder or file: its own, with a number where another one had it before, see
+    `names_apart`.
 
     Raises:
         InputError: if one is named twice: its data would count twice.
     """
-    names: list[str] = []
-    for number, path in enumerate(paths):
-        if path.resolve() in [other.resolve() for other in paths[:number]]:
+    places = [path.resolve() for path in paths]
+    for number, (path, place) in enumerate(zip(paths, places, strict=True)):
+        if place in places[:number]:
             raise InputError(f"{path}: this campaign is named twice")
-        own = path.resolve().stem if path.is_file() else path.resolve().name
-        count = sum(known == own or known.rpartition("_")[0] == own for known in names)
-        names.append(own if not count else f"{own}_{count + 1}")
-    return names
+    return names_apart([place.stem if place.is_file() else place.name for place in places])
 
 
 def digest(paths: Iterable[Path], *of: object) -> str:

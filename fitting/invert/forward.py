@@ -13,8 +13,9 @@ import pneusma_jax as pj
 from fitting.design.bodies import Body, Solved
 from fitting.inference.parallel import run_parallel
 from pneusma_jax.actuator.balance import Problem, start
+from pneusma_jax.actuator.implicit import attached
 from pneusma_jax.actuator.result import Validity, equilibrium_of
-from pneusma_jax.actuator.root_find import attached, newton
+from pneusma_jax.actuator.root_find import newton
 from pneusma_jax.nitinol import SpringState
 from pneusma_jax.nitinol.spring import SpringResponse
 from pneusma_jax.numerics.rows import filled, first_rows, joined, lots

@@ -43,7 +43,7 @@ ENDS = Ends(precision=1e-5)
 """Stopping rule of a search. The objective is a mean square distance in radii of the tube, so 1e-5 is 0.02 mm
 for a tube of 10 mm. Smallest distances have kinks, on which an exact search goes to and fro."""
 REACH = 10.0
-"""Weight of the square of the share of the lumen beyond the tip [1]: a tenth of the lumen counts as much as a
+"""Weight of the square of the share of the lumen beyond the tip [1]. A tenth of the lumen counts as much as a
 mean distance of a third of the tube's radius. With a weight of 1 a chain shortened until it fitted: of
 a gentle lumen of 230 mm it left 72 mm."""
 CLOSE = 1e-6
@@ -206,9 +206,9 @@ def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Pass
         clearance: least distance to keep between the walls [m].
 
     Raises:
-        InputError: if the clearance is at least half of the lumen's width, the lumen is narrower than the
-            body where it begins or all along, the chain is longer than the lumen in every state, or nothing
-            can be computed.
+        InputError: if the clearance is at least half of the lumen's width, or the lumen is narrower than the
+            body where it begins or all along. Also if the chain is longer than the lumen in every state, or
+            nothing can be computed.
     """
     widest = float(lumen.diameter.max())
     if 2.0 * clearance >= widest:

@@ -23,7 +23,7 @@ from jaxtyping import Array
 import pneusma_jax as pj
 from fitting.inference.noise import robust_noise
 from pneusma_jax.actuator.balance import Problem, configuration, spring_responses
-from pneusma_jax.actuator.root_find import attached
+from pneusma_jax.actuator.implicit import attached
 from pneusma_jax.numerics.lengths import fixed_length, lengthened
 from pneusma_jax.program_cache import stored_jit
 

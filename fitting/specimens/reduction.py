@@ -47,10 +47,11 @@ def reduced(recording: Recording, most: int) -> Recording:
 
     Args:
         recording: original recording, or an earlier reduction.
-        most: maximum number of rows.
+        most: maximum number of rows, those apart that were added without readings.
     """
     if recording.reduction:
-        return recording if len(recording) <= most else reduced(recording.whole, most)
+        few = len(recording) - recording.reduction.added <= most
+        return recording if few else reduced(recording.whole, most)
     read = read_rows(recording)
     if len(read) <= most:
         return recording if len(read) == len(recording) else _only_readings(recording, read)

@@ -319,7 +319,7 @@ def freedom_taken(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
 
     A trajectory that follows every resistance takes one a row. A steady one, as of a cold wire, takes few,
     and one at a limit, as of a hot wire, next to none (T. Hastie and R. Tibshirani, Generalized Additive
-    Models, 1990). The count holds where the walk's prior is loose beside the readings, as in a fit: a
+    Models, 1990). The count holds where the walk's prior is loose beside the readings, as in a fit. A
     fraction that walks as far as its prior says leaves its own steps in the residuals as well.
     """
     found = trajectory(values, rows)

@@ -18,9 +18,10 @@ from ..numerics.rows import filled, first_rows
 from ..program_cache import stored_jit
 from . import Actuator
 from .balance import Problem, measured, start
+from .load_steps import LOAD_STEPS
 from .phase_map import PhaseMap, as_map, grid_points
 from .result import Equilibrium, Validity, at_phases_told, equilibrium_of
-from .root_find import LOAD_STEPS, MOST_STEPS, Ended, newton_many
+from .root_find import MOST_STEPS, Ended, newton_many
 
 BLOCK = 64
 """Number of rows that are computed side by side. Larger blocks leave the processor's cache."""

@@ -20,7 +20,8 @@ from ..nitinol.spring import MartensiteFraction
 from ..numerics.newton import solve_blocks
 from ..numerics.safe import frozen
 from .balance import Problem, at_phases, freedoms, joint_residual, measured, start
-from .root_find import DISTINCT, newton, newton_side_by_side
+from .root_find import newton, newton_side_by_side
+from .root_search import DISTINCT
 
 PATHS = 8
 """Number of paths that are followed side by side. With 8, the thermal cycles of PneuSMA1, PneuSMA2 and the

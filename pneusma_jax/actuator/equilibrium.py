@@ -1,6 +1,6 @@
 """Configurations in which force and moment balance, one row or many: Section 3.5.
 
-The balance is in `balance`, the root-finds in `root_find`, what a solved row is in `result`.
+The balance is in `balance`, the root-find in `root_find`, what a solved row is in `result`.
 """
 
 import equinox as eqx
@@ -14,11 +14,15 @@ from ..nitinol.spring import Activation, MartensiteFraction, check_fractions
 from ..numerics.safe import evaluated, frozen, is_concrete
 from ..precision import require_doubles, require_float64
 from . import Actuator
+from .all_starts import every_root, every_root_at_phases
 from .balance import Problem, configuration, freedoms, imbalance, measured, residual, spring_responses, start
 from .batches import BLOCK, Rows, is_resistance, solved_at_phases
+from .implicit import attached
+from .load_steps import at_given_phases
 from .result import Equilibrium, Status, Validity, at_phases_told, equilibrium_of, raise_unless_converged
-from .root_find import BALANCED, MOST_ROOTS, all_roots, at_given_phases, attached
-from .several import every_root, every_root_at_phases, solved_by_resistance, unusable
+from .root_find import BALANCED
+from .root_search import MOST_ROOTS, all_roots
+from .several import solved_by_resistance, unusable
 from .traced_batch import finished_rows, traced_batch
 
 __all__ = [

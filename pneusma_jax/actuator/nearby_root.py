@@ -10,7 +10,8 @@ from jaxtyping import Array, Float
 
 from ..numerics.safe import frozen
 from .balance import Problem, residual
-from .root_find import BALANCED, attached, newton
+from .implicit import attached
+from .root_find import BALANCED, newton
 
 MOST_STEPS = 25
 

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from .root_find import DENSER, denser_when_cold
+from .starts import DENSER, denser_when_cold
 
 PRESSURES = 9
 """Number of pressures of the grid. Rows of PneuSMA2 then take three Newton steps from it, some four."""

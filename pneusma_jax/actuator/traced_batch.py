@@ -18,9 +18,11 @@ from ..numerics.safe import frozen
 from . import Actuator
 from .balance import Problem, all_finite, start
 from .batches import BLOCK, CHUNK, WORTHWHILE, is_resistance
+from .implicit import attached
+from .load_steps import LOAD_STEPS, at_rest, loaded_by
 from .phase_map import as_map, grid_points
 from .result import KEPT, Equilibrium, at_phases_told, equilibrium_of
-from .root_find import LOAD_STEPS, Ended, at_rest, attached, loaded_by, newton
+from .root_find import Ended, newton
 from .traced_several import traced_roots
 
 

@@ -16,21 +16,12 @@ from . import Actuator
 from .balance import READING, WITHIN, Problem, all_finite, at_phases, configuration, start
 from .batches import BLOCK, is_resistance
 from .cells import Reading, all_cells, examined
+from .further_roots import FLAT
+from .likely_cells import MOST_CELLS
 from .phase_map import PhaseMap, as_map, fraction_at, grid_points
-from .root_find import (
-    FEW_STEPS,
-    MOST_ROOTS,
-    STAGES,
-    Ended,
-    Roots,
-    distinct,
-    holds_fractions,
-    newton,
-    next_starts,
-    no_roots,
-    trial_fractions,
-)
-from .several import FLAT, MOST_CELLS
+from .root_find import FEW_STEPS, Ended, newton
+from .root_search import MOST_ROOTS, STAGES, Roots, distinct, holds_fractions, next_starts, no_roots
+from .starts import trial_fractions
 
 
 class Answers(eqx.Module):
@@ -310,7 +301,7 @@ class _Search:
         return eqx.tree_at(lambda x: (x.answers, x.doubtful, x.open), loop, (answers, doubtful, left))
 
     def after_every(self, now: _Pass, loop: _Loop, ended: Ended, begin: Array) -> _Loop:
-        """The passes of `root_find.all_roots` for one row."""
+        """The passes of `root_search.all_roots` for one row."""
         known = loop.known.joined(ended, ~holds_fractions(loop.stage), self.count)
         later = next_starts(loop.stage, begin, ended, known, self.count)
         done = now.every & (loop.stage == STAGES - 1)

@@ -23,8 +23,9 @@ class Outline(Shape):
 
     Attributes:
         vertices: vertices in counter-clockwise order [m], shape (n, 2); the last is joined to the first.
-        bulges: bulges of the curved edges, in the order of `curved`, shape (len(curved),): the tangent of a
-            quarter of the arc's angle, as in DXF polylines. 1 is a half circle; positive bulges outwards.
+        bulges: bulges of the curved edges, in the order of `curved`, shape (len(curved),). A bulge is the
+            tangent of a quarter of the arc's angle, as in DXF polylines. 1 is a half circle; positive bulges
+            outwards.
         curved: static; indices of the edges that are arcs, edge i going from vertex i to the next.
 
     Raises:

@@ -22,8 +22,9 @@ class Rule(eqx.Module):
 
     Attributes:
         s: coordinate along the direction [m], shape (n,).
-        area, first, second, third, fourth: weights of the integrals of f(s) u^k over the area for k from 0 to
-            4 [m^(2 + k)], shape (n,). u is the coordinate across the direction, 90 degrees clockwise from it.
+        area, first, second, third, fourth: weights of the integrals of f(s) u^k over the area, [m^(2 + k)]
+            for k from 0 to 4, shape (n,). Here u is the coordinate across the direction, 90 degrees clockwise
+            from it.
     """
 
     s: Float[Array, "n"]

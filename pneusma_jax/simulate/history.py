@@ -15,8 +15,10 @@ from jaxtyping import Array, Float
 from ..actuator import Actuator
 from ..actuator.balance import Problem, start
 from ..actuator.branches import Branch, follow
+from ..actuator.implicit import attached
+from ..actuator.load_steps import at_given_phases
 from ..actuator.result import Equilibrium, Validity, at_phases_told, equilibrium_of
-from ..actuator.root_find import at_given_phases, attached, stiffness_signs
+from ..actuator.stability import stiffness_signs
 from ..nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
 from ..nitinol.spring import Activation, Resistance, check_fractions
 from ..nitinol.thermal import Heating, next_temperature

@@ -87,6 +87,26 @@ def test_the_answer_is_the_least_squares_solution(rng, count):
     )
 
 
+def test_answers_may_be_written_into(rng):
+    members = channels(rng)
+    hidden = Hidden([course(rng, smooth(rng))], members)
+    misfit, jacobian = rng.normal(size=2 * ROWS), rng.normal(size=(3, 2 * ROWS))
+    first = hidden.answer(misfit, jacobian)
+    expected = [x.copy() for x in (first.steps, first.slopes, first.misfit, first.jacobian)]
+    for _ in range(2):
+        again = hidden.answer(misfit, jacobian)
+        for x, y in zip((again.steps, again.slopes, again.misfit, again.jacobian), expected, strict=True):
+            np.testing.assert_array_equal(x, y)
+            x[:] = 7.0
+
+
+def test_the_factor_has_no_more_entries_than_the_system(rng):
+    """Backwards in time, nothing fills in: a factor of 1,000 rows stays as sparse as that of 24."""
+    members = channels(rng)
+    hidden = Hidden([course(rng, smooth(rng), number=n) for n in range(2)], members)
+    assert hidden._factor(hidden.there).L.nnz <= hidden.system.nnz
+
+
 def test_fractions_stay_within_their_limits_and_take_nothing_up_there(rng):
     members = channels(rng)
     one = LatentTrajectory.of(0, np.full(ROWS, 0.999), -np.ones((2, ROWS)), np.zeros((2, ROWS)), 1e-3, TIME)

@@ -11,8 +11,7 @@ from fitting.cli import main
 from fitting.data.recordings import read_campaign
 from fitting.diagnose.check import with_tables
 from fitting.diagnose.evaluate import start
-from fitting.diagnose.evaluate.start import characterised, identifies, start_of
-from fitting.specimens import WIRE
+from fitting.diagnose.evaluate.start import begun_at, characterised, identifies, start_of
 from fitting.specimens.saved_models import load_model
 from pneusma_jax.errors import InputError
 from pneusma_jax.silicone import load_silicone
@@ -100,10 +99,14 @@ def test_what_characterise_found_is_a_start_of_the_base_model(monkeypatch):
         SimpleNamespace(name="unheard_of", scaled=None),
     ]
     unknowns = SimpleNamespace(base=np.arange(3), items=items, neutral=np.zeros(3), low=np.full(3, -4.0), high=np.full(3, 4.0))
-    program = SimpleNamespace(kind="wire", specimen=WIRE, unknowns=unknowns)
     estimates = {"T_mid": SimpleNamespace(value=95.0, unit="degC"), "E_m": SimpleNamespace(value=100.0, unit="GPa")}
     monkeypatch.setattr(start, "characterise_general", lambda *a, **k: SimpleNamespace(parameters=estimates))
     wire = lambda alloy: SimpleNamespace(recordings=[SimpleNamespace(full_geometry=lambda: {"alloy": alloy})])  # noqa: E731
-    (u,) = characterised(wire("fit"), program, lambda word: None)
+    known = characterised(wire("fit"), "wire", lambda word: None)
+    (u,) = begun_at(known, unknowns)
     np.testing.assert_allclose(u, [2.0, 4.0, 0.0])
-    assert characterised(wire("niti_wire"), program, lambda word: None) == []
+    unknowns.items[0] = SimpleNamespace(name="T_mid", scaled=lambda x: (x - 70.0) / 25.0)  # another program's
+    (other,) = begun_at(known, unknowns)
+    np.testing.assert_allclose(other, [1.0, 4.0, 0.0])
+    nothing = characterised(wire("niti_wire"), "wire", lambda word: None)
+    assert not nothing and begun_at(nothing, unknowns) == []

@@ -6,7 +6,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.diagnose.evaluate.evaluation import TRAJECTORY, Raw, trajectories_of, with_trajectories
+from fitting.diagnose.evaluate.evaluation import (
+    TRAJECTORY,
+    Raw,
+    row_count,
+    trajectories_of,
+    with_trajectories,
+)
 from fitting.diagnose.evaluate.trajectory_search import Search
 from fitting.diagnose.settings import DEFAULT
 from fitting.inference.channels import Channel
@@ -97,3 +103,10 @@ def test_a_run_takes_chosen_recordings_from_another():
     np.testing.assert_allclose(mixed.along["resistance_2"][0, :, 0], [0.2, 0.8])
     assert one.taking(two, np.array([False, False])) is one
     assert replace(one).taking(two, np.array([True, True])) is two
+
+
+def test_padding_is_at_the_end_alone():
+    rows = _rows([0.5, 0.5, 0.5])
+    mask = np.array([[True] * 4 + [False] * 2, [True, False, True, True, True, False], [False] * ROWS])
+    rows = replace(rows, mask=jnp.asarray(mask))
+    assert [row_count(rows, k) for k in range(3)] == [4, 5, 0]

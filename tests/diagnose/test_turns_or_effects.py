@@ -137,6 +137,30 @@ def test_an_effect_that_acts_either_way_leads_and_the_other_one_is_told_beside_i
     assert total == pytest.approx(1.0)
 
 
+def in_other_recordings(found, program):
+    """The same search, had the recordings of a program been what was kept for validation."""
+    refit = lambda fit: Refitter(program).fit(fit.slugs, fit.u)  # noqa: E731
+    named, steps = replace(found.named, fit=refit(found.final)), [replace(s, base=refit(s.base)) for s in found.steps]
+    return replace(found, program=program, base=refit(found.base), named=named, steps=steps)
+
+
+def test_turning_points_are_weighed_without_effects_that_validation_contradicts():
+    """An effect acts as turning points would. Another one, of fitted recordings alone, holds its place on no side."""
+    rng = np.random.default_rng(3)
+    world = fast(recordings=6, roles=("fit",) * 4 + ("validation",) * 2)
+    form = STRENGTH * world.effects[CONSTANT][..., 0]
+    turn = 0.85 * form + np.sqrt(1.0 - 0.85**2) * STRENGTH * rng.standard_normal(form.shape)
+    y = world.truth(rng, (0.5, -0.3), **{DELAY: 1.0}) + form
+    turning = Turned.of(world, turn)
+    turned, plain = searched(turning, y), searched(world, y)
+    assert turned.final.slugs == (DELAY,) and set(plain.final.slugs) == {CONSTANT, DELAY}
+    y[4:] -= 2.0 * world.effects[DELAY][4:, :, 0]
+    turned, plain = in_other_recordings(turned, turning.program(y)), in_other_recordings(plain, world.program(y))
+    conclusion, note = with_turns(turned, plain)
+    assert conclusion.mismatch and [f.slug for f in conclusion.found if f.probability > 0.5] == [CONSTANT]
+    assert "is clearly more" in note
+
+
 def explanation_of(program, slugs=()):
     """A model of a campaign that nobody searched for."""
     refitter = Refitter(program)
@@ -177,3 +201,14 @@ def test_rows_that_were_recorded_are_found_among_those_with_turning_points():
     rows = recorded_rows(turned, world.program(y), 1)
     assert np.array_equal(rows, np.delete(np.arange(y.shape[1] + 1), ADDED))
     assert np.all(np.isfinite(turned.bare[1][0].sigma[rows]))
+
+
+def test_rows_of_a_clock_that_stands_still_are_told_apart():
+    """Such a recording has no turning points; a reading that does not count stays the one that does not."""
+    world = fast(recordings=2)
+    y = world.truth(np.random.default_rng(1))
+    plain = world.program(y)
+    time = np.array(plain.stacked.time)
+    time[1, 10:13] = time[1, 10]
+    plain = replace(plain, stacked=replace(plain.stacked, time=time))
+    assert np.array_equal(recorded_rows(plain, plain, 1), np.arange(y.shape[1]))

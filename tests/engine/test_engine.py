@@ -94,11 +94,14 @@ def test_files_may_have_folders_of_their_own(tmp_path):
 
 
 def test_names_are_unique_and_digests_follow_content(tmp_path):
-    for folder in ("x/strip", "y/strip"):
+    for folder in ("x/strip", "y/strip", "x/strip_2", "z/STRIP"):
         (tmp_path / folder).mkdir(parents=True)
         (tmp_path / folder / "pull.csv").write_text("time_s\n")
     paths = [tmp_path / "x" / "strip", tmp_path / "y" / "strip"]
     assert unique_names(paths) == ["strip", "strip_2"]
+    others = [tmp_path / "x" / "strip_2", paths[0], paths[1], tmp_path / "z" / "STRIP"]
+    found = unique_names(others)  # each has a folder of results, and some file systems do not tell capitals
+    assert found == ["strip_2", "strip", "strip_3", "STRIP_4"]
     before = digest(paths[:1], 3)
     assert before == digest(paths[1:], 3) != digest(paths[:1], 4)
     (paths[0] / "pull.csv").write_text("time_s\n1\n")

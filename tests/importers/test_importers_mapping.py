@@ -179,6 +179,17 @@ def test_names_that_clash_get_their_folders(put, tmp_path):
     assert "given twice" in refusal(import_files, [paths[0], paths[0]])
 
 
+def test_names_that_differ_in_capitals_alone_clash_too(put, tmp_path):
+    """Some file systems do not tell them: the second one would replace the first."""
+    paths = [put(name, GOOD) for name in ("hot/pull.csv", "cold/PULL.csv", "a b.csv", "a_b.csv", "A_B.csv")]
+    recordings = import_files(paths, make_options(licence="ours", specimen="E"))
+    assert [r.name for r in recordings] == ["hot_pull", "cold_PULL", "a_b", "a_b_2", "A_B_3"]
+    for recording in recordings:
+        write_recording(recording, tmp_path / "out")
+    written = [path.name.casefold() for path in (tmp_path / "out").iterdir()]
+    assert len(set(written)) == 10
+
+
 def test_of_several_bad_files_the_first_is_named(put):
     paths = [put("a.csv", GOOD), put("b.csv", "prose\n"), put("c.csv", "prose\n")]
     message = refusal(import_files, paths)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from pneusma_jax.actuator import several
+from pneusma_jax.actuator import all_starts, several
 from pneusma_jax.actuator.batches import Rows, taken
+from pneusma_jax.actuator.root_count import counted
 from pneusma_jax.actuator.root_find import STUCK
 from pneusma_jax.numerics.newton import newton_rows
 
@@ -45,7 +46,7 @@ def test_several_equilibria_are_those_that_one_row_alone_has(batch):
 
 def test_no_row_of_known_numbers_is_left_to_the_slow_search(batch, monkeypatch):
     body, pressure, drive, *_, found = batch
-    monkeypatch.setattr(several, "_by_all_starts", lambda *_: pytest.fail("rows got all starts"))
+    monkeypatch.setattr(several, "by_all_starts", lambda *_: pytest.fail("rows got all starts"))
     again = pj.solve_batch(body, pressure, drive)
     np.testing.assert_array_equal(again.curvature, found.curvature)
 
@@ -57,11 +58,11 @@ def test_an_equilibrium_that_was_missed_is_noticed(batch):
     body, pressure, drive = row_of(batch, k)
     states = jax.tree.map(np.asarray, body.fresh_states())
     rows = Rows(body, jax.tree.map(lambda x: np.asarray(x)[None], (pressure, drive, states)))
-    known = several.every_root(rows)
+    known = all_starts.every_root(rows)
     assert known.real[0].sum() == 3 and known.whole[0]
     three = known.which[0, :3]
     for kept in ([0, 1, 2], [1, 2], [0, 2], [0, 1]):
-        part = several._known(rows, np.zeros(len(kept), int), taken(known.every, three[kept]))
+        part = counted(rows, np.zeros(len(kept), int), taken(known.every, three[kept]))
         assert bool(part.whole[0]) == (len(kept) == 3)
 
 
@@ -147,8 +148,8 @@ def test_rows_with_a_cold_spring_have_the_equilibria_of_one_row_alone(cold):
 def test_few_rows_with_a_cold_spring_are_left_to_the_slow_search(cold, monkeypatch):
     """An equilibrium with an exactly cold spring has two slopes; counted by one of them, most rows seemed to
     have missed one."""
-    left, slow = [], several.every_root
-    monkeypatch.setattr(several, "every_root", lambda rows, *more: left.append(len(rows)) or slow(rows, *more))
+    left, slow = [], all_starts.every_root
+    monkeypatch.setattr(all_starts, "every_root", lambda rows, *more: left.append(len(rows)) or slow(rows, *more))
     pj.solve_batch(*cold[:3])
     assert sum(left) <= 6
 

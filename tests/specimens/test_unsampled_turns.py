@@ -60,6 +60,14 @@ def test_an_added_row_has_drives_and_no_readings():
     assert reduced(found, 1024) is found  # a fit takes it as it is
 
 
+@pytest.mark.parametrize("rows", [35, 36])
+def test_a_recording_with_as_many_rows_as_fit_keeps_its_turning_points(rows):
+    found = with_unsampled_turns(reduced(spring(np.linspace(0.0, 30.0, rows)), 35))
+    assert found.reduction.added == 2 and np.isnan(found.columns["force_N"]).sum() == 2
+    assert reduced(found, 35) is found
+    assert reduced(found, 20).reduction.added == 0  # a shorter one is made of the original
+
+
 def test_nothing_is_added_where_the_rows_are_means_or_nothing_is_remembered():
     long = reduced(spring(np.linspace(0.0, 30.0, 5000)), 100)
     assert with_unsampled_turns(long) is long or long.reduction.rows is not None

@@ -168,38 +168,8 @@ def characterise_general(
     unseen = {} if model else _held(specimen, campaign, options, fit.result.parameters)
     begun = _beside_zeros(_informed(fit, unseen), unseen, progress)
     progress("information")
-
-    def profiled(now: _Informed, leave: bool) -> tuple[dict[str, Profile], list[str]]:
-        wanted = _wanted(now.fit, profile)
-        return profiles(now.fit, wanted, _by_name(now.told, now.lasting.variance), leave), wanted
-
-    def again(now: _Informed, _: str, lower: Mapping[str, float]) -> tuple[_Informed, bool]:
-        further = gone_on(now.fit, lower, progress)
-        if further.result is now.fit.result:
-            return replace(now, fit=further), False
-        return _beside_zeros(_informed(further, unseen), unseen, progress), True
-
-    ended, (found, wanted) = to_the_end(begun, profiled, again)
-    if wanted:
-        progress("profiles")
-    fitted = ended.fit.result.parameters
-    left_open = open_constants(ended.told, fitted, start, model and model.absent(fitted))
-    result = GeneralCharacterisation(
-        campaign=campaign,
-        identify=_identifies(recordings),
-        fit=ended.fit,
-        start=start,
-        told=ended.told,
-        identifiability=left_open,
-        profiles=found,
-        scores=tuple(scores(ended.fit)),
-        repeats=tuple(repeats(ended.fit, ended.told, ended.each)),
-        options=dict(options),
-        seed=seed,
-        model=model,
-        lasting=ended.lasting,
-    )
-    return replace(result, identifiability=[*left_open, *map(held_back, result.unseen)])
+    ended, found = _profiled(begun, unseen, profile, progress)
+    return _result(campaign, start, ended, found, options, seed, model)
 
 
 def _free(
@@ -270,6 +240,74 @@ def _beside_zeros(
     return _informed(found, unseen) if found.zeros else now
 
 
+def _profiled(
+    begun: _Informed,
+    unseen: Mapping[str, Quantity],
+    profile: int | Sequence[str],
+    progress: Callable[[str], None],
+) -> tuple[_Informed, dict[str, Profile]]:
+    """Profile likelihoods by parameter, and the fit, which goes on where a profile falls below it.
+
+    Args:
+        begun: the fit to begin with.
+        unseen: constants that no recording shows, held at their table's values.
+        profile, progress: as of `characterise_general`.
+    """
+
+    def profiled(now: _Informed, leave: bool) -> tuple[dict[str, Profile], list[str]]:
+        wanted = _wanted(now.fit, profile)
+        return profiles(now.fit, wanted, _by_name(now.told, now.lasting.variance), leave), wanted
+
+    def gone_on_from(now: _Informed, _: str, lower: Mapping[str, float]) -> tuple[_Informed, bool]:
+        further = gone_on(now.fit, lower, progress)
+        if further.result is now.fit.result:
+            return replace(now, fit=further), False
+        return _beside_zeros(_informed(further, unseen), unseen, progress), True
+
+    ended, (found, wanted) = to_the_end(begun, profiled, gone_on_from)
+    if wanted:
+        progress("profiles")
+    return ended, found
+
+
+def _result(
+    campaign: Campaign,
+    start: dict[str, float],
+    ended: _Informed,
+    found: dict[str, Profile],
+    options: Mapping[str, str | Path],
+    seed: int,
+    model: Augmented | None,
+) -> GeneralCharacterisation:
+    """The characterisation of a fit: what stays open, scores of recordings, the gain of repeats.
+
+    Args:
+        campaign, options, seed, model: as of `characterise_general`.
+        start: values of the free parameters before the fit, SI.
+        ended: the fit.
+        found: profile likelihoods by parameter.
+    """
+    fit, told = ended.fit, ended.told
+    fitted = fit.result.parameters
+    left_open = open_constants(told, fitted, start, model and model.absent(fitted))
+    result = GeneralCharacterisation(
+        campaign=campaign,
+        identify=_identifies(fit.recordings),
+        fit=fit,
+        start=start,
+        told=told,
+        identifiability=left_open,
+        profiles=found,
+        scores=tuple(scores(fit)),
+        repeats=tuple(repeats(fit, told, ended.each)),
+        options=dict(options),
+        seed=seed,
+        model=model,
+        lasting=ended.lasting,
+    )
+    return replace(result, identifiability=[*left_open, *map(held_back, result.unseen)])
+
+
 def _by_name(told: Information, numbers: np.ndarray | float) -> dict[str, float]:
     """A number of every parameter, by name."""
     each = np.broadcast_to(numbers, len(told.names))
@@ -285,7 +323,7 @@ def _wanted(fit: GeneralFit, profile: int | Sequence[str]) -> list[str]:
     return [name for name in profile if name in able or name not in found]
 
 
-def _identifies(recordings: list[Recording]) -> bool:
+def _identifies(recordings: Sequence[Recording]) -> bool:
     geometry = [recording.full_geometry() for recording in recordings]
     return any(str(g.get(key)) == priors.FIT for g in geometry for key in ("alloy", "material"))
 

@@ -16,6 +16,8 @@ from .words import meaning
 
 COUNTS = ("time", "cycle")
 """Quantities that count moments; they are not measured."""
+EVEN = 0.01
+"""Maximum variation of the difference of two clocks for a constant one, in steps of the first [1]."""
 
 
 def refuse_several_clocks(sample: Sample, columns: Mapping[str, int]) -> list[str]:
@@ -31,7 +33,7 @@ def refuse_several_clocks(sample: Sample, columns: Mapping[str, int]) -> list[st
             clock named here holds for all columns.
 
     Returns:
-        Notices about clocks that differ by a constant.
+        Notices about clocks that differ, by a constant or nearly so.
 
     Raises:
         InputError: if two clocks run differently.
@@ -57,8 +59,10 @@ def refuse_several_clocks(sample: Sample, columns: Mapping[str, int]) -> list[st
                 " values in a row are not of one moment; bring them to one clock in the file, or, if one"
                 f" clock is right for all columns, name it: --map time={first + 1}",
             )  # fmt: skip
+        usual, varied = float(np.median(apart)), float(np.ptp(apart))
+        how = f", by up to {varied:.2g} s more in some rows than in others" if varied > EVEN * step else ""
         notices.append(
-            f"check: the clocks {both} differ by {np.median(apart):.4g} s in every row; the values in a"
+            f"check: the clocks {both} differ by {usual:.4g} s{how or ' in every row'}; the values in a"
             " row were taken as of one moment"
         )
     return notices

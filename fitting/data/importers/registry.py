@@ -1,6 +1,6 @@
 """Registry of formats, their detection, and the conversion of files to recordings."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from pneusma_jax.errors import InputError, nearest
 
+from ..files import names_apart
 from ..recordings import Recording
 from ..recordings.table import first_of, refuse
 from . import (
@@ -265,13 +266,13 @@ def _named_format(name: str, sample: Sample) -> Format:
 
 
 def import_files(paths: Iterable[str | Path], options: Options | None = None) -> list[Recording]:
-    """Make the recordings of each file, all or none. Names that would clash are prefixed by their folders.
+    """Make the recordings of each file, all or none. Names that would clash are told apart.
 
     Raises:
         InputError: if any file cannot be imported (first one's line and the number of others), or if no file
             uses an option.
     """
-    options = options or Options()
+    options, paths = options or Options(), list(map(Path, paths))
     made: list[tuple[Recording, Options]] = []
     errors: list[InputError] = []
     for path in paths:
@@ -283,20 +284,34 @@ def import_files(paths: Iterable[str | Path], options: Options | None = None) ->
         raise first_of(errors)
     _refuse_unused(made, options)
     recordings = [recording for recording, _ in made]
+    _refuse_twice(paths)
     _separate_names(recordings)
     return recordings
 
 
+def _refuse_twice(paths: Sequence[Path]) -> None:
+    places = [path.resolve() for path in paths]
+    for number, (path, place) in enumerate(zip(paths, places, strict=True)):
+        if place in places[:number]:
+            raise refuse(path, "this file is given twice")
+
+
 def _separate_names(recordings: list[Recording]) -> None:
-    """Prefix names that would clash with as many of their folders as it takes."""
+    """Prefix names that would clash with as many of their folders as it takes; number those of one folder.
+
+    Names that differ in capitals alone clash, too: they are one file where a file system does not tell them.
+    """
     for depth in range(1, 6):
-        names = [recording.name for recording in recordings]
-        clashing = [recording for recording in recordings if names.count(recording.name) > 1]
-        if not clashing:
-            return
+        clashing = [one for one in recordings if any(_clash(one, other) for other in recordings)]
         for recording in clashing:
             parts = recording.path.resolve().with_suffix("").parts
             recording.name = slug("_".join([*parts[-1 - depth :], str(recording.source.get("raw_part", ""))]))
-    names = [recording.name for recording in recordings]
-    twice = next(recording for recording in recordings if names.count(recording.name) > 1)
-    raise refuse(twice.path, "this file is given twice")
+    for recording, name in zip(recordings, names_apart([one.name for one in recordings]), strict=True):
+        recording.name = name
+
+
+def _clash(one: Recording, other: Recording) -> bool:
+    """True if recordings from different folders have one name."""
+    if one.name.casefold() != other.name.casefold():
+        return False
+    return one.path.resolve().parent != other.path.resolve().parent

@@ -21,7 +21,8 @@ class Reduction:
 
     Attributes:
         source: original recording.
-        rows: indices of the rows that were kept, ascending; None where rows are means.
+        rows: indices of the rows that were kept, ascending; None where rows are means. A row that was added
+            has the index of the row before it.
         block: number of readings averaged in a row; 1 where rows were kept.
         text: description of the reduction, one sentence.
     """
@@ -30,6 +31,11 @@ class Reduction:
     rows: np.ndarray | None
     block: int
     text: str
+
+    @property
+    def added(self) -> int:
+        """Number of rows that the original does not have."""
+        return 0 if self.rows is None else int(np.sum(np.diff(self.rows) == 0))
 
 
 @dataclass

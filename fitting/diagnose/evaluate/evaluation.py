@@ -30,8 +30,9 @@ def trajectories_of(stacked: Rows) -> np.ndarray:
 
 
 def row_count(stacked: Rows, k: int) -> int:
-    """Number of rows of recording k of a stack, without the padding."""
-    return int(np.sum(np.asarray(stacked.mask)[k]))
+    """Number of rows of recording k of a stack, without the padding at its end."""
+    there = np.flatnonzero(np.asarray(stacked.mask)[k])
+    return int(there[-1]) + 1 if there.size else 0
 
 
 def with_trajectories(stacked: Rows, found: np.ndarray) -> Rows:

@@ -14,6 +14,7 @@ from fitting.calibrate.elastomer.material import material
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation
 from fitting.calibrate.general import characterise_general
 from fitting.calibrate.registry import own_pipeline
+from fitting.calibrate.result import Estimate
 from fitting.data.recordings import Campaign
 from fitting.specimens import specimen_of
 from fitting.specimens.priors import FIT
@@ -23,7 +24,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 
 from ..settings import DEFAULT
-from .program import Program
+from .unknowns import Unknowns
 
 SCALING = DEFAULT.scaling
 
@@ -101,14 +102,21 @@ def _named(campaign: Campaign, kind: str) -> str:
     return f"the published model with {' and '.join(own)}" if own else ""
 
 
-def characterised(campaign: Campaign, program: Program, progress: Callable[[str], None]) -> list[np.ndarray]:
-    """One more start of the base fit, scaled: the constants that `characterise` finds from all of its starts.
+def characterised(
+    campaign: Campaign, kind: str, progress: Callable[[str], None]
+) -> Mapping[str, Estimate]:
+    """The constants that `characterise` finds from all of its starts, by name.
 
-    None where nothing is to be identified, or these recordings cannot be characterised.
+    Empty where nothing is to be identified, or these recordings cannot be characterised.
+
+    Args:
+        campaign: recordings of one kind.
+        kind: kind of the recordings.
+        progress: receives a line of text at every step.
     """
-    specimen = program.specimen
-    if specimen.several_laws or not identifies(campaign, program.kind):
-        return []
+    specimen = specimen_of(kind)
+    if specimen.several_laws or not identifies(campaign, kind):
+        return {}
     progress("characterising")
     try:
         if own_pipeline(specimen) is None:  # by the same law as the program's, never by a simpler one
@@ -116,11 +124,23 @@ def characterised(campaign: Campaign, program: Program, progress: Callable[[str]
         else:
             found = characterise(campaign, profile=0)
     except InputError:
+        return {}
+    return found.parameters
+
+
+def begun_at(known: Mapping[str, Estimate], unknowns: Unknowns) -> list[np.ndarray]:
+    """One more start of a base fit, scaled: at known constants; none where nothing is known.
+
+    Args:
+        known: constants by name, see `characterised`.
+        unknowns: numbers of the program that is fitted. Those of another one may be scaled otherwise.
+    """
+    if not known:
         return []
-    unknowns, u = program.unknowns, program.unknowns.neutral.copy()
+    u = unknowns.neutral.copy()
     for k in unknowns.base:
-        known = found.parameters.get(unknowns.items[k].name)
-        if known is not None:
-            value = float(to_si(known.value, known.unit, known.unit == "K"))
+        estimate = known.get(unknowns.items[k].name)
+        if estimate is not None:
+            value = float(to_si(estimate.value, estimate.unit, estimate.unit == "K"))
             u[k] = np.clip(unknowns.items[k].scaled(value), unknowns.low[k], unknowns.high[k])
     return [u]

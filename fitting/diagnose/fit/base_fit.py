@@ -22,7 +22,7 @@ BASE_FIT = DEFAULT.base_fit
 def base_fit(
     program: Program,
     start: np.ndarray | None = None,
-    further: Callable[[], Sequence[np.ndarray]] = tuple,
+    further: Callable[[Program], Sequence[np.ndarray]] = lambda _: (),
 ) -> tuple[Program, Fit]:
     """The base model refitted, and the program with the noise and the latent trajectories that it shows.
 
@@ -33,14 +33,14 @@ def base_fit(
     Args:
         program: program of the campaign.
         start: scaled numbers to begin with; nominal ones if None.
-        further: makes more starts, scaled; asked only where they are needed.
+        further: makes more starts for a program, in its scaled numbers; asked only where they are needed.
     """
     begin = program.unknowns.neutral if start is None else start
     program, fit = fit_with_noise(program, Refitter(program).fit((), start))
     bound = at_bound(program.unknowns, fit)
     if bound or reduced(program, fit, program.fitted) > BASE_FIT.minimum_poor:
         stuck = bool(bound) or not departed_from(program, fit, begin)
-        starts = [*_elsewhere(program, fit, stuck), *further()]
+        starts = [*_elsewhere(program, fit, stuck), *further(program)]
         others = run_parallel(lambda u: Refitter(program).fit((), u), starts)
         other = min(others, key=lambda f: f.objective)
         if clearly_better(program, fit, other):

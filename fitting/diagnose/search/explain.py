@@ -32,7 +32,7 @@ def explain(
     rng: np.random.Generator,
     progress: Callable[[str], None] = lambda _: None,
     effort: int = 1,
-    further: Callable[[], Sequence[np.ndarray]] = tuple,
+    further: Callable[[Program], Sequence[np.ndarray]] = lambda _: (),
 ) -> Explanation:
     """Search for up to three effects.
 
@@ -41,7 +41,7 @@ def explain(
         rng: random numbers of the simulated nulls.
         progress: receives a line of text at every step.
         effort: 1; 2 follows twice as many candidates.
-        further: makes more starts of the base model, scaled; asked where its fit leaves much.
+        further: makes more starts of the base model of a program, scaled; asked where its fit leaves much.
     """
     search = SetSearch(rng, progress, effort)
     progress("refitting the base model within its tolerances")

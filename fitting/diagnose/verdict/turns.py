@@ -53,7 +53,8 @@ def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str
     """The conclusion where the base model fits clearly better with turning points between rows.
 
     It is that of the search with turning points, unless effects without them have clearly more evidence.
-    Where recordings do not tell the two apart, it names both.
+    Where recordings do not tell the two apart, it names both. On both sides only effects count that held-out
+    recordings do not contradict.
 
     Args:
         turned: search on a campaign whose drives pass through turning points between rows.
@@ -62,25 +63,27 @@ def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str
     Returns:
         The conclusion, and a note about turning points.
     """
-    if not _hidden(turned, plain):
-        return conclude(turned), f"{TURNED}. No other effect explains the recordings without them. {ADVICE}"
-    odds = weighed(turned, plain)
+    with_them = conclude(turned)
+    kept = with_them.explanation  # without effects that did not hold their place
+    if not _hidden(kept, plain):
+        return with_them, f"{TURNED}. No other effect explains the recordings without them. {ADVICE}"
+    odds = weighed(kept, plain)
     if odds.apart and odds.turns > odds.effects:
         names = " and ".join(plain.final.slugs)
         said = f"{TURNED}. Without them the evidence of {names} is less ({odds.text}). {ADVICE}"
-        return conclude(turned), said
+        return with_them, said
     without = conclude(plain)
     names = " and ".join(f.slug for f in without.found if f.slug != UNMODELLED)
-    if not names or not _hidden(turned, without.explanation):
-        return conclude(turned), f"{TURNED}. Without them no other effect holds its place. {ADVICE}"
+    if not names or not _hidden(kept, without.explanation):
+        return with_them, f"{TURNED}. Without them no other effect holds its place. {ADVICE}"
     if without.explanation is not plain:  # not all of its effects held their place
-        odds = weighed(turned, without.explanation)
+        odds = weighed(kept, without.explanation)
     if odds.apart and odds.effects > odds.turns:
         return without, (
             "The base model fits better with turning points of the drive between rows than without. "
             f"The evidence of {names} is clearly more ({odds.text}), so the drive is taken as it was recorded"
         )
-    how, with_them = "less" if odds.apart else "as much", conclude(turned)
+    how = "less" if odds.apart else "as much"
     said = f"{TURNED}. Without them the evidence of {names} is {how} ({odds.text}). {ADVICE}"
     return with_them if odds.apart else either(with_them, without, odds), said
 
@@ -144,6 +147,8 @@ def recorded_rows(turned: Program, plain: Program, k: int) -> np.ndarray:
     with_them, recorded = (
         np.asarray(one.stacked.time)[k][np.asarray(one.stacked.mask)[k]] for one in (turned, plain)
     )
+    if len(with_them) == len(recorded):  # nothing was added; the clock may stand still
+        return np.arange(len(recorded))
     return np.searchsorted(with_them, recorded)
 
 

@@ -15,7 +15,7 @@ Outputs may share a hidden trajectory, as a spring's force and resistance share 
 they are one group: the trajectory takes up a part of each zero and of the noise (`shared`).
 
 Two simpler ways make intervals of clean recordings too wide. One is the covariance that a white fit has
-beside a drift, the sandwich A^-1 (J' V J + P) A^-1: it is the mean over all courses of that drift, also those
+beside a drift, the sandwich A^-1 (J' V J + P) A^-1. It is the mean over all courses of that drift, also those
 that the residuals at hand exclude. The other is a variance averaged over the grid. A drift that is as
 probable as 3 % but six times as wide as the noise doubles it, and widens a 90 % interval by 7 %.
 """

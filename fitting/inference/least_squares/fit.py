@@ -60,7 +60,7 @@ def fit_least_squares(
         scale_covariance: true to estimate sigma from the misfit, false for a residual in units of sigma; by
             default true without priors, false with them.
         observations: number of residuals that count, if some rows only pad the data to a common shape (with
-            zeros); or a function from the values of all parameters at the end to that number.
+            zeros). It may be a function of the values of all parameters at the end.
         in_turn: true to solve from one start after the other, with the program of a single start. Together,
             all take as long as the slowest, and each step takes the Jacobian's time even where it is refused.
         throw: true to raise if the fit fails, instead of returning a result that says so.

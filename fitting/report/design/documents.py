@@ -27,18 +27,7 @@ def files(result: DesignResult) -> dict[str, str]:
 
 def summary(result: DesignResult) -> dict[str, Any]:
     """The content of `report.json`."""
-    study, rows = result.study, result.model.groups
-    active = [
-        {
-            "constraint": study.constraints[r.constraint].name,
-            "state": r.state,
-            "segment": r.segment,
-            "spring": r.part,
-            "multiplier": float(m),
-        }
-        for r, m in zip(rows, result.limits.conditions.rows, strict=False)
-        if m > 0.0
-    ]
+    study = result.study
     return {
         "schema": RESULT_SCHEMA,
         "study": study.name,
@@ -47,50 +36,78 @@ def summary(result: DesignResult) -> dict[str, Any]:
         "design": _numbers(result, result.made),
         "before_rounding": _numbers(result, result.ideal),
         "of_the_tables": None if result.base is None else _numbers(result, result.base),
-        "active": active,
-        "ends": {
-            f.name: {"low": float(a), "high": float(b)}
-            for f, a, b in zip(
-                result.model.space.free,
-                result.limits.conditions.low,
-                result.limits.conditions.high,
-                strict=True,
-            )
-            if a > 0.0 or b > 0.0
-        },
-        "steps_not_taken": [
-            {
-                "parameter": result.model.space.free[step.parameter].name,
-                "up": step.up,
-                "breaks": list(dict.fromkeys(row_words(result, row) for row in step.rows)),
-                "no_equilibrium": step.lost,
-            }
-            for step in result.limits.blocked
-        ],
+        "active": _active(result),
+        "ends": _ends(result),
+        "steps_not_taken": _steps_not_taken(result),
         "unexplained_gradient": result.conditions.left,
-        "front": None if result.front is None else {
-            "designs": [_numbers(result, d) for d in result.front.designs],
-            "hypervolume": result.front.hypervolume,
-            "reference": {
-                o.name: o.in_unit(x)
-                for o, x in zip(study.objectives, result.front.reference, strict=True)
-            },
-            "made": result.front.made,
-        },
-        "failures": {
-            name: {
-                "draws": c.draws,
-                "failures": c.failures,
-                "probability": c.probability,
-                "interval": list(c.interval),
-                "lost": c.lost,
-            }
-            for name, c in result.chances.items()
-        },
+        "front": None if result.front is None else _front(result),
+        "failures": _failures(result),
         "evaluations": result.evaluations,
         "equilibria": result.equilibria,
         "seed": study.seed,
-    }  # fmt: skip
+    }
+
+
+def _active(result: DesignResult) -> list[dict[str, Any]]:
+    """Constraints that hold the design, with their multipliers."""
+    rows = zip(result.model.groups, result.limits.conditions.rows, strict=False)
+    return [
+        {
+            "constraint": result.study.constraints[r.constraint].name,
+            "state": r.state,
+            "segment": r.segment,
+            "spring": r.part,
+            "multiplier": float(m),
+        }
+        for r, m in rows
+        if m > 0.0
+    ]
+
+
+def _ends(result: DesignResult) -> dict[str, dict[str, float]]:
+    """Multipliers of parameters that are at an end of their range, by name."""
+    conditions = result.limits.conditions
+    rows = zip(result.model.space.free, conditions.low, conditions.high, strict=True)
+    return {f.name: {"low": float(a), "high": float(b)} for f, a, b in rows if a > 0.0 or b > 0.0}
+
+
+def _steps_not_taken(result: DesignResult) -> list[dict[str, Any]]:
+    """Steps of a parameter that would help, and the constraints that forbid them."""
+    return [
+        {
+            "parameter": result.model.space.free[step.parameter].name,
+            "up": step.up,
+            "breaks": list(dict.fromkeys(row_words(result, row) for row in step.rows)),
+            "no_equilibrium": step.lost,
+        }
+        for step in result.limits.blocked
+    ]
+
+
+def _front(result: DesignResult) -> dict[str, Any]:
+    """Designs of the front, and their hypervolume."""
+    front = result.front
+    pairs = zip(result.study.objectives, front.reference, strict=True)
+    return {
+        "designs": [_numbers(result, design) for design in front.designs],
+        "hypervolume": front.hypervolume,
+        "reference": {o.name: o.in_unit(x) for o, x in pairs},
+        "made": front.made,
+    }
+
+
+def _failures(result: DesignResult) -> dict[str, dict[str, Any]]:
+    """Probabilities of failure, by the name of the constraint."""
+    return {
+        name: {
+            "draws": c.draws,
+            "failures": c.failures,
+            "probability": c.probability,
+            "interval": list(c.interval),
+            "lost": c.lost,
+        }
+        for name, c in result.chances.items()
+    }
 
 
 def _numbers(result: DesignResult, design: Design) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
+from fitting.data.files import names_apart
 from fitting.propagate import Propagation
 from fitting.propagate.statistics.failures import BINS
 
@@ -68,16 +69,8 @@ def _of_indices(result: Propagation) -> list[Picture]:
 
 def _named_apart(pictures: list[Picture]) -> list[Picture]:
     """Pictures whose files do not replace each other: `x+y` and `x-y` give one name of a file."""
-    used: set[str] = set()
-    found = []
-    for picture in pictures:
-        name, number = picture.name, 1
-        while name.casefold() in used:  # some file systems do not tell capitals
-            number += 1
-            name = f"{picture.name}_{number}"
-        used.add(name.casefold())
-        found.append(Picture(name, picture.caption, picture.draw))
-    return found
+    names = names_apart([picture.name for picture in pictures])
+    return [Picture(name, one.caption, one.draw) for name, one in zip(names, pictures, strict=True)]
 
 
 def _file(name: str) -> str:
