@@ -101,7 +101,7 @@ def test_answers_may_be_written_into(rng):
 
 
 def test_the_factor_has_no_more_entries_than_the_system(rng):
-    """Backwards in time, nothing fills in: a factor of 1,000 rows stays as sparse as that of 24."""
+    """Backwards in time, nothing fills in."""
     members = channels(rng)
     hidden = Hidden([course(rng, smooth(rng), number=n) for n in range(2)], members)
     assert hidden._factor(hidden.there).L.nnz <= hidden.system.nnz
