@@ -1,5 +1,7 @@
 """Levenberg's steps of a diagnosis, on a valley that bends: where a full step makes a fit thousands of times worse."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from linear_world import ANOTHER, SIGMA, World, tubes
@@ -136,3 +138,32 @@ def test_a_fit_runs_recordings_that_do_not_count_at_its_end_alone():
     assert not np.any(part.misfit[2])
     assert np.any(whole.misfit[2])
     np.testing.assert_allclose(part.misfit[3], whole.misfit[3], atol=1e-9)
+
+
+def test_a_fit_goes_on_without_computing_again_where_another_ended():
+    """Of the same model and recordings; a program with other noise has another misfit."""
+    program = valley(1.0)
+    refitter = Refitter(program)
+    begun = refitter.fit((), np.array([-1.2, 1.0]), rounds=3)
+    before = program.tally[RUNS]
+    again = refitter.fit((), begun, rounds=0)
+    assert program.tally[RUNS] == before
+    assert again.objective == begun.objective and again.evaluation is begun.evaluation
+    noisier = replace(program, channels=[[replace(c, sigma=2.0 * c.sigma) for c in one] for one in program.channels])
+    other = Refitter(noisier).fit((), begun, rounds=0)
+    assert program.tally[RUNS] == before + 1
+    np.testing.assert_allclose(other.evaluation.misfit[0], 0.5 * begun.evaluation.misfit[0])
+    assert np.all(np.isfinite(Refitter(program).fit((), other, rounds=0).evaluation.misfit[0]))
+    assert program.tally[RUNS] == before + 2
+
+
+def test_only_what_is_left_out_is_predicted_beside_a_partial_fit():
+    """Of three recordings one is left out; the one for validation is not asked for."""
+    J = np.random.default_rng(2).normal(size=(3, 20, 2))
+    program = World(J, roles=("fit", "fit", "validation")).program(np.ones((3, 20)))
+    whole = Refitter(program).fit(())
+    assert whole.evaluation.asked.tolist() == [True, True, True]
+    size = len(whole.evaluation.misfit[0])
+    part = Refitter(program, [np.ones(size), np.zeros(size), np.zeros(size)]).fit((), whole)
+    assert part.evaluation.asked[:2].all()
+    assert np.any(part.evaluation.misfit[1] != whole.evaluation.misfit[1])

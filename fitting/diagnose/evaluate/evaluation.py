@@ -197,6 +197,8 @@ class Evaluation:
         trajectory_slopes: their derivatives, (columns, recordings of the stack, trajectories, rows).
         hidden: linear problem of every recording's trajectories. None if it has none, none were moved, or the
             program itself finds them.
+        asked: mask of the recordings that were asked for, (recordings,).
+        problem: what the program held: channels, process noise, recordings.
     """
 
     misfit: list[np.ndarray]
@@ -208,6 +210,8 @@ class Evaluation:
     trajectories: np.ndarray
     trajectory_slopes: np.ndarray
     hidden: list[latent_trajectories.Hidden | None]
+    asked: np.ndarray
+    problem: tuple = ()
 
     def trajectories_at(self, u: np.ndarray) -> np.ndarray:
         """Latent trajectories at other numbers, to first order."""
@@ -251,6 +255,7 @@ class Evaluation:
             trajectories=np.where(along, other.trajectories, self.trajectories),
             trajectory_slopes=np.where(along, other.trajectory_slopes, self.trajectory_slopes),
             hidden=pick(self.hidden, other.hidden),
+            asked=np.where(chosen, other.asked, self.asked),
         )
 
     def joined(self, weight: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

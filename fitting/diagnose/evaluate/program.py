@@ -282,6 +282,7 @@ class Program:
         u, columns = np.asarray(u, float), np.asarray(columns, int)
         if chosen is None or not self.one_by_one:
             chosen = np.ones(len(self.channels), bool)
+        problem = self._problem if stacked is None else ()
         moving = stacked is None and self.process_noise.shape[1] > 0
         stacked = self.stacked if stacked is None else stacked
         width = self._compiled.width
@@ -302,7 +303,23 @@ class Program:
         names = first.slopes
         slopes = {n: np.concatenate([part.slopes[n] for part in (first, *rest)]) for n in names}
         whole = replace(first, slopes=slopes)
-        return self._evaluated(u, columns, whole, search, bool(rest), chosen)
+        return replace(self._evaluated(u, columns, whole, search, bool(rest), chosen), problem=problem)
+
+    def holds(self, here: Evaluation, u: np.ndarray, columns: np.ndarray, chosen: np.ndarray) -> bool:
+        """True if an evaluation is what `evaluate` would begin with: of this program as it is, at these numbers,
+        with derivatives by these unknowns, of these recordings at least."""
+        return (
+            bool(here.problem)
+            and all(a is b for a, b in zip(here.problem, self._problem, strict=True))
+            and np.array_equal(here.u, u)
+            and np.array_equal(here.columns, columns)
+            and bool(np.all(here.asked[chosen]))
+        )
+
+    @property
+    def _problem(self) -> tuple:
+        """What the program holds that evaluations depend on, see `Evaluation.problem`."""
+        return self.channels, self.process_noise, self.stacked
 
     @property
     def one_by_one(self) -> bool:
@@ -387,7 +404,7 @@ class Program:
         for j, number in enumerate(self.stacked.extra["layout"].spring_numbers if search else ()):
             drivers[f"{TRAJECTORY}_{number}"] = moved[:, j]
         parts = (list(x) for x in zip(*found, strict=True))
-        return Evaluation(*parts, drivers, u, columns, moved, slopes, hidden)
+        return Evaluation(*parts, drivers, u, columns, moved, slopes, hidden, chosen)
 
     def observations(self, chosen: np.ndarray) -> int:
         """Measured values of some recordings, given by a mask, less those that latent trajectories take

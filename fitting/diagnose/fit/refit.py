@@ -115,13 +115,17 @@ class Refitter:
         unknowns, base = self.unknowns, self.unknowns.base
         extra = unknowns.of(slugs)
         free = np.concatenate([base, extra]).astype(int)
-        near = start.evaluation if isinstance(start, Fit) else near
+        known = start.evaluation if isinstance(start, Fit) else None
+        near = near if known is None else known
         start = start.u if isinstance(start, Fit) else start
         u = unknowns.neutral.copy() if start is None else np.array(start, float)
         others = np.setdiff1d(np.arange(len(unknowns)), free)
         u[others] = unknowns.neutral[others]
         u = np.clip(u, unknowns.low, unknowns.high)
-        now = self._at(u, free, near)
+        if known is not None and self.program.holds(known, u, free, self.counted):
+            now = self._weighed(u, free, known)
+        else:
+            now = self._at(u, free, near)
         damping, failures = OPTIMISER.initial_damping, 0
         for _ in range(rounds):
             little = OPTIMISER.minimum_decrease * self.variance(now[0])
@@ -170,7 +174,10 @@ class Refitter:
 
     def _at(self, u: np.ndarray, free: np.ndarray, near: Evaluation | None = None) -> tuple:
         """Objective, misfit, Jacobian over the free unknowns, evaluation; begun near another one."""
-        evaluation = self.program.evaluate(u, free, near=near, chosen=self.counted)
+        return self._weighed(u, free, self.program.evaluate(u, free, near=near, chosen=self.counted))
+
+    def _weighed(self, u: np.ndarray, free: np.ndarray, evaluation: Evaluation) -> tuple:
+        """Objective, misfit, Jacobian over the free unknowns, and the evaluation that they are of."""
         r, J = evaluation.joined(self.weight)
         departure, sd = self._prior(u, free)
         return 0.5 * (r @ r + np.sum((departure / sd) ** 2)), r, J, evaluation
@@ -204,8 +211,10 @@ class Refitter:
 
     def _finished(self, u: np.ndarray, free: np.ndarray, slugs: tuple[str, ...], now: tuple) -> Fit:
         objective, _, J, evaluation = now
-        others = ~self.counted
-        if others.any() and self.program.one_by_one:
+        others = ~(self.counted | evaluation.asked)
+        if self._partial:  # recordings for validation are not what is left out
+            others &= self.program.fitted
+        if others.any():
             beside = self.program.evaluate(u, free, near=evaluation, chosen=others)
             if self.program.hidden:  # these trajectories did not follow the fit, which may have gone far
                 beside = beside.bettered(self.program.evaluate(u, free, chosen=others))

@@ -91,7 +91,7 @@ class Projector:
 def sensitivities_about(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> Sensitivities:
     """The sensitivities of effects about the numbers of a fit."""
     program, unknowns, weight = refitter.program, refitter.unknowns, refitter.weight
-    here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
+    here = program.evaluate(fit.u, fit.free, near=fit.evaluation, chosen=refitter.counted)
     r, A = here.joined(weight)
     departure, sd = refitter._prior(fit.u, fit.free)
     movable = ~np.isin(fit.free, constants_at_bound(unknowns, fit))
