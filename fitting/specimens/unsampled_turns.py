@@ -51,7 +51,8 @@ def with_unsampled_turns(recording: Recording) -> Recording:
     columns = {n: np.insert(recording.columns[n], turns.row + 1, added.get(n, np.nan)) for n in numeric}
     before = recording.reduction
     origin = np.arange(len(recording)) if before is None else before.rows
-    pairs = ", ".join(f"{row + 1} and {row + 2}" for row in origin[turns.row])
+    ends = zip(origin[turns.row], origin[turns.row + 1], strict=True)
+    pairs = ", ".join(f"{first + 1} and {second + 1}" for first, second in ends)
     text = (
         f"{recording.name}: {remembered[0]} turns between rows {pairs}, beyond both; a row without readings "
         "stands where the lines through the rows on either side meet"

@@ -1,9 +1,11 @@
 """Turning points between rows: exact where the drive is piecewise linear, none where nothing tells them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from fitting.data.recordings import Recording
+from fitting.data.recordings import Recording, Reduction
 from fitting.specimens.reduction import reduced
 from fitting.specimens.unsampled_turns import unsampled_turns, with_unsampled_turns
 
@@ -58,6 +60,14 @@ def test_an_added_row_has_drives_and_no_readings():
     assert all(np.array_equal(kept[name], column) for name, column in recording.columns.items())
     assert found.whole is recording and "elongation_mm turns between rows 12 and 13" in found.reduction.text
     assert reduced(found, 1024) is found  # a fit takes it as it is
+
+
+def test_rows_on_both_sides_of_a_turn_are_named_by_their_places_in_the_file():
+    whole = spring(np.linspace(0.0, 30.0, 71))
+    rows = np.arange(0, 71, 2)
+    columns = {name: column[rows] for name, column in whole.columns.items()}
+    found = with_unsampled_turns(replace(whole, columns=columns, reduction=Reduction(whole, rows, 1, "")))
+    assert "turns between rows 23 and 25, 39 and 41, beyond both" in found.reduction.text
 
 
 @pytest.mark.parametrize("rows", [35, 36])
