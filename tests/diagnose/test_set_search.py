@@ -115,6 +115,18 @@ def test_what_slow_drift_explains_is_refused():
     assert judged(world, y, (CONSTANT,)) == [INSTRUMENTS]
 
 
+def test_what_slow_drift_explains_is_said_where_nothing_is_named():
+    rng = np.random.default_rng(9)
+    world = fast(effects=(CONSTANT, DELAY), rows=120)
+    world.effects[CONSTANT][:] = 1.0
+    told = conclude(searched(world, world.truth(rng) * 0.9 + world.truth(None, **{CONSTANT: 0.27})))
+    assert not told.mismatch and not told.found
+    (remark,) = [note for note in told.notes if "drift or noise" in note]
+    assert remark.startswith(f"{CONSTANT} explains and predicts the recordings better than the base model")
+    quiet = conclude(searched(world, world.truth(rng) * 0.9))
+    assert not any("drift or noise" in note for note in quiet.notes)
+
+
 def test_a_set_is_better_by_its_best_fit_and_never_loses_it():
     rng = np.random.default_rng(10)
     world = tubes()

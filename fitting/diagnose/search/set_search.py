@@ -204,11 +204,9 @@ class SetSearch:
         explanation.base = pool.base
         explanation.steps[0].base = pool.base
         self._note(explanation, pool, judge, fit)
-        explanation.contending = [
-            slugs
-            for slugs, why in decision.refused
-            if why == INSTRUMENTS and fit.slugs and len(slugs) > 1 and not set(slugs) <= set(fit.slugs)
-        ]
+        drifting = [slugs for slugs, why in decision.refused if why == INSTRUMENTS]
+        beside = [slugs for slugs in drifting if len(slugs) > 1 and not set(slugs) <= set(fit.slugs)]
+        explanation.contending = beside if fit.slugs else drifting[:1]
         explanation.named = self._weighed(explanation, pool, fit)
         explanation.weigh_effects = partial(self._weighed_again, self._beside)
         explanation.steps[0].chosen = next(iter(explanation.named.fit.slugs), None)

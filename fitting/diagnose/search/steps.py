@@ -94,7 +94,8 @@ class Explanation:
         tries: number of models that were fitted to the campaign.
         together: validation recordings were fitted, too. The others named nothing, or a contradicted effect.
         second_look: a search on all recordings that named nothing, although a score stood out.
-        contending: pairs that explain and predict more than `final`, but no more than drift explains.
+        contending: sets that explain and predict more than `final`, but no more than drift explains. They
+            are pairs and triples where effects are named, and the best set where none is.
         scores: cross-validation of models.
         weigh_effects: leave-one-effect-out evidence of another model of these recordings.
     """

@@ -104,10 +104,11 @@ def _with_rest(
 
 
 def _contending(explanation: Explanation, found: list[Found]) -> list[str]:
-    """Remark on pairs that contend with the named set, if there is one."""
-    if not found or found[0].slug == UNMODELLED:
+    """Remark on sets that contend with the named one, or with the base model where nothing is found."""
+    if found and found[0].slug == UNMODELLED:
         return []
-    return [contended(pair) for pair in explanation.contending if set(pair) != set(explanation.final.slugs)]
+    others = [one for one in explanation.contending if set(one) != set(explanation.final.slugs)]
+    return [contended(one, bool(explanation.final.slugs)) for one in others]
 
 
 def _described(

@@ -237,11 +237,18 @@ def _by_chance(chance: str) -> str:
     return f"Chance alone would give such a misfit of the base model with a probability of {chance}."
 
 
-def contended(slugs: tuple[str, ...]) -> str:
-    """A sentence about effects that explain more than the named ones, but no more than instruments do."""
+def contended(slugs: tuple[str, ...], named: bool) -> str:
+    """A sentence about effects that explain more than the model does, but no more than instruments do.
+
+    Args:
+        slugs: the effects.
+        named: the model has effects.
+    """
+    explain = "together explain and predict" if len(slugs) > 1 else "explains and predicts"
+    less = "what is named" if named else "the base model"
     return (
-        f"{' and '.join(slugs)} together explain and predict the recordings better than what is named, but "
-        "drift or noise of the instruments explains the difference as well"
+        f"{' and '.join(slugs)} {explain} the recordings better than {less}, "
+        "but drift or noise of the instruments explains the difference as well"
     )
 
 
