@@ -42,6 +42,17 @@ def test_effects_that_hide_each_other_are_named_where_they_leave_a_small_share_o
     assert names == ([CONSTANT, DELAY, "unmodelled"] if named else ["unmodelled"])
 
 
+@pytest.mark.parametrize("mix", [0.3, 0.6])
+def test_an_incomplete_pair_is_named_before_a_single_effect_that_leaves_more(mix):
+    """The pair leaves a ripple. An effect alike to a part of it, which would be named instead, leaves more."""
+    rng, base = np.random.default_rng(0), fast()
+    v, w, other = (smooth(rng, 4, 60, 1) for _ in range(3))
+    world = World(base.base, {CONSTANT: 5.0 * v, DELAY: -5.0 * v + 0.5 * w, SWELLING: w + mix * other})
+    y = world.truth(np.random.default_rng(2), (0.4, -0.2), **{CONSTANT: 4.0, DELAY: 4.0})
+    found = conclude(searched(world, y + 1.1 * np.sin(np.linspace(0.0, 40.0, 60))))
+    assert {f.slug for f in found.found} == {CONSTANT, DELAY, "unmodelled"}
+
+
 def test_three_effects_are_named(monkeypatch):
     monkeypatch.setattr(CATALOGUE[ANOTHER], "lookalike", "")  # which would stand beside them
     rng = np.random.default_rng(4)

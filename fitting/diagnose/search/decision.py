@@ -7,7 +7,8 @@ what the others leave. For the imperfect form of a true effect leaves a remainde
 in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Only the
 strongest effect may end at a bound, unless the set leaves no more than noise.
 
-A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
+A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it, or
+more of it than the set of less evidence that would be named instead.
 """
 
 from collections import Counter
@@ -66,7 +67,7 @@ class Judge:
 
     def decide(self) -> Decision:
         """The set of most evidence of which every effect earns its place."""
-        refused, tops, asked = [], {}, Counter()
+        refused, tops, asked, incomplete = [], {}, Counter(), []
         for fit, worth in self.pool.ranked():
             if worth < EVIDENCE.minimum_first:
                 break
@@ -79,7 +80,10 @@ class Judge:
                 continue
             why = self.refusal(fit) or self._too_much_left(fit)
             if why is None:
-                return Decision(fit, refused)
+                more = next((one for one in incomplete if self._kept(one) <= self._kept(fit)), fit)
+                return Decision(more, [pair for pair in refused if pair[0] != more.slugs])
+            if why == REMAINS:
+                incomplete.append(fit)
             if why == INSTRUMENTS and top == worth:
                 del tops[size]  # what instruments explain is no better guess
             refused.append((fit.slugs, why))
