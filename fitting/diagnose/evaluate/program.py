@@ -306,8 +306,14 @@ class Program:
         return replace(self._evaluated(u, columns, whole, search, bool(rest), chosen), problem=problem)
 
     def holds(self, here: Evaluation, u: np.ndarray, columns: np.ndarray, chosen: np.ndarray) -> bool:
-        """True if an evaluation may take the place of another: it is of this program as it is, at the same
-        numbers, with the same derivatives, and of these recordings at least."""
+        """True if an evaluation is what `evaluate` would give.
+
+        It must be of this program as it is, at the same numbers, and have the same derivatives.
+
+        Args:
+            here: the evaluation.
+            u, columns, chosen: see `evaluate`.
+        """
         return (
             bool(here.problem)
             and all(a is b for a, b in zip(here.problem, self._problem, strict=True))

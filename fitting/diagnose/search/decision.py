@@ -7,8 +7,8 @@ what the others leave. For the imperfect form of a true effect leaves a remainde
 in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Only the
 strongest effect may end at a bound, unless the set leaves no more than noise.
 
-A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it, or
-more of it than the set of less evidence that would be named instead.
+A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
+Otherwise it is named only before a set of less evidence that leaves more.
 """
 
 from collections import Counter
