@@ -49,7 +49,8 @@ def every_root(rows: Rows, grid: PhaseMap | None = None) -> Known:
 
 
 def every_root_at_phases(rows: Rows) -> Known:
-    """Equilibria of rows without measured resistances: without loads one each, under loads from `TRIALS`."""
+    """Equilibria of rows without measured resistances: without loads one each, under loads all that
+    searches from `STRETCHES` and `BENDS` find."""
     found = solved_at_phases(rows, taken(rows.each[2], 0))
     owner = np.arange(len(rows))
     if not rows.actuator.loads:

@@ -100,11 +100,27 @@ def test_answers_may_be_written_into(rng):
             x[:] = 7.0
 
 
-def test_the_factor_has_no_more_entries_than_the_system(rng):
-    """Backwards in time, nothing fills in."""
+def test_the_factor_is_as_sparse_as_the_system(rng):
+    """Backwards in time, hardly anything fills in; forwards, five times as much does."""
     members = channels(rng)
     hidden = Hidden([course(rng, smooth(rng), number=n) for n in range(2)], members)
-    assert hidden._factor(hidden.there).L.nnz <= hidden.system.nnz
+    assert hidden._factor(hidden.there).L.nnz <= 1.05 * (hidden.system.nnz + hidden.system.shape[0]) / 2
+
+
+@pytest.mark.parametrize("own", [0.0, 0.1, 1.0, 10.0])
+@pytest.mark.parametrize("process_noise", [1e-15, 1e-10, 1e-6])
+@pytest.mark.parametrize("interval", [1e-3, 1.0])
+def test_freedom_is_that_of_the_rows_where_walks_are_as_stiff_as_numbers_can_hold(own, process_noise, interval):
+    """Against the singular values of the same problem, which no rounding drowns; zero where nothing is told."""
+    count = 200
+    told = np.full((1, count), own)
+    one = LatentTrajectory.of(0, np.full(count, 0.5), told, 0.0 * told, process_noise, interval * np.arange(count))
+    hidden = Hidden([one], [Channel("curvature", np.zeros(count), np.ones(count), 0.0)])
+    rise = np.diff(np.eye(count), axis=0) / np.sqrt(process_noise * interval)
+    hold = np.sqrt(DEFAULT.trajectories.hold_weight) * np.eye(count)
+    Q, _ = np.linalg.qr(np.concatenate([rise, own * np.eye(count), hold]))
+    assert hidden.degrees_of_freedom() == pytest.approx(np.sum(Q[count - 1 : 2 * count - 1] ** 2), abs=1e-3)
+    assert np.all(np.isfinite(hidden.answer(np.ones(count), np.ones((1, count))).steps))
 
 
 def test_fractions_stay_within_their_limits_and_take_nothing_up_there(rng):

@@ -165,5 +165,30 @@ def test_only_what_is_left_out_is_predicted_beside_a_partial_fit():
     assert whole.evaluation.asked.tolist() == [True, True, True]
     size = len(whole.evaluation.misfit[0])
     part = Refitter(program, [np.ones(size), np.zeros(size), np.zeros(size)]).fit((), whole)
-    assert part.evaluation.asked[:2].all()
+    assert part.evaluation.asked.tolist() == [True, True, False]
     assert np.any(part.evaluation.misfit[1] != whole.evaluation.misfit[1])
+    with pytest.raises(ValueError, match=r"recordings \[2\] were not evaluated"):
+        part.evaluation.chi2(np.ones(3))
+    with pytest.raises(ValueError, match="not evaluated"):
+        part.evaluation.joined(np.ones(3))
+
+
+def test_an_evaluation_takes_the_place_of_another_only_where_nothing_has_changed():
+    J = np.random.default_rng(2).normal(size=(3, 20, 2))
+    program = World(J, roles=("fit", "fit", "validation")).program(np.ones((3, 20)))
+    fit = Refitter(program).fit(())
+    here, u, free, all_of_them = fit.evaluation, fit.u, fit.free, np.ones(3, bool)
+    assert program.holds(here, u, free, all_of_them)
+    for changed in (
+        replace(program, process_noise=program.process_noise.copy()),
+        replace(program, stacked=replace(program.stacked)),
+        replace(program, channels=[list(one) for one in program.channels]),
+        replace(program, failed=99.0),
+    ):
+        assert not changed.holds(here, u, free, all_of_them)
+    assert not program.holds(here, u + 1e-9, free, all_of_them)
+    assert not program.holds(here, u, free[:1], all_of_them)
+    part = program.evaluate(u, free, chosen=np.array([True, False, True]))
+    assert program.holds(part, u, free, np.array([True, False, True]))
+    assert not program.holds(part, u, free, all_of_them)
+    assert not program.holds(program.evaluate(u, free, stacked=program.stacked), u, free, all_of_them)

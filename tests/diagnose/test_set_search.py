@@ -1,5 +1,7 @@
 """Which set a search names in linear-Gaussian worlds: masked pairs, three effects, alike effects, nulls, imperfect forms."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from linear_world import ANOTHER, CONSTANT, DELAY, SWELLING, World, fast, smooth, tubes
@@ -7,7 +9,7 @@ from test_set_scores import masked
 
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.refit import Refitter
-from fitting.diagnose.search.decision import INSTRUMENTS, LEFT_OUT, LITTLE, UNSEEN, Judge
+from fitting.diagnose.search.decision import INSTRUMENTS, LEFT_OUT, LITTLE, REMAINS, UNSEEN, Judge
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.pool import Pool
 from fitting.diagnose.search.steps import HeldOutScores
@@ -51,6 +53,31 @@ def test_an_incomplete_pair_is_named_before_a_single_effect_that_leaves_more(mix
     y = world.truth(np.random.default_rng(2), (0.4, -0.2), **{CONSTANT: 4.0, DELAY: 4.0})
     found = conclude(searched(world, y + 1.1 * np.sin(np.linspace(0.0, 40.0, 60))))
     assert {f.slug for f in found.found} == {CONSTANT, DELAY, "unmodelled"}
+
+
+class Stated(Judge):
+    """A judge of stated reasons and shares."""
+
+    def __init__(self, stated):
+        fits = [(SimpleNamespace(slugs=slugs), worth) for slugs, (worth, _, _) in stated.items()]
+        self.pool, self.stated = SimpleNamespace(ranked=lambda: fits, base=SimpleNamespace(slugs=())), stated
+
+    def refusal(self, fit):
+        return self.stated[fit.slugs][1]
+
+    def _too_much_left(self, fit):
+        return None
+
+    def _kept(self, fit):
+        return self.stated[fit.slugs][2]
+
+
+@pytest.mark.parametrize(("left", "named"), [(0.2, ("a", "b")), (0.4, ("a", "b")), (0.5, ("e",))])
+def test_what_ranks_behind_an_incomplete_set_is_not_said_to_have_more_evidence(left, named):
+    stated = {("a", "b"): (100.0, REMAINS, left), ("c", "d"): (95.0, INSTRUMENTS, 0.0), ("e",): (60.0, None, 0.4)}
+    told = Stated(stated).decide()
+    assert told.fit.slugs == named
+    assert told.refused == ([] if named == ("a", "b") else [(("a", "b"), REMAINS), (("c", "d"), INSTRUMENTS)])
 
 
 def test_three_effects_are_named(monkeypatch):

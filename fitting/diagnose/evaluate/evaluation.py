@@ -198,7 +198,8 @@ class Evaluation:
         hidden: linear problem of every recording's trajectories. None if it has none, none were moved, or the
             program itself finds them.
         asked: mask of the recordings that were asked for, (recordings,).
-        problem: what the program held: channels, process noise, recordings.
+        problem: what the program held: compiled function, channels, process noise, recordings.
+        failed: misfit of a row without an answer, in standard deviations.
     """
 
     misfit: list[np.ndarray]
@@ -212,6 +213,7 @@ class Evaluation:
     hidden: list[latent_trajectories.Hidden | None]
     asked: np.ndarray
     problem: tuple = ()
+    failed: float = np.nan
 
     def trajectories_at(self, u: np.ndarray) -> np.ndarray:
         """Latent trajectories at other numbers, to first order."""
@@ -259,11 +261,27 @@ class Evaluation:
         )
 
     def joined(self, weight: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Misfit and Jacobian (values, columns) of recordings, each weighed by a number or a mask."""
+        """Misfit and Jacobian (values, columns) of recordings, each weighed by a number or a mask.
+
+        Raises:
+            ValueError: if a recording counts that was not asked for.
+        """
+        self._check(weight)
         r = np.concatenate([w * m for w, m in zip(weight, self.misfit, strict=True)])
         J = np.concatenate([w * j for w, j in zip(weight, self.jacobian, strict=True)], axis=1)
         return r, J.T
 
     def chi2(self, weight: np.ndarray) -> float:
-        """Sum of squares of the weighed misfit."""
+        """Sum of squares of the weighed misfit.
+
+        Raises:
+            ValueError: if a recording counts that was not asked for.
+        """
+        self._check(weight)
         return float(sum(np.sum((w * m) ** 2) for w, m in zip(weight, self.misfit, strict=True)))
+
+    def _check(self, weight: np.ndarray | list[np.ndarray]) -> None:
+        """Refuse recordings whose misfit is zero because nobody asked for them."""
+        missing = [k for k, w in enumerate(weight) if np.any(w) and not self.asked[k]]
+        if missing:
+            raise ValueError(f"recordings {missing} were not evaluated")

@@ -115,7 +115,7 @@ class Hidden:
 
     Its unknowns have an order of their own: backwards in time, the trajectories of a row side by side. A row
     depends on the one before it and on the one that it remembers, which is earlier, too. In this order the
-    factor of the system has no more entries than the system.
+    factor of the system has hardly more entries than half of the system.
 
     Attributes:
         trajectories: the trajectories, at least one.
@@ -144,7 +144,9 @@ class Hidden:
     @functools.cached_property
     def _walk(self) -> csr_array:
         """Derivative of the weighted increments and of a hold on every row, (equations, unknowns)."""
-        weights = np.sqrt([trajectory.precision for trajectory in self.trajectories])
+        told = max(float(self.design.power(2).sum(axis=0).max()), TRAJECTORIES.hold_weight)
+        stiffest = TRAJECTORIES.maximum_stiffness * told  # beyond it rounding drowns what rows tell
+        weights = np.sqrt([np.minimum(trajectory.precision, stiffest) for trajectory in self.trajectories])
         values = np.stack([weights, -weights], axis=-1)
         columns = np.stack([self._places, _earlier(self._places)], axis=-1)
         count = self.fraction.size
@@ -192,11 +194,11 @@ class Hidden:
         return self._ordered(np.stack([trajectory.there for trajectory in self.trajectories]))
 
     def change(self, steps: np.ndarray) -> np.ndarray:
-        """Change of the misfit (..., values) with steps of the trajectories, (..., trajectories, rows)."""
+        """Change of the misfit (values,) with steps of the trajectories, (trajectories, rows)."""
         return self._changed(self._ordered(steps))
 
     def _changed(self, unknowns: np.ndarray) -> np.ndarray:
-        """Change of the misfit (..., values) with the unknowns (..., unknowns)."""
+        """Change of the misfit (values,) with the unknowns (unknowns,), or of several, one in a row each."""
         return (self.design @ unknowns.T).T
 
     def roughness(self, steps: np.ndarray | None = None) -> float:

@@ -303,12 +303,14 @@ class Program:
         names = first.slopes
         slopes = {n: np.concatenate([part.slopes[n] for part in (first, *rest)]) for n in names}
         whole = replace(first, slopes=slopes)
-        return replace(self._evaluated(u, columns, whole, search, bool(rest), chosen), problem=problem)
+        found = self._evaluated(u, columns, whole, search, bool(rest), chosen)
+        return replace(found, problem=problem, failed=self.failed)
 
     def holds(self, here: Evaluation, u: np.ndarray, columns: np.ndarray, chosen: np.ndarray) -> bool:
-        """True if an evaluation is what `evaluate` would give.
+        """True if an evaluation may take the place of another by `evaluate`.
 
-        It must be of this program as it is, at the same numbers, and have the same derivatives.
+        It must be of this program as it is, at the same numbers, and have the same derivatives. Its latent
+        trajectories are where its own search ended.
 
         Args:
             here: the evaluation.
@@ -317,6 +319,7 @@ class Program:
         return (
             bool(here.problem)
             and all(a is b for a, b in zip(here.problem, self._problem, strict=True))
+            and here.failed == self.failed
             and np.array_equal(here.u, u)
             and np.array_equal(here.columns, columns)
             and bool(np.all(here.asked[chosen]))
@@ -324,8 +327,9 @@ class Program:
 
     @property
     def _problem(self) -> tuple:
-        """What the program holds that evaluations depend on, see `Evaluation.problem`."""
-        return self.channels, self.process_noise, self.stacked
+        """What the program holds that evaluations depend on, see `Evaluation.problem`. None of it is changed
+        in place; what changes is replaced."""
+        return self._compiled, self.channels, self.process_noise, self.stacked
 
     @property
     def one_by_one(self) -> bool:

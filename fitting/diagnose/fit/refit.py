@@ -106,7 +106,7 @@ class Refitter:
         Args:
             slugs: effects that may be present.
             start: scaled numbers to start from, or a fit, whose latent trajectories are begun with, too;
-                nominal numbers if None.
+                nominal numbers if None. A fit of the same effects is not evaluated again where it ended.
             rounds: most trial steps.
             near: an evaluation whose latent trajectories are begun with where `start` is no fit.
         """

@@ -80,10 +80,12 @@ class Judge:
                 continue
             why = self.refusal(fit) or self._too_much_left(fit)
             if why is None:
-                more = next((one for one in incomplete if self._kept(one) <= self._kept(fit)), fit)
-                return Decision(more, [pair for pair in refused if pair[0] != more.slugs])
+                for one, before in incomplete:
+                    if self._kept(one) <= self._kept(fit):
+                        return Decision(one, before)
+                return Decision(fit, refused)
             if why == REMAINS:
-                incomplete.append(fit)
+                incomplete.append((fit, list(refused)))
             if why == INSTRUMENTS and top == worth:
                 del tops[size]  # what instruments explain is no better guess
             refused.append((fit.slugs, why))

@@ -95,7 +95,7 @@ class Explanation:
         together: validation recordings were fitted, too. The others named nothing, or a contradicted effect.
         second_look: a search on all recordings that named nothing, although a score stood out.
         contending: sets that explain and predict more than `final`, but no more than drift explains. They
-            are pairs and triples where effects are named, and the best set where none is.
+            are pairs and triples where effects are named, and the one of most evidence where none is.
         scores: cross-validation of models.
         weigh_effects: leave-one-effect-out evidence of another model of these recordings.
     """

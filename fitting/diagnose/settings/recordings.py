@@ -153,3 +153,7 @@ class LatentTrajectories:
         2e-3, "Minimum decrease of chi-square for another run of that search, over chi-square."
     )
     minimum_step_share: float = threshold(0.2, "Minimum part of a step for a shorter one to be tried.")
+    maximum_stiffness: float = threshold(
+        1e10, "Maximum ratio of a walk's precision to what the best row tells; stiffer walks are as flat.",
+        basis="freedom within 1e-4 of the exact one; rounding made it negative without",
+    )  # fmt: skip
