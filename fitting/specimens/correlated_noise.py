@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -51,8 +52,16 @@ def correlated(rows: Rows, sizes: Mapping[str, Size]) -> Rows:
     return replace(rows, extra={**rows.extra, KEY: own})
 
 
+def correlated_stack(stacked: Rows, sizes: Mapping[str, Size]) -> Rows:
+    """The same for a stack of recordings."""
+    each = [jax.tree.map(lambda x: x[k], stacked) for k in range(len(stacked.mask))]  # noqa: B023
+    own = [correlated(one, sizes).extra[KEY] for one in each]
+    together = jax.tree.map(lambda *leaves: jnp.stack(leaves), *own)
+    return replace(stacked, extra={**stacked.extra, KEY: together})
+
+
 def uncorrelated(rows: Rows) -> Rows:
-    """The same recording with independent noise."""
+    """The same recording or stack with independent noise."""
     return replace(rows, extra={name: x for name, x in rows.extra.items() if name != KEY})
 
 

@@ -29,6 +29,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import Alloy, Spring, SpringGeometry
 
 from . import priors
+from .correlated_noise import KEY, independent
 from .model_objects import geometry_of
 from .reduction import reduced
 from .rows import Rows, numbers
@@ -161,6 +162,15 @@ def _walk(rows: Rows) -> smoother.Walk:
     return smoother.Walk.over(rows.time, rows.mask & free, extra["wander"], extra["level"], level_sd)
 
 
+def _independent(rows: Rows) -> smoother.Independent | None:
+    """Function that makes the noise of the weighted outputs independent; None where it is so."""
+    if KEY not in rows.extra:
+        return None
+    return lambda weighted: jnp.stack([
+        independent(rows, name, one) for name, one in zip(OUTPUTS, weighted, strict=True)
+    ])  # fmt: skip
+
+
 def _first_guess(law: Law, rows: Rows) -> Array:
     """First guess of the trajectory: the earlier one, else the fractions that smoothed resistances imply,
     else the held level."""
@@ -187,7 +197,8 @@ def trajectory(values: Mapping[str, Array], rows: Rows) -> Trajectory:
     law = _law(values, rows)
     measured = jnp.stack([rows.measured[name] for name in OUTPUTS])
     weight = jnp.stack([rows.weight["force"] * rows.extra["force_informs"], rows.weight["resistance"]])
-    course = smoother.profile(_outputs, law, measured, weight, _walk(rows), _first_guess(law, rows))
+    start, noise = _first_guess(law, rows), _independent(rows)
+    course = smoother.profile(_outputs, law, measured, weight, _walk(rows), start, noise)
     return law.follow(jnp.where(rows.extra["level_sd"] > 0.0, course, _held(law, rows, measured, weight)))
 
 
@@ -202,6 +213,8 @@ def _held(law: Law, rows: Rows, measured: Array, weight: Array) -> Array:
     level = jnp.full_like(rows.time, rows.extra["level"])
     local = law.follow(level).local
     misfit, slope = weight * (local.predicted - measured), weight * local.along(jnp.ones_like(level))
+    if noise := _independent(rows):
+        misfit, slope = noise(misfit), noise(slope)
     austenite = jnp.sum(misfit * slope) / jnp.maximum(jnp.sum(slope**2), jnp.finfo(float).tiny)
     austenite = jnp.where(austenite > 0.0, jnp.minimum(austenite, NEARLY_COLD), 0.0)
     return level - jnp.where(rows.extra["level"] == 1.0, austenite, 0.0)
@@ -290,6 +303,7 @@ def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
 def _misfit(found: Trajectory, rows: Rows) -> Float[Array, " m"]:
     """Residual of a trajectory; see `residual`."""
     misfit = [rows.weight[name] * (getattr(found, name) - rows.measured[name]) for name in OUTPUTS]
+    misfit = [independent(rows, name, one) for name, one in zip(OUTPUTS, misfit, strict=True)]
     return jnp.concatenate([*misfit, _walk(rows).residual(found.xi0)])
 
 

@@ -11,11 +11,12 @@ import pytest
 
 from fitting.calibrate.spring import joint as joints
 from fitting.calibrate.spring.joint import Joint, Start, decided_anew
-from fitting.calibrate.spring.problem import values_of
+from fitting.calibrate.spring.problem import jacobian, values_of
 from fitting.calibrate.spring.search import _problem, readings_of
 from fitting.calibrate.spring.zeros import residuals
 from fitting.characterise import characterise
 from fitting.data.recordings import read_campaign
+from fitting.inference.lasting_noise.shared import square_beside
 from fitting.inference.lasting_noise.zeros import BINS
 from fitting.specimens import priors, residual_of
 from fitting.specimens.spring_trajectory import ALLOY, OUTPUTS, decided
@@ -78,6 +79,28 @@ def test_residuals_move_with_a_zero_as_the_fit_would_see_it(problem, tests):
             ends = [left({**none, name: none[name].at[k, 5].set(push)}) for push in (-0.1, 0.1)]
             want = np.asarray(ends[1] - ends[0])[k] / 0.2
             np.testing.assert_allclose(one.moved[name][:, 5], want, atol=0.02 * np.max(np.abs(want)) + 1e-6)
+
+
+def test_a_fit_beside_zeros_has_the_squares_of_generalised_least_squares(problem, tests):
+    """Chi-square and its slopes with correlated noise, the trajectories found beside it, against the squares
+    that follow from the residuals beside white noise."""
+    zeros = {"force": (1.0, 0.5, 1.1), "resistance": (2.0, 0.25, 1.1)}
+    point, data = values_of(problem.parameters), problem.beside(zeros).data()
+    data["rows"] = eqx.tree_at(  # the same memory
+        lambda r: r.extra,
+        data["rows"],
+        {**data["rows"].extra, "decisions": decided(point, problem.data()["rows"]).extra["decisions"]},
+    )
+    left = np.asarray(residual_of("spring")(point, data["rows"]))
+    slopes = jacobian(point, data)
+    slopes = np.stack([np.asarray(slopes[name]) for name in problem.parameters], axis=-1)
+    for name, (k, one) in tests.items():
+        found = np.column_stack([slopes[k], left[k]])
+        size = np.sqrt(np.diag(square_beside(one, zeros)))
+        units = np.outer(size, size)
+        np.testing.assert_allclose(found.T @ found / units, square_beside(one, zeros) / units, atol=0.02)
+        white = one.square / units
+        assert name == "hot" or np.max(np.abs(white - square_beside(one, zeros) / units)) > 0.5
 
 
 def test_a_fit_without_its_decisions_takes_the_place_of_one_that_keeps_them(monkeypatch):

@@ -5,7 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fitting.inference.lasting_noise import modes_of
 from fitting.inference.latent_trajectory import smoother
+from fitting.specimens.correlated_noise import Whitening
 
 ROWS = 40
 
@@ -52,6 +54,42 @@ def test_the_profile_has_the_same_slope_forwards_backwards_and_by_differences(pr
     forward = jax.jvp(cost, (at,), (jnp.ones(()),))[1]
     assert float(jax.grad(cost)(at)) == pytest.approx(float(forward), rel=1e-9)
     assert float((cost(at + step) - cost(at - step)) / (2 * step)) == pytest.approx(float(forward), rel=1e-4)
+
+
+def test_beside_correlated_noise_the_course_is_that_of_generalised_least_squares():
+    """Against a dense solution, for two outputs that are linear in the fraction; its derivative, too."""
+    random, time, zeros = np.random.default_rng(0), np.arange(float(ROWS)), ((3.0, 0.1), (1.0, 2.0))
+    slope, seen = np.stack([15.0 + np.sin(time), np.full(ROWS, 300.0)]), random.standard_normal((2, ROWS))
+    weight, dense, whitenings = np.array([1.1, 0.9])[:, None] * np.ones((2, ROWS)), [], []
+    for zero, w in zip(zeros, weight, strict=True):
+        modes, width = modes_of(time, np.ones(ROWS), *zero)
+        part = 1.0 - 1.0 / np.sqrt(1.0 + width)
+        whitenings.append(Whitening(modes, modes * part, np.asarray(1.0)))
+        noise = np.eye(ROWS) + modes @ np.diag(width) @ modes.T
+        dense.append(np.diag(w) @ np.linalg.solve(noise, np.diag(w)))
+    walk = smoother.Walk.over(
+        jnp.asarray(time), jnp.ones(ROWS, bool), jnp.asarray(1e-5), jnp.asarray(0.5), jnp.asarray(0.5)
+    )
+
+    def outputs(offset, xi0):
+        return smoother.Local(slope * (xi0 - 0.5) + offset, slope, 0.0 * slope, jnp.zeros(ROWS, int))
+
+    def found(offset):
+        independent = lambda x: jnp.stack([w(row) for w, row in zip(whitenings, x, strict=True)])  # noqa: E731
+        return smoother.profile(outputs, offset, seen, weight, walk, jnp.full(ROWS, 0.5), independent)
+
+    steps = np.diff(np.eye(ROWS), axis=0) * np.asarray(walk.weight)[1:, None]
+    matrix = steps.T @ steps + sum(s[:, None] * p * s for s, p in zip(slope, dense, strict=True))
+    matrix[0, 0] += float(walk.level_weight) ** 2
+
+    def solved(offset):
+        right = sum(s * (p @ (y - offset)) for s, p, y in zip(slope, dense, seen, strict=True))
+        return np.linalg.solve(matrix, right)
+
+    course, moved = jax.jvp(found, (jnp.asarray(0.2),), (jnp.ones(()),))
+    np.testing.assert_allclose(course - 0.5, solved(0.2), atol=0.01 * np.max(np.abs(solved(0.2))))
+    want = solved(1.2) - solved(0.2)
+    np.testing.assert_allclose(moved, want, atol=0.01 * np.max(np.abs(want)))
 
 
 def _steep(middle, xi0):

@@ -7,6 +7,7 @@ import numpy as np
 
 from fitting.calibrate.information import with_errors
 from fitting.calibrate.profile_likelihood import ALIKE
+from fitting.inference.lasting_noise import Size
 from fitting.inference.least_squares import FitResult
 from fitting.inference.noise import correlation_time, inflation_of
 from fitting.inference.parameters import Parameters
@@ -186,12 +187,42 @@ def decided_anew(joint: Joint, progress: Callable[[str], None] = lambda _: None)
         joint: joint fit with all its starts.
         progress: called with a word for each fit that is done.
     """
-    how, ends = "decided anew", []
-    for start in joint.starts:  # one from each end, so that fits that agree stay independent of each other
+    how = "decided anew"
+    ends = [start for start in _ends(joint) if not start.name.endswith(how)]
+    return _gone_on(joint, ends, Problem.undecided, how, progress)
+
+
+def beside_zeros(
+    joint: Joint, sizes: Mapping[str, Size], progress: Callable[[str], None] = lambda _: None
+) -> Joint:
+    """The fit with noise that zeros of these sizes correlate; the same where they do not explain it.
+
+    Beside white noise the decisions of the memory follow a zero that wanders as well. So each end goes on
+    with its decisions, and without them.
+
+    Args:
+        joint: joint fit with independent noise and all its starts.
+        sizes: sizes of the zeros by output.
+        progress: called with a word for each fit that is done.
+    """
+    starts = []
+    for start in _ends(joint):
+        problem = start.problem.inflated(1.0).beside(sizes).at(start.result.values)
+        starts.append(Start(f"{start.name}, beside zeros", *problem.fitted_with()))
+        progress(f"start from {starts[-1].name}")
+    starts = _ranked(starts)
+    if not (starts[0].result.reduced_chi_square or np.inf) <= MISFIT:
+        return joint
+    return decided_anew(_settled(tuple(starts), progress), progress)
+
+
+def _ends(joint: Joint) -> list[Start]:
+    """The best starts, one from each end, so that fits that agree stay independent of each other."""
+    ends: list[Start] = []
+    for start in joint.starts:
         if not any(abs(_cost(start.result) - _cost(one.result)) < ALIKE for one in ends):
             ends.append(start)
-    ends = [start for start in ends[:LOOSENED] if not start.name.endswith(how)]
-    return _gone_on(joint, ends, Problem.undecided, how, progress)
+    return ends[:LOOSENED]
 
 
 def _gone_on(

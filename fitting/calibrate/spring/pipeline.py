@@ -16,7 +16,7 @@ from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end
 from fitting.calibrate.quoted import estimates
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, all_real
-from fitting.inference.lasting_noise import Lasting, levels_by_name
+from fitting.inference.lasting_noise import SURE, Lasting, levels_by_name
 from fitting.inference.parameters import Parameters
 from fitting.specimens import priors
 from fitting.specimens.specimen import EVERY
@@ -28,7 +28,7 @@ from pneusma_jax.precision import require_float64
 
 from .alloy_table import alloy_table
 from .information import information, informing_tests, spread_given_geometry, why_not_shown
-from .joint import Joint, spanned, try_others
+from .joint import Joint, beside_zeros, spanned, try_others
 from .modes import Mode, other_modes
 from .next_test import NextTest, next_test
 from .plateaus import plateaus
@@ -159,7 +159,8 @@ def characterise_spring(
     readings = readings_of(recordings, phases, known, softer)
     found, best = best_of_readings(campaign, readings, base, identify, adjust or {}, starts, seed, progress)
     chosen = found[best]
-    single, (profiled, last) = _profiled_to_the_end(chosen.single, profile, progress)
+    begun = _beside_zeros(chosen.single, progress)
+    single, (profiled, last) = _profiled_to_the_end(begun, profile, progress)
     fitted = [test for test in chosen.reading.tests if test.fitted]
     joint = spanned(single)
     told = information(joint.problem, joint.parameters)
@@ -202,9 +203,19 @@ def _profiled_to_the_end(
 
     def again(now: Joint, name: str, lower: Mapping[str, float]) -> tuple[Joint, bool]:
         found = try_others(now, {f"the profile of {name}": lower}, progress)
-        return found, found.starts[0] is not now.starts[0]
+        if found.starts[0] is now.starts[0]:
+            return found, False
+        return _beside_zeros(found, progress), True
 
     return to_the_end(single, lambda now, leave: _profiled(now, profile, progress, leave), again)
+
+
+def _beside_zeros(joint: Joint, progress: Callable[[str], None]) -> Joint:
+    """The fit with correlated noise, where zeros of instruments probably are off or wander."""
+    if joint.problem.zeros:
+        return joint
+    last = zeros(joint.problem, joint.parameters, information(joint.problem, joint.parameters))
+    return joint if last.steady >= SURE else beside_zeros(joint, last.sizes, progress)
 
 
 def _profiled(

@@ -6,7 +6,7 @@ further starts, profiles and the joint fit differ in their data alone.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import equinox as eqx
@@ -16,9 +16,11 @@ import numpy as np
 from jaxtyping import Array, PyTree
 
 from fitting.calibrate.soft_constraints import constrained_residual_of, constraint_table
+from fitting.inference.lasting_noise import Size
 from fitting.inference.least_squares import FitResult, fit_least_squares
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, residual_of, stack
+from fitting.specimens.correlated_noise import correlated_stack
 from fitting.specimens.process_noise import with_process_noise
 from fitting.specimens.spring_trajectory import decided, freedom_taken, undecided
 
@@ -55,6 +57,7 @@ class Problem:
         stacked: the same along one axis, padded.
         parameters: free numbers at their starting values, with priors.
         inflation: factor by which all noise is taken larger than stated, for misfit and serial correlation.
+        zeros: sizes of zeros that correlate the noise of `stacked`, by output; none for white noise.
     """
 
     tests: tuple[StandTest, ...]
@@ -62,6 +65,7 @@ class Problem:
     stacked: Rows
     parameters: Parameters
     inflation: float = 1.0
+    zeros: Mapping[str, Size] = field(default_factory=dict)
 
     @classmethod
     def of(cls, tests: Sequence[StandTest], rows: Sequence[Rows], parameters: Parameters) -> "Problem":
@@ -94,6 +98,10 @@ class Problem:
     def undecided(self) -> "Problem":
         """The same problem without the decisions of earlier fits."""
         return replace(self, stacked=undecided(self.stacked))
+
+    def beside(self, zeros: Mapping[str, Size]) -> "Problem":
+        """The same problem with noise that zeros of these sizes correlate, by output."""
+        return replace(self, stacked=correlated_stack(self.stacked, zeros), zeros=dict(zeros))
 
     def inflated(self, factor: float) -> "Problem":
         """The same problem with all noise taken `factor` times what is stated."""
@@ -130,7 +138,7 @@ class Problem:
         found, size = decided(values_of(self.parameters, values), inflated), self.stacked.mask.shape[1]
 
         def part(k: int, count: int) -> Rows:
-            return jax.tree.map(lambda x: x[k, :count] if x.shape[1:] == (size,) else x[k], found)
+            return jax.tree.map(lambda x: x[k, :count] if x.shape[1:2] == (size,) else x[k], found)
 
         return [part(k, len(rows.mask)) for k, rows in enumerate(self.rows)]
 

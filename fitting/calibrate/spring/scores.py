@@ -10,6 +10,7 @@ import numpy as np
 
 from fitting.inference.metrics import metrics
 from fitting.specimens import Rows
+from fitting.specimens.correlated_noise import uncorrelated
 from fitting.specimens.process_noise import LOOSE
 from fitting.specimens.rows import numbers
 from fitting.specimens.spring_law import Trajectory
@@ -77,7 +78,7 @@ def _from_resistance(values: Mapping, stacked: Rows) -> tuple[Trajectory, jax.Ar
 def scores(problem: Problem, values: Mapping[str, float]) -> list[Score]:
     """Every test, those for validation too, predicted from elongation and resistance."""
     found, sd, area = jax.device_get(
-        _from_resistance(values_of(problem.parameters, values), undecided(problem.stacked))
+        _from_resistance(values_of(problem.parameters, values), uncorrelated(undecided(problem.stacked)))
     )
     result = []
     for k, test in enumerate(problem.tests):

@@ -12,6 +12,7 @@ from fitting.calibrate.information import Information
 from fitting.inference.lasting_noise import Lasting, Shared, courses_of, lasting_beside_trajectories
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, residual_of
+from fitting.specimens.correlated_noise import uncorrelated
 from fitting.specimens.spring_trajectory import OUTPUTS, decided
 
 from .problem import Problem, freedom_taken_by, jacobian, values_of
@@ -28,11 +29,13 @@ def zeros(problem: Problem, parameters: Parameters, told: Information) -> Lastin
     entries = [parameters[name] for name in problem.parameters]
     pull = np.array([0.0 if e.prior is None else e.value - e.prior.mean for e in entries])
     recordings = residuals(problem, parameters.valuesdict(), told.fixed)
-    return lasting_beside_trajectories(recordings, told.prior, pull, problem.inflation)
+    return lasting_beside_trajectories(recordings, told.prior, pull, problem.inflation, problem.zeros)
 
 
 def residuals(problem: Problem, values: Mapping[str, float], fixed: np.ndarray) -> list[Shared]:
     """Residuals of every fitted test, in units of the noise as it was stated, and what moves them.
+
+    Trajectories are adapted as beside white noise, also where the fit had correlated noise.
 
     Args:
         problem: the fitted problem.
@@ -40,7 +43,7 @@ def residuals(problem: Problem, values: Mapping[str, float], fixed: np.ndarray) 
         fixed: true for parameters at a bound, which move nothing.
     """
     point, data = values_of(problem.parameters, values), problem.data()
-    data["rows"] = rows = decided(point, data["rows"])
+    data["rows"] = rows = uncorrelated(decided(point, data["rows"]))
     misfit, found = np.asarray(residual_of("spring")(point, rows)), jacobian(point, data)
     slopes = np.stack([np.asarray(found[name]) for name in problem.parameters], axis=-1)
     slopes = np.where(np.isfinite(slopes), slopes, 0.0) * ~fixed

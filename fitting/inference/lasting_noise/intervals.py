@@ -10,7 +10,7 @@ from pneusma_jax.late import Late
 
 from .evidence import inverse, with_prior
 from .mixture import joint, steady_of
-from .shared import Shared, shared_sizes_of
+from .shared import Shared, shared_sizes_of, square_beside
 from .sizes import CLEAR, Sizes, decided, sizes_of
 from .zeros import Series, Size, square
 
@@ -101,18 +101,22 @@ def lasting(
 
 
 def lasting_beside_trajectories(
-    recordings: Sequence[Shared], precision: np.ndarray, pull: np.ndarray, inflation: float = 1.0
+    recordings: Sequence[Shared],
+    precision: np.ndarray,
+    pull: np.ndarray,
+    inflation: float = 1.0,
+    taken: Mapping[str, Size] | None = None,
 ) -> Lasting:
     """The same of recordings with hidden trajectories, which all have the same outputs; see `lasting`.
 
     An output without a reading tells nothing of its zero, which is left out.
     """
     none = np.zeros((len(precision) + 1, len(precision) + 1))
-    own = sum((one.square for one in recordings), none) / inflation**2
+    own = sum((square_beside(one, taken or {}) for one in recordings), none) / inflation**2
     names = recordings[0].moved if recordings else {}
     outputs = [name for name in names if any(len(one.time[name]) for one in recordings)]
     each = [shared_sizes_of(recordings, outputs, precision, pull)] if outputs else []
-    return _of_mixture(each, outputs, own, none, precision, pull)
+    return _of_mixture(each, outputs, own, none, precision, pull, taken)
 
 
 def _of_mixture(

@@ -18,7 +18,7 @@ import numpy as np
 
 from .evidence import log_evidence
 from .sizes import DRIFTS, OFFSETS, SCALES, Sizes, before_of
-from .zeros import BINS, root_of
+from .zeros import BINS, Size, root_of
 
 FAINT = 1e-12
 """Minimum weight over the largest of a size that is kept. Once zeros are decided to wander, the weight of a
@@ -84,6 +84,24 @@ def shared_sizes_of(
     return Sizes(*(
         np.concatenate([part[k][keep] for part, keep in zip(parts, kept, strict=True)]) for k in range(6)
     ))  # fmt: skip
+
+
+def square_beside(one: Shared, zeros: Mapping[str, Size]) -> np.ndarray:
+    """Squares of slopes and residuals, the last column, beside zeros of one size for each output.
+
+    Args:
+        one: residuals of a recording.
+        zeros: sizes by output, all of one scale; none for white noise.
+    """
+    square = one.square
+    if not zeros:
+        return square
+    (scale,) = {size[2] for size in zeros.values()}
+    columns = [one.moved[n] @ root_of(one.time[n], d / scale, o / scale) for n, (d, o, _) in zeros.items()]
+    moved, rows = np.column_stack(columns), np.column_stack([one.slopes, one.misfit])
+    side = moved.T @ rows
+    own = moved.T @ moved + np.eye(moved.shape[1])
+    return (square - side.T @ np.linalg.solve(own, side)) / scale**2
 
 
 def _squares(

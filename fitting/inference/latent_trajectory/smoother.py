@@ -104,6 +104,17 @@ class Local(eqx.Module):
 
 Outputs = Callable[[PyTree, Array], Local]
 """Function of `(model, state)` that gives the outputs and their linearisation."""
+Independent = Callable[[Array], Array]
+"""Symmetric linear function that makes weighted outputs, shape (k, rows), independent of each other."""
+
+
+def weighed(
+    values: Float[Array, "k rows"], weight: Float[Array, "k rows"], independent: Independent | None
+) -> Float[Array, "k rows"]:
+    """Outputs times the inverse covariance of their noise, which may be correlated along the rows."""
+    if independent is None:
+        return weight**2 * values
+    return weight * independent(independent(weight * values))
 
 
 def profile(
@@ -113,6 +124,7 @@ def profile(
     weight: Float[Array, "k rows"],
     walk: Walk,
     start: Float[Array, " rows"],
+    independent: Independent | None = None,
 ) -> Float[Array, " rows"]:
     """Trajectory of the state that explains the measurements best.
 
@@ -128,6 +140,7 @@ def profile(
         weight: inverse standard deviation of the outputs, zero where missing, shape (k, rows).
         walk: random-walk prior of the state.
         start: first guess of the state, shape (rows,).
+        independent: transformation that makes correlated noise independent; None for white noise.
     """
     frozen, measured_rows = jax.lax.stop_gradient((model, measured)), jnp.any(weight > 0.0, axis=0)
 
@@ -135,9 +148,10 @@ def profile(
         """Step of the search, see `inference.latent_trajectory.gauss_newton.Step`."""
         local = outputs(model, state)
         residual = local.predicted - measured
-        pull = local.back(weight**2 * residual) + walk.gradient(state)
-        square = jnp.sum((weight * residual) ** 2) + jnp.sum(walk.residual(state) ** 2)
-        move = -solve(jax.lax.stop_gradient(local), weight, walk, state, pull)
+        pull = local.back(weighed(residual, weight, independent)) + walk.gradient(state)
+        left = weight * residual if independent is None else independent(weight * residual)
+        square = jnp.sum(left**2) + jnp.sum(walk.residual(state) ** 2)
+        move = -solve(jax.lax.stop_gradient(local), weight, walk, state, pull, independent)
         return jnp.clip(move, -LONGEST, LONGEST), square, None
 
     solution, _ = settle(lambda state: step(*frozen, state), start, measured_rows, SETTLED, ROUNDS)
@@ -145,18 +159,26 @@ def profile(
     return ended(solution, last, largest(last, measured_rows) <= SETTLED)
 
 
-def solve(local: Local, weight: Array, walk: Walk, state: Array, right: Array) -> Array:
+def solve(
+    local: Local,
+    weight: Array,
+    walk: Walk,
+    state: Array,
+    right: Array,
+    independent: Independent | None = None,
+) -> Array:
     """Solution of the Gauss-Newton system of the state.
 
-    The system is tridiagonal, apart from rows that remember earlier ones. Conjugate gradients, preconditioned
-    by the tridiagonal part, need one iteration for each row that many rows remember.
+    The system is tridiagonal, apart from rows that remember earlier ones, and from correlated noise.
+    Conjugate gradients, preconditioned by the tridiagonal part, need one iteration for each row that many
+    rows remember, and one for each strong mode of the noise.
     """
     diagonal, upper = hessian(local, weight, walk, state)
     walked = diagonal - information(local, weight)
 
     def times(direction: Array) -> Array:
         coupled = walked * direction + upper * jnp.roll(direction, -1) + jnp.roll(upper * direction, 1)
-        return coupled + local.back(weight**2 * local.along(direction))
+        return coupled + local.back(weighed(local.along(direction), weight, independent))
 
     return solve_coupled(times, right, banded(diagonal, upper))
 
