@@ -197,23 +197,22 @@ def beside_zeros(
 ) -> Joint:
     """The fit with noise that zeros of these sizes correlate; the same where they do not explain it.
 
-    Beside white noise the decisions of the memory follow a zero that wanders as well. So each end goes on
-    with its decisions, and without them.
+    Each end of the fit goes on by itself, as the order of two may change.
 
     Args:
-        joint: joint fit with independent noise and all its starts.
+        joint: joint fit with all its starts.
         sizes: sizes of the zeros by output.
         progress: called with a word for each fit that is done.
     """
-    starts = []
+    starts, how = [], ", beside zeros"
     for start in _ends(joint):
         problem = start.problem.inflated(1.0).beside(sizes).at(start.result.values)
-        starts.append(Start(f"{start.name}, beside zeros", *problem.fitted_with()))
+        starts.append(Start(start.name.removesuffix(how) + how, *problem.fitted_with()))
         progress(f"start from {starts[-1].name}")
     starts = _ranked(starts)
     if not (starts[0].result.reduced_chi_square or np.inf) <= MISFIT:
         return joint
-    return decided_anew(_settled(tuple(starts), progress), progress)
+    return _settled(tuple(starts), progress)
 
 
 def _ends(joint: Joint) -> list[Start]:

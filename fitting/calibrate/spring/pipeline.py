@@ -28,7 +28,7 @@ from pneusma_jax.precision import require_float64
 
 from .alloy_table import alloy_table
 from .information import information, informing_tests, spread_given_geometry, why_not_shown
-from .joint import Joint, beside_zeros, spanned, try_others
+from .joint import Joint, beside_zeros, decided_anew, spanned, try_others
 from .modes import Mode, other_modes
 from .next_test import NextTest, next_test
 from .plateaus import plateaus
@@ -40,6 +40,8 @@ from .stand_tests import Phase, Softer, StandTest
 from .zeros import zeros
 
 STARTS = 3
+ZEROS = 2
+"""Rounds of estimating the sizes of zeros and fitting beside them."""
 
 
 @dataclass(frozen=True)
@@ -211,11 +213,19 @@ def _profiled_to_the_end(
 
 
 def _beside_zeros(joint: Joint, progress: Callable[[str], None]) -> Joint:
-    """The fit with correlated noise, where zeros of instruments probably are off or wander."""
+    """The fit with correlated noise, where zeros of instruments probably are off or wander.
+
+    Their sizes follow from a linearised fit. The first is that of white noise, which may be far off, so they
+    are estimated again beside themselves.
+    """
     if joint.problem.zeros:
         return joint
-    last = zeros(joint.problem, joint.parameters, information(joint.problem, joint.parameters))
-    return joint if last.steady >= SURE else beside_zeros(joint, last.sizes, progress)
+    for _ in range(ZEROS):
+        last = zeros(joint.problem, joint.parameters, information(joint.problem, joint.parameters))
+        if last.steady >= SURE:
+            return joint
+        joint = beside_zeros(joint, last.sizes, progress)
+    return decided_anew(joint, progress) if joint.problem.zeros else joint
 
 
 def _profiled(
