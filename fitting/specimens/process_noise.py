@@ -11,7 +11,7 @@ from jaxtyping import Array
 from pneusma_jax.program_cache import cached_program
 
 from .rows import Rows
-from .spring_trajectory import process_noise_evidence
+from .spring_trajectory import process_noise_evidence, undecided
 
 CANDIDATES = tuple(float(x) for x in np.logspace(-12, -3, 10))
 """Candidate variances per second. The fraction then changes by 1e-6 to 0.03 in a second."""
@@ -60,7 +60,8 @@ def with_process_noise(
             fully heated wire, whose fraction sits at a limit that noise would cross in one direction only.
     """
     values = {name: jnp.asarray(value, float) for name, value in values.items()}
-    table = np.array([np.asarray(_evidence(values, stacked, jnp.asarray(w))) for w in candidates])
+    plain = undecided(stacked)  # one program, whatever was decided
+    table = np.array([np.asarray(_evidence(values, plain, jnp.asarray(w))) for w in candidates])
     fixed = np.asarray(stacked.extra["level_sd"]) == 0.0
     informative = (np.ptp(table, axis=0) > DECISIVE) & ~fixed
     blind = informative & (table.max(axis=0) - table[0] <= DECISIVE) & pooled

@@ -52,6 +52,12 @@ class Decisions(eqx.Module):
     loading: Bool[Array, " rows"]
     course: Float[Array, " rows"]
 
+    @classmethod
+    def blank(cls, shape: tuple[int, ...]) -> "Decisions":
+        """Decisions of a wire that remembers nothing but its pre-strain."""
+        never, no = jnp.full(shape, -1, int), jnp.zeros(shape, bool)
+        return cls(never, never, no, no, jnp.zeros(shape))
+
 
 class Law(eqx.Module):
     """A spring and its test, as a function of the latent trajectory."""

@@ -11,7 +11,7 @@ is overweighted.
 """
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import equinox as eqx
@@ -225,7 +225,6 @@ def at_phase(values: Mapping[str, Array], rows: Rows, xi0: Array) -> Trajectory:
     return _law(values, rows).follow(xi0)
 
 
-@jax.jit
 def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
     """A stack with the decisions of the residual strain's rule in each row, at these parameters.
 
@@ -247,16 +246,27 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
         values: free parameters by name, SI.
         stacked: stack of recordings of kind spring.
     """
-    plain = undecided(stacked)
+    plain, before = undecided(stacked), stacked.extra.get("decisions")
+    known = jnp.asarray(before is not None)
+    found = _decided(values, plain, before if known else Decisions.blank(plain.mask.shape), known)
+    return eqx.tree_at(lambda r: r.extra, plain, {**plain.extra, "decisions": found})
 
-    def decide(rows: Rows, before: Decisions | None) -> Decisions:
+
+@jax.jit
+def _decided(values: Mapping[str, Array], plain: Rows, before: Decisions, known: Array) -> Decisions:
+    """Decisions of a stack without any; those from before are candidates, too, where they are known.
+
+    One program serves both cases, as it takes half a minute to compile.
+    """
+
+    def decide(rows: Rows, before: Decisions) -> Decisions:
         steady = eqx.tree_at(lambda r: r.extra["wander"], rows, rows.extra["pace"])
         found, law = trajectory(values, steady), _law(values, rows)
         slack, force, weight = ALIKE * _sd(found, steady), rows.measured["force"], rows.weight["force"]
         shared = jax.lax.map(lambda m: law.decide(found.xi0, slack, m), jnp.asarray(MARGINS))
         several = law.likeliest(found.xi0, slack, rows.extra["margin"], force, weight, HISTORIES)
-        known = [] if before is None else [jax.tree.map(lambda x: x[None], before)]
-        every = jax.tree.map(lambda *x: jnp.concatenate(x), *known, shared, several)
+        first = jax.tree.map(lambda old, rule: jnp.where(known, old, rule[0])[None], before, shared)
+        every = jax.tree.map(lambda *x: jnp.concatenate(x), first, shared, several)
 
         def with_decisions(decisions: Decisions) -> Rows:
             return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "decisions": decisions})
@@ -264,7 +274,7 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
         def misfit(decisions: Decisions) -> Array:
             return jnp.sum(residual(values, with_decisions(decisions)) ** 2)
 
-        least = jnp.argmin(jax.lax.map(misfit, every))
+        least = jnp.argmin(_of_different(misfit, every))
         best = jax.tree.map(lambda x: x[least], every)
 
         def begun(course: Array) -> tuple[Array, Array]:
@@ -278,10 +288,23 @@ def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
         courses, misfits = jax.lax.map(begun, trials)
         return eqx.tree_at(lambda d: d.course, best, courses[jnp.argmin(misfits)])
 
-    before = stacked.extra.get("decisions")
-    first = jax.vmap(lambda rows: decide(rows, None))
-    found = first(plain) if before is None else jax.vmap(decide)(plain, before)
-    return eqx.tree_at(lambda r: r.extra, plain, {**plain.extra, "decisions": found})
+    return jax.vmap(decide)(plain, before)
+
+
+def _of_different(misfit: Callable[[Decisions], Array], every: Decisions) -> Float[Array, " candidates"]:
+    """Misfit of every candidate; infinite for one that repeats an earlier one, which costs no search."""
+    count = len(every.course)
+    same = [jnp.all(x[:, None] == x[None], axis=-1) for x in jax.tree.leaves(every)]
+    repeats = jnp.any(jnp.tril(jnp.stack(same).all(axis=0), -1), axis=1)
+    order = jnp.argsort(repeats, stable=True)
+
+    def one(state: tuple[Array, Array]) -> tuple[Array, Array]:
+        k, found = state
+        place = order[k]
+        return k + 1, found.at[place].set(misfit(jax.tree.map(lambda x: x[place], every)))
+
+    begun = jnp.asarray(0), jnp.full(count, jnp.inf)
+    return jax.lax.while_loop(lambda state: state[0] < count - jnp.sum(repeats), one, begun)[1]
 
 
 def undecided(rows: Rows) -> Rows:

@@ -18,7 +18,8 @@ from fitting.characterise import characterise
 from fitting.data.recordings import read_campaign
 from fitting.inference.lasting_noise.shared import square_beside
 from fitting.inference.lasting_noise.zeros import BINS
-from fitting.specimens import priors, residual_of
+from fitting.specimens import priors, residual_of, stack
+from fitting.specimens.correlated_noise import uncorrelated
 from fitting.specimens.spring_trajectory import ALLOY, OUTPUTS, decided
 from fitting.synthesise import synthesise, write_synthetic
 from pneusma_jax.nitinol import Alloy
@@ -101,6 +102,23 @@ def test_a_fit_beside_zeros_has_the_squares_of_generalised_least_squares(problem
         np.testing.assert_allclose(found.T @ found / units, square_beside(one, zeros) / units, atol=0.02)
         white = one.square / units
         assert name == "hot" or np.max(np.abs(white - square_beside(one, zeros) / units)) > 0.5
+
+
+def test_settled_recordings_keep_their_correlated_noise(problem):
+    """One by one, without padding, they have the residuals of the stack: a sampler starts from them."""
+    beside = problem.beside({"force": (1.0, 0.5, 1.1), "resistance": (2.0, 0.25, 1.1)})
+    point, values = values_of(problem.parameters), problem.parameters.valuesdict()
+    rows, settled = decided(point, beside.data()["rows"]), beside.settled(values)
+    left, plain = (np.asarray(residual_of("spring")(point, x)) for x in (rows, uncorrelated(rows)))
+    size = rows.mask.shape[1]
+    for k in beside.fitted:
+        count = len(settled[k].mask)
+        kept = np.concatenate([np.arange(count) + part * size for part in range(len(OUTPUTS))])
+        alone = np.asarray(residual_of("spring")(point, stack([settled[k]])))[0]
+        padded = len(alone) // (len(OUTPUTS) + 2)
+        own = np.concatenate([np.arange(count) + part * padded for part in range(len(OUTPUTS))])
+        np.testing.assert_allclose(alone[own], left[k][kept], atol=1e-6)
+        assert np.max(np.abs(left[k] - plain[k])) > 0.05
 
 
 def test_a_fit_without_its_decisions_takes_the_place_of_one_that_keeps_them(monkeypatch):

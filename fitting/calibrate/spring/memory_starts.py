@@ -32,8 +32,8 @@ DECAYS = 16
 
 
 @jax.jit
-def _misfit(values: Mapping[str, Array], rows: PyTree) -> Array:
-    return jnp.sum(residual_of("spring")(values, decided(values, rows)) ** 2)
+def _square(values: Mapping[str, Array], rows: PyTree) -> Array:
+    return jnp.sum(residual_of("spring")(values, rows) ** 2)
 
 
 def memory_starts(
@@ -113,8 +113,9 @@ def _best(
     mean = np.array([problem.parameters[n].prior.mean for n in names])
     cost = []
     for point in points:
-        moved = {**base, **{n: jnp.asarray(x) for n, x in zip(names, point, strict=True)}}
-        cost.append(float(_misfit(moved, rows)) + float(np.sum(((point - mean) / scale) ** 2)))
+        moved = {**base, **{n: jnp.asarray(float(x)) for n, x in zip(names, point, strict=True)}}
+        prior = float(np.sum(((point - mean) / scale) ** 2))
+        cost.append(float(_square(moved, decided(moved, rows))) + prior)
     chosen: list[np.ndarray] = []
     for k in np.argsort(np.nan_to_num(cost, nan=np.inf)):
         if all(np.max(np.abs(points[k] - other) / scale) > APART for other in chosen):

@@ -129,8 +129,9 @@ def how_it_was_fitted(result: SpringCharacterisation) -> list[str]:
     sentences.append(
         f"Joint fit of all tests by least squares from {len(joint.starts)} starts; chi-square: {ends}."
     )
+    noise = "the noise as stated" + (", beside zeros that are off or wander" if joint.problem.zeros else "")
     sentences.append(
-        f"Reduced chi-square {joint.reduced_chi_square:.3g} over the noise as stated; force residuals are "
+        f"Reduced chi-square {joint.reduced_chi_square:.3g} over {noise}; force residuals are "
         "correlated "
         f"over {joint.correlation_time:.1f} samples; standard errors multiplied by {joint.inflation:.2g}."
     )
