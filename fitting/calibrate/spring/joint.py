@@ -54,7 +54,8 @@ class Joint:
         problem: problem at the values found, its walks and inflation settled.
         result: the best fit.
         starts: every fit, the best one first.
-        reduced_chi_square: reduced chi-square for the noise as stated, before any inflation.
+        reduced_chi_square: reduced chi-square for the noise as stated, before any inflation; beside the zeros
+            of the problem, if it has any.
         correlation_time: samples of the force's misfit that make one independent one.
     """
 

@@ -91,12 +91,12 @@ def square_beside(one: Shared, zeros: Mapping[str, Size]) -> np.ndarray:
 
     Args:
         one: residuals of a recording.
-        zeros: sizes by output, all of one scale; none for white noise.
+        zeros: sizes by output, whose scale is one but for rounding; none for white noise.
     """
     square = one.square
     if not zeros:
         return square
-    (scale,) = {size[2] for size in zeros.values()}
+    scale = float(np.mean([size[2] for size in zeros.values()]))
     columns = [one.moved[n] @ root_of(one.time[n], d / scale, o / scale) for n, (d, o, _) in zeros.items()]
     moved, rows = np.column_stack(columns), np.column_stack([one.slopes, one.misfit])
     side = moved.T @ rows
