@@ -27,6 +27,7 @@ def evaluation(misfits, level):
         trajectories=np.full((count + 1, 1, 3), level),
         trajectory_slopes=np.full((1, count + 1, 1, 3), level),
         hidden=[level] * count,
+        asked=np.ones(count, bool),
     )
 
 
