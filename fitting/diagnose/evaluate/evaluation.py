@@ -164,20 +164,26 @@ class Raw:
             channels: channels that count.
             failed: standard deviations that a row without an answer counts for.
         """
+        good = [self.good(k, channel) for channel in channels]
         derivatives, plain = [], []
-        for channel in channels:
+        for channel, there in zip(channels, good, strict=True):
             predicted, slope = self.found[channel.quantity][k], self.slopes[channel.quantity][:, k]
-            good = self.good(k, channel)
-            plain.append(np.where(good, predicted, np.nan))
-            derivatives.append(channel.whitened(np.where(good, slope, 0.0)))
-        return self.misfit(k, channels, failed), np.concatenate(derivatives, axis=1), plain
+            plain.append(np.where(there, predicted, np.nan))
+            derivatives.append(channel.whitened(np.where(there, slope, 0.0)))
+        return self._missed(k, channels, failed, good), np.concatenate(derivatives, axis=1), plain
 
     def misfit(self, k: int, channels: Sequence[Channel], failed: float) -> np.ndarray:
         """Whitened misfit of recording k, all its channels in a row, (values,); as `whitened` takes them."""
+        return self._missed(k, channels, failed, [self.good(k, channel) for channel in channels])
+
+    def _missed(
+        self, k: int, channels: Sequence[Channel], failed: float, good: Sequence[np.ndarray]
+    ) -> np.ndarray:
+        """`misfit`, where the rows with an answer are known by channel."""
         pieces = []
-        for channel in channels:
+        for channel, there in zip(channels, good, strict=True):
             missed = self.found[channel.quantity][k] - channel.measured
-            missed = np.where(self.good(k, channel), missed, failed * channel.sigma)
+            missed = np.where(there, missed, failed * channel.sigma)
             pieces.append(channel.whitened(np.where(np.isfinite(channel.sigma), missed, 0.0)))
         return np.concatenate(pieces)
 
@@ -198,8 +204,7 @@ class Evaluation:
         hidden: linear problem of every recording's trajectories. None if it has none, none were moved, or the
             program itself finds them.
         asked: mask of the recordings that were asked for, (recordings,).
-        problem: what the program held: compiled function, channels, process noise, recordings.
-        failed: misfit of a row without an answer, in standard deviations.
+        problem: what the program held, see `Program.holds`; nothing where other recordings were evaluated.
     """
 
     misfit: list[np.ndarray]
@@ -213,7 +218,6 @@ class Evaluation:
     hidden: list[latent_trajectories.Hidden | None]
     asked: np.ndarray
     problem: tuple = ()
-    failed: float = np.nan
 
     def trajectories_at(self, u: np.ndarray) -> np.ndarray:
         """Latent trajectories at other numbers, to first order."""

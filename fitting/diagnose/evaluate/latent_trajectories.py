@@ -148,8 +148,8 @@ class Hidden:
         stiffest = TRAJECTORIES.maximum_stiffness * told  # beyond it rounding drowns what rows tell
         weights = np.sqrt([np.minimum(trajectory.precision, stiffest) for trajectory in self.trajectories])
         values = np.stack([weights, -weights], axis=-1)
-        columns = np.stack([self._places, _earlier(self._places)], axis=-1)
-        count = self.fraction.size
+        places, count = self._places, self.fraction.size
+        columns = np.stack([places, _earlier(places)], axis=-1)
         held = np.full((count, 1), np.sqrt(TRAJECTORIES.hold_weight))
         hold = _sparse(held, np.arange(count)[:, None], count)
         return vstack([_sparse(values, columns, count), hold], format="csr")

@@ -303,8 +303,7 @@ class Program:
         names = first.slopes
         slopes = {n: np.concatenate([part.slopes[n] for part in (first, *rest)]) for n in names}
         whole = replace(first, slopes=slopes)
-        found = self._evaluated(u, columns, whole, search, bool(rest), chosen)
-        return replace(found, problem=problem, failed=self.failed)
+        return replace(self._evaluated(u, columns, whole, search, bool(rest), chosen), problem=problem)
 
     def holds(self, here: Evaluation, u: np.ndarray, columns: np.ndarray, chosen: np.ndarray) -> bool:
         """True if an evaluation may take the place of another by `evaluate`.
@@ -319,7 +318,6 @@ class Program:
         return (
             bool(here.problem)
             and all(a is b for a, b in zip(here.problem, self._problem, strict=True))
-            and here.failed == self.failed
             and np.array_equal(here.u, u)
             and np.array_equal(here.columns, columns)
             and bool(np.all(here.asked[chosen]))
@@ -329,7 +327,7 @@ class Program:
     def _problem(self) -> tuple:
         """What the program holds that evaluations depend on, see `Evaluation.problem`. None of it is changed
         in place; what changes is replaced."""
-        return self._compiled, self.channels, self.process_noise, self.stacked
+        return self._compiled, self.channels, self.process_noise, self.stacked, self.failed
 
     @property
     def one_by_one(self) -> bool:
