@@ -273,21 +273,6 @@ def one(seed: int, sources: dict = SOURCES) -> tuple[str, str]:
             signal.alarm(0)
 
 
-GOOD = ("accepted", "refused")
-
-
-def campaign(seeds: range, sources: dict = SOURCES) -> tuple[Counter, dict[str, list]]:
-    """Counts of outcomes, and each failure, in this process."""
-    counts: Counter = Counter()
-    failures: dict[str, list] = {}
-    for seed in seeds:
-        note(counts, failures, seed, *one(seed, sources))
-    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    if used > MEMORY_GIB:
-        failures["memory"] = [{"seed": seeds.start, "said": f"{used:.1f} GiB"}]
-    return counts, failures
-
-
 def note(counts: Counter, failures: dict[str, list], seed: int, outcome: str, said: str) -> None:
     """Count an outcome; keep it if it is a failure."""
     counts[outcome] += 1
@@ -295,13 +280,17 @@ def note(counts: Counter, failures: dict[str, list], seed: int, outcome: str, sa
         failures.setdefault(outcome, []).append({"seed": seed, "said": said})
 
 
-def children(seeds: range) -> tuple[Counter, dict[str, list]]:
-    """The same in processes of their own: one that dies or hangs is a failure, and the next goes on behind it."""
+def campaign(seeds: range, sources: dict = SOURCES) -> tuple[Counter, dict[str, list]]:
+    """Counts of outcomes, and each failure.
+
+    Files are read in processes of their own: one that dies or hangs is a failure, and the next goes on behind it.
+    """
     counts: Counter = Counter()
     failures: dict[str, list] = {}
     seed = seeds.start
     while seed < seeds.stop:
         words = [sys.executable, __file__, "--child", "--seed", str(seed), "--count", str(seeds.stop - seed)]
+        words += ["--kinds", *sources]
         with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, bufsize=1) as child:
             while seed < seeds.stop:
                 ready, _, _ = select.select([child.stdout], [], [], BEGIN_SECONDS)
@@ -322,13 +311,14 @@ def children(seeds: range) -> tuple[Counter, dict[str, list]]:
     return counts, failures
 
 
-def child(seeds: range) -> int:
+def child(seeds: range, sources: dict) -> int:
     """Print the outcome of each file as a line; end with 3 if memory ran over its limit."""
-    kinds()
+    if sources.keys() - TEXTS.keys():
+        kinds()
     out = sys.stdout
     sys.stdout = sys.stderr  # a library that prints must not disturb the lines
     for seed in seeds:
-        print(json.dumps(one(seed)), file=out, flush=True)
+        print(json.dumps(one(seed, sources)), file=out, flush=True)
         if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20 > MEMORY_GIB:
             return 3
     return 0
@@ -341,11 +331,13 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0, help="of the first file")
     parser.add_argument("--out", type=Path)
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--kinds", nargs="+", choices=SOURCES, default=list(SOURCES), help="kinds of files")
     given = parser.parse_args()
+    sources = {name: SOURCES[name] for name in given.kinds}
     seeds = range(given.seed, given.seed + given.count)
     if given.child:
-        return child(seeds)
-    counts, failures = children(seeds)
+        return child(seeds, sources)
+    counts, failures = campaign(seeds, sources)
     for outcome, count in sorted(counts.items()):
         print(f"{outcome:40s} {count:6d}")
     for outcome, examples in failures.items():
