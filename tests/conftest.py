@@ -11,6 +11,7 @@ from fitting.engine.memory import make_room
 from pneusma_jax.precision import enable_float64
 
 enable_float64()
+MOST_GIB = 1.5  # of a process that tests, between modules
 ROOT = Path(__file__).resolve().parents[1]
 
 
@@ -40,4 +41,4 @@ def measured() -> Callable[[str], Path]:
 def bounded_programs() -> Iterator[None]:
     """Drop compiled programs between modules before they crowd the process out of memory maps."""
     yield
-    make_room()
+    make_room(MOST_GIB)
