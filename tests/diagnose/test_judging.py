@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from linear_world import ANOTHER, CONSTANT, DELAY, World, smooth, tubes
+from linear_world import ANOTHER, CONSTANT, DELAY, SIGMA, World, smooth, tubes
 
 from fitting.diagnose.fit.candidates import CandidateFit
 from fitting.diagnose.fit.evidence import inflation_of
@@ -87,6 +87,28 @@ def test_constants_that_a_fit_leaves_open_but_for_a_sum_are_judged_as_well():
     variances = np.linalg.eigvalsh(fit.covariance)
     assert variances[0] < 1e-16 * variances[-1]
     assert predictive_chi_square(program, fit, program.unseen) == pytest.approx(4.0, rel=0.01)
+
+
+class Curved(World):
+    """A world whose second recording grows exponentially with the base constant, which the first does not show."""
+
+    def run(self, u, columns, stacked, chosen=None):
+        raw = super().run(u, columns, stacked, chosen)
+        grown = 10.0 * SIGMA * np.exp(u[0])
+        outputs, slopes = (np.array(one["length"]) for one in (raw.found, raw.slopes))
+        outputs[1] = grown - 10.0 * SIGMA
+        slopes[np.asarray(columns) == 0, 1] = grown
+        return dataclasses.replace(raw, found={"length": outputs}, slopes={"length": slopes})
+
+
+def test_a_constant_that_has_far_to_go_excuses_a_recording_although_the_model_is_curved():
+    world = Curved(np.zeros((2, ROWS, 1)), roles=("fit", "validation"))
+    noise = np.random.default_rng(4).standard_normal(ROWS)
+    program = world.program(np.stack([np.zeros(ROWS), 10.0 * np.expm1(2.0) + noise]))
+    fit = Refitter(program).fit(())
+    assert predictive_chi_square(program, fit, program.unseen, only_to_first_order=True) > 100.0
+    square = predictive_chi_square(program, fit, program.unseen)
+    assert square * ROWS == pytest.approx(noise @ noise + 2.0**2, rel=0.02)
 
 
 def test_drift_excuses_what_passes_for_noise_and_no_more():

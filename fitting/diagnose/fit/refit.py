@@ -8,7 +8,7 @@ instead of 6.4 s. It compiles anew for every number of unknowns, and a diagnosis
 lost: the `channel_lag` of case c0005 became `unmodelled`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -44,6 +44,7 @@ class Fit:
         covariance: covariance of the free numbers, scaled, (free, free).
         evaluation: evaluation of the program at `u`.
         at_bound: names of effects' parameters that ended at a bound.
+        predictions: what the fit predicts of other recordings, see `misfit`.
     """
 
     u: np.ndarray
@@ -53,6 +54,7 @@ class Fit:
     covariance: np.ndarray
     evaluation: Evaluation
     at_bound: tuple[str, ...]
+    predictions: dict = field(default_factory=dict, compare=False, repr=False)
 
     def sd(self, index: int) -> float:
         """Standard deviation of an unknown, scaled; 0 if it was not free."""
@@ -175,6 +177,10 @@ class Refitter:
     def _at(self, u: np.ndarray, free: np.ndarray, near: Evaluation | None = None) -> tuple:
         """Objective, misfit, Jacobian over the free unknowns, evaluation; begun near another one."""
         return self._weighed(u, free, self.program.evaluate(u, free, near=near, chosen=self.counted))
+
+    def objective(self, u: np.ndarray, free: np.ndarray, evaluation: Evaluation) -> float:
+        """Half the sum of squares of misfit and priors at scaled numbers, from their evaluation."""
+        return self._weighed(u, free, evaluation)[0]
 
     def _weighed(self, u: np.ndarray, free: np.ndarray, evaluation: Evaluation) -> tuple:
         """Objective, misfit, Jacobian over the free unknowns, and the evaluation that they are of."""

@@ -25,7 +25,8 @@ class Left:
         held_out: true if it is that of validation recordings.
         names: effects that leave it.
         regime: regime of most of it; None if no regime is confirmed.
-        open: true if the uncertainty of fitted numbers explains it: `reduced_chi2` is then not predictive.
+        explained: predictive reduced chi-square, where the uncertainty of fitted numbers explains the misfit:
+            `reduced_chi2` is then not predictive. None where it does not.
         stated: true if the size of the noise is stated. Otherwise it is a guess, and often too small.
     """
 
@@ -34,8 +35,13 @@ class Left:
     held_out: bool
     names: tuple[str, ...]
     regime: Regime | None
-    open: bool = False
+    explained: float | None = None
     stated: bool = True
+
+    @property
+    def open(self) -> bool:
+        """True if the uncertainty of fitted numbers explains the misfit."""
+        return self.explained is not None
 
     @property
     def trusted(self) -> bool:
@@ -51,8 +57,9 @@ class Left:
         among = "recordings that were not fitted" if self.held_out else "fitted recordings"
         noise = f"noise leaves {self.noise:.2g}"
         text = f"a reduced chi-square of {self.reduced_chi2:.3g} is left in {among} ({noise})"
-        if self.open:
-            return f"{text}, which the uncertainty of fitted numbers explains"
+        if self.explained is not None:
+            least = f"the model leaves {self.explained:.2g} if it is fitted to these, too"
+            return f"{text}, which the uncertainty of fitted numbers explains ({least})"
         if self.regime is None:
             return text
         return f"{text}, {100.0 * self.regime.share:.0f} % of it where {self.regime.text}"
@@ -72,14 +79,14 @@ def left_of(
     if rest is not None:
         fit = replace(fit, evaluation=rest.shown(fit.evaluation))
     excess: Sequence[tuple[float, float, np.ndarray]] = [
-        (predictive_chi_square(program, fit, mask), floor(program, fit, mask), mask)
+        (predictive_chi_square(program, fit, mask, rest is not None), floor(program, fit, mask), mask)
         for mask in scored(program)
     ]
     square, noise, mask = max(excess, key=lambda one: one[0] - one[1])
     if square - noise <= VERDICT.minimum_over:
         if score is None or score - noise <= VERDICT.clearly_left:
             return None
-        return Left(float(score), float(noise), True, fit.slugs, None, open=True)
+        return Left(float(score), float(noise), True, fit.slugs, None, explained=float(square))
     held_out = bool(not np.any(mask & program.fitted))
     regime = regime_of(program, fit)
     return Left(float(square), float(noise), held_out, fit.slugs, regime, stated=program.noise_stated)
