@@ -64,7 +64,7 @@ class Box(eqx.Module):
         return self.low + place * (self.high - self.low)
 
     def place(self, drives: Array) -> Array:
-        """Place in the box of drives; the middle where an end equals the other."""
+        """Place in the box of drives, of any leading shape; the middle where an end equals the other."""
         wide = self.high > self.low
         return jnp.where(wide, (drives - self.low) / jnp.where(wide, self.high - self.low, 1.0), 0.5)
 
@@ -73,12 +73,6 @@ class Box(eqx.Module):
         low, high = np.asarray(self.low), np.asarray(self.high)
         wide = high > low
         return np.where(wide, (drives - low) / np.where(wide, high - low, 1.0), 0.5)
-
-
-@eqx.filter_jit
-def places_of(box: Box, drives: Array) -> Array:
-    """Places of many drives, shape (rows, drives)."""
-    return jax.vmap(box.place)(drives)
 
 
 class Found(eqx.Module):
@@ -91,7 +85,7 @@ class Found(eqx.Module):
         effort: square of the distance from rest [1].
         slope: derivative of half the squared miss by the place [1], shape (drives,).
         unknowns: unknowns of the state, to start a neighbouring one, shape (segments, freedoms).
-        steps: taken.
+        steps: number of steps taken.
     """
 
     place: Array

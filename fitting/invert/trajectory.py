@@ -26,7 +26,7 @@ from .forward import Memories, fresh, state_of
 from .goals import GOALS, misses
 from .result import Inversion
 from .run import Inverse
-from .search import Box, exact_look, places_of, search
+from .search import Box, exact_look, search
 
 STARTS = 2
 """Number of states of the atlas from which a row is tried, beside the row before and those that are lean."""
@@ -140,7 +140,7 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
     atlas, box = inverse.atlas, inverse.box()
     lean = inverse.lean_starts(goals, wanted)
     near = np.concatenate([lean, atlas.nearest(goals, wanted, STARTS)], axis=1)
-    begin = jax.vmap(places_of, (None, 0))(box, jnp.asarray(atlas.drives[near]))
+    begin = box.place(jnp.asarray(atlas.drives[near]))
     rows = _followed(
         inverse.body,
         goals,

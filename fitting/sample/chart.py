@@ -1,8 +1,7 @@
-"""Coordinates in which walkers move: a parameter, or its logarithm where that makes the posterior rounder.
+"""Sampling coordinates: a parameter, or its logarithm where that makes the posterior rounder.
 
 Moduli, wall thicknesses and stiffness factors multiply each other, so the data determine a product. That is a
-curved, thin valley in the values and a straight one in their logarithms. For exponents it is the other way
-round.
+curved, thin valley in the values and a straight one in their logarithms. Exponents are better left plain.
 
 Affine invariant samplers are insensitive to any linear change of coordinates, but not to a curvature, so the
 chart matters. The density carries the Jacobian: the sampled distribution stays the same, priors included.
@@ -17,7 +16,7 @@ from .laplace import Laplace
 from .target import Evaluator, Target
 
 CLEAR = 4.0  # Minimum distance of the mode from zero for a logarithm, in standard errors
-PROBES = 64
+PROBES = 64  # Number of draws from the approximation that judge a chart
 WORTH = 0.9  # Maximum ratio of the new to the old distance from a Gaussian for another coordinate
 WORST = 1e6  # Difference of log-densities that stands for an impossible probe
 
@@ -32,28 +31,28 @@ class Chart:
 
     def __init__(self, sign: Int[np.ndarray, " n"]):
         self.sign = np.asarray(sign, int)
-        self._bent = self.sign != 0
+        self._log = self.sign != 0
 
-    def forth(self, vector: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... n"]:
-        """Walkers' coordinates from those of the target; values must have the chart's signs."""
-        return np.where(self._bent, np.log(np.where(self._bent, self.sign * vector, 1.0)), vector)
+    def to_chart(self, vector: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... n"]:
+        """Sampling coordinates from those of the target; values must have the chart's signs."""
+        return np.where(self._log, np.log(np.where(self._log, self.sign * vector, 1.0)), vector)
 
-    def back(self, point: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... n"]:
-        """Target's coordinates from those of walkers."""
+    def to_target(self, point: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... n"]:
+        """Coordinates of the target from sampling coordinates."""
         with np.errstate(over="ignore"):  # infinite is outside any bound
-            return np.where(self._bent, self.sign * np.exp(np.where(self._bent, point, 0.0)), point)
+            return np.where(self._log, self.sign * np.exp(np.where(self._log, point, 0.0)), point)
 
-    def log_slope(self, point: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "..."]:
-        """Logarithm of the Jacobian of `back`."""
-        return np.sum(np.where(self._bent, point, 0.0), axis=-1)
+    def log_jacobian(self, point: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "..."]:
+        """Logarithm of the Jacobian determinant of `to_target`."""
+        return np.sum(np.where(self._log, point, 0.0), axis=-1)
 
     def density(self, evaluator: Evaluator) -> Callable[[np.ndarray], np.ndarray]:
-        """Log-probability of the walkers' own coordinates, as emcee's `vectorize=True` wants it."""
-        return lambda point: evaluator(self.back(point)) + self.log_slope(point)
+        """Log-probability of sampling coordinates, as emcee's `vectorize=True` wants it."""
+        return lambda point: evaluator(self.to_target(point)) + self.log_jacobian(point)
 
-    def root(self, found: Laplace, spread: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
-        """A matrix root of a covariance of the target's coordinates, in those of walkers near the mode."""
-        scale = np.where(self._bent, np.abs(found.mode), 1.0)
+    def scaled_root(self, found: Laplace, spread: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
+        """Square root of a covariance of the target in sampling coordinates, to first order at the mode."""
+        scale = np.where(self._log, np.abs(found.mode), 1.0)
         return spread / np.where(scale > 0.0, scale, 1.0)[:, None]
 
 
@@ -75,9 +74,9 @@ def choose_chart(
     """
     normal = np.random.default_rng(seed).standard_normal((PROBES, target.dimension))
 
-    def bend(sign: np.ndarray) -> float:
+    def non_gaussianity(sign: np.ndarray) -> float:
         chart = Chart(sign)
-        points = chart.forth(found.mode) + normal @ chart.root(found, spread).T
+        points = chart.to_chart(found.mode) + normal @ chart.scaled_root(found, spread).T
         density = chart.density(evaluator)(points) + 0.5 * np.sum(normal**2, axis=1)
         usable = np.isfinite(density)
         difference = np.full(PROBES, WORST)
@@ -87,25 +86,25 @@ def choose_chart(
 
     candidates = dict(_candidates(target, found))
     plain = np.zeros(target.dimension, int)
-    bent = np.array([candidates.get(i, 0) for i in range(target.dimension)])
-    best, least = _descend(bend, plain, candidates)
+    logarithmic = np.array([candidates.get(i, 0) for i in range(target.dimension)])
+    best, least = _descend(non_gaussianity, plain, candidates)
     if candidates:
-        other, its = _descend(bend, bent, candidates)
+        other, its = _descend(non_gaussianity, logarithmic, candidates)
         best = other if its < WORTH * least else best
     return Chart(best)
 
 
 def _descend(
-    bend: Callable[[np.ndarray], float], sign: np.ndarray, candidates: dict[int, int]
+    non_gaussianity: Callable[[np.ndarray], float], sign: np.ndarray, candidates: dict[int, int]
 ) -> tuple[np.ndarray, float]:
     """Change one coordinate at a time, the best first, while that reduces the distance enough."""
-    least = bend(sign)
+    least = non_gaussianity(sign)
     while candidates:
         trials = [np.where(np.arange(len(sign)) == i, s - sign[i], sign) for i, s in candidates.items()]
-        bends = [bend(trial) for trial in trials]
-        if not min(bends) < WORTH * least:
+        values = [non_gaussianity(trial) for trial in trials]
+        if not min(values) < WORTH * least:
             break
-        sign, least = trials[int(np.argmin(bends))], min(bends)
+        sign, least = trials[int(np.argmin(values))], min(values)
     return sign, least
 
 

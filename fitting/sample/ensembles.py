@@ -67,7 +67,7 @@ class Ensembles(Chains):
         self.evaluator.evaluations += found.evaluations
         self._evidence.append(found.log_evidence)
         chosen = random.permutation(len(found.points))[: self.settings.walkers]
-        return self.chart.forth(found.points[chosen])
+        return self.chart.to_chart(found.points[chosen])
 
     def resume(self) -> None:
         """Continue the chains of the file.
@@ -113,13 +113,16 @@ class Ensembles(Chains):
     @property
     def coordinates(self) -> Float[np.ndarray, "ensembles steps walkers n"]:
         """Coordinates of all walkers so far, in the target's coordinates."""
-        return self.chart.back(np.stack(self.judged))
+        return self.chart.to_target(np.stack(self.judged))
 
     @property
     def log_probabilities(self) -> Float[np.ndarray, "ensembles steps walkers"]:
         """Log-densities of the same points, in the target's coordinates."""
         return np.stack(
-            [b.log_prob[: self.steps] - self.chart.log_slope(b.chain[: self.steps]) for b in self._backends]
+            [
+                b.log_prob[: self.steps] - self.chart.log_jacobian(b.chain[: self.steps])
+                for b in self._backends
+            ]
         )
 
     @property

@@ -316,7 +316,7 @@ def _programs(
             )
             u = maps.coordinates(state.position)
             row = Draws(
-                u, state.logdensity - maps.log_slope(state.position), info.energy,
+                u, state.logdensity - maps.log_jacobian(state.position), info.energy,
                 info.num_integration_steps, info.is_divergent, info.acceptance_rate,
             )  # fmt: skip
             return state, jax.tree.map(lambda column, value: column.at[i].set(value), rows, row)

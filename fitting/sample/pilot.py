@@ -109,7 +109,7 @@ def _smooth_segments(
     chosen = points[random.choice(len(points), SEGMENTS, replace=len(points) < SEGMENTS)]
     ways = random.standard_normal((SEGMENTS, target.dimension))
     ways *= LENGTH / np.linalg.norm(ways, axis=1, keepdims=True)
-    starts = np.stack([np.linalg.lstsq(maps.root, chart.forth(u) - maps.centre)[0] for u in chosen])
+    starts = np.stack([np.linalg.lstsq(maps.root, chart.to_chart(u) - maps.centre)[0] for u in chosen])
 
     @eqx.filter_jit
     def errors(target: Target, maps: Unbounded, starts: Array, ways: Array) -> Array:

@@ -40,14 +40,14 @@ def dispersed_ball(
     Raises:
         InputError: if no starting points with a finite log-probability are found.
     """
-    root, mode = chart.root(found, spread), chart.forth(found.mode)
+    root, mode = chart.scaled_root(found, spread), chart.to_chart(found.mode)
     centre = root @ random.standard_normal(target.dimension)
     points = np.empty((walkers, target.dimension))
     wanted, closeness = np.arange(walkers), 1.0
     for _ in range(TRIES):
         offset = centre + random.standard_normal((len(wanted), target.dimension)) @ root.T
-        inside = _mirrored(target, chart.back(mode + closeness * offset))
-        points[wanted] = chart.forth(inside)
+        inside = _mirrored(target, chart.to_target(mode + closeness * offset))
+        points[wanted] = chart.to_chart(inside)
         wanted = wanted[~np.isfinite(evaluator(inside))]
         if not len(wanted):
             return points

@@ -49,8 +49,8 @@ class Unbounded(eqx.Module):
         """The maps that whiten a target's Gaussian approximation."""
         ends = np.stack([np.asarray(target.lower), np.asarray(target.upper)])
         lower, upper = np.sort(_log_ends(chart, ends), axis=0)
-        centre = np.clip(chart.forth(found.mode), lower, upper)
-        root = chart.root(found, start_spread(target, found))
+        centre = np.clip(chart.to_chart(found.mode), lower, upper)
+        root = chart.scaled_root(found, start_spread(target, found))
         return cls(*(jnp.asarray(part, float) for part in (chart.sign, lower, upper, centre, root)))
 
     def coordinates(self, z: Float[Array, " n"]) -> Float[Array, " n"]:
@@ -61,10 +61,10 @@ class Unbounded(eqx.Module):
     def log_density(self, target: Target, z: Float[Array, " n"]) -> Float[Array, ""]:
         """Log-density of z up to a constant; -inf where the model has no answer."""
         nearest = jnp.clip(self.coordinates(z), target.lower, target.upper)  # rounding of the logarithm
-        found = target.log_probability(nearest) + self.log_slope(z)
+        found = target.log_probability(nearest) + self.log_jacobian(z)
         return jnp.where(jnp.isfinite(found), found, -jnp.inf)
 
-    def log_slope(self, z: Float[Array, " n"]) -> Float[Array, ""]:
+    def log_jacobian(self, z: Float[Array, " n"]) -> Float[Array, ""]:
         """Logarithm of the Jacobian from z to u, up to a constant."""
         return jnp.sum(jnp.where(self.sign != 0.0, self._folded(z), 0.0))
 

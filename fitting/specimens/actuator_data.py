@@ -15,13 +15,13 @@ from pneusma_jax.actuator.loads import gravity_vector
 from pneusma_jax.errors import InputError
 
 from . import actuator_phase, priors, silicones
-from .actuator_rows import ALLOY
+from .actuator_phase import OUTPUTS
 from .model_objects import geometry_of
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows
 from .specimen import FITTED, RowOptions
+from .spring_trajectory import ALLOY
 
-OUTPUTS = ("curvature", "bend_angle", "length", "bend_direction")
 FIXED = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")
 """Constants that a pressurised actuator does not identify: conventions, and constants of heating."""
 TUBE = ("outer_diameter", "wall_thickness", "length")

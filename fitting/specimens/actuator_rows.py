@@ -5,7 +5,6 @@ given phases and memories. The resulting strains correct both, by the resistance
 memory. Then the rows are solved again.
 """
 
-import dataclasses
 from collections.abc import Mapping
 
 import equinox as eqx
@@ -21,8 +20,8 @@ from pneusma_jax.nitinol import Alloy, Spring, SpringState
 
 from . import silicones
 from .rows import Rows, numbers
+from .spring_trajectory import ALLOY
 
-ALLOY = tuple(field.name for field in dataclasses.fields(Alloy) if field.name != "name")
 PASSES = 2
 """Number of passes over all rows; the first uses the given phases and memories."""
 TINY = 1e-24
@@ -143,4 +142,4 @@ def _solved(body: pj.Actuator, xi0: Array, unknowns: Array, good: Array) -> Solv
         spring.alloy.resistivity(x, g) * spring.geometry.wire_length
         for spring, x, g in zip(body.springs, xi0, gamma, strict=True)
     ]
-    return Solved(**columns, gamma=gamma, xi0=xi0, ohms=jnp.stack(ohms) if ohms else gamma)
+    return Solved(**columns, gamma=gamma, xi0=xi0, ohms=jnp.stack(ohms) if ohms else jnp.zeros_like(gamma))

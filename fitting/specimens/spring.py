@@ -39,7 +39,15 @@ from .rows import Rows, numbers
 from .specimen import FITTED, RowOptions, Specimen
 from .spring_by_temperature import BY_TEMPERATURE, without_resistance
 from .spring_course import best_course
-from .spring_trajectory import ALLOY, FIXED, OUTPUTS, dimension_numbers, fraction_read, spring_of
+from .spring_trajectory import (
+    ALLOY,
+    FIXED,
+    HELD_LENGTH_RANGE,
+    OUTPUTS,
+    dimension_numbers,
+    fraction_read,
+    spring_of,
+)
 
 WANDERS = tuple(10.0**k for k in range(-16, -2))
 """Candidate process-noise variances per second. The smallest hold a cold wire at one phase, whose limit then
@@ -51,8 +59,6 @@ LOOSE = 10.0
 """Factor on the process-noise variance that a resistance implies."""
 ADDED = ("weight_", "correlation_")
 """Prefixes of the columns that hold a diagnosis's weights and noise correlations."""
-HELD = 5e-4
-"""Maximum range of the length of a spring that is held [m]."""
 
 
 def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None) -> Rows:
@@ -229,7 +235,7 @@ class SpringOnStand(Specimen):
     def plotted_over(self, rows: Rows) -> str:
         """Temperature for a spring held at a length, elongation for others. Without a temperature, a held
         spring is drawn over the clock."""
-        over = "temperature" if np.ptp(rows.inputs["elongation"]) < HELD else "elongation"
+        over = "temperature" if np.ptp(rows.inputs["elongation"]) < HELD_LENGTH_RANGE else "elongation"
         return over if "temperature" in rows.inputs else "time"
 
     def check_diagnosable(self, recording: Recording) -> None:

@@ -25,7 +25,7 @@ from .input_noise import carried_over, noisy, with_drivers
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
 from .specimen import EVERY, FITTED, RowOptions, Specimen
-from .spring_trajectory import ALLOY, FIXED, dimension_numbers, spring_of
+from .spring_trajectory import ALLOY, FIXED, HELD_LENGTH_RANGE, dimension_numbers, spring_of
 from .thermal_runs import centre_prior, half_way
 
 OUTPUTS = ("force",)
@@ -33,10 +33,6 @@ CURVE = ("T_mid", "T_width")
 """Constants of the curve over temperature; tests with a resistance do not identify them."""
 ELECTRICAL = ("km_1", "km_2", "km_3", "rho_mean", "rho_span", "alpha_1", "alpha_2", "a", "b", "c")
 """Constants that only a resistance identifies."""
-HELD = 5e-4
-"""Maximum range of the length of a spring that is held [m]."""
-WIDE = "niti_wire"
-"""Table with priors of the curve, for an alloy that is to be identified."""
 
 
 def without_resistance(campaign: Campaign) -> bool:
@@ -129,7 +125,7 @@ class SpringByTemperature(Specimen):
             if name in parameters:
                 del parameters[name]
         quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
-        wide = load_calibration(WIDE, "alloy").quantities
+        wide = load_calibration(kinds.WIRE_ALLOY, "alloy").quantities
         for name in CURVE:
             if name not in parameters:
                 quantity = quantities[name]
@@ -159,7 +155,7 @@ class SpringByTemperature(Specimen):
 
     def plotted_over(self, rows: Rows) -> str:
         """Temperature for a spring that is held at a length, elongation for others."""
-        return "temperature" if np.ptp(rows.inputs["elongation"]) < HELD else "elongation"
+        return "temperature" if np.ptp(rows.inputs["elongation"]) < HELD_LENGTH_RANGE else "elongation"
 
 
 BY_TEMPERATURE = SpringByTemperature()

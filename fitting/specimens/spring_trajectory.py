@@ -37,6 +37,8 @@ from .specimen import FITTED, RowOptions
 from .spring_law import Decisions, Law, Trajectory
 
 OUTPUTS = ("force", "resistance")
+HELD_LENGTH_RANGE = 5e-4
+"""Maximum range of the length of a spring that is held [m]."""
 ALLOY = tuple(field.name for field in dataclasses.fields(Alloy) if field.name != "name")
 GEOMETRY = ("wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length")
 SPREAD = 0.5

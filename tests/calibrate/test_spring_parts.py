@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fitting.calibrate.alloy_table import alloy_table
 from fitting.calibrate.profile_likelihood import WIDTH_90, lower_end
 from fitting.calibrate.spring import profiles as profiling
 from fitting.calibrate.spring import search, stand_tests
@@ -18,6 +19,7 @@ from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameters
 from fitting.report import profile_likelihood as shown
 from fitting.specimens.spring_trajectory import GEOMETRY
+from pneusma_jax.calibration.records import Prior, Quantity
 
 NAMES = ("x", "y")
 
@@ -270,3 +272,10 @@ def test_phases_that_are_equally_stiff_are_told_by_resistance():
     assert stand_tests.equally_stiff(tests)
     assert not stand_tests.equally_stiff(tests[2:])  # one phase, measured twice
     assert not stand_tests.equally_stiff([SimpleNamespace(**{**vars(t), "reason": "x"}) for t in tests])
+
+
+def test_a_constant_that_was_held_keeps_its_interval_in_the_table():
+    low, high = 23e9, 25e9
+    held = Quantity("G_m", 24e9, "GPa", "fitted", "an earlier fit", Prior(24e9, 0.5e9), (low, high))
+    table = alloy_table("A", {"G_m": held}, Parameters(), simulated=True)
+    assert table.quantities["G_m"] == held

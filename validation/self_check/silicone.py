@@ -158,7 +158,7 @@ def _section() -> Iterator[Claim]:
     yield Claim(group, "quadrature: area of the wall [m2]", lambda: (np.sum(area), AREA))
     yield Claim(
         group,
-        "quadrature: first moment over area and radius",
+        "quadrature: first moment over area and diameter",
         lambda: (np.sum(area * place) / (AREA * OUTER), 0.0),
     )
     yield Claim(group, "quadrature: second moment [m4]", lambda: (np.sum(area * place**2), INERTIA))

@@ -19,12 +19,12 @@ class Analysis:
     """Results of a set of laws over a range of strain; every dictionary is by name of the law.
 
     Attributes:
-        scope: samples that were fitted, shape (n,).
-        strain_min, strain_max: their range.
+        scope: mask of the samples that were fitted, bool (n,).
+        strain_min, strain_max: range of their strain [1].
         fits: the laws fitted to all of them.
         held: their held-out errors.
         drifts: changes of their constants with the range.
-        tested: their tangents where tested.
+        tested: their tangents over the fitted strains.
         actuator: their tangents over an actuator's strains.
         choice: the ranking, and the law taken.
     """
@@ -57,7 +57,7 @@ def analyse(
     Args:
         engine: fits the laws.
         laws: laws to compare.
-        scope: samples to use, shape (n,).
+        scope: mask of the samples to use, bool (n,).
         for_actuator: the law that is taken must serve over all of an actuator's strains, tested or not.
         progress: called with the label of each law when it is done.
     """
@@ -65,7 +65,7 @@ def analyse(
     low, high = float(strain.min()), float(strain.max())
     fits, held, drifts, tested, actuator = {}, {}, {}, {}, {}
     for law in laws:
-        terms = len(law.constants) // 2
+        terms = len(law.constants) // 2  # Ogden's laws are in ascending order, so the shorter one is there
         fewer = fits.get(f"ogden_{terms - 1}") if law.law == "ogden" else None
         fit = engine.fit(law, scope, errors=True, fewer=fewer)
         fits[law.name], held[law.name] = fit, held_out(engine, fit, scope)

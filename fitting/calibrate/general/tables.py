@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import tomlkit
 
-from fitting.calibrate.spring.alloy_table import DIGITS, alloy_table, slug
+from fitting.calibrate.alloy_table import DIGITS, alloy_table, slug
 from fitting.data.recordings import schema
 from fitting.inference.parameters import Parameters
 from fitting.specimens import priors, silicones
@@ -25,7 +25,7 @@ def tables(result: "GeneralCharacterisation") -> dict[str, Calibration]:
     alloy = _alloy(result)
     if alloy:
         found["alloy.toml"] = alloy_table(
-            result.title, alloy, result.fitted, simulated, {}, result.parameters
+            result.title, alloy, result.fitted, simulated, result.parameters
         )
     stiffness = {n: e for n, e in result.fitted.items() if n.partition(MARK)[0] == silicones.FACTOR}
     if stiffness:

@@ -10,10 +10,9 @@ from fitting.inference.least_squares.covariance import Uncertainty
 from .joint import Joint
 
 EQUAL = 6.0
-"""Chi-square by which a fit may be worse and still be called as good (a p-value of 5 % for two
-directions)."""
+"""Maximum excess of chi-square of a fit that is as good (a p-value of 5 % for two directions)."""
 APART = 5.0
-"""Distance from the best fit, in the standard errors of a linear model, from which a fit is another one."""
+"""Minimum distance from the best fit for another one, in standard errors of a linear model [sd]."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +41,12 @@ def other_modes(joint: Joint) -> list[Mode]:
 
     A distance of d standard deviations should cost d^2 of chi-square. Where it costs next to nothing, the
     data do not choose: either there is a second minimum, or a curved valley between the two. A fit that
-    stalled is another parameter set that explains the tests all the same. One in which no parameter differs
-    by more than its standard error is nobody's other parameter set, however stiff the direction between.
+    stalled is another parameter set that explains the tests all the same. A fit is ignored if no parameter
+    differs by more than one standard error, even if the distance is large.
 
     Args:
-        joint: joint fit with all its starts and the errors of its best fit alone, not yet `spanned`.
+        joint: joint fit with all its starts and the errors of its best fit alone, before `spanned` adds
+            the spread of the other fits.
     """
     best, errors = joint.starts[0].result, joint.result.uncertainty
     if best.chi_square is None:
@@ -70,7 +70,8 @@ def other_modes(joint: Joint) -> list[Mode]:
 def apart(
     errors: Uncertainty, best: Mapping[str, float], other: Mapping[str, float]
 ) -> tuple[float, tuple[tuple[str, float], ...]]:
-    """Distance between two parameter sets in the metric of a covariance, and what differs most."""
+    """Mahalanobis distance of two parameter sets [sd], and up to four parameters that change most, each with
+    its change [standard errors]."""
     names = errors.names
     if not names:
         return 0.0, ()

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.calibrate.alloy_table import alloy_table
 from fitting.calibrate.assumed import notices_of
 from fitting.calibrate.combinations import Combination
 from fitting.calibrate.information import Information
@@ -26,7 +27,6 @@ from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.precision import require_float64
 
-from .alloy_table import alloy_table
 from .information import information, informing_tests, spread_given_geometry, why_not_shown
 from .joint import Joint, beside_zeros, decided_anew, spanned, try_others
 from .modes import Mode, other_modes
@@ -115,7 +115,7 @@ class SpringCharacterisation(Characterisation):
 
     def table(self) -> Calibration:
         """The alloy as a table of constants."""
-        return alloy_table(self.title, self.base, self.fitted, self.real is False, {}, self.parameters)
+        return alloy_table(self.title, self.base, self.fitted, self.real is False, self.parameters)
 
 
 def characterise_spring(

@@ -53,7 +53,8 @@ def fit_least_squares(
         data: data for the residual.
         max_steps: maximum number of evaluations of the residual from each start.
         rtol: maximum undamped step at convergence, in standard errors.
-        starts: further starting points, see `starting_vectors`; the best minimum wins.
+        starts: total number of starts, or further starting points, see `starting_vectors`; the best minimum
+            wins.
         seed: seed of scattered starts.
         use_priors: true to append `(value - mean) / sd` for every parameter with a prior. Sigma must then be
             known.
@@ -156,7 +157,7 @@ def _problem(
     layout = parameters.layout()
     if not layout.free:
         raise InputError("no parameter is free; set vary=True and no tie for those to be fitted")
-    parameters.valuesdict()
+    parameters.valuesdict()  # refuses a tie without a finite value
     names = tuple(
         name for name, p in parameters.items() if use_priors and p.prior is not None and (p.free or p.tie)
     )

@@ -12,7 +12,7 @@ from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.records import Prior, Quantity
 from pneusma_jax.units import from_si, to_si
 
-DIGITS = 10  # of a fitted number
+DIGITS = 10  # Number of significant digits of a fitted number
 
 
 def slug(title: str) -> str:
@@ -25,7 +25,6 @@ def alloy_table(
     base: Mapping[str, Quantity],
     parameters: Parameters,
     simulated: bool,
-    text: Mapping[str, str],
     quoted: Mapping[str, Estimate] | None = None,
 ) -> Calibration:
     """Table of an alloy: what was fitted, with its quoted error as prior, and the rest as it was taken.
@@ -35,7 +34,6 @@ def alloy_table(
         base: constants that the fit started from.
         parameters: free ones at the values found, in SI.
         simulated: true if the recordings were simulated.
-        text: further strings of the table, such as `interpolation`.
         quoted: errors and intervals of those, in the unit of files; the standard errors where there are none.
     """
     source = f"Fitted to {title}{', simulated data' if simulated else ''}"
@@ -44,38 +42,36 @@ def alloy_table(
         if name in parameters:
             quantities[name] = _fitted(parameters[name], taken, source, (quoted or {}).get(name))
         else:
-            quantities[name] = Quantity(
-                name, taken.value, taken.unit, taken.status, taken.source, taken.prior
-            )
+            quantities[name] = taken
     return Calibration(
         name=slug(title),
         kind="alloy",
         description=f"Alloy of {title}, characterised from tests",
         path=None,
         quantities=quantities,
-        text=dict(text),
+        text={},
     )
 
 
 def _fitted(entry: Parameter, taken: Quantity, source: str, quoted: Estimate | None) -> Quantity:
-    width = taken.unit == KELVIN
+    """A constant as it was fitted, in SI, with its quoted error and interval."""
+    is_difference = taken.unit == KELVIN
     value, sd, interval = _rounded(entry.value, taken.unit), entry.standard_error, None
     if quoted is not None and np.isfinite(quoted.sd):
         sd = float(to_si(quoted.sd, taken.unit, True))
     if quoted is not None and np.isfinite(quoted.interval.get(90, np.nan)).all():
-        ends = (float(to_si(end, taken.unit, width)) for end in quoted.interval[90])
+        ends = (float(to_si(end, taken.unit, is_difference)) for end in quoted.interval[90])
         interval = tuple(_rounded(end, taken.unit) for end in ends)
-    prior = None if not sd else Prior(mean=value, sd=_rounded_width(sd, taken.unit))
+    prior = None if not sd else Prior(mean=value, sd=_rounded(sd, taken.unit, True))
     note = "" if sd else "; at a bound" if entry.at_bound else "; not determined by these tests"
     return Quantity(entry.name, value, taken.unit, "fitted", source + note, prior, interval)
 
 
-def _rounded(value: float, unit: str) -> float:
-    """A number in SI that has few digits in the unit of the file."""
-    width = unit == KELVIN
-    return float(to_si(float(f"{float(from_si(value, unit, width)):.{DIGITS}g}"), unit, width))
+def _rounded(value: float, unit: str, is_difference: bool | None = None) -> float:
+    """A number in SI that has few digits in the unit of the file.
 
-
-def _rounded_width(value: float, unit: str) -> float:
-    """The same of a difference, which has no zero that could be shifted."""
-    return float(to_si(float(f"{float(from_si(value, unit, True)):.{DIGITS}g}"), unit, True))
+    A difference has no zero that could be shifted; by default those in kelvin are differences.
+    """
+    shifted = unit == KELVIN if is_difference is None else is_difference
+    digits = f"{float(from_si(value, unit, shifted)):.{DIGITS}g}"
+    return float(to_si(float(digits), unit, shifted))
