@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float, Int
 from fitting.inference.latent_trajectory import smoother
 from pneusma_jax.nitinol import Spring, SpringState
 from pneusma_jax.nitinol.residual_strain import residual_strain
-from pneusma_jax.nitinol.stress import on_detwinning_branch
+from pneusma_jax.nitinol.stress import on_detwinning_branch, shear_stress_on
 
 from . import turning_points
 
@@ -115,7 +115,7 @@ class Law(eqx.Module):
         limit = alloy.residual_strain_limit(states.prestrain)
         gamma_R = residual_strain(limit, hottest, alloy.gR_decay)
         modulus, detwinning = alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0)
-        return modulus * gamma - jnp.where(self.decisions.loading, detwinning, modulus * gamma_R), gamma_R
+        return shear_stress_on(self.decisions.loading, gamma, modulus, detwinning, gamma_R), gamma_R
 
     def follow(self, xi0: Array) -> Trajectory:
         """The test at a given trajectory of the martensite fraction."""

@@ -30,8 +30,20 @@ def shear_stress(gamma: Array, modulus: Array, detwinning: Array, gamma_R: Array
         detwinning: `detwinning_stress(...)` [Pa].
         gamma_R: residual strain [1].
     """
-    elastic = modulus * gamma_R
-    return modulus * gamma - jnp.where(detwinning > elastic, detwinning, elastic)
+    loading = on_detwinning_branch(modulus, detwinning, gamma_R)
+    return shear_stress_on(loading, gamma, modulus, detwinning, gamma_R)
+
+
+def shear_stress_on(
+    loading: Array, gamma: Array, modulus: Array, detwinning: Array, gamma_R: Array
+) -> Array:
+    """Shear stress on a given branch [Pa].
+
+    Args:
+        loading: true on the detwinning curve, false on the elastic line through `gamma_R`.
+        gamma, modulus, detwinning, gamma_R: same as for `shear_stress`.
+    """
+    return modulus * gamma - jnp.where(loading, detwinning, modulus * gamma_R)
 
 
 def on_detwinning_branch(modulus: Array, detwinning: Array, gamma_R: Array) -> Array:
