@@ -10,7 +10,7 @@ A row of a recording runs through slots in a fixed order, each a value that the 
 
 An effect is a module with a parameter whose neutral value means absent, and a method for each slot it acts
 at. If it has a history, it also has a memory that is carried from row to row. Effects compose in the order in
-which they are given. A chain without effects is the base model and adds nothing to the compiled program.
+which they are given. A pipeline without effects is the base model and adds nothing to the compiled program.
 """
 
 from collections.abc import Callable
@@ -156,7 +156,7 @@ class Switched(eqx.Module):
     on: Bool[Array, ""]
 
 
-class Chain(eqx.Module):
+class Pipeline(eqx.Module):
     """Effects bound to their memories and to what is known of the row: what the model's slots call.
 
     Attributes:
@@ -170,16 +170,16 @@ class Chain(eqx.Module):
     known: Known = eqx.field(default_factory=Known)
 
     @classmethod
-    def begin(cls, effects: tuple[Effect | Switched, ...], **known: Any) -> "Chain":
+    def begin(cls, effects: tuple[Effect | Switched, ...], **known: Any) -> "Pipeline":
         """Effects with their memories at rest."""
         at = Known(known)
         return cls(tuple(effects), tuple(_own(effect).begin(at) for effect in effects), at)
 
-    def knowing(self, **more: Any) -> "Chain":
-        """The same chain further along the row."""
-        return Chain(self.effects, self.memories, self.known.also(**more)) if self.effects else self
+    def with_known(self, **more: Any) -> "Pipeline":
+        """The same pipeline further along the row."""
+        return Pipeline(self.effects, self.memories, self.known.also(**more)) if self.effects else self
 
-    def through(self, slot: str, value: Any, **more: Any) -> Any:
+    def apply(self, slot: str, value: Any, **more: Any) -> Any:
         """A value after every effect that acts at a slot."""
         at = self.known.also(**more) if self.effects else self.known
         pairs = zip(self.effects, self.memories, strict=True)
@@ -235,7 +235,7 @@ def _acting(effect: Effect | Switched, method: str, value: Any, *more: Any) -> A
     return _chosen([effect] if _overrides(effect, method) else [], act, lambda x: x, value)
 
 
-PLAIN = Chain()
+PLAIN = Pipeline()
 
 
 TOLD = "told_"

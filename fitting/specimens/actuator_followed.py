@@ -16,7 +16,7 @@ from jaxtyping import Array
 from fitting.inference.latent_trajectory.denoise import smooth_walk
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.nitinol.resistivity import PhaseReading
-from pneusma_jax.pipeline import PLAIN, Chain
+from pneusma_jax.pipeline import PLAIN, Pipeline
 
 from .actuator_phase import BLIND, FLATTEST, LONGEST, NUDGE, replaced
 from .actuator_rows import body_of
@@ -56,9 +56,11 @@ class FollowedPhase(eqx.Module):
         """The same fraction, read at its original strain."""
         return FollowedPhase(self.xi0, self.ohms, self.gain, self.gamma, False)
 
-    def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
+    def read(
+        self, alloy: Alloy, gamma: Array, wire_length: Array, pipeline: Pipeline = PLAIN
+    ) -> PhaseReading:
         """Martensite fraction after one linear correction of the smoothed one."""
-        wire = chain.through("wire_resistance", self.ohms)
+        wire = pipeline.apply("wire_resistance", self.ohms)
         at = gamma if self.strained else self.gamma
         surplus = wire - alloy.resistivity(self.xi0, at) * wire_length
         no = jnp.zeros((), bool)

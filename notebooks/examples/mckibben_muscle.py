@@ -45,7 +45,7 @@ from fitting.synthesise.wishes import Synthetic, Wishes
 from pneusma_jax.effects import Spec
 from pneusma_jax.effects import register as register_effect
 from pneusma_jax.numerics.safe import begun_as
-from pneusma_jax.pipeline import Chain, Effect, Known, as_recorded
+from pneusma_jax.pipeline import Effect, Known, Pipeline, as_recorded
 from pneusma_jax.units import to_si
 
 # The law ----------------------------------------------------------------------------------------------------
@@ -98,15 +98,15 @@ def simulate_muscle(
         pressure, contraction, time, interval = row
         known = dict(muscle=muscle, time=time, interval=interval, contraction=contraction)
         known |= dict(recorded_pressure=pressure, recorded_strain=-contraction)
-        chain = Chain(effects, memories, Known(known))
-        chamber = chain.through("pressure", pressure)
-        chain = chain.knowing(pressure=chamber)
-        true = {"force": chain.through("pull", muscle.pull(chamber, contraction))}
-        seen = chain.through("outputs", true, solved=None)
-        return chain.remembered(solved=None, seen=true), seen
+        pipeline = Pipeline(effects, memories, Known(known))
+        chamber = pipeline.apply("pressure", pressure)
+        pipeline = pipeline.with_known(pressure=chamber)
+        true = {"force": pipeline.apply("pull", muscle.pull(chamber, contraction))}
+        seen = pipeline.apply("outputs", true, solved=None)
+        return pipeline.remembered(solved=None, seen=true), seen
 
     history = (pressure, contraction, time, jnp.diff(time, prepend=time[:1]))
-    first = Chain.begin(effects, muscle=muscle, contraction=contraction[0]).memories
+    first = Pipeline.begin(effects, muscle=muscle, contraction=contraction[0]).memories
     _, seen = jax.lax.scan(step, begun_as(first, (muscle, effects, history)), history)
     return as_recorded(effects, seen, time)
 

@@ -18,7 +18,7 @@ from ..nitinol import SpringResponse, SpringState
 from ..nitinol.spring import Activation, LocatedFraction, MartensiteFraction, Resistance, Spring
 from ..numerics.alike import each
 from ..numerics.linear import solve_small
-from ..pipeline import PLAIN, Chain
+from ..pipeline import PLAIN, Pipeline
 from . import Actuator
 
 REFERENCE_MODULUS = 1e5  # Pa, of the order of the silicone's; makes the residual of order one
@@ -38,14 +38,14 @@ class Problem(eqx.Module):
         pressure: gauge [Pa].
         activations: one per spring.
         states: memory of each spring.
-        chain: effects beyond the base model, with their memories.
+        pipeline: effects beyond the base model, with their memories.
     """
 
     actuator: Actuator
     pressure: Array
     activations: tuple[Activation, ...]
     states: tuple[SpringState, ...]
-    chain: Chain = PLAIN
+    pipeline: Pipeline = PLAIN
 
 
 def spring_responses(problem: Problem, delta_centre: Array, bend: Array) -> tuple[SpringResponse, ...]:
@@ -63,7 +63,7 @@ def spring_pulls(problem: Problem, delta_centre: Array, bend: Array) -> tuple[Ar
 def _plain(problem: Problem) -> bool:
     """True if no effect acts, and the phases of all springs are given fractions."""
     given = all(isinstance(a, MartensiteFraction) for a in problem.activations)
-    return given and not problem.chain.effects
+    return given and not problem.pipeline.effects
 
 
 def _each_plain(method: Callable, problem: Problem, delta_centre: Array, bend: Array) -> list:
@@ -75,15 +75,15 @@ def _each_plain(method: Callable, problem: Problem, delta_centre: Array, bend: A
 
 
 def _each_spring(method: Callable, problem: Problem, delta_centre: Array, bend: Array) -> tuple:
-    """Results of a method for every spring, from its elongation, activation, state and chain."""
+    """Results of a method for every spring, from its elongation, activation, state and pipeline."""
     body = problem.actuator
     elongations = delta_centre + body.spring_places @ bend
     rows = list(zip(body.springs, elongations, problem.activations, problem.states, strict=True))
-    if not problem.chain.effects:
+    if not problem.pipeline.effects:
         return tuple(each(method, rows))
     # effects ask for a spring by its number
     numbered = zip(body.spring_numbers, rows, strict=True)
-    return tuple(method(*row, problem.chain.knowing(number=number)) for number, row in numbered)
+    return tuple(method(*row, problem.pipeline.with_known(number=number)) for number, row in numbered)
 
 
 def imbalance(
@@ -127,21 +127,21 @@ def imbalance(
     for load in body.loads:
         pull, turn = load.generalised_force(body.length + delta_centre, bend)
         force, moment = force + pull, moment + turn
-    chain = problem.chain.knowing(actuator=body, delta_centre=delta_centre, bend=bend)
-    if chain.acts_at("wall"):
+    pipeline = problem.pipeline.with_known(actuator=body, delta_centre=delta_centre, bend=bend)
+    if pipeline.acts_at("wall"):
         none = jnp.zeros_like(force), jnp.zeros_like(moment)
-        excess = lambda *at: wall_excess(body, chain, *at)  # noqa: E731
-        more = chain.where_acting("wall", excess, lambda *_: none, delta_centre, bend)
+        excess = lambda *at: wall_excess(body, pipeline, *at)  # noqa: E731
+        more = pipeline.where_acting("wall", excess, lambda *_: none, delta_centre, bend)
         force, moment = force + more[0], moment + more[1]
-    return chain.through("load", (force, moment), pressure=problem.pressure)
+    return pipeline.apply("load", (force, moment), pressure=problem.pressure)
 
 
-def wall_excess(body: Actuator, chain: Chain, delta_centre: Array, bend: Array) -> tuple[Array, Array]:
+def wall_excess(body: Actuator, pipeline: Pipeline, delta_centre: Array, bend: Array) -> tuple[Array, Array]:
     """Force [N] and first moments [N m] of what effects add to the wall's stress, over fixed fibres."""
-    places, area = chain.known["fibres"] if "fibres" in chain.known else body.fibres()
+    places, area = pipeline.known["fibres"] if "fibres" in pipeline.known else body.fibres()
     strain = (delta_centre + places @ bend) / body.length
     base = body.silicone(strain)
-    excess = area * (chain.through("wall", base, strain=strain, base=base) - base)
+    excess = area * (pipeline.apply("wall", base, strain=strain, base=base) - base)
     return jnp.sum(excess), excess @ places
 
 
@@ -226,7 +226,7 @@ def joint_residual(
     unbalanced = residual(unknowns[:count], given, orders, pulls)
     if not measured(problem):
         return unbalanced
-    if told is not None and not problem.chain.effects:
+    if told is not None and not problem.pipeline.effects:
         missed = jnp.stack([
             _missed(problem.actuator.springs[k], problem.activations[k], xi0, *told[k][1:])
             for k, xi0 in zip(measured(problem), unknowns[count:], strict=True)
@@ -246,8 +246,8 @@ def _misread(unknowns: Array, problem: Problem, count: int) -> list[Array]:
     rows = []
     for k, xi0 in zip(measured(problem), unknowns[count:], strict=True):
         spring, activation = actuator.springs[k], problem.activations[k]
-        chain = problem.chain.knowing(number=actuator.spring_numbers[k])
-        excess, contrast = activation.excess(spring, elongations[k], xi0, chain)
+        pipeline = problem.pipeline.with_known(number=actuator.spring_numbers[k])
+        excess, contrast = activation.excess(spring, elongations[k], xi0, pipeline)
         rows.append(_missed(spring, activation, xi0, excess + activation.value, contrast))
     return rows
 
@@ -289,5 +289,5 @@ def calm(problem: Problem, unknowns: Array) -> tuple[Problem, Array]:
     A NaN that is discarded later would still reach every reverse gradient.
     """
     safe = lambda x: jnp.where(jnp.isfinite(x), x, 0.0) if eqx.is_inexact_array(x) else x  # noqa: E731
-    row = jax.tree.map(safe, (problem.pressure, problem.activations, problem.states, problem.chain))
+    row = jax.tree.map(safe, (problem.pressure, problem.activations, problem.states, problem.pipeline))
     return Problem(problem.actuator, *row), safe(unknowns)

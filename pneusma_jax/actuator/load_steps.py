@@ -22,7 +22,7 @@ def at_rest(problem: Problem) -> Problem:
         for a in problem.activations
     )
     unloaded = problem.actuator.with_loads(*jax.tree.map(jnp.zeros_like, problem.actuator.loads))
-    return Problem(unloaded, jnp.zeros_like(problem.pressure), cold, problem.states, problem.chain)
+    return Problem(unloaded, jnp.zeros_like(problem.pressure), cold, problem.states, problem.pipeline)
 
 
 def loaded_by(share: Array, rest: Problem, problem: Problem) -> Problem:

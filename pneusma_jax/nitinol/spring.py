@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array
 
 from ..numerics.safe import as_array, is_concrete
-from ..pipeline import PLAIN, Chain
+from ..pipeline import PLAIN, Pipeline
 from .alloy import Alloy
 from .geometry import SpringGeometry
 from .residual_strain import SpringState
@@ -18,7 +18,9 @@ from .resistivity import PhaseReading
 class Activation(Protocol):
     """The interface of a spring's drive: it turns strain into a martensite fraction."""
 
-    def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
+    def read(
+        self, alloy: Alloy, gamma: Array, wire_length: Array, pipeline: Pipeline = PLAIN
+    ) -> PhaseReading:
         """Martensite fraction of the wire at shear strain `gamma`."""
 
 
@@ -27,7 +29,9 @@ class MartensiteFraction(eqx.Module):
 
     value: Array = eqx.field(converter=as_array)
 
-    def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
+    def read(
+        self, alloy: Alloy, gamma: Array, wire_length: Array, pipeline: Pipeline = PLAIN
+    ) -> PhaseReading:
         """The given fraction, which never clips."""
         no = jnp.zeros(jnp.broadcast_shapes(jnp.shape(self.value), jnp.shape(gamma)), bool)
         return PhaseReading(self.value, no, no)
@@ -65,9 +69,11 @@ class Temperature(eqx.Module):
 
     value: Array = eqx.field(converter=as_array)
 
-    def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
+    def read(
+        self, alloy: Alloy, gamma: Array, wire_length: Array, pipeline: Pipeline = PLAIN
+    ) -> PhaseReading:
         """The fraction at the temperature, which never clips."""
-        xi0 = alloy.martensite_fraction_at(chain.through("temperature", self.value))
+        xi0 = alloy.martensite_fraction_at(pipeline.apply("temperature", self.value))
         no = jnp.zeros(jnp.broadcast_shapes(jnp.shape(xi0), jnp.shape(gamma)), bool)
         return PhaseReading(xi0, no, no)
 
@@ -85,22 +91,25 @@ class Resistance(eqx.Module):
     value: Array = eqx.field(converter=as_array)
     noise: Array = eqx.field(converter=as_array, default=0.0)
 
-    def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
+    def read(
+        self, alloy: Alloy, gamma: Array, wire_length: Array, pipeline: Pipeline = PLAIN
+    ) -> PhaseReading:
         """The fraction by Eq. 2.48."""
-        wire = chain.through("wire_resistance", self.value)
+        wire = pipeline.apply("wire_resistance", self.value)
         return alloy.martensite_fraction(wire / wire_length, gamma)
 
     def excess(
-        self, spring: "Spring", elongation: Array, xi0: Array, chain: Chain = PLAIN
+        self, spring: "Spring", elongation: Array, xi0: Array, pipeline: Pipeline = PLAIN
     ) -> tuple[Array, Array]:
         """Resistance of a candidate fraction less the measured one, and the contrast of the phases [ohm].
 
         Unlike the fraction of Eq. 2.48, which rises with infinite slope near full heat, this is smooth in the
         fraction. The contrast is that of full martensite over austenite at this elongation.
         """
-        chain, alloy, length = chain.knowing(spring=spring), spring.alloy, spring.geometry.wire_length
-        gamma = spring.shear_strain(chain.through("elongation", elongation))
-        wire = chain.knowing(elongation=elongation, gamma=gamma).through("wire_resistance", self.value)
+        alloy, length = spring.alloy, spring.geometry.wire_length
+        pipeline = pipeline.with_known(spring=spring)
+        gamma = spring.shear_strain(pipeline.apply("elongation", elongation))
+        wire = pipeline.with_known(elongation=elongation, gamma=gamma).apply("wire_resistance", self.value)
         return alloy.resistivity(xi0, gamma) * length - wire, spring.contrast(gamma)
 
 
@@ -115,9 +124,11 @@ class LocatedFraction(eqx.Module):
     value: Array
     measured: Resistance
 
-    def read(self, alloy: Alloy, gamma: Array, wire_length: Array, chain: Chain = PLAIN) -> PhaseReading:
+    def read(
+        self, alloy: Alloy, gamma: Array, wire_length: Array, pipeline: Pipeline = PLAIN
+    ) -> PhaseReading:
         """The located fraction, with the flags of Eq. 2.48 at this strain."""
-        law = self.measured.read(alloy, gamma, wire_length, chain)
+        law = self.measured.read(alloy, gamma, wire_length, pipeline)
         return PhaseReading(self.value, law.clipped, law.degenerate)
 
 
@@ -171,7 +182,7 @@ class Spring(eqx.Module):
         return self.geometry.shear_strain(stretch, self.alloy.poisson_ratio)
 
     def respond(
-        self, elongation: Array, activation: Activation, state: SpringState, chain: Chain = PLAIN
+        self, elongation: Array, activation: Activation, state: SpringState, pipeline: Pipeline = PLAIN
     ) -> SpringResponse:
         """Pull and resistance at an elongation from the attached length [m].
 
@@ -179,18 +190,18 @@ class Spring(eqx.Module):
             elongation: elongation from the attached length [m].
             activation: drive of the phase.
             state: memory of the spring.
-            chain: effects beyond the base model.
+            pipeline: effects beyond the base model.
         """
-        loaded, chain = self._loaded(elongation, activation, state, chain)
+        loaded, pipeline = self._loaded(elongation, activation, state, pipeline)
         wire = self.alloy.resistivity(loaded["xi0"], loaded["gamma"]) * self.geometry.wire_length
         solved = dict(stress=loaded["stress"], force=loaded["force"])
-        return SpringResponse(**loaded, resistance=chain.through("resistance", wire, **solved))
+        return SpringResponse(**loaded, resistance=pipeline.apply("resistance", wire, **solved))
 
     def pull(
-        self, elongation: Array, activation: Activation, state: SpringState, chain: Chain = PLAIN
+        self, elongation: Array, activation: Activation, state: SpringState, pipeline: Pipeline = PLAIN
     ) -> Array:
         """The force of `respond` alone [N]."""
-        return self._loaded(elongation, activation, state, chain)[0]["force"]
+        return self._loaded(elongation, activation, state, pipeline)[0]["force"]
 
     def plain_pull(self, elongation: Array, xi0: Array, state: SpringState) -> Array:
         """Pull at a fraction [N], without effects."""
@@ -207,20 +218,20 @@ class Spring(eqx.Module):
         return self.plain_pull(elongation, xi0, state), ohms * wire, contrast * wire
 
     def _loaded(
-        self, elongation: Array, activation: Activation, state: SpringState, chain: Chain
-    ) -> tuple[dict[str, Array], Chain]:
-        """Response without the resistance, and the chain that computes it."""
-        chain = chain.knowing(spring=self)
-        gamma = self.shear_strain(chain.through("elongation", elongation))
-        chain = chain.knowing(elongation=elongation, gamma=gamma)
-        reading = activation.read(self.alloy, gamma, self.geometry.wire_length, chain)
-        xi0 = chain.through("phase", reading.xi0)
+        self, elongation: Array, activation: Activation, state: SpringState, pipeline: Pipeline
+    ) -> tuple[dict[str, Array], Pipeline]:
+        """Response without the resistance, and the pipeline that computes it."""
+        pipeline = pipeline.with_known(spring=self)
+        gamma = self.shear_strain(pipeline.apply("elongation", elongation))
+        pipeline = pipeline.with_known(elongation=elongation, gamma=gamma)
+        reading = activation.read(self.alloy, gamma, self.geometry.wire_length, pipeline)
+        xi0 = pipeline.apply("phase", reading.xi0)
         gamma_R = self.alloy.residual_strain(state, xi0)
         base = self.alloy.shear_stress(gamma, xi0, gamma_R)
-        chain = chain.knowing(xi0=xi0, gamma_R=gamma_R, base_stress=base)
-        stress = chain.through("stress", base)
+        pipeline = pipeline.with_known(xi0=xi0, gamma_R=gamma_R, base_stress=base)
+        stress = pipeline.apply("stress", base)
         loaded = dict(
-            force=chain.through("pull", self.geometry.force(stress), stress=stress),
+            force=pipeline.apply("pull", self.geometry.force(stress), stress=stress),
             stress=stress,
             gamma=gamma,
             xi0=xi0,
@@ -228,7 +239,7 @@ class Spring(eqx.Module):
             clipped=reading.clipped,
             degenerate=reading.degenerate,
         )
-        return loaded, chain
+        return loaded, pipeline
 
     def remember(self, state: SpringState, response: SpringResponse) -> SpringState:
         """State after a row that ended with this response."""

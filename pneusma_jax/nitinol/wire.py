@@ -19,7 +19,7 @@ from jaxtyping import Array, Int
 from ..calibration import Calibration, load_calibration
 from ..numerics.newton import BoundedNewton
 from ..numerics.safe import as_array, is_concrete, safe_divide
-from ..pipeline import PLAIN, Chain
+from ..pipeline import PLAIN, Pipeline
 from . import detwinning, residual_strain, stress
 from .residual_strain import SpringState
 
@@ -175,22 +175,26 @@ class WireAlloy(eqx.Module):
         """Engineering stress, Eqs. 2.33 and 3.3 in tension [Pa]."""
         return stress.shear_stress(strain, self.modulus(xi0), self.detwinning_stress(strain, xi0), eps_R)
 
-    def loaded_stress(self, strain: Array, xi0: Array, eps_R: Array, chain: Chain = PLAIN) -> Array:
+    def loaded_stress(self, strain: Array, xi0: Array, eps_R: Array, pipeline: Pipeline = PLAIN) -> Array:
         """`axial_stress` with the effects that act at the slot `stress` [Pa]."""
         value = self.axial_stress(strain, xi0, eps_R)
-        return chain.through(
+        return pipeline.apply(
             "stress", value, wire=self, gamma=strain, xi0=xi0, gamma_R=eps_R, base_stress=value
         )
 
-    def respond(self, strain: Array, xi0: Array, state: SpringState, chain: Chain = PLAIN) -> WireResponse:
+    def respond(
+        self, strain: Array, xi0: Array, state: SpringState, pipeline: Pipeline = PLAIN
+    ) -> WireResponse:
         """Stress at a prescribed strain [1] and martensite fraction [1]."""
         good = jnp.isfinite(strain) & jnp.isfinite(xi0)
         eps, phase = (jnp.where(good, x, 0.5) for x in (strain, xi0))
         eps_R = self.residual_strain(state, phase)
         status = jnp.where(good, int(WireStatus.converged), int(WireStatus.input_not_finite))
-        return _checked_response(eps, self.loaded_stress(eps, phase, eps_R, chain), phase, eps_R, status)
+        return _checked_response(eps, self.loaded_stress(eps, phase, eps_R, pipeline), phase, eps_R, status)
 
-    def strain_at(self, stress: Array, xi0: Array, state: SpringState, chain: Chain = PLAIN) -> WireResponse:
+    def strain_at(
+        self, stress: Array, xi0: Array, state: SpringState, pipeline: Pipeline = PLAIN
+    ) -> WireResponse:
         """Strain at a prescribed stress [Pa] and martensite fraction [1], all scalars.
 
         It is the smallest strain that carries the stress on the way up. A ladder of strains brackets it, and
@@ -199,7 +203,7 @@ class WireAlloy(eqx.Module):
         good = jnp.isfinite(stress) & jnp.isfinite(xi0)
         load, phase = jnp.where(good, stress, 0.0), jnp.where(good, xi0, 0.5)
         eps_R, modulus = self.residual_strain(state, phase), self.modulus(phase)
-        excess = lambda eps: (self.loaded_stress(eps, phase, eps_R, chain) - load) / modulus  # noqa: E731
+        excess = lambda eps: (self.loaded_stress(eps, phase, eps_R, pipeline) - load) / modulus  # noqa: E731
         rungs = jnp.clip(jax.lax.stop_gradient(self.eps_L) * LADDER, -LONGEST, LONGEST)
         rungs = jnp.concatenate([jnp.asarray([-LONGEST]), rungs, jnp.asarray([LONGEST])])
         heights = jax.lax.stop_gradient(jax.vmap(excess)(rungs))

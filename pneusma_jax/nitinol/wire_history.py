@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..numerics.safe import begun_as, safe_divide
-from ..pipeline import Chain, Effect, Known, as_recorded
+from ..pipeline import Effect, Known, Pipeline, as_recorded
 from ..program_cache import stored_jit
 from .residual_strain import SpringState
 from .wire import WireAlloy, WireResponse, WireStatus
@@ -53,19 +53,19 @@ class _Drive(eqx.Module):
     resistance: Array | None
     ends: tuple[Array, Array] | None
 
-    def phase(self, wire: WireAlloy, chain: Chain) -> Array:
+    def phase(self, wire: WireAlloy, pipeline: Pipeline) -> Array:
         """Martensite fraction of the row [1]."""
         if self.resistance is not None:
             cold, hot = self.ends  # type: ignore[misc]
-            xi0 = (chain.through("wire_resistance", self.resistance) - hot) * safe_divide(
+            xi0 = (pipeline.apply("wire_resistance", self.resistance) - hot) * safe_divide(
                 1.0, cold - hot, 1e-9
             )
             xi0 = jnp.clip(xi0, 0.0, 1.0)
         elif self.xi0 is not None:
             xi0 = self.xi0
         else:
-            xi0 = wire.martensite_fraction_at(chain.through("temperature", self.temperature))
-        return chain.through("phase", xi0)
+            xi0 = wire.martensite_fraction_at(pipeline.apply("temperature", self.temperature))
+        return pipeline.apply("phase", xi0)
 
 
 @stored_jit(WireHistory, WireResponse, SpringState)
@@ -88,17 +88,17 @@ def _simulate(
         known[prescribed] = load
         if drive.temperature is not None:
             known["temperature"] = drive.temperature
-        chain = Chain(effects, memories, Known(known))
+        pipeline = Pipeline(effects, memories, Known(known))
         response = (wire.strain_at if by_stress else wire.respond)(
-            load, drive.phase(wire, chain), state, chain
+            load, drive.phase(wire, pipeline), state, pipeline
         )
         after = wire.remember(state, response)
-        seen = chain.through("outputs", {free: getattr(response, free)}, solved=response)
+        seen = pipeline.apply("outputs", {free: getattr(response, free)}, solved=response)
         if effects:
             # a failed row is NaN: what it would commit is replaced before the memory's laws see it
             good = response.status <= int(WireStatus.several_strains)
             calm = jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, response)
-            later = chain.remembered(solved=calm, seen={free: getattr(calm, free)})
+            later = pipeline.remembered(solved=calm, seen={free: getattr(calm, free)})
             memories = jax.tree.map(lambda new, old: jnp.where(good, new, old), later, memories)
         return (after, memories), (response, after, seen)
 
@@ -106,7 +106,7 @@ def _simulate(
     at_rest = dict(wire=wire, number=1)
     if first.temperature is not None:
         at_rest["temperature"] = first.temperature
-    memories = Chain.begin(effects, **at_rest).memories
+    memories = Pipeline.begin(effects, **at_rest).memories
     history = (load, drive, clock, jnp.diff(clock, prepend=clock[:1]))
     carried = begun_as((state, memories), (wire, effects, history))
     _, (rows, states, seen) = jax.lax.scan(step, carried, history)

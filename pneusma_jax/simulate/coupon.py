@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from ..numerics.safe import begun_as
-from ..pipeline import Chain, Effect, Known, as_recorded
+from ..pipeline import Effect, Known, Pipeline, as_recorded
 from ..program_cache import stored_jit
 from ..silicone import SiliconeLaw
 from .load_train import strain_in_train
@@ -69,27 +69,27 @@ def simulate_coupon(
         strain, time, interval, cycle = row
         inputs = dict(time=time, interval=interval, cycle=cycle, silicone=law, area=area)
         inputs["recorded_strain"] = strain
-        chain = Chain(effects, memories, Known(inputs))
+        pipeline = Pipeline(effects, memories, Known(inputs))
 
         def stress_at(given: tuple, strain: Array) -> Array:
-            law, chain = given
+            law, pipeline = given
             fibre = jnp.atleast_1d(strain)
             base = law(fibre)
-            return chain.through("wall", base, strain=fibre, base=base)[0]
+            return pipeline.apply("wall", base, strain=fibre, base=base)[0]
 
-        given = law, chain
-        if chain.acts_at("compliance"):
-            give, stiffening = chain.through("compliance", jnp.zeros(2)) * area
+        given = law, pipeline
+        if pipeline.acts_at("compliance"):
+            give, stiffening = pipeline.apply("compliance", jnp.zeros(2)) * area
             train = give / gauge_length, stiffening
             in_train = lambda strain: strain_in_train(stress_at, given, strain, *train)  # noqa: E731
-            strain = chain.where_acting("compliance", in_train, lambda strain: strain, strain)
+            strain = pipeline.where_acting("compliance", in_train, lambda strain: strain, strain)
         found = CouponRow(strain, stress_at(given, strain))
         true = dict(stress=found.stress)
-        seen = chain.through("outputs", true, solved=found)
-        later = chain.remembered(solved=found, seen=true, strain=strain) if effects else ()
+        seen = pipeline.apply("outputs", true, solved=found)
+        later = pipeline.remembered(solved=found, seen=true, strain=strain) if effects else ()
         return later, (found, seen)
 
-    memories = Chain.begin(effects, silicone=law).memories
+    memories = Pipeline.begin(effects, silicone=law).memories
     history = (strain, clock, jnp.diff(clock, prepend=clock[:1]), count)
     first = begun_as(memories, (law, effects, history))
     _, (rows, seen) = jax.lax.scan(step, first, history)  # type: ignore[var-annotated]

@@ -12,7 +12,7 @@ from ..actuator.balance import Problem
 from ..actuator.result import Equilibrium
 from ..nitinol import SpringState
 from ..nitinol.spring import Activation
-from ..pipeline import Chain, Effect, Known
+from ..pipeline import Effect, Known, Pipeline
 
 
 class Bench(eqx.Module):
@@ -47,13 +47,14 @@ class Bench(eqx.Module):
         """
         pressure, time, interval, recorded = row
         inputs = Known(dict(time=time, interval=interval, recorded_pressure=pressure) | self.fixed | recorded)
-        chain = Chain(self.effects, memories, inputs)
-        pressure = chain.through("pressure", pressure)
-        return Problem(self.actuator, pressure, phases, states, chain.knowing(pressure=pressure))
+        pipeline = Pipeline(self.effects, memories, inputs)
+        pressure = pipeline.apply("pressure", pressure)
+        return Problem(self.actuator, pressure, phases, states, pipeline.with_known(pressure=pressure))
 
     def at_rest(self, pressure: Array, states: tuple[SpringState, ...], recorded: dict[str, Any]) -> tuple:
         """Memories of the effects before the first row, from whose pressure [Pa] and inputs they start."""
-        return Chain.begin(self.effects, pressure=pressure, states=states, **self.fixed, **recorded).memories
+        begun = Pipeline.begin(self.effects, pressure=pressure, states=states, **self.fixed, **recorded)
+        return begun.memories
 
 
 class Passed(eqx.Module):
@@ -83,14 +84,14 @@ def passed(problem: Problem, found: Equilibrium, good: Array) -> Passed:
     calm = jax.tree.map(lambda x: jnp.where(good, x, 0.0) if eqx.is_inexact_array(x) else x, found)
     pairs = zip(problem.actuator.springs, problem.states, calm.springs, strict=True)
     committed = tuple(spring.remember(state, response) for spring, state, response in pairs)
-    seen = problem.chain.through("outputs", _shown(found), solved=found)
+    seen = problem.pipeline.apply("outputs", _shown(found), solved=found)
     # memories of shown values start from finite ones too
-    later = problem.chain.remembered(solved=calm, seen=_shown(calm)) if problem.chain.effects else ()
+    later = problem.pipeline.remembered(solved=calm, seen=_shown(calm)) if problem.pipeline.effects else ()
     keep = lambda new, old: jnp.where(good, new, old)  # noqa: E731
     return Passed(
         calm,
         jax.tree.map(keep, committed, problem.states),
-        jax.tree.map(keep, later, problem.chain.memories),
+        jax.tree.map(keep, later, problem.pipeline.memories),
         seen,
     )
 

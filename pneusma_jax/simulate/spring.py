@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 from ..nitinol import Spring, SpringResponse, SpringState
 from ..nitinol.spring import Activation
 from ..numerics.safe import begun_as
-from ..pipeline import Chain, Effect, Known, as_recorded
+from ..pipeline import Effect, Known, Pipeline, as_recorded
 from ..program_cache import stored_jit
 from .load_train import strain_in_train
 
@@ -63,27 +63,27 @@ def simulate_spring(
         state, memories = carry
         elongation, activation, time, interval, recorded = row
         known = Known(dict(time=time, interval=interval, number=1, span=span) | recorded)
-        chain = Chain(effects, memories, known)
-        if chain.acts_at("compliance"):
-            train = chain.through("compliance", jnp.zeros(2))
+        pipeline = Pipeline(effects, memories, known)
+        if pipeline.acts_at("compliance"):
+            train = pipeline.apply("compliance", jnp.zeros(2))
 
             def pull(given: tuple, length: Array) -> Array:
-                spring, activation, state, chain = given
-                return spring.pull(length, activation, state, chain)
+                spring, activation, state, pipeline = given
+                return spring.pull(length, activation, state, pipeline)
 
-            given = spring, activation, state, chain
+            given = spring, activation, state, pipeline
             in_train = lambda length: strain_in_train(pull, given, length, *train)  # noqa: E731
-            elongation = chain.where_acting("compliance", in_train, lambda length: length, elongation)
-        response = spring.respond(elongation, activation, state, chain)
+            elongation = pipeline.where_acting("compliance", in_train, lambda length: length, elongation)
+        response = spring.respond(elongation, activation, state, pipeline)
         after = spring.remember(state, response)
         true = dict(force=response.force, resistance=response.resistance)
         more = dict(spring=spring, solved=response, elongation=elongation)
-        seen = chain.through("outputs", true, **more)
-        later = chain.remembered(**more, seen=true) if effects else ()
+        seen = pipeline.apply("outputs", true, **more)
+        later = pipeline.remembered(**more, seen=true) if effects else ()
         return (after, later), (response, after, seen)
 
     begun = jax.tree.map(lambda x: x[0], recorded)
-    at_rest = Chain.begin(effects, spring=spring, number=1, states=(state,), **begun)
+    at_rest = Pipeline.begin(effects, spring=spring, number=1, states=(state,), **begun)
     history = (elongation, spread, clock, jnp.diff(clock, prepend=clock[:1]), recorded)
     first = begun_as((state, at_rest.memories), (spring, effects, history))
     _, (responses, memories, seen) = jax.lax.scan(step, first, history)  # type: ignore[var-annotated]

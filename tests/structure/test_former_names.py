@@ -21,4 +21,4 @@ def test_a_former_name_gives_the_same_objects(former, names):
     old, new = importlib.import_module(former), [importlib.import_module(name) for name in names]
     assert old.__all__
     for each in old.__all__:
-        assert any(getattr(module, each, None) is getattr(old, each) for module in new)
+        assert any(value is getattr(old, each) for module in new for value in vars(module).values())
