@@ -42,7 +42,15 @@ LONGEST = 0.3
 """Longest step of a drive in the box [1]: beyond it the linear model says little."""
 FLAT = 1e-3
 """Least share of the steepest drive's squared slope that damps any drive [1]. A drive at a goal's maximum has
-no slope. Damped by that alone it took the longest step, and no damping made a step help."""
+no slope. Without this floor it is undamped, takes the longest step, and the search stalls."""
+FIRST_DAMPING, LAST_FIRST_DAMPING, LEAST_DAMPING = 1e-3, 1e-6, 1e-12
+"""Damping at the start of the search and of its last stage, and the smallest [1], as parts of squared slopes."""
+MORE, LESS = 10.0, 0.1
+"""Factors of the damping after a step that does not help, and after one that does."""
+STUCK, LOST = 1e3, 1e6
+"""Damping beyond which a stage ends, and the search [1]; steps are then a thousandth of undamped ones."""
+FLOOR = 1e-8
+"""Minimum damping of a drive [1]; goals are in units of their sizes, so that this is far below any slope."""
 COLD_PRESSURE = 0.1
 """Weight of pressure beside that of a spring's heat [1]: pressure costs little, heat is slow."""
 
@@ -169,7 +177,7 @@ def _trial(task: _Task, at: _Stage) -> Array:
     held = ~task.wide | ((place <= 0.0) & (gradient > 0.0)) | ((place >= 1.0) & (gradient < 0.0))
     free = jnp.where(held, 0.0, 1.0)
     steep = jnp.sum(seen.slope**2, axis=0)
-    damped = at.damping * jnp.maximum(steep, jnp.maximum(FLAT * jnp.max(steep), 1e-8))
+    damped = at.damping * jnp.maximum(steep, jnp.maximum(FLAT * jnp.max(steep), FLOOR))
     matrix = seen.slope.T @ seen.slope + jnp.diag(weight * task.cost + damped)
     matrix = matrix * free[:, None] * free[None, :] + jnp.diag(1.0 - free)
     step = -jnp.linalg.solve(matrix, free * gradient)
@@ -184,12 +192,12 @@ def _advance(task: _Task, at: _Stage) -> _Stage:
     better = better & jnp.all(jnp.isfinite(after.miss)) & jnp.all(jnp.isfinite(after.slope))
     place, seen = jax.tree.map(lambda new, old: jnp.where(better, new, old), (trial, after), at[:2])
     moved, faint = jnp.max(jnp.abs(trial - at.place)), at.weight <= LAST_WEIGHT
-    near = (better & (moved < NEAR)) | (at.damping > 1e3) | (at.steps > SEARCHING)
+    near = (better & (moved < NEAR)) | (at.damping > STUCK) | (at.steps > SEARCHING)
     # where no step helps any more, however short, the search has come to its end
-    still = jnp.where(better, moved < STILL, at.damping > 1e6) & faint
-    grown = 10.0 * jnp.maximum(at.damping, 1e-6)
-    damping = jnp.where(better, jnp.maximum(0.1 * at.damping, 1e-12), grown)
-    damping = jnp.where(near & ~faint, 1e-6, damping)
+    still = jnp.where(better, moved < STILL, at.damping > LOST) & faint
+    grown = MORE * jnp.maximum(at.damping, LAST_FIRST_DAMPING)
+    damping = jnp.where(better, jnp.maximum(LESS * at.damping, LEAST_DAMPING), grown)
+    damping = jnp.where(near & ~faint, LAST_FIRST_DAMPING, damping)
     small = (jnp.linalg.norm(seen.miss) < CLOSE) & faint
     done = small | still | (at.steps + 1 >= task.most)
     return _Stage(place, seen, damping, jnp.where(near, LAST_WEIGHT, at.weight), at.steps + 1, done)
@@ -221,7 +229,7 @@ def search(
     begin = jnp.where(task.wide, jnp.clip(begin, 0.0, 1.0), 0.5)
     seen = task.seen(begin, guess)
     bad = ~jnp.all(jnp.isfinite(seen.miss))
-    first = _Stage(begin, seen, jnp.asarray(1e-3), jnp.asarray(weight), jnp.asarray(0), bad)
+    first = _Stage(begin, seen, jnp.asarray(FIRST_DAMPING), jnp.asarray(weight), jnp.asarray(0), bad)
     last = jax.lax.while_loop(lambda at: ~at.done, lambda at: _advance(task, at), first)
     size = jnp.where(bad, jnp.inf, jnp.linalg.norm(last.seen.miss))
     slope = last.seen.slope.T @ last.seen.miss

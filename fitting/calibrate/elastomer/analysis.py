@@ -94,7 +94,7 @@ def _unfit(
         elif other is not None and not other.monotone:
             found[name] = f"turns back at strain {other.falls_from:.2g}"
         elif other is not None and other.locks(check):
-            found[name] = "locks up in strains that were not tested"
+            found[name] = "stiffens steeply beyond the strains that were tested"
         elif other is not None and not fit.law.from_energy and not check.covers(other):
-            found[name] = "means nothing in strains that were not tested"
+            found[name] = "comes from no energy and says nothing beyond the strains that were tested"
     return found

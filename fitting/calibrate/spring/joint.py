@@ -18,11 +18,11 @@ from .information import information
 from .problem import Problem, values_of
 
 MISFIT = 1.3
-"""Reduced chi-square from which what is left is more than noise."""
+"""Minimum reduced chi-square that counts as misfit."""
 RETRIES = 6
-"""Most fits from what the other tests say."""
+"""Maximum number of fits that start from the values of the other tests."""
 FEWEST = 3
-"""Tests of which one can be left out."""
+"""Minimum number of tests for one of them to be left out."""
 LOOSE = 0.15
 """Part of the residual strain by which turning points may be off the rule at first."""
 LOOSENED = 3
