@@ -44,7 +44,7 @@ FLAT = 1e-3
 """Least share of the steepest drive's squared slope that damps any drive [1]. A drive at a goal's maximum has
 no slope. Without this floor it is undamped, takes the longest step, and the search stalls."""
 FIRST_DAMPING, LAST_FIRST_DAMPING, LEAST_DAMPING = 1e-3, 1e-6, 1e-12
-"""Damping at the start of the search and of its last stage, and the smallest [1], as parts of squared slopes."""
+"""Damping at the start, at that of the last stage, and the smallest [1], as parts of squared slopes."""
 MORE, LESS = 10.0, 0.1
 """Factors of the damping after a step that does not help, and after one that does."""
 STUCK, LOST = 1e3, 1e6

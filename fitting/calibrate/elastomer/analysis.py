@@ -96,5 +96,5 @@ def _unfit(
         elif other is not None and other.locks(check):
             found[name] = "stiffens steeply beyond the strains that were tested"
         elif other is not None and not fit.law.from_energy and not check.covers(other):
-            found[name] = "comes from no energy and says nothing beyond the strains that were tested"
+            found[name] = "is a polynomial, which says nothing beyond the strains that were tested"
     return found
