@@ -1,5 +1,6 @@
 """Float64 for every test, data that is not part of the repository, a limit on compiled code."""
 
+import gc
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -11,6 +12,7 @@ from fitting.engine.memory import make_room
 from pneusma_jax.precision import enable_float64
 
 enable_float64()
+gc.set_threshold(200_000, 20, 50)  # tracing makes many objects and few cycles
 MOST_GIB = 1.5  # of a process that tests, between modules
 ROOT = Path(__file__).resolve().parents[1]
 

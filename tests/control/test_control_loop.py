@@ -54,12 +54,20 @@ def test_errors_and_settling_times_are_counted_from_the_courses():
     assert run_of([0, 5, 5, 5], [0, 10, 10, 10]).settling(1.0, 4.0) == float("inf")
 
 
+@pytest.fixture
+def base_law(monkeypatch):
+    """A plant without effects: what is refused is refused by its balance."""
+    monkeypatch.setattr("fitting.control.sweep.all_effects", lambda chosen: ())
+
+
+@pytest.mark.usefixtures("base_law")
 def test_a_plant_without_equilibrium_is_refused_in_one_line():
     words = r"-50 kPa no row .*; all rows have one down to -19\.\d kPa\. .* the wall would be sucked flat\.$"
     with pytest.raises(InputError, match=words):
         run_sweep("pneusma2", loop=usual_loop(pressure=-50e3))
 
 
+@pytest.mark.usefixtures("base_law")
 def test_a_pressure_beyond_all_equilibria_is_refused_with_the_pressure_up_to_which_there_is_one(tmp_path):
     done = CliRunner().invoke(main, ["control", "--pressure-kPa", "500", "--out", str(tmp_path / "o")])
     said = re.search(
@@ -68,7 +76,7 @@ def test_a_pressure_beyond_all_equilibria_is_refused_with_the_pressure_up_to_whi
     assert done.exit_code == 2 and said and not (tmp_path / "o").exists(), done.output
     body = pj.make_actuator("pneusma2")
     place = body.section.enclosed_centroid
-    plant = Plant(body.with_loads(pj.TipForce(jnp.zeros(3), place)), all_effects({}))
+    plant = Plant(body.with_loads(pj.TipForce(jnp.zeros(3), place)))
     whole = lambda kPa: bool(np.all(usual_loop(pressure=1e3 * kPa).planned(plant)[1].good))  # noqa: E731
     assert whole(float(said[1]) - 1.0) and not whole(float(said[1]) + 2.0)
 

@@ -1,5 +1,6 @@
 """Sums over a wall for derivatives along many directions, against the plain quadrature and its derivatives."""
 
+import functools
 import re
 from collections.abc import Callable
 
@@ -38,11 +39,19 @@ def _vector(integrate):
     return jnp.concatenate([force[None], moment])
 
 
-def _both(shape, strain, gradient):
-    """Plain and new sums as functions of one vector of all numbers, and that vector."""
-    numbers = (jnp.asarray([1.0, 1.0]), pj.load_silicone(), jnp.asarray(strain), jnp.asarray(gradient))
-    floats, rest = eqx.partition(numbers, eqx.is_inexact_array)
-    flat, restored = ravel_pytree(floats)
+def _numbers(strain, gradient):
+    return jnp.asarray([1.0, 1.0]), pj.load_silicone(), jnp.asarray(strain), jnp.asarray(gradient)
+
+
+def _at(state):
+    """Vector of all numbers in a state."""
+    return ravel_pytree(eqx.filter(_numbers(*STATES[state]), eqx.is_inexact_array))[0]
+
+
+def _both(shape):
+    """Plain and new sums as functions of one vector of all numbers."""
+    floats, rest = eqx.partition(_numbers(0.0, 0.0), eqx.is_inexact_array)
+    _, restored = ravel_pytree(floats)
 
     def of(function):
         def sums(flat):
@@ -52,34 +61,41 @@ def _both(shape, strain, gradient):
         return sums
 
     plain = lambda section, law, *at: section.integrate_in_plane(law, *at)  # noqa: E731
-    return of(plain), of(in_plane), flat
+    return of(plain), of(in_plane)
+
+
+@functools.cache
+def _slopes(shape):
+    """Plain and new sums and their derivatives, one program for every state."""
+    plain, new = _both(shape)
+    return jax.jit(lambda flat: (plain(flat), new(flat), jax.jacfwd(plain)(flat), jax.jacfwd(new)(flat), jax.jacrev(new)(flat)))
 
 
 @pytest.mark.parametrize("state", STATES)
 @pytest.mark.parametrize("shape", ["tube", "rectangle"])
 def test_sums_and_slopes_are_those_of_the_plain_quadrature(shape, state):
-    plain, new, flat = _both(shape, *STATES[state])
-    np.testing.assert_allclose(new(flat), plain(flat), rtol=1e-11, atol=1e-14)
-    wanted = np.asarray(jax.jacfwd(plain)(flat))
-    scale = np.abs(wanted).max(axis=0) + 1e-12
-    for jacobian in (jax.jacfwd(new), jax.jacrev(new)):
-        np.testing.assert_allclose(jacobian(flat) / scale, wanted / scale, atol=1e-10)
+    plain, new, wanted, *jacobians = _slopes(shape)(_at(state))
+    np.testing.assert_allclose(new, plain, rtol=1e-11, atol=1e-14)
+    scale = np.abs(np.asarray(wanted)).max(axis=0) + 1e-12
+    for jacobian in jacobians:
+        np.testing.assert_allclose(jacobian / scale, wanted / scale, atol=1e-10)
 
 
 def test_second_derivatives_are_those_of_the_plain_quadrature():
-    plain, new, flat = _both("tube", *STATES["through zero"])
-    wanted = np.asarray(jax.jacfwd(jax.jacfwd(plain))(flat))
-    scale = np.abs(wanted).max() * 1e-9
-    np.testing.assert_allclose(jax.jacfwd(jax.jacfwd(new))(flat), wanted, atol=scale)
-    np.testing.assert_allclose(jax.jacfwd(jax.jacrev(new))(flat), wanted, atol=scale)
+    plain, new = _both("tube")
+    second = lambda f, first: jax.jacfwd(first(f))  # noqa: E731
+    ways = second(plain, jax.jacfwd), second(new, jax.jacfwd), second(new, jax.jacrev)
+    wanted, *found = (np.asarray(x) for x in jax.jit(lambda flat: tuple(way(flat) for way in ways))(_at("through zero")))
+    for one in found:
+        np.testing.assert_allclose(one, wanted, atol=np.abs(wanted).max() * 1e-9)
 
 
 def test_rows_side_by_side_are_those_one_by_one_and_nan_stays_nan():
     section, law = pj.annulus(10e-3, 1e-3), pj.load_silicone()
     strain = jnp.asarray([0.1, jnp.nan, 0.01, 0.1])
     gradient = jnp.asarray([5.0, 5.0, -40.0, jnp.nan])
-    one = lambda e, g: _vector(in_plane(section, law, e, g, DIRECTION))  # noqa: E731
-    side_by_side = jax.vmap(one)(strain, gradient)
+    one = jax.jit(lambda e, g: _vector(in_plane(section, law, e, g, DIRECTION)))
+    side_by_side = jax.jit(jax.vmap(one))(strain, gradient)
     assert np.all(np.isnan(side_by_side[jnp.asarray([1, 3])]))
     for k in (0, 2):
         np.testing.assert_allclose(side_by_side[k], one(strain[k], gradient[k]), rtol=1e-13)
@@ -122,10 +138,12 @@ class Cut(SiliconeLaw):
 def test_laws_with_functions_and_counts_in_their_fields_are_integrated():
     section, at = pj.annulus(10e-3, 1e-3), (jnp.asarray(0.1), jnp.asarray(5.0), DIRECTION)
     law = Cut(jnp.tanh, 2, 0.1)
-    wanted = _vector(section.integrate_in_plane(law, *at))
-    np.testing.assert_allclose(_vector(in_plane(section, law, *at)), wanted, rtol=1e-12)
-    slope = jax.grad(lambda strain: in_plane(section, law, strain, *at[1:])[0])(at[0])
-    plain = jax.grad(lambda strain: section.integrate_in_plane(law, strain, *at[1:])[0])(at[0])
+    ways = lambda *at: in_plane(section, law, *at), lambda *at: section.integrate_in_plane(law, *at)  # noqa: E731
+    (found, slope), (wanted, plain) = (
+        jax.jit(lambda strain, way=way: (_vector(way(strain, *at[1:])), jax.grad(lambda e: way(e, *at[1:])[0])(strain)))(at[0])
+        for way in ways
+    )
+    np.testing.assert_allclose(found, wanted, rtol=1e-12)
     np.testing.assert_allclose(slope, plain, rtol=1e-12)
 
 
