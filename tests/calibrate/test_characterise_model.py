@@ -160,7 +160,7 @@ def test_a_model_that_says_nothing_of_a_kind_is_refused(pulls):
 @pytest.mark.parametrize(
     ("kind", "slug", "number"),
     [
-        ("tube", "wrap_friction", "wall_thickness"),
+        pytest.param("tube", "wrap_friction", "wall_thickness", marks=pytest.mark.slow),
         ("wire", "transformation_hysteresis", "T_width"),
         pytest.param("spring", "series_resistance", "G_m", marks=pytest.mark.slow),
     ],

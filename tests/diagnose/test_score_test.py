@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from linear_world import tubes
+from linear_world import CONSTANT, SWELLING, tubes
 
 from fitting.data.recordings import read_campaign
 from fitting.diagnose.evaluate.program import Program
@@ -78,11 +78,24 @@ def test_effects_are_scored_about_nominal_where_constants_went_far(refitted):
     assert not any(np.any(s.start[program.unknowns.base]) for s in told)
 
 
-def test_an_effect_that_is_put_in_gains_what_it_takes_away(refitted):
-    program, base, _ = refitted
+def linear():
+    """A campaign of tubes, linear in all numbers, of which two effects are true."""
+    world = tubes()
+    program = world.program(world.truth(np.random.default_rng(1), **{CONSTANT: 2.0, SWELLING: 1.0}))
+    return program, Refitter(program).fit(()), tuple(world.effects)
+
+
+def actuator(request):
+    program, base, _ = request.getfixturevalue("refitted")
+    return program, base, SLUGS
+
+
+@pytest.mark.parametrize("campaign", ["linear", pytest.param("actuator", marks=pytest.mark.slow)])
+def test_an_effect_that_is_put_in_gains_what_it_takes_away(campaign, request):
+    program, base, slugs = linear() if campaign == "linear" else actuator(request)
     refitter = Refitter(program)
     nominal = dataclasses.replace(base, u=program.unknowns.neutral)
-    scores, everything = _whole_effects(refitter, nominal, SLUGS, 2.0), program.fitted.astype(float)
+    scores, everything = _whole_effects(refitter, nominal, slugs, 2.0), program.fitted.astype(float)
     square = lambda u: program.evaluate(u, base.free[:0], near=base.evaluation).chi2(everything)  # noqa: E731
     assert scores and [s.gain for s in scores] == sorted((s.gain for s in scores), reverse=True)
     for score in scores:

@@ -22,7 +22,7 @@ def test_a_clock_goes_on_at_its_last_interval():
     np.testing.assert_allclose(going_on(np.array([3.0]), 3), 3.0)
 
 
-@pytest.mark.parametrize("rows", [1, 65, pytest.param(5, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("rows", [1, *(pytest.param(rows, marks=pytest.mark.slow) for rows in (5, 65))])
 def test_a_history_is_what_it_is_at_its_own_length(rows, monkeypatch):
     body, pressure = pj.make_actuator("pneusma2"), np.linspace(1e3, 25e3, rows)
     phases = (pj.MartensiteFraction(1.0), pj.MartensiteFraction(1.0 - 0.6 * np.linspace(0.0, 1.0, rows)))

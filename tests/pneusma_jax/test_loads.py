@@ -246,6 +246,7 @@ def test_masses_follow_from_dimensions_and_densities():
 SOURCE_CHANGE = {"s": 8.2, "t": 9.7, "w": 4.3}  # %, largest change of curvature with gravity, Section 3.7.2
 
 
+@pytest.mark.slow
 def test_gravity_on_pneuflex_disagrees_with_the_source_by_size_and_agrees_in_order():
     """Base down, 10 to 60 kPa. Ours is four to five times smaller, in the source's proportions.
 

@@ -48,7 +48,11 @@ def test_every_specimen_answers_every_question():
 
 @pytest.mark.parametrize(
     ("kind", "slug"),
-    [("elastomer", "mullins_softening"), ("tube", "wrap_friction"), ("wire", "transformation_hysteresis")],
+    [
+        ("elastomer", "mullins_softening"),
+        ("wire", "transformation_hysteresis"),
+        pytest.param("tube", "wrap_friction", marks=pytest.mark.slow),
+    ],
 )
 def test_the_base_model_is_the_model_with_an_absent_effect(kind, slug):
     specimen = specimen_of(kind)
@@ -61,7 +65,11 @@ def test_the_base_model_is_the_model_with_an_absent_effect(kind, slug):
 
 @pytest.mark.parametrize(
     ("kind", "slug"),
-    [("elastomer", "mullins_softening"), ("tube", "wrap_friction"), ("wire", "transformation_hysteresis")],
+    [
+        ("elastomer", "mullins_softening"),
+        ("wire", "transformation_hysteresis"),
+        pytest.param("tube", "wrap_friction", marks=pytest.mark.slow),
+    ],
 )
 def test_a_simulation_is_the_prediction_of_a_fit(kind, slug):
     """With noisy drivers and an effect with a memory, row by row."""

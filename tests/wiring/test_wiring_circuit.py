@@ -92,12 +92,15 @@ def test_circuits_that_cannot_be_are_refused_in_one_line(option, value, words, t
 @pytest.mark.parametrize(
     ("more", "code", "words"),
     [
-        (["--springs", "6", "--to-kHz", "20"], 1, "3.82 % of the heat. That does not keep the limit of 1 %."),
-        (["--springs", "6", "--to-kHz", "20", "--crosstalk-percent", "5"], 0, "That keeps the limit of 5 %."),
-        (["--springs", "6", "--to-kHz", "20", "--crosstalk-percent", "5"], 0, "The latter does not keep the limit"),
-        (["--to-kHz", "11"], 1, "Not even two springs fit between 10 and 11 kHz; these are the best filters for two."),
+        (["--springs", "6", "--to-kHz", "20"], 1, ["3.82 % of the heat. That does not keep the limit of 1 %."]),
+        (
+            ["--springs", "6", "--to-kHz", "20", "--crosstalk-percent", "5"], 0,
+            ["That keeps the limit of 5 %.", "The latter does not keep the limit"],
+        ),
+        (["--to-kHz", "11"], 1, ["Not even two springs fit between 10 and 11 kHz; these are the best filters for two."]),
     ],
 )  # fmt: skip
 def test_a_limit_that_is_not_kept_is_said(more, code, words):
     done = CliRunner().invoke(main, ["wiring", "--from-kHz", "10", *more])
-    assert done.exit_code == code and words in " ".join(done.output.split())
+    said = " ".join(done.output.split())
+    assert done.exit_code == code and all(part in said for part in words)
