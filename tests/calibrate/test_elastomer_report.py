@@ -127,7 +127,7 @@ def test_text_report_holds_every_part(stiffening):
 
 
 def test_same_seed_same_bytes(campaign):
-    first, second = (characterise(campaign, law="yeoh", seed=3).documents() for _ in range(2))
+    first, second = (characterise(campaign, law="neo_hookean", seed=3).documents() for _ in range(2))
     assert first.keys() == second.keys()
     assert all(first[name] == second[name] for name in first)
 

@@ -32,6 +32,7 @@ def problem():
     return jnp.asarray(seen), jnp.asarray(weight), walk
 
 
+@jax.jit
 def _misfit(scale, problem, start):
     seen, weight, walk = problem
     course = smoother.profile(_outputs, scale, seen, weight, walk, start)

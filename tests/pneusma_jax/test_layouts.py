@@ -42,6 +42,7 @@ def test_equal_springs_of_a_triad_do_not_bend():
     assert largest < 1e-12
 
 
+@pytest.mark.slow
 def test_a_triad_held_in_a_plane_is_planar():
     """Equal springs 2 and 3: the free triad stays in the plane of spring 1, to which the held one is bound."""
     free = pj.make_actuator("triad")
