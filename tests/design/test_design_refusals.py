@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from study_files import SMALL, changed, write_study
+from study_files import PLAIN, SMALL, changed, write_study
 
 from fitting.cli import main
 from fitting.design import read_study, run_study
@@ -195,7 +195,7 @@ def test_a_number_that_is_no_digit_is_no_segment(tmp_path):
     ],
 )  # fmt: skip
 def test_a_function_that_cannot_be_used_is_refused_in_one_line_and_leaves_nothing(code, words, tmp_path):
-    path = write_study(tmp_path, changed(BEND, FUNCTION))
+    path = write_study(tmp_path, changed(BEND, FUNCTION, PLAIN))
     (tmp_path / "mine.py").write_text(code + "\n")
     with pytest.raises(InputError, match=re.escape(words)) as caught:
         run_study(read_study(path), tmp_path / "new" / "out" / "evaluations.jsonl")

@@ -39,6 +39,10 @@ def test_a_segment_is_a_chain_of_one():
         kinematics.arc_points(alone.bend, alone.length, jnp.linspace(0.0, 1.0, 9)),
         atol=1e-16,
     )
+
+
+def test_the_history_of_a_segment_is_that_of_a_chain_of_one():
+    body, drive = pj.make_actuator("pneusma2"), phases(1.0, 0.4)
     rows = jnp.linspace(5e3, 25e3, 12)
     history = pj.simulate_history(body, rows, drive)
     many = simulate_chain_history(chain_of(body), rows, (drive,))

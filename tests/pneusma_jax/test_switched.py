@@ -1,5 +1,7 @@
 """Effects that may be off: on they act as they would without a switch, off nothing of them is left."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -28,22 +30,34 @@ def outputs(kind, effects):
     return stand(effects, 0.03 * UP_AND_DOWN, 0.6 + 0.4 * UP_AND_DOWN, TIME)
 
 
+def along(function, at, step):
+    """Outputs and their derivatives along a step, in one program."""
+    return jax.jit(lambda at, step: jax.jvp(function, (at,), (step,)))(at, step)
+
+
+@functools.cache
+def switched(kind):
+    """Outputs with every effect behind a switch, and their derivatives along the sizes: one program of a kind."""
+    specimen(kind)  # made outside of any trace
+
+    def found(sizes, on):
+        return outputs(kind, tuple(Switched(typical(kind, slug, s), o) for slug, s, o in zip(SLUGS[kind], sizes, on, strict=True)))
+
+    return jax.jit(lambda sizes, on: jax.jvp(lambda s: found(s, on), (sizes,), (sizes,)))
+
+
+@functools.cache
+def without(kind):
+    return outputs(kind, ())
+
+
 @pytest.mark.parametrize(("kind", "slug"), [(kind, slug) for kind, slugs in SLUGS.items() for slug in slugs])
 def test_a_switch_leaves_its_effect_or_nothing(kind, slug):
-    specimen(kind)  # made outside of any trace
-    others = [other for other in SLUGS[kind] if other != slug]
-
-    @jax.jit
-    def switched(size, on):
-        effects = [Switched(typical(kind, slug, size), on)]
-        effects += [Switched(typical(kind, other, 0.0), jnp.asarray(False)) for other in others]
-        return outputs(kind, tuple(effects))
-
-    one = jnp.ones(())
-    acting, tangent = jax.jvp(lambda s: switched(s, jnp.asarray(True)), (one,), (one,))
-    plain, expected = jax.jvp(jax.jit(lambda s: outputs(kind, (typical(kind, slug, s),))), (one,), (one,))
-    idle, none = jax.jvp(lambda s: switched(s, jnp.asarray(False)), (one,), (one,))
-    base, shown = outputs(kind, ()), ("force",) if kind == "S" else ("stress", "force")
+    only, off = jnp.asarray([float(other == slug) for other in SLUGS[kind]]), jnp.zeros(len(SLUGS[kind]), bool)
+    acting, tangent = switched(kind)(only, only > 0.0)
+    plain, expected = along(lambda size: outputs(kind, (typical(kind, slug, size),)), jnp.ones(()), jnp.ones(()))
+    idle, none = switched(kind)(only, off)
+    base, shown = without(kind), ("force",) if kind == "S" else ("stress", "force")
     for name in [name for name in shown if name in plain]:
         np.testing.assert_allclose(acting[name], plain[name], rtol=1e-11, atol=1e-14)
         np.testing.assert_allclose(tangent[name], expected[name], rtol=1e-9, atol=1e-12)

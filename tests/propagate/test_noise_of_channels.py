@@ -9,7 +9,7 @@ from fitting.propagate import build_problem, propagate, read_study
 from fitting.propagate.responses import NOISE
 from fitting.propagate.responses.noise import WhiteNoise, noise_of
 
-TUBE = tube_study(9, "[noise]\npressure_kPa = 0.2\n[sampling]\nrows = 4000")
+TUBE = tube_study(9, "[noise]\npressure_kPa = 0.2\n[sampling]\nrows = 2000")
 
 
 @pytest.fixture(scope="module")
@@ -28,16 +28,16 @@ def test_noise_of_an_input_moves_the_output_by_its_slope(tube):
     rising = slice(1, int(np.argmax(pressure)))
     slope = np.gradient(length[: rising.stop + 1], pressure[: rising.stop + 1])[rising]
     np.testing.assert_allclose(tube.moments.sd[rising], 0.2 * slope, rtol=0.1)
-    standard_error = tube.moments.sd[rising] / np.sqrt(4000)
+    standard_error = tube.moments.sd[rising] / np.sqrt(2000)
     assert np.all(np.abs(tube.moments.mean[rising] - length[rising]) < 4.0 * standard_error + 2e-3)
 
 
 def test_each_point_has_noise_of_its_own_and_a_number_always_the_same(tube):
-    numbers = np.random.default_rng(0).random((2000, 1))
+    numbers = np.random.default_rng(0).random((1000, 1))
     rows, again = tube.problem.evaluator(numbers)[0], tube.problem.evaluator(numbers[::-1])[0][::-1]
     np.testing.assert_array_equal(rows, again)
     correlation = np.corrcoef(rows[:, 1:-1], rowvar=False)
-    assert np.max(np.abs(correlation - np.eye(len(correlation)))) < 4.5 / np.sqrt(2000)
+    assert np.max(np.abs(correlation - np.eye(len(correlation)))) < 4.5 / np.sqrt(1000)
     without = tube.problem.evaluator(np.full((1, 1), -1.0))[0]
     np.testing.assert_array_equal(without[0], tube.nominal)
 

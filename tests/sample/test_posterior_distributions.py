@@ -156,6 +156,7 @@ def test_calibration_ranks_are_uniform():
         assert stats.chisquare(counts).pvalue > 0.01, counts
 
 
+@pytest.mark.slow
 def test_scales_that_differ_by_many_decades_are_sampled_alike():
     def residual(values, data):
         return (values["modulus"] / 3e9 + values["wall"] / 1e-3 - 2.0)[None] / 0.02

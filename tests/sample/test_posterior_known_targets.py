@@ -15,7 +15,8 @@ def funnel(values, data):
     return -0.5 * v**2 - 0.5 * v - 0.5 * x**2 * jnp.exp(-v)
 
 
-@pytest.mark.parametrize("sampler", ["nuts", *(pytest.param(name, marks=pytest.mark.slow) for name in ("emcee", "tempered"))])
+@pytest.mark.slow
+@pytest.mark.parametrize("sampler", ["nuts", "emcee", "tempered"])
 def test_the_width_of_a_funnel_is_found(sampler):
     parameters = Parameters(Parameter("v", 0.2, min=-8.0, max=8.0), Parameter("x", 0.1, min=-60.0, max=60.0))
     settings = Settings(sampler=sampler, seed=3, **({"warm_up": 300} if sampler == "nuts" else {}))
