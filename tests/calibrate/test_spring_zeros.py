@@ -52,6 +52,7 @@ def tests(problem):
     return {problem.tests[k].name: (k, one) for k, one in zip(problem.fitted, found, strict=True)}
 
 
+@pytest.mark.slow
 def test_a_trajectory_takes_as_many_degrees_of_freedom_as_its_smoother_has(problem, tests):
     """Against the trace of the derivative of residuals by readings: each row is a course of its own here."""
     size, taken = problem.stacked.mask.shape[1], {}
@@ -65,6 +66,7 @@ def test_a_trajectory_takes_as_many_degrees_of_freedom_as_its_smoother_has(probl
     assert taken["cold"] < 0.3 and taken["isoresistive_1"] > 0.9
 
 
+@pytest.mark.slow
 def test_residuals_move_with_a_zero_as_the_fit_would_see_it(problem, tests):
     """By finite differences, the trajectories found anew."""
     point = values_of(problem.parameters)
@@ -84,6 +86,7 @@ def test_residuals_move_with_a_zero_as_the_fit_would_see_it(problem, tests):
             np.testing.assert_allclose(one.moved[name][:, 5], want, atol=0.02 * np.max(np.abs(want)) + 1e-6)
 
 
+@pytest.mark.slow
 def test_a_fit_beside_zeros_has_the_squares_of_generalised_least_squares(problem):
     """Chi-square and its slopes with correlated noise, the trajectories found beside it, against the squares
     that follow from the residuals beside white noise. Cold and hot wires have their fraction at a limit, which
@@ -109,17 +112,15 @@ def test_a_fit_beside_zeros_has_the_squares_of_generalised_least_squares(problem
     assert np.max(np.abs(one.square / units - want / units)) > 0.5
 
 
-@pytest.mark.parametrize("which", ["held", pytest.param("all", marks=pytest.mark.slow)])
-def test_settled_recordings_keep_their_correlated_noise(problem, which):
+@pytest.mark.slow
+def test_settled_recordings_keep_their_correlated_noise(problem):
     """One by one, without padding, they have the residuals of the stack: a sampler starts from them."""
     beside = problem.beside({"force": (1.0, 0.5, 1.1), "resistance": (2.0, 0.25, 1.1)})
     point, values = values_of(problem.parameters), problem.parameters.valuesdict()
     rows, settled = decided(point, beside.data()["rows"]), beside.settled(values)
     left, plain = (np.asarray(left_by(point, x)) for x in (rows, uncorrelated(rows)))
     size = rows.mask.shape[1]
-    chosen = [k for k in beside.fitted if which == "all" or "iso" in problem.tests[k].name]
-    assert chosen
-    for k in chosen:
+    for k in beside.fitted:
         count = len(settled[k].mask)
         kept = np.concatenate([np.arange(count) + part * size for part in range(len(OUTPUTS))])
         alone = np.asarray(left_by(point, stack([settled[k]])))[0]
@@ -166,6 +167,7 @@ def test_no_campaign_stays_with_wrong_decisions(tmp_path):
     assert 0.9 < found.joint.reduced_chi_square < 1.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [1.0, 10.0])
 def test_settled_recordings_are_decided_with_the_noise_as_taken(problem, factor):
     """As a fit decides. A sampler starts from them, and its posterior would have other decisions."""

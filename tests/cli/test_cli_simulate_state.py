@@ -37,6 +37,7 @@ def test_forces_of_springs_that_are_not_there_are_null(run, design, there):
     assert [k for k in (1, 2) if printed[f"force_{k}_N"] is not None] == there
 
 
+@pytest.mark.slow
 def test_triad_adds_its_third_side_and_the_direction(run):
     printed = simulated(run, "--design", "triad", "--pressure-kPa", 20, "--xi0-3", 0.4)
     assert {"delta_3_mm", "bend_direction_deg", "force_3_N"} <= set(printed)

@@ -55,19 +55,40 @@ def test_errors_and_settling_times_are_counted_from_the_courses():
 
 
 @pytest.fixture
-def base_law(monkeypatch):
-    """A plant without effects: what is refused is refused by its balance."""
-    monkeypatch.setattr("fitting.control.sweep.all_effects", lambda chosen: ())
+def told(monkeypatch):
+    """Plants that balance between -19.5 and 300 kPa: what is said of others does not depend on the loop's rows."""
+
+    def good(loop):
+        return np.full(loop.time.size, -19.5e3 < loop.pressure < 300e3)
+
+    def run(loop, plant, model):
+        blank = np.zeros((loop.time.size, 2))
+        return Run(loop.time, loop.wanted, loop.wanted, loop.wanted, loop.wanted, blank, blank, blank, good(loop))
+
+    monkeypatch.setattr(Loop, "planned", lambda loop, _: (None, SimpleNamespace(good=good(loop), curvature=loop.wanted)))
+    monkeypatch.setattr(Loop, "run", run)
 
 
-@pytest.mark.usefixtures("base_law")
+def test_why_a_plant_has_no_equilibrium_is_said_in_one_line(told):
+    words = r"-50 kPa no row of the loop .*; all rows have one down to -19\.5 kPa\. .* the wall would be sucked flat\.$"
+    with pytest.raises(InputError, match=words):
+        run_sweep("pneusma2", loop=usual_loop(pressure=-50e3))
+
+
+def test_the_command_refuses_a_pressure_beyond_all_equilibria_in_one_line(told, tmp_path):
+    done = CliRunner().invoke(main, ["control", "--pressure-kPa", "500", "--out", str(tmp_path / "o")])
+    assert done.exit_code == 2 and done.stderr.count("\n") == 1 and not (tmp_path / "o").exists()
+    assert "under 500 kPa no row of the loop has an equilibrium; all rows have one up to 300 kPa" in done.stderr
+
+
+@pytest.mark.slow
 def test_a_plant_without_equilibrium_is_refused_in_one_line():
     words = r"-50 kPa no row .*; all rows have one down to -19\.\d kPa\. .* the wall would be sucked flat\.$"
     with pytest.raises(InputError, match=words):
         run_sweep("pneusma2", loop=usual_loop(pressure=-50e3))
 
 
-@pytest.mark.usefixtures("base_law")
+@pytest.mark.slow
 def test_a_pressure_beyond_all_equilibria_is_refused_with_the_pressure_up_to_which_there_is_one(tmp_path):
     done = CliRunner().invoke(main, ["control", "--pressure-kPa", "500", "--out", str(tmp_path / "o")])
     said = re.search(
@@ -76,7 +97,7 @@ def test_a_pressure_beyond_all_equilibria_is_refused_with_the_pressure_up_to_whi
     assert done.exit_code == 2 and said and not (tmp_path / "o").exists(), done.output
     body = pj.make_actuator("pneusma2")
     place = body.section.enclosed_centroid
-    plant = Plant(body.with_loads(pj.TipForce(jnp.zeros(3), place)))
+    plant = Plant(body.with_loads(pj.TipForce(jnp.zeros(3), place)), all_effects({}))
     whole = lambda kPa: bool(np.all(usual_loop(pressure=1e3 * kPa).planned(plant)[1].good))  # noqa: E731
     assert whole(float(said[1]) - 1.0) and not whole(float(said[1]) + 2.0)
 

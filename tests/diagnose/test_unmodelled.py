@@ -50,6 +50,7 @@ def test_what_is_saved_predicts_what_was_scored(strange, tmp_path):
     assert rmse == pytest.approx(content(strange)["fit"]["after"]["rmse"]["stress_kPa"], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_diagnosis_goes_on_from_it_and_keeps_it(strange, tmp_path):
     """With the smooth term there, what it cannot follow is still said, and is not called agreement."""
     model = load_model(save_model(model_of(strange, "a test"), tmp_path / "augmented.toml"))

@@ -176,7 +176,7 @@ def test_a_curvature_is_met_with_little_more_heat_than_a_grid_needs(inverse):
 
 def test_few_targets_begin_where_many_do():
     """Up to `WITHOUT_TREE` targets are compared with all states, more go through a tree."""
-    atlas = Inverse("pneusma2", LIMITS).atlas
+    atlas = Inverse("pneuflex_s", LIMITS).atlas
     random = np.random.default_rng(3)
     wanted = np.column_stack([random.uniform(-60.0, 60.0, 40), random.uniform(0.05, 0.07, 40)])
     goals, sizes = ("curvature", "length"), np.array([1.0, 1e-3])

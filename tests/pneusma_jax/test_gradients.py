@@ -119,6 +119,7 @@ def test_second_derivatives_of_a_planar_actuator():
     np.testing.assert_allclose(jax.grad(jax.grad(f))(20e3), numeric, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_gradients_of_rows_together_are_those_of_rows_alone():
     """Rows take the slope that their root-find left; one row alone computes it at its equilibrium."""
     body, rng = pj.make_actuator("pneusma2"), np.random.default_rng(3)

@@ -203,6 +203,7 @@ def test_what_make_actuator_is_told_acts_and_contradictions_are_refused():
         pj.solve(usual, 30e3, phases(1.5))
 
 
+@pytest.mark.slow
 def test_what_cannot_be_has_a_status_inside_of_a_program():
     usual = pj.make_actuator("pneusma1")
     solve = jax.jit(lambda x: pj.solve(usual, 30e3, (pj.MartensiteFraction(x),), throw=False).status)
@@ -211,6 +212,12 @@ def test_what_cannot_be_has_a_status_inside_of_a_program():
     assert int(wall(1e-3)) == pj.Status.converged and int(wall(6e-3)) == pj.Status.input_not_finite
     flat = jax.jit(lambda p: pj.solve(usual, p, throw=False).status)
     assert int(flat(-500.0)) == pj.Status.converged and int(flat(-30e3)) == pj.Status.flattened
+
+
+def test_pressures_that_cannot_be_have_a_status():
+    usual = pj.make_actuator("pneusma1")
+    found = [pj.Status(int(pj.solve(usual, p, throw=False).status)) for p in (-500.0, -30e3)]
+    assert found == [pj.Status.converged, pj.Status.flattened]
     far = pj.solve(usual, 2e6, throw=False)
     assert pj.Status(int(far.status)) in (pj.Status.beyond_wire, pj.Status.collapsed, pj.Status.no_equilibrium)
 

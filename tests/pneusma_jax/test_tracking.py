@@ -32,7 +32,8 @@ def programs():
     return jax.jit(_curvature), jax.jit(jax.jacfwd(_curvature))
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1])
 def test_derivatives_of_rows_with_friction_are_those_of_the_rows(seed, programs):
     rng = np.random.default_rng(seed)
     pressure = 18e3 + 6e3 * np.clip(np.sin(TIME / 5.0), -0.5, 0.5) + NOISE * rng.standard_normal(ROWS)

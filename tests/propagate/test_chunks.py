@@ -181,6 +181,7 @@ def test_two_devices_leave_the_bytes_of_one(slow, tmp_path):
     assert contents(one) == contents(two)
 
 
+@pytest.mark.slow
 def test_a_disk_that_fills_up_ends_in_one_line_and_resume_works(slow, tmp_path):
     # a limit of the size of files is what a process can have of a full disk without being root
     out = tmp_path / "out"

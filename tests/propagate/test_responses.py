@@ -37,6 +37,16 @@ def state(write):
     return problem_of(write, STATE + "[vary]\npriors = true\n")
 
 
+@pytest.fixture(params=["tube", pytest.param("springs", marks=pytest.mark.slow)])
+def nominal(request, write):
+    """A study of states with or without springs, and the state of the tables at 25 kPa."""
+    if request.param == "springs":
+        found = pj.solve(pj.make_actuator("pneusma2"), 25e3, (pj.MartensiteFraction(1.0), pj.MartensiteFraction(0.4)))
+        return problem_of(write, STATE + "[vary]\npriors = true\n"), found
+    tube = STATE.replace("pneusma2", "pneuflex_s").replace("xi0_2 = 0.4\n", "")
+    return problem_of(write, tube + "[vary]\npriors = true\n"), pj.solve(pj.make_actuator("pneuflex_s"), 25e3)
+
+
 def test_priors_of_all_tables_vary_but_for_what_follows_others(state):
     names = state.inputs.names
     assert {"G_m", "silicone_stiffness", "wall_thickness", "prestrain"} <= set(names)
@@ -68,8 +78,8 @@ def test_rows_of_states_are_those_of_the_model(state):
             assert row[state.columns.of("force_2_N")][k] == pytest.approx(float(found.springs[1].force), rel=1e-9)
 
 
-def test_the_nominal_row_is_that_of_the_tables(state):
-    found = pj.solve(pj.make_actuator("pneusma2"), 25e3, (pj.MartensiteFraction(1.0), pj.MartensiteFraction(0.4)))
+def test_the_nominal_row_is_that_of_the_tables(nominal):
+    state, found = nominal
     assert state.nominal[state.columns.of("curvature_1pm")][1] == pytest.approx(float(found.curvature), rel=1e-9)
 
 

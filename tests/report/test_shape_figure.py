@@ -25,9 +25,18 @@ def chain():
 
 
 @pytest.fixture(scope="module")
-def history(chain):
+def tubes():
+    """Two segments without springs, whose program compiles sooner."""
+    return chain_of(pj.make_actuator("pneuflex_s"), 2, angles=(0.0, np.pi / 2), connectors=5e-3)
+
+
+@pytest.fixture(scope="module", params=["tubes", pytest.param("springs", marks=pytest.mark.slow)])
+def course(request, chain, tubes):
+    """A chain and its history."""
+    if request.param == "tubes":
+        return tubes, simulate_chain_history(tubes, jnp.linspace(5e3, 15e3, 6))
     xi0 = np.array([1.0, 0.8, 0.6, 0.5, 0.6, 0.8])
-    return simulate_chain_history(chain, jnp.full(6, 15e3), (phases(1.0, xi0), phases(xi0, 1.0)))
+    return chain, simulate_chain_history(chain, jnp.full(6, 15e3), (phases(1.0, xi0), phases(xi0, 1.0)))
 
 
 def test_springs_are_drawn_where_they_are_in_the_colour_of_their_phase(chain):
@@ -58,17 +67,17 @@ def test_outline_of_a_rectangle_is_the_rectangle():
     np.testing.assert_allclose(norm, 1.0, rtol=1e-9)
 
 
-def test_animation_is_a_small_gif_of_as_many_frames(chain, history):
-    content = animation(chain, history, np.full(6, 15e3), np.arange(6.0), frames=4)
+def test_animation_is_a_small_gif_of_as_many_frames(course):
+    content = animation(*course, np.full(6, 15e3), np.arange(6.0), frames=4)
     with Image.open(io.BytesIO(content)) as picture:
         assert picture.format == "GIF" and picture.n_frames == 4
     assert len(content) < 1_500_000 / 10
 
 
-def test_what_was_not_solved_is_refused(chain):
+def test_what_was_not_solved_is_refused(chain, tubes):
     drives = (phases(1.0, jnp.nan), phases(1.0, 1.0))
     with pytest.raises(pj.InputError, match="found no equilibrium"):
         chain_figure(chain, solve_chain(chain, 15e3, drives, throw=False))
-    lost = simulate_chain_history(chain, jnp.full(6, jnp.nan), (phases(1.0, np.ones(6)), phases(np.ones(6), 1.0)))
+    lost = simulate_chain_history(tubes, jnp.full(6, jnp.nan))
     with pytest.raises(pj.InputError, match="no row of the history"):
-        animation(chain, lost, np.full(6, 15e3))
+        animation(tubes, lost, np.full(6, 15e3))

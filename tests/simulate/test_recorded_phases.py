@@ -1,6 +1,7 @@
 """Fractions behind noisy resistances of an actuator, as `pneusma simulate RECORDING` finds them."""
 
 import numpy as np
+import pytest
 
 import pneusma_jax as pj
 from fitting.simulate import phases
@@ -36,6 +37,7 @@ def _pulse(heat: float, *seconds: float) -> np.ndarray:
     return 1.0 - heat * np.interp(np.linspace(0.0, 120.0, ROWS), seconds, [0.0, 1.0, 1.0, 0.0])
 
 
+@pytest.mark.slow
 def test_fractions_behind_noisy_resistances_stay_at_the_truth_where_cold_springs_have_several_branches():
     """At 44 kPa a search by full steps ended 8 1/m away, whether it began at the truth or not."""
     first, second = _pulse(0.9, 60.0, 72.0, 90.0, 100.0), _pulse(0.4, 15.0, 25.0, 40.0, 50.0)

@@ -159,7 +159,9 @@ def seven_digits(values):
 
 
 @pytest.mark.parametrize("step", [0.0, 0.15, 0.3, 0.6, 0.9, 1.5])
-@pytest.mark.parametrize("finer", [1.1, 1.4, 1.7, 2.0, 2.15, 2.3, 3.0, 4.7, 10.0])
+@pytest.mark.parametrize(
+    "finer", [1.1, 2.0, 2.3, 4.7, *(pytest.param(x, marks=pytest.mark.slow) for x in (1.4, 1.7, 2.15, 3.0, 10.0))]
+)
 def test_straight_lines_between_readings_add_none(finer, step):
     """Noise is right to a fifth for steps from 0 to 5 standard deviations, and each reading counts once."""
     found, rows = [], 150
@@ -220,7 +222,7 @@ def test_straight_pieces_of_a_law_are_no_lines_between_readings(stress):
 
 
 @pytest.mark.parametrize("step", [0.0, 0.15, 0.3, 0.6, 0.9, 1.5])
-@pytest.mark.parametrize("slower", [1.4, 2.0, 2.3, 3.0])
+@pytest.mark.parametrize("slower", [1.4, 2.3, *(pytest.param(x, marks=pytest.mark.slow) for x in (2.0, 3.0))])
 def test_a_channel_that_is_slower_than_the_clock_is_seen_in_any_steps(slower, step):
     found = []
     for seed in range(4):

@@ -204,7 +204,7 @@ DRIVERS = {
 
 
 @pytest.mark.parametrize(
-    "kind", [pytest.param(k, marks=pytest.mark.slow if k in ("actuator", "tube") else ()) for k in DRIVERS]
+    "kind", [pytest.param(k, marks=pytest.mark.slow if k in ("actuator", "spring", "tube") else ()) for k in DRIVERS]
 )
 def test_its_driver_is_that_of_a_diagnosis(kind):
     quantity, wishes, names = DRIVERS[kind]

@@ -38,7 +38,7 @@ def documents(made, folder):
     return {p.name: p.read_bytes() for p in write_synthetic(made, folder)}
 
 
-@pytest.mark.parametrize("kind", makers())
+@pytest.mark.parametrize("kind", [pytest.param(k, marks=pytest.mark.slow if k == "actuator" else ()) for k in makers()])
 def test_the_shipped_campaign_comes_out_again(kind, tmp_path):
     made = documents(synthesise(kind, **MADE_WITH[kind]), tmp_path / "again")
     shipped = {p.name: p.read_bytes() for p in (SHIPPED / kind).iterdir()}
