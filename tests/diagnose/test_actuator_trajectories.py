@@ -29,6 +29,7 @@ def nominal(program):
     return program.evaluate(program.unknowns.neutral, program.unknowns.base)
 
 
+@pytest.mark.slow
 def test_a_recording_without_resistance_stays_cold_and_takes_nothing_up(program, nominal):
     assert program.followed_values[1] == 0.0
     assert np.all(nominal.trajectories[1] == 1.0)
@@ -37,6 +38,7 @@ def test_a_recording_without_resistance_stays_cold_and_takes_nothing_up(program,
     assert nominal.hidden[0] is not None
 
 
+@pytest.mark.slow
 def test_rows_change_with_their_own_fraction_and_with_the_one_they_remember(program):
     here = program._run(program.unknowns.neutral, program.unknowns.base[:0], program.stacked)
     channels = program.channels[0]
@@ -58,6 +60,7 @@ def test_rows_change_with_their_own_fraction_and_with_the_one_they_remember(prog
         np.testing.assert_allclose(real, expected, atol=0.03 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 def test_the_misfit_does_not_depend_on_where_a_course_begins(program, nominal):
     away = trajectories_of(program.stacked)
     wave = 0.04 * np.sin(np.arange(away.shape[2]) / 5.0)
@@ -74,6 +77,7 @@ def _same_rows_are_remembered(one, two):
     return all(np.array_equal(a.source, b.source) for a, b in pairs)
 
 
+@pytest.mark.slow
 def test_derivatives_are_those_of_the_misfit_with_its_courses(program, nominal):
     u = program.unknowns.neutral.copy()
     u[program.unknowns.base[0]] += 0.02

@@ -131,11 +131,15 @@ def valley(values, data):
     return -0.5 * jnp.sum(xs[::2] ** 2) - 0.5 * jnp.sum(((xs[1::2] - 2.0 * xs[::2] ** 2) / 0.2) ** 2)
 
 
+@pytest.mark.slow
 def test_a_pilot_chooses_gradients_only_where_they_pay_and_hold():
     many = Parameters(*[Parameter(f"p{i}", 0.1) for i in range(10)])
-    assert chosen(valley, many)[0] == "nuts"
     sampler, why = chosen(
         lambda v, d: valley(v, d) + jnp.floor(4.0 * v["p0"]) + jnp.floor(9.0 * v["p3"]), many
     )
     assert sampler == "emcee" and "kinks or steps" in why
     assert chosen(lambda v, d: -0.5 * v["x"] ** 2, Parameters(Parameter("x", 0.1)))[0] == "emcee"
+
+
+def test_a_pilot_chooses_gradients_in_a_valley():
+    assert chosen(valley, Parameters(*[Parameter(f"p{i}", 0.1) for i in range(10)]))[0] == "nuts"

@@ -14,6 +14,8 @@ from fitting.synthesise import synthesise
 from pneusma_jax.nitinol import Spring, SpringGeometry, SpringState
 from pneusma_jax.units import to_si
 
+decide, follow = eqx.filter_jit(Law.decide), eqx.filter_jit(Law.follow)
+
 
 @pytest.fixture(scope="module")
 def law():
@@ -28,23 +30,23 @@ def law():
 def test_rows_that_are_as_hot_as_anyone_can_tell_feel_their_own_heat(law):
     random, sd = np.random.default_rng(0), 1e-4
     xi0 = jnp.asarray(0.999 + sd * random.standard_normal(law.elongation.size))
-    by_noise, by_what_is_told = law.decide(xi0), law.decide(xi0, 6.0 * sd)
+    by_noise, by_what_is_told = decide(law, xi0), decide(law, xi0, 6.0 * sd)
     back = slice(21, 40)  # on the way back the memory is that of the pull
     remembered = np.asarray(xi0)[np.asarray(by_noise.hottest)[back]]
     assert remembered.mean() < 0.999 - 0.5 * sd  # the row whose noise was lowest
     assert not np.asarray(by_noise.hotter)[back].all() and np.asarray(by_what_is_told.hotter)[back].all()
     known = eqx.tree_at(lambda x: x.decisions, law, by_what_is_told, is_leaf=lambda x: x is None)
-    truth, found = law.follow(jnp.full_like(xi0, 0.999)), known.follow(xi0)
-    noisy = eqx.tree_at(lambda x: x.decisions, law, by_noise, is_leaf=lambda x: x is None).follow(xi0)
+    truth, found = follow(law, jnp.full_like(xi0, 0.999)), follow(known, xi0)
+    noisy = follow(eqx.tree_at(lambda x: x.decisions, law, by_noise, is_leaf=lambda x: x is None), xi0)
     bias = [float(jnp.mean((x.gamma_R - truth.gamma_R)[back])) for x in (found, noisy)]
     assert abs(bias[0]) < 0.4 * abs(bias[1]) and bias[1] < 0.0
 
 
 def test_a_heated_row_is_hotter_whatever_the_slack(law):
     xi0 = jnp.where(jnp.arange(law.elongation.size) < 45, 1.0, 0.6)
-    decisions = law.decide(xi0, 1e-3)
+    decisions = decide(law, xi0, 1e-3)
     assert bool(decisions.hotter[45]) and int(decisions.hottest[50]) >= 45
-    warmer = law.decide(jnp.where(jnp.arange(xi0.size) < 25, 0.6, 0.62), 1e-3)
+    warmer = decide(law, jnp.where(jnp.arange(xi0.size) < 25, 0.6, 0.62), 1e-3)
     assert not np.asarray(warmer.hotter)[26:40].any()  # twenty times the slack colder than it was
 
 
@@ -108,7 +110,7 @@ def with_alloy(law, **changes):
 def misfit(law, xi0, force, decisions):
     """Mean square of the force's misfit over its noise."""
     known = eqx.tree_at(lambda x: x.decisions, law, decisions, is_leaf=lambda x: x is None)
-    return jnp.mean(((known.follow(xi0).force - force) / NOISE) ** 2)
+    return jnp.mean(((follow(known, xi0).force - force) / NOISE) ** 2)
 
 
 @jax.jit
@@ -119,7 +121,7 @@ def likeliest(law, xi0, margin, force, weight):
 
 def test_without_a_margin_or_without_force_the_rule_decides(held):
     law, xi0, force = held
-    rule, weight = law.decide(xi0, jnp.full_like(xi0, SLACK)), jnp.full_like(xi0, 1.0 / NOISE)
+    rule, weight = decide(law, xi0, jnp.full_like(xi0, SLACK)), jnp.full_like(xi0, 1.0 / NOISE)
     gamma = np.asarray(law.spring.shear_strain(law.elongation))
     for margin, told in ((0.0, weight), (0.03, jnp.zeros_like(weight))):
         found = likeliest(law, xi0, jnp.asarray(margin), force, told)
