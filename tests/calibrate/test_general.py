@@ -25,7 +25,7 @@ def truth(kind):
 
 @pytest.fixture(scope="module")
 def wire():
-    return characterise(SHIPPED / "wire", starts=1)
+    return characterise(SHIPPED / "wire", starts=1, profile=1)
 
 
 @pytest.fixture(scope="module")

@@ -175,7 +175,7 @@ def test_an_effect_that_these_recordings_do_not_show(tmp_path):
     rng = np.random.default_rng(6)
     for k, most in enumerate((0.4, 0.6, 0.8), 1):
         strain = np.linspace(0.0, most, 90)
-        put(tmp_path / "up", f"pull_{k}", strain, 1.02 * curve(strain) + NOISE * rng.standard_normal(60))
+        put(tmp_path / "up", f"pull_{k}", strain, 1.02 * curve(strain) + NOISE * rng.standard_normal(90))
     run = diagnose(tmp_path / "up", tmp_path / "out", "--effect", "mullins_softening", "--seed", "1")
     assert run.exit_code == 0, run.output
     assert "mullins_softening cannot be tested with these recordings" in run.stdout

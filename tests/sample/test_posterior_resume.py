@@ -16,7 +16,7 @@ from posterior_cases import line, line_data, line_parameters
 from fitting.sample import Settings, Target, sample
 from pneusma_jax.errors import InputError
 
-SETTINGS = Settings(walkers=16, ensembles=2, max_steps=200, seed=7, chunk=10)
+SETTINGS = Settings(walkers=16, ensembles=2, max_steps=400, seed=7, chunk=10)
 CHILD = """
 import sys
 from pneusma_jax.precision import enable_float64
@@ -24,7 +24,7 @@ enable_float64()
 sys.path.insert(0, sys.argv[2])
 from posterior_cases import line, line_data, line_parameters
 from fitting.sample import Settings, Target, sample
-settings = Settings(walkers=16, ensembles=2, max_steps=200, seed=7, chunk=10)
+settings = Settings(walkers=16, ensembles=2, max_steps=400, seed=7, chunk=10)
 sample(Target.from_residual(line, line_parameters(), line_data()), line_parameters(), settings, file=sys.argv[1])
 """
 
