@@ -48,7 +48,7 @@ def test_an_effect_says_what_it_is_in_plain_numbers(slug):
         assert specs_of(effect, kind), kind
 
 
-@pytest.mark.parametrize("kind", [pytest.param(kind, marks=pytest.mark.slow if kind == "W" else ()) for kind in KINDS])
+@pytest.mark.parametrize("kind", ["E", "S", pytest.param("W", marks=pytest.mark.slow), *SLOW])
 def test_neutral_is_absent_and_its_signature_is_finite(kind):
     bare, (with_all, slopes) = without(kind), run(kind)
     for channel, values in bare.items():
