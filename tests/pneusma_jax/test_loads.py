@@ -172,7 +172,6 @@ def test_a_linear_tube_rests_at_the_minimum_of_its_energy():
     np.testing.assert_allclose([found.delta_centre * 1e3, found.bend_angle], best.x, rtol=1e-6)
 
 
-@pytest.mark.slow
 def test_no_load_and_zero_load_are_the_same():
     body, drive = pj.make_actuator("pneusma2"), (pj.MartensiteFraction(1.0), pj.MartensiteFraction(0.4))
     nothing = body.with_loads(pj.Gravity(jnp.zeros(3), 2e-3), pj.TipForce(jnp.zeros(3)))

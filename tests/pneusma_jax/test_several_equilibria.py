@@ -203,7 +203,6 @@ def test_what_make_actuator_is_told_acts_and_contradictions_are_refused():
         pj.solve(usual, 30e3, phases(1.5))
 
 
-@pytest.mark.slow
 def test_what_cannot_be_has_a_status_inside_of_a_program():
     usual = pj.make_actuator("pneusma1")
     solve = jax.jit(lambda x: pj.solve(usual, 30e3, (pj.MartensiteFraction(x),), throw=False).status)
