@@ -49,29 +49,24 @@ def alloy_table(
         description=f"Alloy of {title}, characterised from tests",
         path=None,
         quantities=quantities,
-        text={},
     )
 
 
 def _fitted(entry: Parameter, taken: Quantity, source: str, quoted: Estimate | None) -> Quantity:
     """A constant as it was fitted, in SI, with its quoted error and interval."""
     is_difference = taken.unit == KELVIN
-    value, sd, interval = _rounded(entry.value, taken.unit), entry.standard_error, None
+    value, sd, interval = _rounded(entry.value, taken.unit, is_difference), entry.standard_error, None
     if quoted is not None and np.isfinite(quoted.sd):
         sd = float(to_si(quoted.sd, taken.unit, True))
     if quoted is not None and np.isfinite(quoted.interval.get(90, np.nan)).all():
         ends = (float(to_si(end, taken.unit, is_difference)) for end in quoted.interval[90])
-        interval = tuple(_rounded(end, taken.unit) for end in ends)
+        interval = tuple(_rounded(end, taken.unit, is_difference) for end in ends)
     prior = None if not sd else Prior(mean=value, sd=_rounded(sd, taken.unit, True))
     note = "" if sd else "; at a bound" if entry.at_bound else "; not determined by these tests"
     return Quantity(entry.name, value, taken.unit, "fitted", source + note, prior, interval)
 
 
-def _rounded(value: float, unit: str, is_difference: bool | None = None) -> float:
-    """A number in SI that has few digits in the unit of the file.
-
-    A difference has no zero that could be shifted; by default those in kelvin are differences.
-    """
-    shifted = unit == KELVIN if is_difference is None else is_difference
-    digits = f"{float(from_si(value, unit, shifted)):.{DIGITS}g}"
-    return float(to_si(float(digits), unit, shifted))
+def _rounded(value: float, unit: str, is_difference: bool) -> float:
+    """A number in SI that has few digits in the unit of the file; a difference has no zero to be shifted."""
+    digits = f"{float(from_si(value, unit, is_difference)):.{DIGITS}g}"
+    return float(to_si(float(digits), unit, is_difference))

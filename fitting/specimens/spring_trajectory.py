@@ -327,9 +327,9 @@ def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
 
 def _misfit(found: Trajectory, rows: Rows) -> Float[Array, " m"]:
     """Residual of a trajectory; see `residual`."""
-    misfit = [rows.weight[name] * (getattr(found, name) - rows.measured[name]) for name in OUTPUTS]
-    misfit = [independent(rows, name, one) for name, one in zip(OUTPUTS, misfit, strict=True)]
-    return jnp.concatenate([*misfit, _walk(rows).residual(found.xi0)])
+    differences = [rows.weight[name] * (getattr(found, name) - rows.measured[name]) for name in OUTPUTS]
+    misfit, noise = jnp.stack(differences), _independent(rows)
+    return jnp.concatenate([(noise(misfit) if noise else misfit).ravel(), _walk(rows).residual(found.xi0)])
 
 
 def evidence(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:

@@ -102,8 +102,8 @@ def _by_refit(program: Program, fit: Fit, chosen: np.ndarray) -> tuple[float, fl
 
 def _information(program: Program, fit: Fit) -> np.ndarray:
     """Inverse covariance of a fit's numbers, which lie within their bounds at the widest."""
-    span = program.unknowns.high[fit.free] - program.unknowns.low[fit.free]
-    return _held(fit).T @ _held(fit) + np.diag(12.0 / span**2)
+    span, held = program.unknowns.high[fit.free] - program.unknowns.low[fit.free], _held(fit)
+    return held.T @ held + np.diag(12.0 / span**2)
 
 
 def _held(fit: Fit) -> np.ndarray:
