@@ -10,12 +10,14 @@ from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
+import optimistix as optx
 from jaxtyping import Array
 
 from pneusma_jax.actuator import Actuator
 from pneusma_jax.actuator.balance import Problem, imbalance
 from pneusma_jax.actuator.result import Equilibrium
 from pneusma_jax.nitinol import MartensiteFraction, Spring
+from pneusma_jax.numerics.newton import BoundedNewton
 from pneusma_jax.numerics.safe import safe_norm
 from pneusma_jax.section.shapes import Disc
 from pneusma_jax.serial_chain.kinematics import sinc_root
@@ -23,8 +25,8 @@ from pneusma_jax.serial_chain.kinematics import sinc_root
 from .bodies import Solved
 
 STEPS = 30
-"""Number of Newton steps of a blocked actuator. Its force over elongation rises all along; 4 to 8 are
-needed."""
+"""Largest number of Newton steps of a blocked actuator. Its force over elongation rises all along; 4 to 8
+are needed."""
 WARMEST = 1e-3
 """Least fraction of which a temperature is computed [1]: the curve of Section 2.4.3 reaches 0 at no
 temperature."""
@@ -124,15 +126,12 @@ def blocking_force(solved: Solved, k: int) -> Array:
     """
     problem, _ = _problem(solved, k)
     side = jnp.asarray(problem.actuator.side_direction)
-    force = lambda x, p: imbalance(p, x, 0.0 * side)[0]  # noqa: E731
-
-    def search(f: Callable, start: Array) -> Array:
-        step = lambda _, x: x - f(x) / jax.jvp(f, (x,), (jnp.ones_like(x),))[1]  # noqa: E731
-        return jax.lax.fori_loop(0, STEPS, step, start)
-
-    held = jax.lax.custom_root(
-        lambda x: force(x, problem), jnp.zeros(()), search, lambda g, y: y / g(jnp.ones_like(y))
+    length = problem.actuator.length
+    excess = lambda share, p: imbalance(p, share[0] * length, 0.0 * side)[0][None]  # noqa: E731
+    found = optx.root_find(  # type: ignore[var-annotated]
+        excess, BoundedNewton(), jnp.zeros(1), problem, max_steps=STEPS, throw=False
     )
+    held = jnp.where(found.result == optx.RESULTS.successful, found.value[0] * length, jnp.nan)
     moment = imbalance(problem, held, 0.0 * side)[1] @ side
     return jnp.abs(moment) / (0.5 * (problem.actuator.length + held))
 

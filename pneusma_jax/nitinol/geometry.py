@@ -5,14 +5,14 @@ The spring strain `eps` is elongation over free length; the shear strain `gamma`
 surface.
 """
 
-from collections.abc import Callable
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+import optimistix as optx
 from jaxtyping import Array
 
+from ..numerics.newton import BoundedNewton
 from ..numerics.safe import as_array, as_numpy, is_concrete, namespace_of
 
 POISSON_RATIO = 0.33  # Poisson's ratio of nitinol, used throughout the source
@@ -116,40 +116,24 @@ def spring_strain(
     index = spring_index(coil_diameter, wire_diameter)
     gamma, initial, index, poisson_ratio = jnp.broadcast_arrays(gamma, initial, index, poisson_ratio)
 
-    def excess(slope: Array, given: tuple[Array, Array, Array, Array]) -> Array:
-        gamma, initial, index, poisson_ratio = given
-        return _sheared(slope, initial, index, poisson_ratio) - gamma
-
-    given = (gamma, initial, index, poisson_ratio)
-    slope = _root_by_element(excess, given, initial + index * gamma)
+    begin = jax.lax.stop_gradient(initial + index * gamma)
+    slope = jnp.vectorize(_slope_at)(gamma, initial, index, poisson_ratio, begin)
     return slope / initial - 1.0
 
 
-def _root_by_element(excess: Callable, given: tuple, start: Array) -> Array:
-    """Root of a function that acts element by element, by Newton's method; NaN where there is none."""
-    ones = jnp.ones_like(start)
+def _slope_at(gamma: Array, initial: Array, index: Array, poisson_ratio: Array, begin: Array) -> Array:
+    """Slope of the coils at one shear strain; NaN where Newton's method finds none."""
+    given = (gamma, initial, index, poisson_ratio)
 
-    def search(_: object, start: Array) -> Array:
-        frozen = jax.lax.stop_gradient(given)
+    def excess(slope: Array, given: tuple[Array, Array, Array, Array]) -> Array:
+        gamma, *wire = given
+        return _sheared(slope, *wire) - gamma
 
-        def go_on(carry: tuple) -> Array:
-            return (carry[1] > 0) & (carry[2] < MOST_STEPS)
-
-        def advance(carry: tuple) -> tuple:
-            x, _, count = carry
-            value, rise = jax.jvp(lambda x: excess(x, frozen), (x,), (ones,))
-            step = value / rise
-            moving = jnp.abs(step) > 4e-16 * (1.0 + jnp.abs(x))
-            return x - step, jnp.sum(moving), count + 1
-
-        x, moving, _ = jax.lax.while_loop(go_on, advance, (start, jnp.asarray(1), 0))
-        off = jnp.abs(excess(x, frozen))
-        return jnp.where(off <= 1e-9 * (1.0 + jnp.abs(frozen[0])), x, jnp.nan)
-
-    def tangent(linear: Callable[[Array], Array], vector: Array) -> Array:
-        return vector / linear(ones)  # the derivative is diagonal
-
-    return jax.lax.custom_root(lambda x: excess(x, given), jax.lax.stop_gradient(start), search, tangent)
+    found = optx.root_find(  # type: ignore[var-annotated]
+        excess, BoundedNewton(longest=jnp.inf), begin[None], given, max_steps=MOST_STEPS, throw=False
+    )
+    off = jnp.abs(excess(found.value[0], given))
+    return jnp.where(off <= 1e-9 * (1.0 + jnp.abs(gamma)), found.value[0], jnp.nan)
 
 
 def coil_angle(
