@@ -185,6 +185,21 @@ def test_an_effect_that_something_without_a_name_looks_like_has_that_beside_it(m
     assert "unmodelled" in found.explanation_set and found.remainder is None
 
 
+@pytest.mark.parametrize(("delay", "shares"), [(1.0, True), (4.0, False)])
+def test_a_weaker_effect_shares_the_doubt_of_the_name_beside_it(monkeypatch, delay, shares):
+    """Its evidence was computed beside a name in whose place something else may act."""
+    world, rng = tubes(), np.random.default_rng(4)
+    y = world.truth(rng, **{CONSTANT: 2.0, DELAY: delay})
+    alone = conclude(explain(world.program(y), np.random.default_rng(5)))
+    monkeypatch.setattr(CATALOGUE[CONSTANT], "lookalike", "a dent in the tube")
+    found = conclude(explain(world.program(y), np.random.default_rng(5)))
+    before, after = ({f.slug: f.probability for f in one.found} for one in (alone, found))
+    evidence = {f.slug: f.bayes for f in found.found}
+    assert (evidence[DELAY] < evidence[CONSTANT]) is shares
+    assert after[CONSTANT] == pytest.approx(0.75 * before[CONSTANT])
+    assert after[DELAY] == pytest.approx((0.75 if shares else 1.0) * before[DELAY])
+
+
 def test_a_lookalike_counts_in_the_kinds_of_recordings_that_it_is_told_for():
     stiffening, shakedown = CATALOGUE["strain_stiffening"], CATALOGUE["cyclic_shakedown"]
     assert [mimicked_in(stiffening, kind) for kind in "AET"] == [False, False, True]

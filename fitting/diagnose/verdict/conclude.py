@@ -193,6 +193,14 @@ def _share_with_lookalikes(
 ) -> float:
     """Take a share of their probability from effects that something without a name looks like.
 
+    The evidence of a further effect was computed beside such a name. Where something else acts in its
+    place, an effect of less evidence may be what the name's form leaves of it. So it gives the share, too.
+
+    Args:
+        slugs: effects that something without a name looks like.
+        candidates: probability and evidence of each as the strongest effect; those of `slugs` are replaced.
+        found: the named effects; their probabilities are replaced.
+
     Returns:
         Probability that the strongest effect is one without a name.
     """
@@ -201,8 +209,9 @@ def _share_with_lookalikes(
         probability, bayes = candidates[slug]
         candidates[slug] = kept * probability, bayes
         moved += (1.0 - kept) * probability
+    doubted = max((one.bayes for one in found if one.slug in slugs), default=-np.inf)
     for one in found:
-        one.probability *= kept if one.slug in slugs else 1.0
+        one.probability *= kept if one.slug in slugs or one.bayes < doubted else 1.0
     return moved
 
 
