@@ -9,7 +9,7 @@ from test_set_scores import masked
 
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.refit import Refitter
-from fitting.diagnose.search.decision import INSTRUMENTS, LEFT_OUT, LITTLE, REMAINS, UNSEEN, Judge
+from fitting.diagnose.search.decision import BOUND_REMAINS, INSTRUMENTS, LEFT_OUT, LITTLE, REMAINS, UNSEEN, Judge
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.pool import Pool
 from fitting.diagnose.search.steps import HeldOutScores
@@ -72,12 +72,13 @@ class Stated(Judge):
         return self.stated[fit.slugs][2]
 
 
+@pytest.mark.parametrize("why", [REMAINS, BOUND_REMAINS])
 @pytest.mark.parametrize(("left", "named"), [(0.2, ("a", "b")), (0.4, ("a", "b")), (0.5, ("e",))])
-def test_what_ranks_behind_an_incomplete_set_is_not_said_to_have_more_evidence(left, named):
-    stated = {("a", "b"): (100.0, REMAINS, left), ("c", "d"): (95.0, INSTRUMENTS, 0.0), ("e",): (60.0, None, 0.4)}
+def test_what_ranks_behind_an_incomplete_set_is_not_said_to_have_more_evidence(left, named, why):
+    stated = {("a", "b"): (100.0, why, left), ("c", "d"): (95.0, INSTRUMENTS, 0.0), ("e",): (60.0, None, 0.4)}
     told = Stated(stated).decide()
     assert told.fit.slugs == named
-    assert told.refused == ([] if named == ("a", "b") else [(("a", "b"), REMAINS), (("c", "d"), INSTRUMENTS)])
+    assert told.refused == ([] if named == ("a", "b") else [(("a", "b"), why), (("c", "d"), INSTRUMENTS)])
 
 
 def test_three_effects_are_named(monkeypatch):
@@ -134,6 +135,16 @@ def test_a_set_is_refused_that_recordings_for_validation_contradict():
     y = world.truth(rng, **{CONSTANT: 1.0, DELAY: 2.0})
     y[4:] = world.truth(rng, **{CONSTANT: 1.0})[4:]
     assert judged(world, y, (CONSTANT,), (CONSTANT, DELAY)) == [None, UNSEEN]
+
+
+@pytest.mark.parametrize(("strength", "why"), [(8.0, None), (14.0, BOUND_REMAINS)])
+def test_a_further_effect_at_a_bound_that_leaves_more_than_noise_is_no_free_choice(strength, why):
+    """The bound is at 10. A pair behind it has earned its place in all else."""
+    rng = np.random.default_rng(7)
+    world = fast(effects=(CONSTANT, DELAY))
+    world.effects[CONSTANT][:] *= 5.0
+    y = world.truth(rng, **{CONSTANT: 4.0, DELAY: strength})
+    assert judged(world, y, (CONSTANT,), (CONSTANT, DELAY)) == [None, why]
 
 
 def test_a_set_is_refused_that_helps_one_recording_alone():

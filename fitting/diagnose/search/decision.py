@@ -8,7 +8,8 @@ in part. It must remove a share of the whole misfit, too, unless the set leaves 
 strongest effect may end at a bound, unless the set leaves no more than noise.
 
 A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
-Otherwise it is named only before a set of less evidence that leaves more.
+Otherwise it is named only before a set of less evidence that leaves more. So is one with a further effect at
+a bound.
 """
 
 from collections import Counter
@@ -30,9 +31,9 @@ EVIDENCE = DEFAULT.evidence
 ENTRY = DEFAULT.entry
 VERDICT = DEFAULT.verdict
 
-LITTLE, BOUND, UNSEEN, LEFT_OUT, SHARE, INSTRUMENTS, REMAINS = (
+LITTLE, BOUND, UNSEEN, LEFT_OUT, SHARE, INSTRUMENTS, REMAINS, BOUND_REMAINS = (
     "too little evidence", "at a bound", "validation recordings", "left-out recordings", "a small share",
-    "instruments explain it", "more than noise remains",
+    "instruments explain it", "more than noise remains", "at a bound, and more than noise remains",
 )  # fmt: skip
 """Reasons why a set is refused."""
 
@@ -84,7 +85,7 @@ class Judge:
                     if self._kept(one) <= self._kept(fit):
                         return Decision(one, before)
                 return Decision(fit, refused)
-            if why == REMAINS:
+            if why in (REMAINS, BOUND_REMAINS):
                 incomplete.append((fit, list(refused)))
             if why == INSTRUMENTS and top == worth:
                 del tops[size]  # what instruments explain is no better guess
@@ -111,8 +112,6 @@ class Judge:
             return LITTLE
         strongest = max(worth, key=worth.get)
         bounded = [slug for slug in fit.slugs if at_its_bound(fit, slug)]
-        if set(bounded) - {strongest} and leaves_more(program, fit):
-            return BOUND
         if bounded and self.scores(self.pool.base).sum() < ENTRY.minimum_at_bound:
             return BOUND
         for rest in rests.values():
@@ -128,7 +127,7 @@ class Judge:
             self.explained[frozenset([*rest.slugs, slug])] = explained
             if worth[slug] - explained < enough:
                 return INSTRUMENTS
-        return None
+        return BOUND_REMAINS if set(bounded) - {strongest} and leaves_more(program, fit) else None
 
     def _small(self, rest: Fit, fit: Fit, gained: float, share: float) -> bool:
         """True if an effect removes only a small share of what the others leave, and of the whole misfit."""
