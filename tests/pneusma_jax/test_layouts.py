@@ -268,8 +268,10 @@ def test_springs_that_cannot_be_there_are_refused(arrangement, what):
 
 
 def test_a_spring_inside_the_bore_at_the_wall_is_accepted():
-    body = built(pj.Layout((1,), (None,), spring_places=(np.array([0.0, -3.3e-3]),)))
-    assert float(pj.solve(body, 10e3, phases(0.4)).curvature) > 0.0
+    inside = np.array([0.0, -3.3e-3])
+    body = built(pj.Layout((1, 2, 3), (None, 30.0, 150.0), bending_plane=None, spring_places=(inside, None, None)))
+    np.testing.assert_array_equal(body.spring_places[0], inside)
+    assert float(pj.solve(body, 10e3, phases(0.4, 1.0, 1.0)).curvature) > 0.0
 
 
 def test_a_ray_without_wall_is_refused():
