@@ -133,7 +133,7 @@ def blocking_force(solved: Solved, k: int) -> Array:
     )
     held = jnp.where(found.result == optx.RESULTS.successful, found.value[0] * length, jnp.nan)
     moment = imbalance(problem, held, 0.0 * side)[1] @ side
-    return jnp.abs(moment) / (0.5 * (problem.actuator.length + held))
+    return jnp.abs(moment) / (0.5 * (length + held))
 
 
 def _problem(solved: Solved, k: int) -> tuple[Problem, Equilibrium]:

@@ -6,7 +6,6 @@ surface.
 """
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
@@ -114,14 +113,10 @@ def spring_strain(
     """
     initial = coil_slope(initial_pitch, coil_diameter, helix)
     index = spring_index(coil_diameter, wire_diameter)
-    gamma, initial, index, poisson_ratio = jnp.broadcast_arrays(gamma, initial, index, poisson_ratio)
-
-    begin = jax.lax.stop_gradient(initial + index * gamma)
-    slope = jnp.vectorize(_slope_at)(gamma, initial, index, poisson_ratio, begin)
-    return slope / initial - 1.0
+    return jnp.vectorize(_slope_at)(gamma, initial, index, poisson_ratio) / initial - 1.0
 
 
-def _slope_at(gamma: Array, initial: Array, index: Array, poisson_ratio: Array, begin: Array) -> Array:
+def _slope_at(gamma: Array, initial: Array, index: Array, poisson_ratio: Array) -> Array:
     """Slope of the coils at one shear strain; NaN where Newton's method finds none."""
     given = (gamma, initial, index, poisson_ratio)
 
@@ -129,8 +124,9 @@ def _slope_at(gamma: Array, initial: Array, index: Array, poisson_ratio: Array, 
         gamma, *wire = given
         return _sheared(slope, *wire) - gamma
 
+    begin = (initial + index * gamma)[None]
     found = optx.root_find(  # type: ignore[var-annotated]
-        excess, BoundedNewton(longest=jnp.inf), begin[None], given, max_steps=MOST_STEPS, throw=False
+        excess, BoundedNewton(longest=jnp.inf), begin, given, max_steps=MOST_STEPS, throw=False
     )
     off = jnp.abs(excess(found.value[0], given))
     return jnp.where(off <= 1e-9 * (1.0 + jnp.abs(gamma)), found.value[0], jnp.nan)
