@@ -9,7 +9,15 @@ from test_set_scores import masked
 
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.refit import Refitter
-from fitting.diagnose.search.decision import BOUND_REMAINS, INSTRUMENTS, LEFT_OUT, LITTLE, REMAINS, UNSEEN, Judge
+from fitting.diagnose.search.decision import (
+    BOUND_REMAINS,
+    INSTRUMENTS,
+    LEFT_OUT,
+    LITTLE,
+    REMAINS,
+    UNSEEN,
+    Judge,
+)
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.pool import Pool
 from fitting.diagnose.search.steps import HeldOutScores
