@@ -10,7 +10,8 @@ from fitting.diagnose.fit.candidates import candidate_fits, refitted_baseline
 from fitting.diagnose.fit.cross_validation import cross_validate, deciding
 from fitting.diagnose.fit.evidence import evidence
 from fitting.diagnose.fit.instrument_drift import drift_columns, drift_gain
-from fitting.diagnose.fit.misfit import negative_log_predictive_density, predictive_chi_square, reduced
+from fitting.diagnose.fit.misfit import reduced
+from fitting.diagnose.fit.prediction import negative_log_predictive_density, predictive_chi_square
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.fit.score_test import score_effects
 from fitting.diagnose.settings import DEFAULT

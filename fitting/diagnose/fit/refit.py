@@ -8,7 +8,8 @@ instead of 6.4 s. It compiles anew for every number of unknowns, and a diagnosis
 lost: the `channel_lag` of case c0005 became `unmodelled`.
 """
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +25,8 @@ from ..settings import DEFAULT
 
 SCALING = DEFAULT.scaling
 OPTIMISER = DEFAULT.optimiser
+Shown = Callable[[Evaluation], Evaluation]
+"""Adds something known, such as a saved discrepancy, to an evaluation of the model."""
 
 
 def prior_sd(unknowns: Unknowns, free: np.ndarray) -> np.ndarray:
@@ -84,13 +87,19 @@ class Refitter:
     Args:
         program: campaign.
         weight: weight of each recording, 1 to fit it and 0 to leave it out, or a mask of its values.
+        shown: adds to every evaluation what the model does not have; nothing if None.
 
     Attributes:
         counted: recordings of which any value counts, (recordings,).
     """
 
-    def __init__(self, program: Program, weight: np.ndarray | list[np.ndarray] | None = None):
-        self.program = program
+    def __init__(
+        self,
+        program: Program,
+        weight: np.ndarray | list[np.ndarray] | None = None,
+        shown: Shown | None = None,
+    ):
+        self.program, self._shown = program, shown
         self.unknowns = program.unknowns
         self.weight = program.fitted.astype(float) if weight is None else weight
         self._partial = weight is not None
@@ -176,7 +185,21 @@ class Refitter:
 
     def _at(self, u: np.ndarray, free: np.ndarray, near: Evaluation | None = None) -> tuple:
         """Objective, misfit, Jacobian over the free unknowns, evaluation; begun near another one."""
-        return self._weighed(u, free, self.program.evaluate(u, free, near=near, chosen=self.counted))
+        return self._weighed(u, free, self._evaluated(u, free, near, self.counted))
+
+    def _evaluated(
+        self, u: np.ndarray, free: np.ndarray, near: Evaluation | None, chosen: np.ndarray
+    ) -> Evaluation:
+        """An evaluation of chosen recordings, with what is added to it."""
+        found = self.program.evaluate(u, free, near=near, chosen=chosen)
+        return found if self._shown is None else self._shown(found)
+
+    def at(self, fit: Fit, step: np.ndarray) -> Fit:
+        """A fit's model at other numbers: a step of its free ones, scaled."""
+        u = fit.u.copy()
+        u[fit.free] += step
+        objective, _, _, evaluation = self._at(u, fit.free, fit.evaluation)
+        return replace(fit, u=u, objective=objective, evaluation=evaluation, predictions={})
 
     def objective(self, u: np.ndarray, free: np.ndarray, evaluation: Evaluation) -> float:
         """Half the sum of squares of misfit and priors at scaled numbers, from their evaluation."""
@@ -188,6 +211,15 @@ class Refitter:
         departure, sd = self._prior(u, free)
         return 0.5 * (r @ r + np.sum((departure / sd) ** 2)), r, J, evaluation
 
+    def gradient(self, fit: Fit) -> np.ndarray:
+        """Slope of the objective by a fit's free numbers, (free,): not zero at an active bound."""
+        return self._slope(fit.u, fit.free, *fit.evaluation.joined(self.weight))
+
+    def _slope(self, u: np.ndarray, free: np.ndarray, r: np.ndarray, J: np.ndarray) -> np.ndarray:
+        """`gradient`, where misfit and Jacobian are known."""
+        departure, sd = self._prior(u, free)
+        return J.T @ r + departure / sd**2
+
     def _prior(self, u: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Departures from the priors' means, and their standard deviations (infinite where flat)."""
         items = [self.unknowns.items[k] for k in free]
@@ -197,9 +229,8 @@ class Refitter:
     def _step(self, u: np.ndarray, now: tuple, free: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
         """A step, (unknowns,), and its predicted decrease of the objective, to second order."""
         _, r, J, *_ = now
-        departure, sd = self._prior(u, free)
-        H = J.T @ J + np.diag(sd**-2)
-        g = J.T @ r + departure / sd**2
+        H = J.T @ J + np.diag(prior_sd(self.unknowns, free) ** -2)
+        g = self._slope(u, free, r, J)
         damped = H + np.diag(damping * np.maximum(np.diag(H), 1e-8) + 1e-12)
         low = np.maximum(self.unknowns.low[free] - u[free], -OPTIMISER.maximum_step)
         high = np.minimum(self.unknowns.high[free] - u[free], OPTIMISER.maximum_step)
@@ -221,12 +252,11 @@ class Refitter:
         if self._partial:  # recordings for validation are not what is left out
             others &= self.program.fitted
         if others.any():
-            beside = self.program.evaluate(u, free, near=evaluation, chosen=others)
+            beside = self._evaluated(u, free, evaluation, others)
             if self.program.hidden:  # these trajectories did not follow the fit, which may have gone far
-                beside = beside.bettered(self.program.evaluate(u, free, chosen=others))
+                beside = beside.bettered(self._evaluated(u, free, None, others))
             evaluation = evaluation.taking(beside, others)
-        _, sd = self._prior(u, free)
-        H = J.T @ J + np.diag(sd**-2)
+        H = J.T @ J + np.diag(prior_sd(self.unknowns, free) ** -2)
         values, vectors = np.linalg.eigh(H)
         values = np.maximum(values, 1e-6)
         unknowns, bound = self.unknowns, []

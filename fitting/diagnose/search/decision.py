@@ -21,7 +21,8 @@ from ..evaluate.program import Program
 from ..fit.cross_validation import HeldOutScores, gain
 from ..fit.evidence import evidence, inflation_of, log_likelihood
 from ..fit.instrument_drift import drift_evidence
-from ..fit.misfit import limit_of, negative_log_predictive_density, predictive_chi_square, reduced, spread
+from ..fit.misfit import limit_of, reduced, spread
+from ..fit.prediction import negative_log_predictive_density, predictive_chi_square
 from ..fit.refit import Fit, at_its_bound
 from ..settings import DEFAULT
 from .pool import Pool
@@ -44,11 +45,21 @@ class Decision:
 
     Attributes:
         fit: fit of the set; the base model if none is named.
-        refused: sets with more evidence, and why each was refused.
+        refused: sets with more evidence that were judged, and why each was refused. Sets far behind the best
+            of their size are not judged.
     """
 
     fit: Fit
     refused: list[tuple[tuple[str, ...], str]]
+
+
+@dataclass
+class _Known:
+    """Reason why a fit was refused, and the fits that it was compared with: a better one asks again."""
+
+    fit: Fit
+    beside: list[Fit | None]
+    why: str | None
 
 
 class Judge:
@@ -59,12 +70,13 @@ class Judge:
         scores: cross-validation of models.
 
     Attributes:
-        explained: evidence of the last effect of a set that instruments explain as well, by set.
+        explained: evidence of a single effect that instruments explain as well, by its name.
     """
 
     def __init__(self, pool: Pool, scores: HeldOutScores):
-        self.pool, self.scores, self._known = pool, scores, {}
-        self.explained: dict[frozenset, float] = {}
+        self.pool, self.scores = pool, scores
+        self._known: dict[int, _Known] = {}
+        self.explained: dict[str, float] = {}
 
     def decide(self) -> Decision:
         """The set of most evidence of which every effect earns its place."""
@@ -94,16 +106,22 @@ class Judge:
 
     def refusal(self, fit: Fit) -> str | None:
         """Reason why a set is not named; None if each of its effects is needed."""
-        if id(fit) not in self._known:  # a fit that is kept keeps its id
-            self._known[id(fit)] = fit, self._refusal(fit)
-        return self._known[id(fit)][1]
+        known = self._known.get(id(fit))  # a fit that is kept keeps its id
+        if known is None or [id(one) for one in known.beside] != [id(one) for one in self._beside(fit)]:
+            why = self._refusal(fit)  # which may better a fit beside it
+            known = self._known[id(fit)] = _Known(fit, self._beside(fit), why)
+        return known.why
+
+    def _beside(self, fit: Fit) -> list[Fit | None]:
+        """Fits that a set is compared with: the base model, and the set without each of its effects."""
+        return [self.pool.base, *(self.pool.get(s for s in fit.slugs if s != slug) for slug in fit.slugs)]
 
     def _refusal(self, fit: Fit) -> str | None:
         """The cheap questions about all effects first."""
         program, single = self.pool.program, len(fit.slugs) == 1
         inflation = inflation_of(program, fit)
         enough = EVIDENCE.minimum_first if single else EVIDENCE.minimum_further
-        quick = [self.pool.get(s for s in fit.slugs if s != slug) for slug in fit.slugs]
+        _, *quick = self._beside(fit)
         if any(rest is not None and evidence(program, rest, fit, inflation) < enough for rest in quick):
             return LITTLE  # which a better fit of the rest would not change
         rests = {slug: self.pool.without(fit, slug) for slug in fit.slugs}
@@ -124,7 +142,8 @@ class Judge:
                 return UNSEEN
         for slug, rest in rests.items():
             explained = drift_evidence(program, rest, fit)
-            self.explained[frozenset([*rest.slugs, slug])] = explained
+            if single:
+                self.explained[slug] = explained
             if worth[slug] - explained < enough:
                 return INSTRUMENTS
         return BOUND_REMAINS if set(bounded) - {strongest} and leaves_more(program, fit) else None

@@ -14,8 +14,10 @@ import numpy as np
 
 from ..evaluate.program import Program
 from ..fit.base_fit import base_fit, fit_with_noise
-from ..fit.misfit import floor, predictive_chi_square, reduced
-from ..fit.refit import Fit
+from ..fit.evidence import evidence, inflation_of
+from ..fit.misfit import floor, limit_of
+from ..fit.prediction import predictive_chi_square
+from ..fit.refit import Fit, Refitter
 from ..fit.score_test import ScoreTest
 from ..settings import DEFAULT
 from .set_search import SetSearch, base_scored
@@ -23,7 +25,6 @@ from .steps import Explanation, Named, Step
 
 BASE_FIT = DEFAULT.base_fit
 SCORE_TEST = DEFAULT.score_test
-EVIDENCE = DEFAULT.evidence
 VERDICT = DEFAULT.verdict
 
 
@@ -58,7 +59,7 @@ def explain(
     explanation = _whole(search, started, base, found)
     if untried and _contradicted(explanation):
         whole = _together(started, base, SCORE_TEST.level, search)
-        if whole is not None and whole.final.slugs and _better(whole, explanation, ~program.fitted):
+        if whole is not None and whole.final.slugs and _better(whole, explanation):
             return whole
     explanation.second_look = None if whole is None or whole.final.slugs else whole
     return explanation
@@ -89,17 +90,24 @@ def _whole(search: SetSearch, program: Program, base: Fit, found: ScoreTest) -> 
     return explanation
 
 
-def _better(one: Explanation, other: Explanation, chosen: np.ndarray) -> bool:
-    """True if one explanation leaves less of some recordings than the other."""
-    left, right = (reduced(e.program, e.final, chosen) for e in (one, other))
-    return left < right
+def _better(whole: Explanation, explanation: Explanation) -> bool:
+    """True if the set that all recordings name has more evidence on them than the set of the fitted ones.
+
+    Both are fitted to all recordings, with the same noise.
+    """
+    program, named = whole.program, whole.final
+    other = Refitter(program).fit(explanation.final.slugs, explanation.final.u)
+    inflation = inflation_of(program, min(named, other, key=lambda fit: fit.objective))
+    worth = [evidence(program, whole.base, fit, inflation) for fit in (named, other)]
+    return set(named.slugs) != set(other.slugs) and worth[0] > worth[1]
 
 
 def _contradicted(explanation: Explanation) -> bool:
     """True if validation recordings keep most of a misfit that is more than chance and than open numbers."""
     program, fit = explanation.program, explanation.final
     noise = floor(program, fit, program.unseen)
-    before = predictive_chi_square(program, explanation.base, program.unseen) - noise
-    after = predictive_chi_square(program, fit, program.unseen) - noise
-    certain = 0.5 * program.observations(program.unseen) * after > EVIDENCE.minimum_first
-    return certain and after > VERDICT.maximum_kept * before
+    before, after = (
+        predictive_chi_square(program, one, program.unseen) for one in (explanation.base, fit)
+    )
+    certain = after - noise > limit_of(program, program.unseen) - 1.0
+    return certain and after - noise > VERDICT.maximum_kept * (before - noise)

@@ -217,7 +217,7 @@ class SetSearch:
         if fit.slugs or scores.known(pool.base):  # a pair may be named without a question that needs it
             first.left_out = float(scores(pool.base).sum())
         for candidate in first.candidates:
-            candidate.explained_by_instruments = judge.explained.get(frozenset([candidate.slug]), 0.0)
+            candidate.explained_by_instruments = judge.explained.get(candidate.slug, 0.0)
             if scores.known(candidate.fit):
                 candidate.left_out = scores.gained(pool.base, candidate.fit)
 

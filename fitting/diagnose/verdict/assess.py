@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.pipeline import mimicked_in
 
-from ..fit.misfit import floor, limit_of, predictive_chi_square, scored
+from ..fit.misfit import floor, limit_of, scored
+from ..fit.prediction import predictive_chi_square
 from ..search.steps import Explanation
 from ..settings import DEFAULT
 from .discrepancy import Discrepancy, beside

@@ -10,7 +10,7 @@ from fitting.inference.parallel import run_parallel
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..fit.cross_validation import Masks, folds
-from ..fit.misfit import negative_log_predictive_density
+from ..fit.prediction import negative_log_predictive_density
 from ..fit.refit import Fit, Refitter
 from ..search.steps import Explanation
 from ..settings import DEFAULT

@@ -1,12 +1,13 @@
 """Misfit that a model leaves beyond noise, and its rows. If it is large, no name is to be trusted."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..evaluate.program import Program
-from ..fit.misfit import floor, predictive_chi_square, scored
+from ..fit.misfit import floor, scored
+from ..fit.prediction import predictive_chi_square, with_shown
 from ..fit.refit import Fit
 from ..settings import DEFAULT
 from .discrepancy import Discrepancy
@@ -76,17 +77,18 @@ def left_of(
         rest: saved discrepancy.
         score: reduced chi-square of values that were not fitted, by predictions without their uncertainty.
     """
-    if rest is not None:
-        fit = replace(fit, evaluation=rest.shown(fit.evaluation))
+    shown = None if rest is None else rest.shown
+    seen = with_shown(fit, shown)
     excess: Sequence[tuple[float, float, np.ndarray]] = [
-        (predictive_chi_square(program, fit, mask, rest is not None), floor(program, fit, mask), mask)
+        (predictive_chi_square(program, fit, mask, shown), floor(program, seen, mask), mask)
         for mask in scored(program)
     ]
     square, noise, mask = max(excess, key=lambda one: one[0] - one[1])
     if square - noise <= VERDICT.minimum_over:
+        square, noise, _ = excess[-1]  # of the recordings that the score is about
         if score is None or score - noise <= VERDICT.clearly_left:
             return None
         return Left(float(score), float(noise), True, fit.slugs, None, explained=float(square))
     held_out = bool(not np.any(mask & program.fitted))
-    regime = regime_of(program, fit)
+    regime = regime_of(program, seen)
     return Left(float(square), float(noise), held_out, fit.slugs, regime, stated=program.noise_stated)

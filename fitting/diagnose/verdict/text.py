@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
 
-from ..fit.misfit import predictive_chi_square
+from ..fit.prediction import predictive_chi_square
 from ..settings import DEFAULT
 from .conclusion import Conclusion
 

@@ -1,0 +1,134 @@
+"""Predictive chi-square and density of recordings that were not fitted.
+
+A fit leaves its numbers uncertain, within their priors and bounds. A recording contradicts the model only
+by what no numbers explain that the fitted recordings allow. So the predictive chi-square is the growth of the
+least objective when a recording is fitted, too. For a linear model it is the squared misfit in units of the
+errors of prediction.
+
+It is found by a fit to all of these recordings, from the better of two starts: the fit itself, and the
+numbers that the first order about it promises. It is an upper bound: a fit may end in another minimum than
+the best.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from ..evaluate.program import Program
+from ..settings import DEFAULT
+from .misfit import reduced
+from .refit import Fit, Refitter, Shown
+
+OPTIMISER = DEFAULT.optimiser
+
+
+def predictive_chi_square(
+    program: Program, fit: Fit, chosen: np.ndarray, shown: Shown | None = None
+) -> float:
+    """Predictive chi-square per value: `reduced`, in units of the errors of the fit's predictions.
+
+    For fitted recordings it is `reduced`.
+
+    Args:
+        program: program of the campaign.
+        fit: model.
+        chosen: mask of the recordings.
+        shown: adds a saved discrepancy to an evaluation. The discrepancy stays as it is when numbers move.
+    """
+    if np.any(chosen & program.fitted):
+        return reduced(program, with_shown(fit, shown), chosen)
+    return _prediction(program, fit, chosen, shown)[0] / max(program.observations(chosen), 1)
+
+
+def negative_log_predictive_density(program: Program, fit: Fit, chosen: np.ndarray) -> float:
+    """Negative log predictive density of recordings that were not fitted, less constants.
+
+    For fitted recordings it is half their chi-square. What a latent trajectory follows by chance has no price
+    here.
+    """
+    if np.any(chosen & program.fitted):
+        return 0.5 * reduced(program, fit, chosen) * program.observations(chosen)
+    return 0.5 * sum(_prediction(program, fit, chosen))
+
+
+def with_shown(fit: Fit, shown: Shown | None) -> Fit:
+    """A fit whose evaluation has a saved discrepancy, if there is one."""
+    return fit if shown is None else replace(fit, evaluation=shown(fit.evaluation))
+
+
+def _prediction(
+    program: Program, fit: Fit, chosen: np.ndarray, shown: Shown | None = None
+) -> tuple[float, float]:
+    """Predictive chi-square of recordings that were not fitted, and log determinant of what it widens by.
+
+    It is kept with the fit, unless a discrepancy is beside it.
+    """
+    if shown is not None:
+        return _Growth(program, with_shown(fit, shown), chosen, shown).found()
+    key = id(program), fit.u.tobytes(), chosen.tobytes()
+    known = fit.predictions.get(key)
+    # a program that is kept keeps its id; a fit with another evaluation shares the predictions of its origin
+    if known is None or known[0] is not program or known[1] is not fit.evaluation:
+        known = program, fit.evaluation, _Growth(program, fit, chosen).found()
+        fit.predictions[key] = known
+    return known[2]
+
+
+class _Growth:
+    """Growth of the least objective when further recordings are fitted, too.
+
+    Args:
+        program: program of the campaign.
+        fit: model, with its discrepancy.
+        chosen: mask of the further recordings.
+        shown: adds the discrepancy to an evaluation.
+    """
+
+    def __init__(self, program: Program, fit: Fit, chosen: np.ndarray, shown: Shown | None = None):
+        self.program, self.fit, self.chosen = program, fit, chosen
+        self.alone = Refitter(program, shown=shown)
+        self.both = Refitter(program, (program.fitted | chosen).astype(float), shown)
+
+    def found(self) -> tuple[float, float]:
+        """Twice the growth, and the log determinant by which the further recordings inform the numbers."""
+        fit = self.fit
+        step, least = self._promised()
+        starts = fit, self.both.at(fit, step)
+        start = min(starts, key=lambda one: self.both.objective(one.u, one.free, one.evaluation))
+        both = self.both.fit(fit.slugs, start)
+        if self.alone.objective(both.u, both.free, both.evaluation) < least:  # a better minimum
+            least = self.alone.fit(fit.slugs, both).objective
+        return 2.0 * (both.objective - least), self._widened(both)
+
+    def _promised(self) -> tuple[np.ndarray, float]:
+        """Step of the free numbers to the least objective to first order, and that before, within bounds.
+
+        The fit itself may have a step to go before: its objective has a slope at an active bound.
+        """
+        fit, unknowns = self.fit, self.program.unknowns
+        low, high = unknowns.low[fit.free] - fit.u[fit.free], unknowns.high[fit.free] - fit.u[fit.free]
+        within = low - OPTIMISER.bound_gap, high + OPTIMISER.bound_gap
+        r, A = fit.evaluation.joined(self.chosen.astype(float))
+        held, pull = self._held()
+        before = lsq_linear(held, -pull, within, method="bvls").cost
+        step = lsq_linear(np.concatenate([A, held]), np.concatenate([-r, -pull]), within, method="bvls").x
+        here = self.alone.objective(fit.u, fit.free, fit.evaluation)
+        return np.clip(step, low, high), float(here + before - 0.5 * pull @ pull)
+
+    def _widened(self, fit: Fit) -> float:
+        """Log determinant by which the further recordings inform a fit's numbers, by its own derivatives."""
+        held, _ = self._held()
+        span = self.program.unknowns.high[fit.free] - self.program.unknowns.low[fit.free]
+        known = held.T @ held + np.diag(12.0 / span**2)  # numbers lie within their bounds at the widest
+        _, A = fit.evaluation.joined(self.chosen.astype(float))
+        return float(np.linalg.slogdet(known + A.T @ A)[1] - np.linalg.slogdet(known)[1])
+
+    def _held(self) -> tuple[np.ndarray, np.ndarray]:
+        """A fit's objective as squares: matrix and vector, whose squared sum about the fit it is twice.
+
+        The matrix is a square root of the inverse covariance, which may be singular to rounding.
+        """
+        variances, axes = np.linalg.eigh(self.fit.covariance)
+        root = np.sqrt(np.maximum(variances, OPTIMISER.singular_share * variances.max()))
+        return (axes / root).T, root * (axes.T @ self.alone.gradient(self.fit))
