@@ -18,6 +18,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.late import Late
 from pneusma_jax.numerics.rows import filled
 from pneusma_jax.program_cache import stored_jit
+from pneusma_jax.serial_chain.kinematics import arc_points
 from pneusma_jax.serial_chain.segments import chain_shape
 from pneusma_jax.units import from_si
 
@@ -189,7 +190,7 @@ def _line(solved: Solved) -> Array:
         return solved.chain.shape.polyline(POINTS)
     one = solved.only
     share = jnp.linspace(0.0, 1.0, POINTS)
-    return pj.serial_chain.kinematics.arc_points(one.bend, one.length, share)
+    return arc_points(one.bend, one.length, share)
 
 
 def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Passage:
@@ -338,7 +339,7 @@ def _offsets(body: Body, line: tuple[Array, Array], states: tuple) -> Array:
         else:
             bends = jnp.stack([x.bend for x in segments])
             lengths = jnp.stack([x.length for x in segments])
-            points = pj.serial_chain.segments.chain_shape(body.chain, bends, lengths).polyline(4)
+            points = chain_shape(body.chain, bends, lengths).polyline(4)
         away = jnp.mean(distances(points, line)[0] ** 2)
         return away / radius**2 + REACH * _left(end_pose, line[0]) ** 2
 

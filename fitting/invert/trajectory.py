@@ -19,6 +19,7 @@ from fitting.design.bodies import Body, Solved
 from fitting.inference.results import Result
 from pneusma_jax.errors import InputError
 from pneusma_jax.program_cache import stored_jit
+from pneusma_jax.serial_chain.kinematics import arc_frame
 
 from .atlas import goal_values
 from .electrical import electrical, unheated
@@ -186,7 +187,7 @@ def _history(body: Body, drives: np.ndarray, time: np.ndarray) -> Solved:
         at += count
     if body.chain is None:
         rows = pj.simulate_history(segments[0], pressure, activations[0], time=time).rows
-        frames = jax.vmap(pj.serial_chain.kinematics.arc_frame)(rows.bend, rows.length)
+        frames = jax.vmap(arc_frame)(rows.bend, rows.length)
         return Solved(body, pressure, (rows,), frames, None)
     found = pj.simulate_chain_history(body.chain, pressure, activations, time=time)
     rows = tuple(h.rows for h in found.segments)
