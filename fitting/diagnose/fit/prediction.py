@@ -5,9 +5,9 @@ by what no numbers explain that the fitted recordings allow. So the predictive c
 least objective when a recording is fitted, too. For a linear model it is the squared misfit in units of the
 errors of prediction.
 
-It is found by a fit to all of these recordings, from the better of two starts: the fit itself, and the
-numbers that the first order about it promises. It is an upper bound: a fit may end in another minimum than
-the best.
+It is found by a fit to all of these recordings, which has two starts: the fit itself, and the numbers that
+the first order about it promises. It begins at the better one. The result is an upper bound, since a fit may
+end in another minimum than the best.
 """
 
 from dataclasses import replace
