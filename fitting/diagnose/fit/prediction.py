@@ -5,8 +5,8 @@ by what no numbers explain that the fitted recordings allow. So the predictive c
 least objective when a recording is fitted, too. For a linear model it is the squared misfit in units of the
 errors of prediction.
 
-It is found by a fit to all of these recordings, which has two starts: the fit itself, and the numbers that
-the first order about it promises. It begins at the better one. The result is an upper bound, since a fit may
+It is found by a fit to all of these recordings. That has two starts, and begins at the better one: the fit
+itself, and the numbers that the first order about it promises. The result is an upper bound, since a fit may
 end in another minimum than the best.
 """
 
