@@ -72,7 +72,7 @@ def _slopes(shape):
 
 
 @pytest.mark.parametrize("state", STATES)
-@pytest.mark.parametrize("shape", ["tube", "rectangle"])
+@pytest.mark.parametrize("shape", ["tube", pytest.param("rectangle", marks=pytest.mark.slow)])
 def test_sums_and_slopes_are_those_of_the_plain_quadrature(shape, state):
     plain, new, wanted, *jacobians = _slopes(shape)(_at(state))
     np.testing.assert_allclose(new, plain, rtol=1e-11, atol=1e-14)
