@@ -32,23 +32,27 @@ help:
 	@echo "make test-newest the tests with what pip installs today, without constraints"
 	@echo "make clean      remove .venv and out"
 
-$(READY): pyproject.toml constraints.txt
+$(BIN)/pip:
 	@python=''; for p in $(PYTHONS); do \
 	  if "$$p" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then python="$$p"; break; fi; done; \
 	if [ -z "$$python" ]; then \
 	  echo "Python 3.11 or newer is needed and none was found; install it, or name it: make PYTHON=/path/to/python3" >&2; \
 	  exit 1; fi; \
-	if ! [ -x $(BIN)/pip ]; then \
-	  "$$python" -m venv $(VENV) || { \
-	    echo "$$python cannot make a virtual environment; on Debian and Ubuntu: apt install python3-venv" >&2; \
-	    rm -rf $(VENV); exit 1; }; fi
+	"$$python" -m venv $(VENV) || { \
+	  echo "$$python cannot make a virtual environment; on Debian and Ubuntu: apt install python3-venv" >&2; \
+	  rm -rf $(VENV); exit 1; }
+
+$(READY): pyproject.toml constraints.txt | $(BIN)/pip
 	@echo "Installing into $(VENV) (a few minutes the first time)"
 	@$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e .
 	@touch $@
 
-# extras `uq` and `cluster`: without them their tests are skipped
-$(TEST_READY): $(READY)
+# One installation in a new clone: it holds what the others need. Extras `uq` and `cluster`: without them their tests
+# are skipped
+$(TEST_READY): pyproject.toml constraints.txt | $(BIN)/pip
+	@echo "Installing into $(VENV) (a few minutes the first time)"
 	@$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,uq,cluster]'
+	@test -e $(READY) || touch $(READY)
 	@touch $@
 
 $(LINT_READY): $(READY)
