@@ -32,23 +32,27 @@ help:
 	@echo "make test-newest the tests with what pip installs today, without constraints"
 	@echo "make clean      remove .venv and out"
 
-$(READY): pyproject.toml constraints.txt
+$(BIN)/pip:
 	@python=''; for p in $(PYTHONS); do \
 	  if "$$p" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then python="$$p"; break; fi; done; \
 	if [ -z "$$python" ]; then \
 	  echo "Python 3.11 or newer is needed and none was found; install it, or name it: make PYTHON=/path/to/python3" >&2; \
 	  exit 1; fi; \
-	if ! [ -x $(BIN)/pip ]; then \
-	  "$$python" -m venv $(VENV) || { \
-	    echo "$$python cannot make a virtual environment; on Debian and Ubuntu: apt install python3-venv" >&2; \
-	    rm -rf $(VENV); exit 1; }; fi
+	"$$python" -m venv $(VENV) || { \
+	  echo "$$python cannot make a virtual environment; on Debian and Ubuntu: apt install python3-venv" >&2; \
+	  rm -rf $(VENV); exit 1; }
+
+$(READY): pyproject.toml constraints.txt | $(BIN)/pip
 	@echo "Installing into $(VENV) (a few minutes the first time)"
 	@$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e .
 	@touch $@
 
-# extras `uq` and `cluster`: without them their tests are skipped
-$(TEST_READY): $(READY)
+# One installation in a new clone: it holds what the others need. Extras `uq` and `cluster`: without them their tests
+# are skipped
+$(TEST_READY): pyproject.toml constraints.txt | $(BIN)/pip
+	@echo "Installing into $(VENV) (a few minutes the first time)"
 	@$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,uq,cluster]'
+	@test -e $(READY) || touch $(READY)
 	@touch $@
 
 $(LINT_READY): $(READY)
@@ -109,11 +113,16 @@ CALIBRATE ?= --seeds 905 --limit 60
 calibrate: $(READY)
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.blind.calibrate $(CALIBRATE)
 
-# Two processes fill two cores: no pools of their own (NPROC is that of XLA). Most of the short tests' time is compiling,
-# and hardly optimised programs take a quarter less (90 s of processor time instead of 125 s for four files).
-# Long tests run long, and compare with numbers of programs as users have them.
+# Two processes fill two cores: no pools of their own (NPROC is that of XLA). Most of the short tests' time is compiling.
+# Hardly optimised programs take a quarter less (90 s of processor time instead of 125 s for four files). What LLVM is told
+# of memory, the splitting for several cores, and three passes over loops only help programs that run long: without
+# them a file takes 30 s instead of 35 s. Long tests run long, and compare with numbers of programs as users have them.
 ONE_POOL := OPENBLAS_NUM_THREADS=1 NPROC=1
-TESTING := $(ONE_POOL) XLA_FLAGS="--xla_backend_optimization_level=0 $(XLA_FLAGS)"
+HASTY := --xla_backend_optimization_level=0 --xla_cpu_parallel_codegen_split_count=1 \
+  --xla_llvm_enable_alias_scope_metadata=false --xla_llvm_enable_noalias_metadata=false \
+  --xla_llvm_enable_invariant_load_metadata=false \
+  --xla_disable_hlo_passes=while-loop-invariant-code-motion,simplify-while-loops,while-loop-trip-count-annotator
+TESTING := $(ONE_POOL) XLA_FLAGS="$(HASTY) $(XLA_FLAGS)"
 
 test: $(TEST_READY)
 	$(TESTING) $(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile

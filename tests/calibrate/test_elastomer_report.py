@@ -126,6 +126,7 @@ def test_text_report_holds_every_part(stiffening):
     assert "correlated" in text and "standard errors were multiplied by" in text
 
 
+@pytest.mark.slow
 def test_same_seed_same_bytes(campaign):
     first, second = (characterise(campaign, law="neo_hookean", seed=3).documents() for _ in range(2))
     assert first.keys() == second.keys()

@@ -4,6 +4,8 @@ import importlib
 import subprocess
 import sys
 
+import pytest
+
 from fitting.inference.results import Result
 from fitting.report.results import REPORTS
 
@@ -29,6 +31,7 @@ def test_every_type_of_result_has_a_report():
     assert not [k for k in lost if not k.__subclasses__()], "a result without report"
 
 
+@pytest.mark.slow
 def test_a_command_imports_nothing_of_other_commands(tmp_path):
     words, others = ["wiring", "--springs", "2"], {"fitting.diagnose", "fitting.calibrate", "fitting.sample", "blackjax"}
     code = f"from fitting.cli import main; main({[*words, '--out', str(tmp_path / 'out')]!r}, standalone_mode=False)"

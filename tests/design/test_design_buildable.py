@@ -130,6 +130,7 @@ def test_corners_leave_no_parameter_out(count):
     np.testing.assert_array_equal(some, corners(count, MOST_CORNERS))
 
 
+@pytest.mark.slow
 def test_ratios_are_those_of_the_spring(tmp_path):
     study = read_study(write_study(tmp_path, changed(COILS, WIRES)))
     model = Model(study, plan_of("pneusma2"))

@@ -180,6 +180,7 @@ def test_tables_of_the_literature(measured, author, rows, strain, stress_kPa):
     assert said(recording, "taken as MPa") and not recording.has("time")
 
 
+@pytest.mark.slow
 def test_every_other_file_is_imported_or_refused_in_one_line():
     folder = recordings_folder()
     if folder is None:

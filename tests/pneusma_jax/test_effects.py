@@ -10,7 +10,7 @@ import pneusma_jax as pj
 from pneusma_jax.effects import CATALOGUE, Effect, find_effect, register, specs_of
 
 SLOW = [pytest.param("A", marks=pytest.mark.slow), pytest.param("T", marks=pytest.mark.slow)]
-KINDS = ["E", "S", "W", *SLOW]
+KINDS = ["E", "S", pytest.param("W", marks=pytest.mark.slow), *SLOW]
 COMPONENTS = {
     "spring", "elastomer", "geometry", "pressure", "contact", "friction", "environment", "sensor",
 }  # fmt: skip
@@ -48,7 +48,7 @@ def test_an_effect_says_what_it_is_in_plain_numbers(slug):
         assert specs_of(effect, kind), kind
 
 
-@pytest.mark.parametrize("kind", ["E", "S", pytest.param("W", marks=pytest.mark.slow), *SLOW])
+@pytest.mark.parametrize("kind", KINDS)
 def test_neutral_is_absent_and_its_signature_is_finite(kind):
     bare, (with_all, slopes) = without(kind), run(kind)
     for channel, values in bare.items():

@@ -56,6 +56,7 @@ def test_a_triad_held_in_a_plane_is_planar():
         assert abs(float(other.bend[0])) < 1e-12 < 0.1 < abs(float(one.curvature))
 
 
+@pytest.mark.slow
 def test_a_held_triad_takes_the_projection_of_what_pulls_aside():
     """Unequal springs 2 and 3: in the plane force and moment balance, across it the plane holds."""
     held = built(dataclasses.replace(pj.layout("triad"), bending_plane=90.0))

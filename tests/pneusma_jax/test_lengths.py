@@ -24,8 +24,8 @@ def test_a_clock_goes_on_at_its_last_interval():
 
 @pytest.mark.parametrize("rows", [1, *(pytest.param(rows, marks=pytest.mark.slow) for rows in (5, 65))])
 def test_a_history_is_what_it_is_at_its_own_length(rows, monkeypatch):
-    body, pressure = pj.make_actuator("pneusma2"), np.linspace(1e3, 25e3, rows)
-    phases = (pj.MartensiteFraction(1.0), pj.MartensiteFraction(1.0 - 0.6 * np.linspace(0.0, 1.0, rows)))
+    body, pressure = pj.make_actuator("pneusma1"), np.linspace(1e3, 25e3, rows)
+    phases = (pj.MartensiteFraction(1.0 - 0.6 * np.linspace(0.0, 1.0, rows)),)
     found = pj.simulate_history(body, pressure, phases)
     monkeypatch.setattr(module, "fixed_length", lambda rows: rows)
     own = pj.simulate_history(body, pressure, phases)
@@ -44,7 +44,7 @@ def test_a_history_of_known_values_may_stand_in_a_larger_program():
 
 
 def test_courses_of_two_lengths_are_traced_once(monkeypatch):
-    body, lengths = pj.make_actuator("pneusma2"), []
+    body, lengths = pj.make_actuator("pneuflex_s"), []
     whole = module._simulate
     monkeypatch.setattr(module, "_simulate", lambda *given: lengths.append(len(given[1])) or whole(*given))
     for rows in (66, 90):

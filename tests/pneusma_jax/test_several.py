@@ -106,6 +106,7 @@ def some_curvatures(batch):
     return lambda p: pj.solve_batch(body, p, given).curvature, pressure[which]
 
 
+@pytest.mark.slow
 def test_gradients_of_a_batch_are_those_of_differences(batch):
     curvatures, here = some_curvatures(batch)
     slopes = jax.grad(lambda p: curvatures(p).sum())(here)

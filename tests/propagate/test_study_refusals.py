@@ -134,7 +134,7 @@ CASES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [pytest.param(c, marks=pytest.mark.slow if c == "a loop by FORM" else ()) for c in CASES])
 def test_a_study_that_cannot_be_is_refused_in_one_line(case, tmp_path):
     text, words = CASES[case]
     path, out = tmp_path / "study.toml", tmp_path / "out"

@@ -67,6 +67,7 @@ def test_every_shipped_protocol_reads(name):
     assert np.all(np.diff(told.time) > 0.0)
 
 
+@pytest.mark.slow
 def test_a_heated_spring_does_not_return_and_the_second_cycle_closes(tmp_path):
     simulated("--protocol", "thermal_cycle", "--out", tmp_path / "o")
     rows = table(tmp_path / "o" / "model.csv")

@@ -56,8 +56,9 @@ def test_what_is_kept_out_is_not_in_the_campaign(tmp_path):
     assert len(read_campaign(whole).recordings) == 4
 
 
+@pytest.mark.slow
 @needs_recordings
-@pytest.mark.parametrize(("letter", "name"), [pytest.param("a", "03", marks=pytest.mark.slow), ("b", "dragon_skin_10_200")])
+@pytest.mark.parametrize(("letter", "name"), [("a", "03"), ("b", "dragon_skin_10_200")])
 def test_a_part_of_the_table(letter, name, tmp_path):
     s = study(letter)
     found = answer(s, s.cases[name](), tmp_path)

@@ -63,19 +63,14 @@ def test_banana_has_its_exact_moments_and_laplace_is_caught():
     assert not posterior.disagreements["x"].notable
 
 
-def test_a_prior_cut_at_its_mean_is_half_a_gaussian():
-    parameters = Parameters(Parameter("x", 2.1, prior=Prior(2.0, 0.5, 2.0, 10.0)))
-    posterior = sample(Target.from_log_likelihood(constant, parameters), parameters, Settings(seed=1))
-    assert posterior.converged
-    within(posterior, "x", 2.0 + 0.5 * np.sqrt(2.0 / np.pi), 0.5 * np.sqrt(1.0 - 2.0 / np.pi))
-    assert posterior.draws["x"].min() >= 2.0
-
-
-def test_the_prior_of_a_logarithmic_parameter_is_one_of_its_value():
-    parameters = Parameters(Parameter("x", 1.0, scale="log", prior=Prior(1.0, 0.4, 0.1, 5.0)))
+def test_a_prior_cut_at_its_mean_is_half_a_gaussian_and_one_of_a_logarithmic_parameter_is_of_its_value():
+    half = Parameter("half", 2.1, prior=Prior(2.0, 0.5, 2.0, 10.0))
+    parameters = Parameters(half, Parameter("x", 1.0, scale="log", prior=Prior(1.0, 0.4, 0.1, 5.0)))
     posterior = sample(Target.from_log_likelihood(constant, parameters), parameters, Settings(seed=2))
-    exact = stats.truncnorm((0.1 - 1.0) / 0.4, (5.0 - 1.0) / 0.4, 1.0, 0.4)
     assert posterior.converged
+    within(posterior, "half", 2.0 + 0.5 * np.sqrt(2.0 / np.pi), 0.5 * np.sqrt(1.0 - 2.0 / np.pi))
+    assert posterior.draws["half"].min() >= 2.0
+    exact = stats.truncnorm((0.1 - 1.0) / 0.4, (5.0 - 1.0) / 0.4, 1.0, 0.4)
     within(posterior, "x", exact.mean(), exact.std())
 
 

@@ -44,6 +44,7 @@ def test_fractions_behind_noisy_resistances_stay_at_the_truth_where_cold_springs
     assert _error(44.0, first, second, 4e-4, heat=0.0) < 0.3
 
 
+@pytest.mark.slow
 def test_a_spring_that_is_cold_throughout_is_found_cold_from_the_branch_on_which_it_is_heated():
     """Beside the truth lies a branch on which the cold spring is heated by 0.05 and the other one hotter."""
     assert _error(44.0, np.ones(ROWS), _pulse(0.7, 15.0, 30.0, 105.0, 118.0), 3e-5, heat=0.05) < 0.1

@@ -69,7 +69,7 @@ def test_shipped_campaigns_are_small_and_say_that_they_are_simulated():
         assert sum(p.stat().st_size for p in files) < 60_000
 
 
-@pytest.mark.parametrize("kind", makers())
+@pytest.mark.parametrize("kind", [pytest.param(k, marks=pytest.mark.slow if k == "actuator" else ()) for k in makers()])
 def test_a_seed_repeats_and_another_does_not(kind, tmp_path):
     interval = {"elastomer": {}, "actuator": {"interval_s": 1.0}}.get(kind, {"interval_s": 5.0})
     wishes = dict(noise_time_s=3.0, drift=0.5, **interval)
