@@ -13,7 +13,7 @@ from pneusma_jax.precision import enable_float64
 
 enable_float64()
 gc.set_threshold(200_000, 20, 50)  # tracing makes many objects and few cycles
-MOST_GIB = 3.0  # of a process that tests, between modules; what is dropped is traced again
+MOST_GIB = 1.9  # of a process that tests, between modules
 ROOT = Path(__file__).resolve().parents[1]
 
 
