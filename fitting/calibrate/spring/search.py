@@ -19,7 +19,7 @@ from .joint import Joint, decided_anew, fit_jointly, loosened, retried, shifted,
 from .memory_starts import memory_starts
 from .problem import Problem
 from .stages import Stage, run_stages
-from .stand_tests import LEVEL, SOFTER, Phase, Softer, StandTest, classify, contradicts, equally_stiff
+from .stand_tests import LEVEL, SOFTER, STATED, Phase, Softer, StandTest, classify, contradicts, equally_stiff
 
 CHANCE, MORE = 3.5, 6
 """CHANCE: a known alloy is fitted from further starts if the reduced chi-square exceeds 1 by this number of
@@ -193,7 +193,8 @@ def _remembered_anew(joint: Joint, seed: int, progress: Callable[[str], None]) -
 def _problem(
     campaign: Campaign, tests: Sequence[StandTest], base: Any, identify: bool, adjust: Mapping[str, Mapping]
 ) -> Problem:
-    held = {t.name: LEVEL[t.phase] for t in tests if LEVEL[t.phase] is not None} if identify else {}
+    known = [t for t in tests if identify or t.reason == STATED]
+    held = {t.name: level for t in known if (level := LEVEL[t.phase]) is not None}
     parameters = SPRING.parameters_for(campaign, base=base)
     if not parameters:
         raise InputError(
