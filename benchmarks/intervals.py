@@ -4,7 +4,7 @@
                                    [--workers 16]
 
 KIND is wire, tube (walls known), tube_walls (walls open), spring (known alloy), spring_open (everything
-open) or actuator. With `_drift` at its end zeros wander by the size of the noise in every recording. Truths
+open) or actuator. With `_drift` at its end zeros drift by the size of the noise in every recording. Truths
 are drawn from the priors that the fits use. Every campaign is characterised with the defaults of the command.
 Three kinds of interval are compared in the same fits: the standard error's (a Gaussian bar, `bar`), that of
 the profile's rise alone (`risen`), and those that are quoted (`quoted`).
@@ -34,7 +34,7 @@ from scipy.stats import chi2
 
 FIRST_SEED = 38_000
 DRIFT = "_drift"
-"""End of a kind whose zeros wander, by the size of the noise until the end of each recording."""
+"""End of a kind whose zeros drift, by the size of the noise until the end of each recording."""
 KINDS = {
     "wire": ("wire", {"spread": "prior"}),
     "tube": ("tube", {"tolerance": {"wall_thickness_mm": 0.0, "silicone_stiffness": 0.05}}),

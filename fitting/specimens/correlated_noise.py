@@ -1,4 +1,4 @@
-"""Noise that is correlated along a recording, as of an instrument's zero that is off or wanders: rows carry a
+"""Noise that is correlated along a recording, as of an instrument's zero that is off or drifts: rows carry a
 transformation of their residuals, after which these are independent."""
 
 from collections.abc import Mapping

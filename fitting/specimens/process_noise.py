@@ -29,11 +29,11 @@ DECISIVE = 3.0
 """Minimum difference of log-evidence for a test to determine its process noise."""
 
 
-def _every(values: Mapping[str, Array], stacked: Rows, wander: Array) -> Array:
-    return jax.vmap(lambda rows: process_noise_evidence(values, rows, wander))(stacked)
+def _every(values: Mapping[str, Array], stacked: Rows, process_noise: Array) -> Array:
+    return jax.vmap(lambda rows: process_noise_evidence(values, rows, process_noise))(stacked)
 
 
-_evidence = cached_program(_every, "evidence of a wander")
+_evidence = cached_program(_every, "evidence of a process_noise")
 
 
 def with_process_noise(
@@ -45,7 +45,7 @@ def with_process_noise(
 ) -> Rows:
     """A stack with the process-noise variances that its resistances imply at these parameters.
 
-    `pace` is the implied variance, `wander` the one that a fit uses.
+    Entry `implied_process_noise` is the implied variance, `process_noise` the one that a fit uses.
 
     A test whose resistance says nothing at all (too short) gets the median of the others. A test whose phase
     is held stays held.
@@ -71,10 +71,10 @@ def with_process_noise(
     resolved = informative & ~blind
     usual = 10.0 ** np.median(np.log10(best[resolved])) if resolved.any() else tried[len(tried) // 2]
     allowed = np.where(blind, np.minimum(usual, fastest), usual)
-    wander = loose * np.where(resolved, best, allowed)
-    pace = np.where(resolved, slowest, allowed)
+    process_noise = loose * np.where(resolved, best, allowed)
+    implied = np.where(resolved, slowest, allowed)
     return eqx.tree_at(
-        lambda rows: (rows.extra["wander"], rows.extra["pace"]),
+        lambda rows: (rows.extra["process_noise"], rows.extra["implied_process_noise"]),
         stacked,
-        (jnp.asarray(wander), jnp.asarray(pace)),
+        (jnp.asarray(process_noise), jnp.asarray(implied)),
     )

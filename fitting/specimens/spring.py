@@ -49,7 +49,7 @@ from .spring_trajectory import (
     spring_of,
 )
 
-WANDERS = tuple(10.0**k for k in range(-16, -2))
+PROCESS_NOISES = tuple(10.0**k for k in range(-16, -2))
 """Candidate process-noise variances per second. The smallest hold a cold wire at one phase, whose limit then
 either binds or does not. Noise that crossed this limit row by row would look like an offset."""
 BEGUN = "course"
@@ -67,7 +67,7 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
     of the rows count."""
     own = {name: x for name, x in stacked.extra.items() if not name.startswith((*ADDED, BEGUN))}
     plain = eqx.tree_at(lambda rows: rows.extra, stacked, own)  # so that one program serves both
-    found = with_process_noise(values, plain, LOOSE, WANDERS, pooled=True)
+    found = with_process_noise(values, plain, LOOSE, PROCESS_NOISES, pooled=True)
     if channels is None:
         return found
     extra = {**stacked.extra, **found.extra}

@@ -50,7 +50,7 @@ class GeneralFit:
         reduced_chi_square: reduced chi-square for the noise as stated.
         inflation: factor on the noise, and so on the standard errors.
         correlation_time: samples of misfit that make one independent one.
-        zeros: sizes of zeros that are off or wander, by output, which its noise is correlated by.
+        zeros: sizes of zeros that are off or drift, by output, which its noise is correlated by.
     """
 
     recordings: tuple[Recording, ...]

@@ -45,7 +45,7 @@ def informed(
 ) -> tuple[Information, list[np.ndarray], Lasting]:
     """Information of all fitted recordings together, and of each recording, held-out ones too; SI.
 
-    And what zeros of the instruments that are off, or wander, add to the errors.
+    And what zeros of the instruments that are off, or drift, add to the errors.
 
     Args:
         fit: any.

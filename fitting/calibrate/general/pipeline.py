@@ -48,7 +48,7 @@ class GeneralCharacterisation(Characterisation):
         options: tables that the campaign was fitted from.
         seed: seed of the scattered starts.
         model: the model on disk that was fitted; None for the base model.
-        lasting: zeros of instruments that are off or wander, and what they add to errors.
+        lasting: zeros of instruments that are off or drift, and what they add to errors.
     """
 
     campaign: Campaign
@@ -230,7 +230,7 @@ def _informed(fit: GeneralFit, unseen: Mapping[str, Quantity]) -> _Informed:
 def _beside_zeros(
     now: _Informed, unseen: Mapping[str, Quantity], progress: Callable[[str], None]
 ) -> _Informed:
-    """The fit with correlated noise, where zeros of instruments probably are off or wander.
+    """The fit with correlated noise, where zeros of instruments probably are off or drift.
 
     Constants that are held at their table's values leave slow misfit, too. Beside them no zero is believed.
     """

@@ -154,12 +154,12 @@ def _design(
     elongation = np.interp(place, walked, corners)
     sigma = {name: _typical(problem, name) for name in template.weight}
     level = LEVEL[phase] if identify else None
+    usual = lambda name: np.asarray(np.median(np.asarray(problem.stacked.extra[name])))  # noqa: E731
     extra = {
         **undecided(template).extra,
         "level": np.asarray(xi0 if level is None else level),
         "level_sd": np.asarray(0.5 if level is None else 0.0),
-        "wander": np.asarray(np.median(np.asarray(problem.stacked.extra["wander"]))),
-        "pace": np.asarray(np.median(np.asarray(problem.stacked.extra["pace"]))),
+        **{name: usual(name) for name in ("process_noise", "implied_process_noise")},
         "loading": np.ones(size),
     }
     return Rows(

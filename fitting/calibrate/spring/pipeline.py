@@ -67,7 +67,7 @@ class SpringCharacterisation(Characterisation):
         seed: seed of the scattered starts.
         softer: the phase that was taken as the softer one; None for a known alloy.
         combinations: quantities that the tests determine best: resistivities and stresses of both phases.
-        lasting: zeros of force and resistance that are off or wander, and what they add to errors.
+        lasting: zeros of force and resistance that are off or drift, and what they add to errors.
     """
 
     title: str
@@ -213,7 +213,7 @@ def _profiled_to_the_end(
 
 
 def _beside_zeros(joint: Joint, progress: Callable[[str], None]) -> Joint:
-    """The fit with correlated noise, where zeros of instruments probably are off or wander.
+    """The fit with correlated noise, where zeros of instruments probably are off or drift.
 
     Their sizes follow from a linearised fit. The first is that of white noise, which may be far off, so they
     are estimated again beside themselves.

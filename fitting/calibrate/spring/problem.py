@@ -82,7 +82,7 @@ class Problem:
         known = {name: value for name, value in values.items() if name in self.parameters}
         return replace(self, parameters=self.parameters.at(known))
 
-    def wandering(self, values: Mapping[str, float]) -> "Problem":
+    def with_process_noise(self, values: Mapping[str, float]) -> "Problem":
         """The same problem with new process-noise variances of the martensite fraction, from these values."""
         return replace(self, stacked=with_process_noise(values_of(self.parameters, values), self.stacked))
 

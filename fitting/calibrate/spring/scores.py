@@ -66,7 +66,7 @@ def stress_metrics(stress: np.ndarray, predicted: np.ndarray) -> dict[str, float
 def _from_resistance(values: Mapping, stacked: Rows) -> tuple[Trajectory, jax.Array, jax.Array]:
     def one(rows: Rows) -> tuple[Trajectory, jax.Array, jax.Array]:
         extra = {**undecided(rows).extra, "force_informs": jnp.zeros(())}
-        extra["wander"] = extra["wander"] / LOOSE  # a prediction wants the walk as it looks
+        extra["process_noise"] = extra["process_noise"] / LOOSE  # a prediction wants the walk as it looks
         plain = eqx.tree_at(lambda r: r.extra, undecided(rows), extra)
         sd = phase_sd(values, plain, by_force=False)
         area = spring_of(numbers(values, rows)).geometry.force(jnp.ones(()))

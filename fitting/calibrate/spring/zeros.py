@@ -1,4 +1,4 @@
-"""Zeros of the instruments of a stand that are off or wander, and what they add to the errors of a fit."""
+"""Zeros of the instruments of a stand that are off or drift, and what they add to the errors of a fit."""
 
 from collections.abc import Mapping
 
@@ -19,7 +19,7 @@ from .problem import Problem, freedom_taken_by, jacobian, values_of
 
 
 def zeros(problem: Problem, parameters: Parameters, told: Information) -> Lasting:
-    """Contribution of zeros of force and resistance, which are off or wander, to the errors.
+    """Contribution of zeros of force and resistance, which are off or drift, to the errors.
 
     Args:
         problem: the fitted problem.

@@ -214,7 +214,7 @@ class Program:
         names = [f"slope_{name}" for name in self.specimen.explained]
         if names[0] not in here.drivers:
             return here.hidden
-        found, process_noise = [], np.asarray(self.stacked.extra["wander"])
+        found, process_noise = [], np.asarray(self.stacked.extra["process_noise"])
         for k, channels in enumerate(self.channels):
             own, memory = (
                 np.stack([np.nan_to_num(here.drivers[f"{name}_{c.quantity}"][k]) for c in channels])

@@ -40,7 +40,7 @@ class Search:
         failed: float,
         chosen: np.ndarray | None = None,
     ):
-        self._channels, self._pace, self._failed = channels, process_noise, failed
+        self._channels, self._process_noise, self._failed = channels, process_noise, failed
         count = len(channels)
         self.best: Raw | None = None
         self.hidden: list[Hidden | None] = [None] * count
@@ -75,7 +75,7 @@ class Search:
             self._steps = np.zeros_like(trajectories_of(run.stacked))
         better = np.zeros(len(run.stacked.mask), bool)
         for k in np.flatnonzero(self._open):
-            hidden = run.hidden(k, self._channels[k], self._pace[k])
+            hidden = run.hidden(k, self._channels[k], self._process_noise[k])
             misfit = run.misfit(k, self._channels[k], self._failed)
             square = float(misfit @ misfit) + (hidden.roughness() if hidden else 0.0)
             better[k] = square < self._least[k]

@@ -21,7 +21,7 @@ from .sizes import DRIFTS, OFFSETS, SCALES, Sizes, before_of
 from .zeros import BINS, Size, root_of
 
 FAINT = 1e-12
-"""Minimum weight over the largest of a size that is kept. Once zeros are decided to wander, the weight of a
+"""Minimum weight over the largest of a size that is kept. Once zeros are decided to drift, the weight of a
 size beside another one may grow by up to 3e8."""
 
 

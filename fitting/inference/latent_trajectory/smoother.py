@@ -46,10 +46,10 @@ class Walk(eqx.Module):
     level_weight: Float[Array, ""]
 
     @classmethod
-    def over(cls, time: Array, mask: Array, wander: Array, level: Array, level_sd: Array) -> "Walk":
-        """A walk whose variance grows by `wander` per second."""
+    def over(cls, time: Array, mask: Array, process_noise: Array, level: Array, level_sd: Array) -> "Walk":
+        """A walk whose variance grows by `process_noise` per second."""
         step = jnp.maximum(jnp.diff(time, prepend=time[:1]), 1e-6)
-        weight = jnp.where(mask & (jnp.arange(time.size) > 0), 1.0 / jnp.sqrt(wander * step), 0.0)
+        weight = jnp.where(mask & (jnp.arange(time.size) > 0), 1.0 / jnp.sqrt(process_noise * step), 0.0)
         return cls(weight, level, 1.0 / level_sd)
 
     def residual(self, state: Float[Array, " rows"]) -> Float[Array, " more"]:
