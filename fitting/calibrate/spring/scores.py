@@ -11,7 +11,7 @@ import numpy as np
 from fitting.inference.metrics import metrics
 from fitting.specimens import Rows
 from fitting.specimens.correlated_noise import uncorrelated
-from fitting.specimens.process_noise import LOOSE
+from fitting.specimens.process_noise import FACTOR
 from fitting.specimens.rows import numbers
 from fitting.specimens.spring_law import Trajectory
 from fitting.specimens.spring_trajectory import phase_sd, spring_of, trajectory, undecided
@@ -66,7 +66,7 @@ def stress_metrics(stress: np.ndarray, predicted: np.ndarray) -> dict[str, float
 def _from_resistance(values: Mapping, stacked: Rows) -> tuple[Trajectory, jax.Array, jax.Array]:
     def one(rows: Rows) -> tuple[Trajectory, jax.Array, jax.Array]:
         extra = {**undecided(rows).extra, "force_informs": jnp.zeros(())}
-        extra["process_noise"] = extra["process_noise"] / LOOSE  # a prediction wants the walk as it looks
+        extra["process_noise"] = extra["process_noise"] / FACTOR  # the implied variance suits predictions
         plain = eqx.tree_at(lambda r: r.extra, undecided(rows), extra)
         sd = phase_sd(values, plain, by_force=False)
         area = spring_of(numbers(values, rows)).geometry.force(jnp.ones(()))
