@@ -37,7 +37,7 @@ def problem(tmp_path_factory):
     write_synthetic(synthesise("spring", seed=39520, interval_s=16.0, tests=1), folder)
     campaign = read_campaign(folder)
     known = Alloy(**{name: q.value for name, q in priors.alloy_quantities(campaign, ALLOY, None)[0].items()})
-    (reading,) = readings_of(campaign.to_fit("spring"), None, known, None)
+    (reading,) = readings_of(campaign.fittable("spring"), None, known, None)
     found = _problem(campaign, reading.tests, None, False, {})
     found = found.with_process_noise(found.parameters.valuesdict())
     cold = jnp.asarray([test.name == "cold" for test in found.tests])

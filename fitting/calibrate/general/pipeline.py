@@ -155,7 +155,7 @@ def characterise_general(
         InputError: if the recordings or options cannot be used, in one line.
     """
     require_float64()
-    recordings = campaign.to_fit(specimen.kind)
+    recordings = campaign.fittable(specimen.kind)
     predictor = model or specimen
     doubtful = {} if model or held else specimen.unseen(campaign, **options)
     parameters = _free(campaign, predictor, adjust or {}, options, doubtful)

@@ -155,7 +155,7 @@ def characterise_spring(
         InputError: if the recordings or options cannot be used, in one line.
     """
     require_float64()
-    recordings = campaign.to_fit("spring")
+    recordings = campaign.fittable("spring")
     quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
     known = None if identify else Alloy(**{name: q.value for name, q in quantities.items()})
     readings = readings_of(recordings, phases, known, softer)

@@ -12,7 +12,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from fitting.data.recordings import Campaign, Recording
+from fitting.data.recordings import Campaign, Recording, require_fitted
 from fitting.inference.channels import Channel
 from fitting.inference.parallel import RUNS, Tally
 from fitting.specimens.reduction import thinned
@@ -125,8 +125,7 @@ class Program:
                     f"{recording.path or recording.name}: there is no {wanted} to compare the model with"
                 )
         fitted = np.array([recording.role == "fit" for recording in campaign.recordings])
-        if not fitted.any():
-            raise InputError(f"{campaign.path}: every recording has role validation; nothing is left to fit")
+        require_fitted(campaign.recordings, campaign.path)
         program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted)
         program.followed_values, program.bare = np.zeros(len(channels)), channels
         program.untimed = tuple(untimed)
