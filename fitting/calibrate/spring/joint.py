@@ -299,8 +299,8 @@ def lead(joint: Joint) -> float:
 def misfits(problem: Problem, values: Mapping[str, float]) -> dict[int, float]:
     """Mean square of the force's misfit over its noise, of every fitted test, by its index."""
     series = force_misfit(problem, values)
-    told = [k for k in problem.fitted if np.any(np.asarray(problem.stacked.weight["force"][k]) > 0.0)]
-    return {k: float(np.mean(misfit**2)) for k, misfit in zip(told, series, strict=True)}
+    with_force = [k for k in problem.fitted if np.any(np.asarray(problem.stacked.weight["force"][k]) > 0.0)]
+    return {k: float(np.mean(misfit**2)) for k, misfit in zip(with_force, series, strict=True)}
 
 
 def _settled(starts: tuple[Start, ...], progress: Callable[[str], None]) -> Joint:

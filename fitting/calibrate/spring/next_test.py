@@ -81,7 +81,7 @@ def next_test(problem: Problem, parameters: Parameters, found: Information, iden
         _design(problem, template, phase, xi0, strain, identify) for _, _, phase, xi0, strain in plans
     ]
     stacked = _measured(values_of(problem.parameters, values), stack(designed, problem.stacked))
-    data = {"rows": stacked, "pins": problem.data()["pins"]}
+    data = {"rows": stacked, "constraints": problem.data()["constraints"]}
     each = fisher(problem, values, data)
     now = found.sd()
     candidates = []

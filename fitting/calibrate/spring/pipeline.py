@@ -165,7 +165,7 @@ def characterise_spring(
     single, (profiled, last) = _profiled_to_the_end(begun, profile, progress)
     fitted = [test for test in chosen.reading.tests if test.fitted]
     joint = spanned(single)
-    told = information(joint.problem, joint.parameters)
+    fisher = information(joint.problem, joint.parameters)
     progress("information")
     return SpringCharacterisation(
         title=campaign.title,
@@ -175,12 +175,12 @@ def characterise_spring(
         joint=joint,
         base=quantities,
         start=chosen.start,
-        information=told,
-        identifiability=_identifiability(told, joint, chosen.start, fitted),
+        information=fisher,
+        identifiability=_identifiability(fisher, joint, chosen.start, fitted),
         modes=tuple(other_modes(single)),
         profiles=with_other_fits(profiled, single),
         scores=tuple(scores(joint.problem, joint.values)),
-        next_test=next_test(joint.problem, joint.parameters, told, identify),
+        next_test=next_test(joint.problem, joint.parameters, fisher, identify),
         real=all_real(recordings),
         notices=(*order(found, best), *notices_of(recordings)),
         seed=seed,
@@ -191,11 +191,11 @@ def characterise_spring(
 
 
 def _identifiability(
-    told: Information, joint: Joint, start: Mapping[str, float], fitted: Sequence[StandTest]
+    fisher: Information, joint: Joint, start: Mapping[str, float], fitted: Sequence[StandTest]
 ) -> list[dict[str, Any]]:
     """Constants that stay open, the tests that would show them, and those that do."""
     needed, reach = partial(why_not_shown, fitted), partial(informing_tests, fitted)
-    return open_constants(told, joint.parameters, start, needed=needed, reach=reach)
+    return open_constants(fisher, joint.parameters, start, needed=needed, reach=reach)
 
 
 def _profiled_to_the_end(
@@ -232,9 +232,9 @@ def _profiled(
     joint: Joint, profile: int | Sequence[str], progress: Callable[[str], None], leave: bool
 ) -> tuple[dict[str, Profile], Lasting]:
     """Profiles that know about zeros of the instruments, and those; see `to_the_end`."""
-    told = information(joint.problem, joint.parameters)
-    last = zeros(joint.problem, joint.parameters, told)
-    units = dict(zip(told.names, map(float, last.variance), strict=True))
+    fisher = information(joint.problem, joint.parameters)
+    last = zeros(joint.problem, joint.parameters, fisher)
+    units = dict(zip(fisher.names, map(float, last.variance), strict=True))
     return profiles(joint, _wanted(joint, profile), units, progress, leave), last
 
 

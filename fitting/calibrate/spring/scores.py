@@ -83,7 +83,7 @@ def scores(problem: Problem, values: Mapping[str, float]) -> list[Score]:
     result = []
     for k, test in enumerate(problem.tests):
         weight = {name: np.asarray(w[k]) for name, w in problem.stacked.weight.items()}
-        told = np.asarray(problem.stacked.mask[k]) & (weight["force"] > 0.0)
+        compared = np.asarray(problem.stacked.mask[k]) & (weight["force"] > 0.0)
         measured = {name: np.asarray(m[k]) for name, m in problem.stacked.measured.items()}
         misfit = {name: weight[name] * (getattr(found, name)[k] - measured[name]) for name in weight}
         known = weight["resistance"] > 0.0
@@ -91,15 +91,15 @@ def scores(problem: Problem, values: Mapping[str, float]) -> list[Score]:
             Score(
                 name=test.name,
                 role=test.recording.role,
-                time=np.asarray(problem.stacked.time[k])[told],
-                gamma=found.gamma[k][told],
-                stress=measured["force"][told] / area[k],
-                predicted=found.stress[k][told],
-                xi0=found.xi0[k][told],
-                xi0_sd=sd[k][told],
-                blind=float(np.mean(sd[k][told] > BLIND)) if told.any() else 0.0,
+                time=np.asarray(problem.stacked.time[k])[compared],
+                gamma=found.gamma[k][compared],
+                stress=measured["force"][compared] / area[k],
+                predicted=found.stress[k][compared],
+                xi0=found.xi0[k][compared],
+                xi0_sd=sd[k][compared],
+                blind=float(np.mean(sd[k][compared] > BLIND)) if compared.any() else 0.0,
                 resistance_rms=_rms(misfit["resistance"][known]),
-                force_rms=_rms(misfit["force"][told]),
+                force_rms=_rms(misfit["force"][compared]),
             )
         )
     return result
