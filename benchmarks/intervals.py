@@ -89,7 +89,7 @@ def one_campaign(kind: str, seed: int) -> dict:
             "risen": risen(profile, entry.unit),
             "rank": rank_of(profile, entry, truth),
             "curved": estimate.curved,
-            "told": list(estimate.told),
+            "told": list(estimate.determined),
             "of_prior": estimate.of_prior,
         }
     fitted = fit.joint if what == "spring" else fit.fit

@@ -65,7 +65,7 @@ class Profile:
         below: chi-square at the fit, less its least value on the profile. If it is more than chance explains,
             the fit had not reached its end.
         lowest: free parameters there, SI; empty where the fit is the least.
-        told: part of the rise that the recordings alone make, shape (points,); None where nobody asked.
+        rise_by_data: part of the rise that the recordings alone make, shape (points,); None where unknown.
         bounds: bounds of the parameter, SI.
         unit: rise that counts as one standard deviation: more than 1 beside noise that lasts.
         visited: all free parameters at every point, SI; empty where nobody kept them.
@@ -79,7 +79,7 @@ class Profile:
     sd: float
     below: float = 0.0
     lowest: Mapping[str, float] = field(default_factory=dict)
-    told: np.ndarray | None = None
+    rise_by_data: np.ndarray | None = None
     bounds: tuple[float, float] = (-np.inf, np.inf)
     unit: float = 1.0
     visited: Sequence[Mapping[str, float]] = ()
@@ -200,15 +200,15 @@ class Profile:
         They do where at least half of the rise there is theirs; elsewhere priors or a bound end it.
         """
         low, high = self.quoted(90)
-        return self._told(-1, low), self._told(1, high)
+        return self._determined(-1, low), self._determined(1, high)
 
-    def _told(self, side: int, end: float) -> bool:
+    def _determined(self, side: int, end: float) -> bool:
         """True if the recordings make at least half of the rise at one end of the 90 % interval."""
         if not np.isfinite(self._end(side, RISES[90])):
             return False
-        value, root, told = self._course(side)
+        value, root, rise_by_data = self._course(side)
         k = 1 + int(np.argmin(np.abs(value[1:] - end)))
-        return told is None or bool(told[k] >= 0.5 * root[k] ** 2)
+        return rise_by_data is None or bool(rise_by_data[k] >= 0.5 * root[k] ** 2)
 
     def _end(self, side: int, rise: float) -> float:
         """Last place on one side at which the profile passes a rise; infinite if it does not.
@@ -235,8 +235,8 @@ class Profile:
         outwards = slice(int(np.argmin(self.rise)), None, side)
         value, rise = self.value[outwards], self.rise[outwards]
         kept = [k for k in range(len(rise)) if k == 0 or 0.0 < rise[k] < rise[k + 1 :].min(initial=np.inf)]
-        told = None if self.told is None else self.told[outwards][kept]
-        return value[kept], np.sqrt(rise[kept]), told
+        rise_by_data = None if self.rise_by_data is None else self.rise_by_data[outwards][kept]
+        return value[kept], np.sqrt(rise[kept]), rise_by_data
 
     def joined(self, others: Sequence[tuple[float, float]]) -> "Profile":
         """The same profile with other fits that are nearly as good, each with the parabola of `sd`.
@@ -266,7 +266,7 @@ class Profile:
             value=value[order],
             rise=more(self.rise, rises),
             stopped=more(self.stopped, [False] * len(points)),
-            told=None if self.told is None else more(self.told, rises),
+            rise_by_data=None if self.rise_by_data is None else more(self.rise_by_data, rises),
             visited=(),
         )
 

@@ -363,8 +363,8 @@ def freedom_taken(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
     """
     found = trajectory(values, rows)
     weight = jnp.stack([rows.weight[name] for name in OUTPUTS])
-    told = smoother.information(found.local, weight)
-    return jnp.where(rows.extra["level_sd"] > 0.0, jnp.sum(told * _sd(found, rows) ** 2), 0.0)
+    information = smoother.information(found.local, weight)
+    return jnp.where(rows.extra["level_sd"] > 0.0, jnp.sum(information * _sd(found, rows) ** 2), 0.0)
 
 
 def phase_sd(values: Mapping[str, Array], rows: Rows, by_force: bool = True) -> Float[Array, " rows"]:

@@ -120,7 +120,7 @@ def test_a_direction_that_nothing_tells_is_the_prior_and_is_said_to_be():
     found = problem.profile()
     np.testing.assert_allclose(found.quoted(90), [-10.0 * WIDTH_90, 10.0 * WIDTH_90], rtol=1e-3)
     quoted = estimate(problem.parameters["x"], found)
-    assert quoted.told == (False, False) and merely_prior(quoted) and quoted.curved
+    assert quoted.determined == (False, False) and merely_prior(quoted) and quoted.curved
     assert quoted.of_prior == pytest.approx(1.0, rel=1e-3) and quoted.sd == pytest.approx(10.0, rel=1e-3)
 
 
@@ -142,7 +142,7 @@ def test_a_constant_at_its_bound_has_a_one_sided_interval():
     assert low == 0.0 and high == pytest.approx(1.147, rel=0.03)  # a truncated Gaussian has 10 % beyond
     assert found.interval(RISES[90])[1] == pytest.approx((1.0 + RISES[90]) ** 0.5 - 1.0, rel=0.05)
     quoted = estimate(problem.parameters["x"], found)
-    assert quoted.at_bound and quoted.interval[90] == (low, high) and quoted.told == (False, True)
+    assert quoted.at_bound and quoted.interval[90] == (low, high) and quoted.determined == (False, True)
 
 
 def test_noise_that_lasts_widens_the_interval():
