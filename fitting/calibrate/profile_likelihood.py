@@ -31,7 +31,7 @@ The 68 is one standard deviation, 68.27 %."""
 WIDTH_90 = float(np.sqrt(RISES[90]))
 """Standard errors from the best value to the end of a 90 % interval, of a parabola."""
 WIDTH_99 = 2.575829
-"""The same of a 99 % interval. A profile is followed so far: 1 % of a Gaussian lies beyond, a tenth of the
+"""The same of a 99 % interval, the end of a profile. 1 % of a Gaussian lies beyond it. That is a tenth of the
 10 % that decide about the ends of a 90 % interval."""
 NEAR = 0.15
 """Relative distance of the root of a rise from that of a limit up to which no further point is looked for.
@@ -59,8 +59,8 @@ class Profile:
         name: name of the parameter.
         value: values at which it was held, SI, ascending, shape (points,).
         rise: rise of chi-square, priors included, above its least value, shape (points,).
-        stopped: true where the other parameters stopped before their end, at a kink of the law's memory; the
-            rise is an upper limit there; shape (points,).
+        stopped: true where the other parameters stopped before their end, at a kink of the law's memory,
+            shape (points,). The rise is an upper limit there.
         sd: standard error that a parabola would have, SI; NaN of a parameter at a bound.
         below: chi-square at the fit, less its least value on the profile. If it is more than chance explains,
             the fit had not reached its end.
@@ -286,10 +286,10 @@ def to_the_end(
 
     Args:
         fit: the fit to begin with.
-        profiled: function from a fit to a tuple that begins with its profiles by name; with true it may end
+        profiled: function from a fit to a tuple that begins with its profiles by name. With true it may end
             at the first that falls below the fit.
-        gone_on: function from a fit, the name of the lowest profile and its parameters there to a new fit,
-            and whether it is a better one.
+        gone_on: function that continues a fit from the lowest point of a profile, given by name and
+            parameters. It returns the new fit, and true if it is better.
     """
     for _ in range(RENEWALS):
         found = profiled(fit, True)

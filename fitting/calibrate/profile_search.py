@@ -28,7 +28,7 @@ BEYOND = 4
 """Fits on one side beyond that, at most."""
 PASSED = 0.5
 """Relative distance by which the root of a rise may pass the last one. Beyond 99 % the density there is 6e-4
-of the best one's, or less, so that what lies between the two points need not be known better."""
+of the best one's, or less. So the profile between the two points need not be known better."""
 PLATEAU = 0.02
 """Part of the density that a plateau beyond the last point may hold, if it is as wide as the prior. In one
 wire of 8 a plateau of `gR_decay` lay 6 above the fit. The 99 % interval ended before it, and the truth was 9

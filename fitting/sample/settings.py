@@ -19,8 +19,8 @@ class Settings:
 
     Attributes:
         sampler: "emcee" (ensembles around the fit), "nuts" (chains that follow gradients), "tempered"
-            (ensembles of emcee that start from the prior), or "auto": a short pilot run chooses "emcee" or
-            "nuts".
+            (ensembles of emcee that start from the prior), or "auto". With "auto" a short pilot run chooses
+            "emcee" or "nuts".
         walkers: number of walkers of each ensemble of emcee, even; None for the larger of 32 and four times
             the number of parameters.
         ensembles: number of independent ensembles, for R-hat.

@@ -34,8 +34,10 @@ def along(slope: np.ndarray, x: np.ndarray) -> np.ndarray:
 def costs_of(
     time: np.ndarray, x: np.ndarray, missed: np.ndarray, process_noise: np.ndarray, cold: np.ndarray
 ) -> np.ndarray:
-    """Half the sum of squares of each row: what readings miss, and half of the walk's two steps at the row,
-    in units of their deviation; shape (n,). The sum over all rows is that of the recording.
+    """Half the weighted sum of squares of each row, shape (n,).
+
+    It counts the readings' misfits, and half of each of the walk's two steps at the row. All are in standard
+    deviations. The sum over all rows is that of the recording.
 
     Args:
         time: time [s], shape (n,).

@@ -20,8 +20,8 @@ FACTOR = 1e2
 
 A random walk of small variance is itself a measurement of the fraction's scale, which depends on `a` and `b`.
 It biased them by two to three standard errors. With this factor the walk only bridges rows whose resistance
-is uninformative. With a factor a hundred times larger, noise crosses the limits of the fraction. 90 %
-intervals then held the truth in 87 instead of 89 to 90 %.
+is uninformative. With a factor a hundred times larger, noise crosses the limits of the fraction. The
+truth was then in 87 % of the 90 % intervals, instead of 89 to 90 %.
 """
 TOLERANCE = 2.0
 """Maximum loss of log-evidence for which a smaller variance replaces the best one."""

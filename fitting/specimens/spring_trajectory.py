@@ -57,8 +57,8 @@ LEVELS = (0.2, 0.5)
 ALIKE = 2.0
 """Number of standard deviations of the martensite fraction within which two rows are equally hot."""
 NEARLY_COLD = 1e-3
-"""Maximum austenite of a test that is held at martensite [1]. Up to there resistance is linear in it: for an
-exponent `a` of 10, 1 - (1 - x)^a and a x differ by less than 0.5 %."""
+"""Maximum austenite of a test that is held at martensite [1]. Up to there resistance is linear in it. For
+an exponent `a` of 10, 1 - (1 - x)^a and a x differ by less than 0.5 %."""
 INITIAL_PROCESS_NOISE = 1e-6
 """Initial process-noise variance of the martensite fraction per second, until `with_process_noise` finds
 it."""

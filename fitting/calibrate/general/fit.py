@@ -253,11 +253,11 @@ def _searched(
     """
     ends: list[float] = []
     for draw in range(1, DRAWS + 1):
-        astray = missed(result)
-        if starts < 2 or not (astray or result.status is Status.STALLED):
+        misfits = missed(result)
+        if starts < 2 or not (misfits or result.status is Status.STALLED):
             break
         begin = result.parameters.at(result.values)
-        fresh = starts if astray else _about(result, starts - 1, seed + draw)
+        fresh = starts if misfits else _about(result, starts - 1, seed + draw)
         other = _fit(model, recordings, rows, begin, fresh, seed + draw)
         ends += [float(x) for x in other.start_chi_squares[1:]]
         progress("further starts")

@@ -163,8 +163,8 @@ class Problem:
     def fit(self, **options: Any) -> FitResult:
         """Fit from the starting values.
 
-        The rule of the residual strain decides at the starting values, and again at the values of each fit,
-        until chi-square changes by less than `SAME`, or for `MOST_ROUNDS` rounds.
+        The rule of the residual strain decides at the starting values, and again at the values of each fit.
+        Rounds end when chi-square changes by less than `SAME`, or after `MOST_ROUNDS`.
 
         Args:
             **options: options of `data`.

@@ -29,8 +29,10 @@ class Score:
     Attributes:
         name: name of the recording.
         role: `fit` or `validation`.
-        gamma: shear strain [1]; stress, predicted: measured and predicted shear stress [Pa]; shape (rows,).
-        time [s], xi0, xi0_sd: martensite fraction read from resistance, and how well; shape (rows,).
+        time: time of the rows with a force [s], shape (rows,).
+        gamma: shear strain [1], shape (rows,).
+        stress, predicted: measured and predicted shear stress [Pa], shape (rows,).
+        xi0, xi0_sd: martensite fraction read from resistance, and its standard deviation [1], shape (rows,).
         blind: share of the rows whose resistance hardly informs the martensite fraction.
         resistance_rms: root mean square of the resistance's misfit under a smooth martensite fraction, over
             its noise [1].

@@ -40,9 +40,10 @@ class Lasting:
         variance: square of the longer side of every parameter's 90 % interval over that of the fit, shape
             (parameters,).
         drift, offset: posterior mean of the standard deviation by output, in units of the noise.
-        levels: by per cent, square of the lower and the upper side of an interval over those of a Gaussian of
-            that variance, shape (parameters, 2) each. They are below 1 where sizes are uncertain, as tails
-            are then longer than a Gaussian's, and on the side that zeros have moved the fit to.
+        levels: by per cent, squares of the lower and the upper side of an interval, shape (parameters, 2)
+            each. They are relative to those of a Gaussian of that variance. They are below 1 where sizes are
+            uncertain, as tails are then longer than a Gaussian's. So they are on the side that zeros have
+            moved the fit to.
         scale: posterior mean of the white noise by output, in units of the noise.
         steady: probability that no zero is off or drifts; one half beforehand, for any number of outputs.
         taken: true if the fit was made with noise that zeros correlate.

@@ -20,8 +20,8 @@ LONGEST = 0.1  # Maximum step of a fraction in a round; near full heat the tange
 SETTLED = 1e-3  # Maximum step at which the rounds end
 PROCESS_NOISES = np.geomspace(1e-8, 1e4, 49)
 """Candidate variances of the walk per second, over that of one reading."""
-ASTRAY = 10.0  # Maximum deviation of a sample from the walk, in units of the resistance's noise
-MOST_ASTRAY = 0.05  # Maximum share of the samples with a larger deviation
+OUTLIER = 10.0  # Minimum deviation of an outlier from the walk, in units of the resistance's noise
+MOST_OUTLIERS = 0.05  # Maximum share of outliers
 LEAST_SLOPE = 1e-6
 """Minimum slope of the resistance over xi0, relative to the wire's; keeps uninformative samples finite."""
 
@@ -58,8 +58,8 @@ def martensite_fraction(
             break
     misfit = np.abs(ohms - np.asarray(_resistance(spring, xi0, strain)[0]))
     noise = max(np.median(np.abs(np.diff(ohms, append=ohms[-1]))), np.median(misfit))
-    astray = misfit > ASTRAY * noise
-    return np.interp(time, t, single if astray.mean() > MOST_ASTRAY else xi0)
+    outliers = misfit > OUTLIER * noise
+    return np.interp(time, t, single if outliers.mean() > MOST_OUTLIERS else xi0)
 
 
 @eqx.filter_jit

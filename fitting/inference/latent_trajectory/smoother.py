@@ -170,7 +170,7 @@ def solve(
     """Solution of the Gauss-Newton system of the state.
 
     The system is tridiagonal, apart from rows that remember earlier ones, and from correlated noise.
-    Conjugate gradients, preconditioned by the tridiagonal part, need one iteration for each row that many
+    The tridiagonal part preconditions conjugate gradients. They need one iteration for each row that many
     rows remember, and one for each strong mode of the noise.
     """
     diagonal, upper = hessian(local, weight, walk, state)
