@@ -79,7 +79,7 @@ class _Side:
     stopped: list[bool] = field(default_factory=lambda: [False])
 
 
-def followed(
+def profile_likelihoods(
     names: Sequence[str],
     parameters: Mapping[str, Parameter],
     values: Mapping[str, float],
@@ -185,7 +185,7 @@ def _by_data(result: FitResult) -> float:
 
 @dataclass(frozen=True)
 class _Search:
-    """One parameter's profile over a fit; arguments as of `followed`."""
+    """One parameter's profile over a fit; arguments as of `profile_likelihoods`."""
 
     name: str
     entry: Parameter

@@ -132,8 +132,8 @@ def profiled(monkeypatch):
             result=SimpleNamespace(uncertainty=errors),
         )
 
-        def pinned(problem, data, pins, known=None):
-            x = pins.get("x", 0.0)
+        def pinned(problem, data, held, known=None):
+            x = held.get("x", 0.0)
             return SimpleNamespace(chi_square=chi_square(x), success=True, values={"x": x, "y": 2.0 * x})
 
         monkeypatch.setattr(profiling, "fit_constrained", pinned)

@@ -4,7 +4,7 @@ a fit stops early."""
 from collections.abc import Callable, Mapping, Sequence
 
 from fitting.calibrate.profile_likelihood import Profile
-from fitting.calibrate.profile_search import followed
+from fitting.calibrate.profile_search import profile_likelihoods
 from fitting.inference.least_squares import FitResult
 from fitting.specimens.spring_trajectory import decided
 
@@ -38,8 +38,8 @@ def profiles(
         problem = joint.problem.at({**values, **held})
         return problem.fit(constraints=constraints_of(problem, held, joint.parameters))
 
-    errors = joint.result.uncertainty
-    return followed(names, joint.parameters, joint.values, errors, fit, again, units, progress, leave)
+    fitted = joint.parameters, joint.values, joint.result.uncertainty
+    return profile_likelihoods(names, *fitted, fit, again, units, progress, leave)
 
 
 def with_other_fits(found: Mapping[str, Profile], joint: Joint) -> dict[str, Profile]:
