@@ -4,13 +4,13 @@
                                    [--workers 16]
 
 KIND is wire, tube (walls known), tube_walls (walls open), spring (known alloy), spring_open (everything
-open) or actuator. With `_drift` at its end zeros wander by the size of the noise in every recording. Truths
+open) or actuator. With `_drift` at its end zeros drift by the size of the noise in every recording. Truths
 are drawn from the priors that the fits use. Every campaign is characterised with the defaults of the command.
-Three kinds of interval are compared in the same fits: the standard error's (a Gaussian bar, `bar`), that of
-the profile's rise alone (`risen`), and those that are quoted (`quoted`).
+Three kinds of interval are compared in the same fits. `bar` is the Gaussian one of the standard error,
+`risen` that of the profile's rise alone, and `quoted` the one that is quoted.
 
-The constants of one campaign share their noise, so they are no independent trials: one direction of four
-constants that is two deviations off puts all four outside. The range behind a coverage is that of campaigns
+The constants of one campaign share their noise, so they are no independent trials. If one direction of
+four constants is two deviations off, all four are outside. The range behind a coverage is that of campaigns
 drawn anew with replacement (a cluster bootstrap), not the binomial one.
 
 With `--workers` several processes of one thread each take one seed after the other. A finished campaign is
@@ -34,7 +34,7 @@ from scipy.stats import chi2
 
 FIRST_SEED = 38_000
 DRIFT = "_drift"
-"""End of a kind whose zeros wander, by the size of the noise until the end of each recording."""
+"""End of a kind whose zeros drift, by the size of the noise until the end of each recording."""
 KINDS = {
     "wire": ("wire", {"spread": "prior"}),
     "tube": ("tube", {"tolerance": {"wall_thickness_mm": 0.0, "silicone_stiffness": 0.05}}),
@@ -89,7 +89,7 @@ def one_campaign(kind: str, seed: int) -> dict:
             "risen": risen(profile, entry.unit),
             "rank": rank_of(profile, entry, truth),
             "curved": estimate.curved,
-            "told": list(estimate.told),
+            "told": list(estimate.determined),
             "of_prior": estimate.of_prior,
         }
     fitted = fit.joint if what == "spring" else fit.fit

@@ -68,7 +68,7 @@ def spring_problem():
     quantities, _ = priors.alloy_quantities(campaign, ALLOY)
     alloy = Alloy(**{name: quantity.value for name, quantity in quantities.items()})
     problem = _problem(campaign, classify(campaign.recordings, None, alloy), None, False, {})
-    return problem.wandering({name: entry.value for name, entry in problem.parameters.items()})
+    return problem.with_process_noise({name: entry.value for name, entry in problem.parameters.items()})
 
 
 def coordinates(problem, values) -> np.ndarray:

@@ -157,12 +157,12 @@ def _pooled(done: Sequence[Member]) -> tuple[dict[str, Pooled], list[str]]:
     units: dict[str, str] = {}
     left_out = []
     for member in done:
-        told, law = _told(member.result), member.result.law
-        told |= dict.fromkeys(getattr(member.result, "unseen", {}), (np.nan, np.nan))
+        alone, law = _without_shared_priors(member.result), member.result.law
+        alone |= dict.fromkeys(getattr(member.result, "unseen", {}), (np.nan, np.nan))
         for name, estimate in member.result.parameters.items():
             stem, _, number = name.partition(MARK)
             specimen = f"{member.name} {number}".strip()
-            value, sd = told.get(name, (estimate.value, estimate.sd))
+            value, sd = alone.get(name, (estimate.value, estimate.sd))
             if estimate.at_bound or not np.isfinite(sd) or not sd > 0.0:
                 why = "at a bound" if estimate.at_bound else "not informed by the data alone"
                 left_out.append(f"{specimen}: {stem} is {why}")
@@ -182,7 +182,7 @@ def _pooled(done: Sequence[Member]) -> tuple[dict[str, Pooled], list[str]]:
     return pooled, left_out
 
 
-def _told(result: Characterisation) -> dict[str, tuple[float, float]]:
+def _without_shared_priors(result: Characterisation) -> dict[str, tuple[float, float]]:
     """Value and error without the priors that specimens share, by name, in the unit of files.
 
     Those of a specimen's own dimensions are measurements of that specimen, and stay.
@@ -201,8 +201,8 @@ def _told(result: Characterisation) -> dict[str, tuple[float, float]]:
         np.array([entry.prior.mean if shared(entry) else entry.value for entry in entries]),
         np.array([entry.prior.sd if shared(entry) else np.inf for entry in entries]),
     )
-    told = {}
+    alone = {}
     for entry, value, error in zip(entries, *found, strict=True):
         at = float(from_si(value, entry.unit, entry.unit == "K"))
-        told[entry.name] = at, float(from_si(error, entry.unit, difference=True))
-    return told
+        alone[entry.name] = at, float(from_si(error, entry.unit, difference=True))
+    return alone

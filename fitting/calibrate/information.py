@@ -66,10 +66,10 @@ def with_errors(result: FitResult, inform: Callable[[Parameters], Information]) 
     if result.uncertainty.names or result.chi_square is None:
         return result
     parameters = result.parameters.copy()
-    told = inform(parameters)
-    kept = [k for k, fixed in enumerate(told.fixed) if not fixed]
-    names = tuple(told.names[k] for k in kept)
-    covariance = told.covariance()[np.ix_(kept, kept)]
+    fisher = inform(parameters)
+    kept = [k for k, fixed in enumerate(fisher.fixed) if not fixed]
+    names = tuple(fisher.names[k] for k in kept)
+    covariance = fisher.covariance()[np.ix_(kept, kept)]
     sd = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
     errors = dict.fromkeys(parameters) | dict(zip(names, map(float, sd), strict=True))
     for name, error in errors.items():

@@ -20,7 +20,7 @@ TOGETHER = 0.97
 
 
 def open_constants(
-    told: Information,
+    fisher: Information,
     parameters: Parameters,
     start: Mapping[str, float],
     absent: Mapping[str, str] | None = None,
@@ -30,7 +30,7 @@ def open_constants(
     """Parameters that recordings leave open, in words.
 
     Args:
-        told: Fisher information of the recordings.
+        fisher: Fisher information of the recordings.
         parameters: free parameters at the values found.
         start: values before the fit, SI.
         absent: parameters whose bound means that there is nothing, with a sentence each.
@@ -42,10 +42,10 @@ def open_constants(
         `at_bound`, `at_start`, `not_informed`, `loose_direction` and `known_together`.
     """
     absent = absent or {}
-    stopped = [name for name, fixed in zip(told.names, told.fixed, strict=True) if fixed]
+    stopped = [name for name, fixed in zip(fisher.names, fisher.fixed, strict=True) if fixed]
     entries = [_bound(name, absent.get(name)) for name in stopped]
-    alone, covered = _alone(told, parameters, start, needed)
-    return entries + alone + _loose(told, covered, reach) + _together(told, reach)
+    alone, covered = _alone(fisher, parameters, start, needed)
+    return entries + alone + _loose(fisher, covered, reach) + _together(fisher, reach)
 
 
 def _bound(name: str, absent: str | None) -> dict[str, Any]:
@@ -59,16 +59,16 @@ def _bound(name: str, absent: str | None) -> dict[str, Any]:
 
 
 def _alone(
-    told: Information, parameters: Parameters, start: Mapping[str, float], needed: Callable[[str], str]
+    fisher: Information, parameters: Parameters, start: Mapping[str, float], needed: Callable[[str], str]
 ) -> tuple[list[dict[str, Any]], set[str]]:
     """Parameters about which the recordings say next to nothing even if all others were known."""
     entries, covered = [], set()
-    marginal, best = told.sd() / told.scale, told.alone() / told.scale
-    for k, name in enumerate(told.names):
-        if told.fixed[k] or best[k] < HARDLY:
+    marginal, best = fisher.sd() / fisher.scale, fisher.alone() / fisher.scale
+    for k, name in enumerate(fisher.names):
+        if fisher.fixed[k] or best[k] < HARDLY:
             continue
         covered.add(name)
-        stayed = abs(parameters[name].value - start[name]) < STAYED * told.scale[k]
+        stayed = abs(parameters[name].value - start[name]) < STAYED * fisher.scale[k]
         where = "is still at the value it started from" if stayed else "is hardly informed"
         text = (
             f"{name} {where}: {needed(name)}. Its error of {100.0 * marginal[k]:.0f} % of the prior's comes "
@@ -81,11 +81,11 @@ def _alone(
 
 
 def _loose(
-    told: Information, covered: set[str], reach: Callable[[Sequence[str]], str]
+    fisher: Information, covered: set[str], reach: Callable[[Sequence[str]], str]
 ) -> list[dict[str, Any]]:
     """Combinations of two or more parameters along which the recordings say less than the priors."""
-    kept = [k for k, name in enumerate(told.names) if not told.fixed[k] and name not in covered]
-    scaled = (told.matrix * np.outer(told.scale, told.scale))[np.ix_(kept, kept)]
+    kept = [k for k, name in enumerate(fisher.names) if not fisher.fixed[k] and name not in covered]
+    scaled = (fisher.matrix * np.outer(fisher.scale, fisher.scale))[np.ix_(kept, kept)]
     width, axes = np.linalg.eigh(scaled)
     entries = []
     for value, axis in zip(width, axes.T, strict=True):
@@ -93,7 +93,7 @@ def _loose(
         if ratio < HARDLY:
             break
         main = [i for i in np.argsort(-np.abs(axis)) if abs(axis[i]) >= SHARE * np.abs(axis).max()]
-        names = [told.names[kept[i]] for i in main]
+        names = [fisher.names[kept[i]] for i in main]
         if len(names) < 2:
             continue
         senses = " while ".join(
@@ -108,12 +108,12 @@ def _loose(
     return entries
 
 
-def _together(told: Information, reach: Callable[[Sequence[str]], str]) -> list[dict[str, Any]]:
+def _together(fisher: Information, reach: Callable[[Sequence[str]], str]) -> list[dict[str, Any]]:
     """Groups of parameters that correlations above `TOGETHER` connect."""
-    covariance = told.covariance()
+    covariance = fisher.covariance()
     spread = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
     correlation = covariance / np.outer(spread, spread)
-    correlation[told.fixed] = correlation[:, told.fixed] = 0.0
+    correlation[fisher.fixed] = correlation[:, fisher.fixed] = 0.0
     left, entries = set(range(len(spread))), []
     while left:
         group, grown = {min(left)}, True
@@ -122,7 +122,7 @@ def _together(told: Information, reach: Callable[[Sequence[str]], str]) -> list[
             grown, group = bool(more), group | more
         left -= group
         if len(group) > 1:
-            names = [told.names[k] for k in sorted(group)]
+            names = [fisher.names[k] for k in sorted(group)]
             strongest = max((correlation[i, j] for i in group for j in group if i != j), key=abs)
             size = "correlation" if len(group) == 2 else "correlations up to"
             text = (

@@ -79,8 +79,8 @@ def without_priors(
     spread = (directions * alone) @ directions.T
     found = about + unit * (spread @ whole @ ((values - about) / unit))
     sd = np.sqrt(np.diag(spread))
-    told = ~np.isfinite(prior_sd) | (sd**-2.0 > SPENT**-2.0 - 1.0)
-    return found, np.where(told, unit * sd, np.inf)
+    determined = ~np.isfinite(prior_sd) | (sd**-2.0 > SPENT**-2.0 - 1.0)
+    return found, np.where(determined, unit * sd, np.inf)
 
 
 def pool(names: Sequence[str], values: Sequence[float], sd: Sequence[float], unit: str = "1") -> Pooled:

@@ -31,7 +31,7 @@ The 68 is one standard deviation, 68.27 %."""
 WIDTH_90 = float(np.sqrt(RISES[90]))
 """Standard errors from the best value to the end of a 90 % interval, of a parabola."""
 WIDTH_99 = 2.575829
-"""The same of a 99 % interval. A profile is followed so far: 1 % of a Gaussian lies beyond, a tenth of the
+"""The same of a 99 % interval, the end of a profile. 1 % of a Gaussian lies beyond it. That is a tenth of the
 10 % that decide about the ends of a 90 % interval."""
 NEAR = 0.15
 """Relative distance of the root of a rise from that of a limit up to which no further point is looked for.
@@ -59,13 +59,13 @@ class Profile:
         name: name of the parameter.
         value: values at which it was held, SI, ascending, shape (points,).
         rise: rise of chi-square, priors included, above its least value, shape (points,).
-        stopped: true where the other parameters stopped before their end, at a kink of the law's memory; the
-            rise is an upper limit there; shape (points,).
+        stopped: true where the other parameters stopped before their end, at a kink of the law's memory,
+            shape (points,). The rise is an upper limit there.
         sd: standard error that a parabola would have, SI; NaN of a parameter at a bound.
         below: chi-square at the fit, less its least value on the profile. If it is more than chance explains,
             the fit had not reached its end.
         lowest: free parameters there, SI; empty where the fit is the least.
-        told: part of the rise that the recordings alone make, shape (points,); None where nobody asked.
+        rise_by_data: part of the rise that the recordings alone make, shape (points,); None where unknown.
         bounds: bounds of the parameter, SI.
         unit: rise that counts as one standard deviation: more than 1 beside noise that lasts.
         visited: all free parameters at every point, SI; empty where nobody kept them.
@@ -79,7 +79,7 @@ class Profile:
     sd: float
     below: float = 0.0
     lowest: Mapping[str, float] = field(default_factory=dict)
-    told: np.ndarray | None = None
+    rise_by_data: np.ndarray | None = None
     bounds: tuple[float, float] = (-np.inf, np.inf)
     unit: float = 1.0
     visited: Sequence[Mapping[str, float]] = ()
@@ -200,15 +200,15 @@ class Profile:
         They do where at least half of the rise there is theirs; elsewhere priors or a bound end it.
         """
         low, high = self.quoted(90)
-        return self._told(-1, low), self._told(1, high)
+        return self._determined(-1, low), self._determined(1, high)
 
-    def _told(self, side: int, end: float) -> bool:
+    def _determined(self, side: int, end: float) -> bool:
         """True if the recordings make at least half of the rise at one end of the 90 % interval."""
         if not np.isfinite(self._end(side, RISES[90])):
             return False
-        value, root, told = self._course(side)
+        value, root, rise_by_data = self._course(side)
         k = 1 + int(np.argmin(np.abs(value[1:] - end)))
-        return told is None or bool(told[k] >= 0.5 * root[k] ** 2)
+        return rise_by_data is None or bool(rise_by_data[k] >= 0.5 * root[k] ** 2)
 
     def _end(self, side: int, rise: float) -> float:
         """Last place on one side at which the profile passes a rise; infinite if it does not.
@@ -235,8 +235,8 @@ class Profile:
         outwards = slice(int(np.argmin(self.rise)), None, side)
         value, rise = self.value[outwards], self.rise[outwards]
         kept = [k for k in range(len(rise)) if k == 0 or 0.0 < rise[k] < rise[k + 1 :].min(initial=np.inf)]
-        told = None if self.told is None else self.told[outwards][kept]
-        return value[kept], np.sqrt(rise[kept]), told
+        rise_by_data = None if self.rise_by_data is None else self.rise_by_data[outwards][kept]
+        return value[kept], np.sqrt(rise[kept]), rise_by_data
 
     def joined(self, others: Sequence[tuple[float, float]]) -> "Profile":
         """The same profile with other fits that are nearly as good, each with the parabola of `sd`.
@@ -266,7 +266,7 @@ class Profile:
             value=value[order],
             rise=more(self.rise, rises),
             stopped=more(self.stopped, [False] * len(points)),
-            told=None if self.told is None else more(self.told, rises),
+            rise_by_data=None if self.rise_by_data is None else more(self.rise_by_data, rises),
             visited=(),
         )
 
@@ -286,10 +286,10 @@ def to_the_end(
 
     Args:
         fit: the fit to begin with.
-        profiled: function from a fit to a tuple that begins with its profiles by name; with true it may end
+        profiled: function from a fit to a tuple that begins with its profiles by name. With true it may end
             at the first that falls below the fit.
-        gone_on: function from a fit, the name of the lowest profile and its parameters there to a new fit,
-            and whether it is a better one.
+        gone_on: function that continues a fit from the lowest point of a profile, given by name and
+            parameters. It returns the new fit, and true if it is better.
     """
     for _ in range(RENEWALS):
         found = profiled(fit, True)

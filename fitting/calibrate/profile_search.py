@@ -28,7 +28,7 @@ BEYOND = 4
 """Fits on one side beyond that, at most."""
 PASSED = 0.5
 """Relative distance by which the root of a rise may pass the last one. Beyond 99 % the density there is 6e-4
-of the best one's, or less, so that what lies between the two points need not be known better."""
+of the best one's, or less. So the profile between the two points need not be known better."""
 PLATEAU = 0.02
 """Part of the density that a plateau beyond the last point may hold, if it is as wide as the prior. In one
 wire of 8 a plateau of `gR_decay` lay 6 above the fit. The 99 % interval ended before it, and the truth was 9
@@ -53,10 +53,10 @@ HALF = float(np.sqrt(RISES[50] / RISES[90]))
 """Place of the 50 % interval's end on the way to that of 90 %, of a parabola."""
 
 
-class Pinned(Protocol):
+class ConstrainedFit(Protocol):
     """A fit from values (first) with some parameters held (second), SI."""
 
-    def __call__(self, values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
+    def __call__(self, values: Mapping[str, float], held: Mapping[str, float]) -> FitResult:
         """Everything is decided as at the best fit."""
 
 
@@ -67,25 +67,25 @@ class _Side:
     Attributes:
         distance: distance from the fit, shape (points,); root: square root of the rise of chi-square,
             negative where it fell.
-        told: part of the rise that the recordings make.
+        rise_by_data: part of the rise that the recordings make.
         values: all parameters there.
         stopped: true where the others stopped early.
     """
 
     distance: list[float]
     root: list[float]
-    told: list[float]
+    rise_by_data: list[float]
     values: list[Mapping[str, float]]
     stopped: list[bool] = field(default_factory=lambda: [False])
 
 
-def followed(
+def profile_likelihoods(
     names: Sequence[str],
     parameters: Mapping[str, Parameter],
     values: Mapping[str, float],
     uncertainty: Uncertainty,
-    fit: Pinned,
-    again: Pinned | None = None,
+    fit: ConstrainedFit,
+    again: ConstrainedFit | None = None,
     units: Mapping[str, float] | None = None,
     progress: Callable[[str], None] = lambda _: None,
     leave: bool = False,
@@ -167,17 +167,17 @@ class _Work:
         self.cut = self.cut or self.done >= self.most
         return self.done >= self.most
 
-    def counted(self, fit: Pinned) -> Pinned:
+    def counted(self, fit: ConstrainedFit) -> ConstrainedFit:
         """The same fit, counted."""
 
-        def one(values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
+        def one(values: Mapping[str, float], held: Mapping[str, float]) -> FitResult:
             self.done += 1
-            return fit(values, pins)
+            return fit(values, held)
 
         return one
 
 
-def _told(result: FitResult) -> float:
+def _by_data(result: FitResult) -> float:
     """Chi-square of the recordings alone."""
     own = getattr(result, "residual", None)
     return float("nan") if own is None else float(np.sum(np.asarray(own) ** 2))
@@ -185,14 +185,14 @@ def _told(result: FitResult) -> float:
 
 @dataclass(frozen=True)
 class _Search:
-    """One parameter's profile over a fit; arguments as of `followed`."""
+    """One parameter's profile over a fit; arguments as of `profile_likelihoods`."""
 
     name: str
     entry: Parameter
     values: Mapping[str, float]
     uncertainty: Uncertainty
-    fit: Pinned
-    again: Pinned | None
+    fit: ConstrainedFit
+    again: ConstrainedFit | None
     least: FitResult
     unit: float
     work: _Work
@@ -208,9 +208,9 @@ class _Search:
             for k in range(1, len(found.distance)):
                 rise = np.sign(found.root[k]) * found.root[k] ** 2
                 value = self.entry.value + side * found.distance[k]
-                points.append((value, rise, found.stopped[k], found.told[k], found.values[k]))
+                points.append((value, rise, found.stopped[k], found.rise_by_data[k], found.values[k]))
         points.sort(key=lambda point: point[0])
-        value, rise, stopped, told = (np.array([p[k] for p in points]) for k in range(4))
+        value, rise, stopped, rise_by_data = (np.array([p[k] for p in points]) for k in range(4))
         below, error = max(-float(rise.min()), 0.0), self.entry.standard_error
         return Profile(
             name=self.name,
@@ -220,7 +220,7 @@ class _Search:
             sd=float("nan") if error is None else float(error),
             below=below,
             lowest=points[int(np.argmin(rise))][4] if below > 0.0 else {},
-            told=None if np.isnan(told).any() else told + below,
+            rise_by_data=None if np.isnan(rise_by_data).any() else rise_by_data + below,
             bounds=(self.entry.min, self.entry.max),
             unit=self.unit,
             visited=tuple(p[4] for p in points),
@@ -333,7 +333,7 @@ class _Search:
         k = int(np.searchsorted(found.distance, distance))
         found.distance.insert(k, abs(result.values.get(name, value) - self.entry.value) or distance)
         found.root.insert(k, float(np.sign(rise) * np.sqrt(abs(rise))))
-        found.told.insert(k, _told(result) - _told(self.least))
+        found.rise_by_data.insert(k, _by_data(result) - _by_data(self.least))
         found.values.insert(k, result.values)
         found.stopped.insert(k, not result.success)
         return True

@@ -63,11 +63,12 @@ def estimate(
     profiled = profile is not None and len(profile.value) > 1
     if profiled:
         interval = {percent: profile.quoted(percent, (levels or {}).get(percent, ALIKE)) for percent in RISES}
-        told, curved = _told(entry, profile, interval[90]), bool(profile.curved or not np.isfinite(sd))
+        determined = _determined(entry, profile, interval[90])
+        curved = bool(profile.curved or not np.isfinite(sd))
         if curved:
             sd = 0.5 * (interval[90][1] - interval[90][0]) / WIDTH_90
     else:
-        interval, told, curved = _of_parabola(entry, sd, levels or {}), (True, True), False
+        interval, determined, curved = _of_parabola(entry, sd, levels or {}), (True, True), False
     if not (profiled and curved):
         sd *= mean
     in_file = lambda x, width=False: float(from_si(x, entry.unit, width or entry.unit == KELVIN))  # noqa: E731
@@ -78,12 +79,12 @@ def estimate(
         at_bound=entry.at_bound,
         interval={percent: (in_file(low), in_file(high)) for percent, (low, high) in interval.items()},
         curved=curved,
-        told=told,
+        determined=determined,
         of_prior=_of_prior(entry, interval),
     )
 
 
-def _told(entry: Parameter, profile: Profile, ends: tuple[float, float]) -> tuple[bool, bool]:
+def _determined(entry: Parameter, profile: Profile, ends: tuple[float, float]) -> tuple[bool, bool]:
     """True for each end of the 90 % interval (lower, upper) that the recordings determine.
 
     They do not if priors or a bound make most of the rise there. The interval must also reach, on that side,
@@ -121,7 +122,7 @@ def of_prior_alone(quantity: Quantity) -> Estimate:
     interval = {
         p: (value - np.sqrt(rise) * error, value + np.sqrt(rise) * error) for p, rise in RISES.items()
     }
-    return Estimate(value, error, unit, False, interval, told=(False, False), of_prior=1.0)
+    return Estimate(value, error, unit, False, interval, determined=(False, False), of_prior=1.0)
 
 
 def merely_prior(estimate: Estimate) -> bool:

@@ -22,8 +22,8 @@ class Estimate:
         at_bound: it stopped at a bound of its search.
         interval: ends of the quoted intervals by per cent (50, 68, 90); empty where none is known.
         curved: the intervals are those of a profile likelihood that is no parabola.
-        told: true for each end of the 90 % interval (lower, upper) that the recordings themselves determine.
-            The other ends come from the prior or the bound of the search.
+        determined: true for each end of the 90 % interval (lower, upper) that the recordings determine. The
+            other ends come from the prior or the bound of the search.
         of_prior: width of the 90 % interval over that of the prior; None without a prior.
     """
 
@@ -33,7 +33,7 @@ class Estimate:
     at_bound: bool
     interval: Mapping[int, tuple[float, float]] = field(default_factory=dict)
     curved: bool = False
-    told: tuple[bool, bool] = (True, True)
+    determined: tuple[bool, bool] = (True, True)
     of_prior: float | None = None
 
 

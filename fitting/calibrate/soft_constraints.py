@@ -1,4 +1,7 @@
-"""Parameters held at values within one compiled program: a pin is one more residual that is data."""
+"""Soft constraints: parameters held near values by one more residual each.
+
+The values are data, so that one compiled program serves all of them.
+"""
 
 import functools
 from collections.abc import Callable, Mapping
@@ -12,10 +15,10 @@ from fitting.specimens import Model, residual_of, specimen_of
 
 
 def constrained_residual_of(kind: str | Model) -> Callable[[Mapping[str, Array], PyTree], Float[Array, " m"]]:
-    """Residual of a stack of recordings with a pin for every free parameter, one object for each kind.
+    """Residual of a stack of recordings, then of a soft constraint for every free parameter.
 
-    Its data are `{"rows": stack, "pins": table}` with the table of `constraint_table`. The residuals of all
-    recordings come first, in units of their noise.
+    Its data are `{"rows": stack, "constraints": table}`, with a table of `constraint_table`. All residuals
+    are in units of their standard deviation. Calls with one kind return one object.
 
     Args:
         kind: kind of the recordings, or a model of them.
@@ -29,8 +32,9 @@ def _constrained(model: Model) -> Callable[[Mapping[str, Array], PyTree], Array]
 
     def residual(values: Mapping[str, Array], data: PyTree) -> Array:
         rows = jnp.ravel(own(values, data["rows"]))
-        pins = [weight * (values[name] - target) for name, (target, weight) in data["pins"].items()]
-        return jnp.concatenate([rows, jnp.stack(pins)])
+        table = data["constraints"].items()
+        constraints = [weight * (values[name] - target) for name, (target, weight) in table]
+        return jnp.concatenate([rows, jnp.stack(constraints)])
 
     return residual
 
@@ -38,7 +42,7 @@ def _constrained(model: Model) -> Callable[[Mapping[str, Array], PyTree], Array]
 def constraint_table(
     parameters: Parameters, held: Mapping[str, tuple[float, float]] | None = None
 ) -> dict[str, tuple[Array, Array]]:
-    """Target and weight of every free parameter's pin, SI; those that nothing holds weigh nothing.
+    """Target and weight of every free parameter's soft constraint, SI; without one the weight is 0.
 
     Args:
         parameters: free parameters of the fit.

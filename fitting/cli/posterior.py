@@ -1,4 +1,4 @@
-"""`pneusma posterior`: sample what a campaign says of its parameters."""
+"""`pneusma posterior`: sample the posterior of the parameters of a campaign."""
 
 from pathlib import Path
 
@@ -51,28 +51,15 @@ def posterior_command(
     from fitting.report.results import save, text
     from fitting.sample.campaign import sample_problem
     from fitting.sample.command import chain_file, problem_for
+    from fitting.sample.settings import Settings
 
     recordings = read_campaign(campaign)
     check_free(out, force or resume)
-    wanted = {
-        "sampler": None if sampler == "auto" else sampler,
-        "walkers": None if sampler == "nuts" else walkers,
-        "ensembles": ensembles,
-        "seed": seed,
-    }
-    chain = chain_file(out, resume, force, wanted)
+    settings = Settings(walkers, ensembles, max_steps, seed, sampler=sampler)
+    chain = chain_file(out, resume, force, settings)
     prepare()
     problem = problem_for(recordings, model and table_argument(model), law, seed)
-    result = sample_problem(
-        problem,
-        file=chain,
-        resume=resume,
-        sampler=sampler,
-        walkers=walkers,
-        ensembles=ensembles,
-        max_steps=max_steps,
-        seed=seed,
-    )
+    result = sample_problem(problem, file=chain, resume=resume, **vars(settings))
     files = save(result, out, force=True)
     for sentence in recordings.notices:
         notice(sentence)

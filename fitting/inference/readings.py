@@ -21,8 +21,6 @@ from .repeated_readings import copied, everywhere, regular, slower
 
 UNEVEN = 0.5
 """Maximum deviation, in usual steps, of a clock from an even one that was written with few digits."""
-FULL_SCALE = "full scale"
-"""Key of a recording's memo with the saturation values of other recordings' channels."""
 FAR_BELOW = 0.5
 """Maximum ratio of a stated noise to the rounding error for it to be reported as too small."""
 
@@ -57,11 +55,12 @@ def readings_of(recording: Recording, quantity: str) -> Readings:
 
 
 def _memoised(recording: Recording, quantity: str, compute: Callable[[Recording, str], Any]) -> Any:
-    """Result of `compute` for a column, computed once."""
-    key = compute.__name__, quantity, id(recording.columns[recording.column(quantity)])
-    if key not in recording.memo:
-        recording.memo[key] = compute(recording, quantity)
-    return recording.memo[key]
+    """Result of `compute` for a column, computed once for its present array."""
+    key, values = (compute.__name__, quantity), recording.columns[recording.column(quantity)]
+    known = recording.memo.get(key)
+    if known is None or known[0] is not values:
+        known = recording.memo[key] = values, compute(recording, quantity)
+    return known[1]
 
 
 def _readings_of(recording: Recording, quantity: str) -> Readings:
@@ -92,7 +91,7 @@ def _below_full_scale(recording: Recording, quantity: str) -> tuple[np.ndarray, 
     rows = np.flatnonzero(np.isfinite(values))
     names = [name for name in _channels(recording) if recording.column(quantity) != name]
     others = [recording.si(name)[rows] for name in names]
-    stopped, level = saturated(values[rows], others, recording.memo.get((FULL_SCALE, quantity)))
+    stopped, level = saturated(values[rows], others, recording.full_scale.get(quantity))
     return rows[~stopped], level
 
 
@@ -173,7 +172,7 @@ def share_full_scale(recordings: Sequence[Recording]) -> None:
             if not np.isfinite(readings_of(recording, quantity).level):
                 for key in [key for key in recording.memo if key[1] == quantity]:
                     del recording.memo[key]
-                recording.memo[FULL_SCALE, quantity] = next(iter(levels))
+                recording.full_scale[quantity] = next(iter(levels))
 
 
 def noise_found(recording: Recording, quantity: str) -> float:

@@ -53,7 +53,7 @@ class Propagation(Result):
     @property
     def moments(self) -> Moments:
         """Moments of every column, NaN where no row has a result."""
-        return self.summary.moments.told
+        return self.summary.moments.nan_where_empty
 
     def quantiles(self, levels: np.ndarray) -> np.ndarray:
         """Quantiles of every column, shape (levels, columns)."""

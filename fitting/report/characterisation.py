@@ -62,9 +62,9 @@ def interval_text(estimate: Estimate) -> str:
     if 90 not in estimate.interval:
         return ""
     low, high = _ends(*estimate.interval[90])
-    if estimate.told == (True, False):
+    if estimate.determined == (True, False):
         return f"above {low}"
-    return f"below {high}" if estimate.told == (False, True) else f"{low} to {high}"
+    return f"below {high}" if estimate.determined == (False, True) else f"{low} to {high}"
 
 
 def _ends(*numbers: float) -> list[str]:
@@ -88,7 +88,7 @@ def remark(estimate: Estimate) -> str:
         (False, True): "upper limit only",
         (False, False): "by priors",
     }
-    return limits.get(estimate.told, "")
+    return limits.get(estimate.determined, "")
 
 
 def combination_table(found: Sequence[Combination]) -> Table:
@@ -115,7 +115,8 @@ def zeros_json(found: Lasting | None) -> dict[str, dict[str, float]]:
 def limits(parameters: Mapping[str, Estimate]) -> list[str]:
     """Sentences about constants that the recordings do not bracket, and about those that merely repeat their
     priors."""
-    told = lambda ends: [n for n, e in parameters.items() if e.told == ends and not merely_prior(e)]  # noqa: E731
+    own = {name: e for name, e in parameters.items() if not merely_prior(e)}
+    with_ends = lambda ends: [name for name, e in own.items() if e.determined == ends]  # noqa: E731
     said = []
     prior = [name for name, e in parameters.items() if merely_prior(e)]
     if prior:
@@ -125,15 +126,17 @@ def limits(parameters: Mapping[str, Estimate]) -> list[str]:
             "as the prior's."
         )
     for ends, word in (((True, False), "lower"), ((False, True), "upper")):
-        if told(ends):
-            each = "; ".join(f"{n} {interval_text(parameters[n])}{_unit(parameters[n])}" for n in told(ends))
+        names = with_ends(ends)
+        if names:
+            each = "; ".join(f"{n} {interval_text(parameters[n])}{_unit(parameters[n])}" for n in names)
             said.append(
-                f"Of {joined(told(ends))} the recordings give only {'an' if word == 'upper' else 'a'} {word} "
+                f"Of {joined(names)} the recordings give only {'an' if word == 'upper' else 'a'} {word} "
                 f"limit ({each}). The other end is the prior's or the search's."
             )
-    if told((False, False)):
+    names = with_ends((False, False))
+    if names:
         said.append(
-            f"Both ends of the interval of {joined(told((False, False)))} are made by priors or bounds more "
+            f"Both ends of the interval of {joined(names)} are made by priors or bounds more "
             "than by the recordings."
         )
     return said
@@ -148,7 +151,7 @@ def estimate_json(estimate: Estimate) -> dict[str, Any]:
     found = {"value": estimate.value, "sd": estimate.sd, "unit": estimate.unit, "at_bound": estimate.at_bound}
     if not estimate.interval:
         return found
-    low, high = estimate.told
+    low, high = estimate.determined
     return found | {
         **{f"interval{percent}": list(ends) for percent, ends in estimate.interval.items()},
         "profile_is_no_parabola": estimate.curved,

@@ -54,7 +54,7 @@ def posterior_of(
     Args:
         fit: characterisation of any kind that can be sampled.
         model: table whose priors the parameters get.
-        **options: arguments of `sample_problem`.
+        **options: further arguments of `sample_problem`.
 
     Raises:
         InputError: if this kind cannot be sampled, or `sample_problem` refuses.
@@ -78,7 +78,7 @@ def sample_problem(
         file: HDF5 file for the chains, so that a run can be resumed; None keeps them in memory.
         resume: true to continue the chains in `file`.
         progress: true to show a bar; None shows it at a terminal, and occasional plain lines elsewhere.
-        **settings: `walkers`, `ensembles`, `max_steps`, `seed`, `chunk`; see `Settings`.
+        **settings: attributes of `Settings`.
 
     Raises:
         InputError: if there is no such setting, or `sample` refuses.

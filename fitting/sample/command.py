@@ -1,6 +1,5 @@
 """Preparations of `pneusma posterior` before the fit: the file of the chains, the model to sample."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from pneusma_jax.errors import InputError
 from .checkpoint import same_settings, settings_of
 from .problem import Problem
 from .problems import sampling_problem
+from .settings import Settings
 
 CHAIN = "chain.h5"
 """Name of the chains' file in a folder of results."""
@@ -22,14 +22,14 @@ STARTS = {"base": "alloy", "material": "silicone"}
 """Kind of table that each option of a fit takes."""
 
 
-def chain_file(folder: Path, resume: bool, force: bool, wanted: Mapping[str, Any]) -> Path:
+def chain_file(folder: Path, resume: bool, force: bool, settings: Settings) -> Path:
     """Path of the chains, checked against existing files before any fit.
 
     Args:
         folder: folder of the results.
         resume: true if chains are continued.
         force: true if they may be replaced.
-        wanted: requested settings of the chains; None where nothing was requested.
+        settings: requested settings.
 
     Raises:
         InputError: if chains would be overwritten without `force`, or if there are none to resume with these
@@ -39,7 +39,7 @@ def chain_file(folder: Path, resume: bool, force: bool, wanted: Mapping[str, Any
     if resume and not path.exists():
         raise InputError(f"{path}: there is no chain to resume; run once without --resume")
     if resume:
-        same_settings(path, settings_of(path), dict(wanted))
+        same_settings(path, settings_of(path), settings.requested())
     if path.exists() and not (resume or force):
         raise InputError(
             f"{path}: chains are here already; continue them with --resume, or replace them with --force"

@@ -1,5 +1,4 @@
-"""The entry point of sampling: from a target to a posterior, with the necessary or the given number of
-steps."""
+"""The entry point of sampling: from a target to a posterior, until convergence or the end of the budget."""
 
 import math
 import time
@@ -25,8 +24,9 @@ from .result import Posterior
 from .settings import Settings
 from .target import Target
 
-GROWTH = 1.1  # Factor on the number of steps between two judgements of convergence
+GROWTH = 1.1  # Minimum factor on the number of steps between two assessments of convergence
 CHAINS = {"emcee": Ensembles, "tempered": Ensembles, "nuts": HamiltonianChains}
+"""Chains of each sampler."""
 
 
 def sample(
@@ -68,12 +68,12 @@ def sample(
     file = None if file is None else Path(file)
     if resume and file is None:
         raise ValueError("Argument `file` must be given with `resume`, but it is None.")
-    found = laplace(target, _vector(target, start))
-    _check_proper(target, found)
+    approximation = laplace(target, _vector(target, start))
+    _check_proper(target, approximation)
     began, state = time.monotonic(), None
-    chains = _chains(target, found, settings, file, resume)
+    chains = _chains(target, approximation, settings, file, resume)
     with SamplingBar(progress, settings.max_steps, chains.steps) as bar:
-        for goal in _judgements(settings.chunk, settings.max_steps):
+        for goal in _assessments(settings.chunk, settings.max_steps):
             if goal < chains.steps:
                 continue
             while chains.steps < goal:
@@ -89,7 +89,7 @@ def sample(
         chains=chains.coordinates,
         log_probabilities=chains.log_probabilities,
         convergence=assess(chains.judged) if state is None else state,
-        laplace=found,
+        laplace=approximation,
         acceptance=tuple(chains.acceptance),
         evaluations=chains.evaluations,
         failures=chains.failures,
@@ -99,20 +99,21 @@ def sample(
     )
 
 
-def _chains(target: Target, found: Laplace, settings: Settings, file: Path | None, resume: bool) -> Chains:
-    """New or continued chains, with a sentence about the choice of the sampler. It is that of a stored chain,
-    the requested one, or the one that a pilot chooses."""
+def _chains(
+    target: Target, approximation: Laplace, settings: Settings, file: Path | None, resume: bool
+) -> Chains:
+    """New or continued chains. Their `why` states who chose the sampler: the stored chain, the caller or a
+    pilot."""
     if resume:
         stored = settings_of(file)["sampler"]
-        # another sampler than the stored one is refused on reading
-        wanted = stored if settings.sampler == "auto" else settings.sampler
-        chains = CHAINS[wanted](target, replace(settings, sampler=wanted), file)
-        chains.resume()
+        sampler = stored if settings.sampler == "auto" else settings.sampler
+        chains = CHAINS[sampler](target, replace(settings, sampler=sampler), file)
+        chains.resume()  # refuses another sampler than the stored one
         chains.why = chains.why or f"{stored}, with which these chains were begun."
         return chains
     why = f"{settings.sampler}, as was asked for."
     if settings.sampler == "auto":
-        choice = pilot(target, found, settings)
+        choice = pilot(target, approximation, settings)
         if choice.chains is not None:
             choice.chains.why = choice.why
             choice.chains.keep(file)
@@ -120,13 +121,15 @@ def _chains(target: Target, found: Laplace, settings: Settings, file: Path | Non
         settings, why = choice.settings, choice.why
     chains = CHAINS[settings.sampler](target, settings, file)
     chains.why = why
-    chains.begin(found)
+    chains.begin(approximation)
     return chains
 
 
-def _judgements(chunk: int, budget: int) -> Iterator[int]:
-    """Steps at which convergence is judged. The series is fixed, so that an interrupted run stops where
-    another would."""
+def _assessments(chunk: int, budget: int) -> Iterator[int]:
+    """Numbers of steps at which convergence is assessed.
+
+    They do not depend on interruptions, so that a resumed run stops where an uninterrupted one does.
+    """
     goal = chunk
     while goal < budget:
         yield goal
@@ -135,25 +138,25 @@ def _judgements(chunk: int, budget: int) -> Iterator[int]:
 
 
 def _vector(target: Target, start: Parameters | Mapping[str, float]) -> np.ndarray:
-    """Coordinates of the starting values."""
+    """Coordinates of the starting values in the target, shape (n,), brought inside its bounds."""
     values = start.valuesdict() if isinstance(start, Parameters) else dict(start)
     missing = [name for name in target.names if name not in values]
     if missing:
         raise InputError(f"no starting value for parameter {missing[0]!r}; give one for each that is sampled")
-    plain = np.array([values[name] for name in target.names], float)
+    numbers = np.array([values[name] for name in target.names], float)
     logarithmic = np.asarray(target.layout.logarithmic, bool)
-    if np.any(plain[logarithmic] <= 0.0):
+    if np.any(numbers[logarithmic] <= 0.0):
         raise InputError("a parameter that is fitted by its logarithm must start above zero")
-    vector = np.where(logarithmic, np.log(np.where(logarithmic, plain, 1.0)), plain)
+    vector = np.where(logarithmic, np.log(np.where(logarithmic, numbers, 1.0)), numbers)
     return np.clip(vector, np.asarray(target.lower), np.asarray(target.upper))
 
 
-def _check_proper(target: Target, found: Laplace) -> None:
+def _check_proper(target: Target, approximation: Laplace) -> None:
     """Refuse a posterior that cannot be normalised, because neither data nor prior nor bounds determine a
     parameter."""
     for i, name in enumerate(target.names):
         bounded = np.isfinite(target.lower[i]) and np.isfinite(target.upper[i])
-        if not (found.known[i] or found.at_bound[i] or bounded or name in target.prior_names):
+        if not (approximation.known[i] or approximation.at_bound[i] or bounded or name in target.prior_names):
             raise InputError(
                 f"parameter {name!r}: the data do not determine it and nothing bounds it, so it has no "
                 "posterior; give it a prior or bounds, or fix it"

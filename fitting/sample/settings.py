@@ -1,4 +1,4 @@
-"""Settings of sampling: all choices that change the chain, and the budget that ends it."""
+"""Settings of sampling: all choices that change the chains, and the budget that ends them."""
 
 import dataclasses
 from dataclasses import dataclass
@@ -8,9 +8,9 @@ import emcee
 
 from pneusma_jax.errors import InputError, nearest
 
-FEWEST_WALKERS = 32
+FEWEST_WALKERS = 32  # Default number of walkers for few parameters
 SAMPLERS = ("auto", "emcee", "nuts", "tempered")
-"""`auto` lets a short pilot choose; `tempered` is emcee started from the prior."""
+"""See `Settings.sampler`."""
 
 
 @dataclass(frozen=True)
@@ -19,13 +19,14 @@ class Settings:
 
     Attributes:
         sampler: "emcee" (ensembles around the fit), "nuts" (chains that follow gradients), "tempered"
-            (ensembles that start from the prior), or "auto". A short pilot chooses between the first two.
+            (ensembles of emcee that start from the prior), or "auto". With "auto" a short pilot run chooses
+            "emcee" or "nuts".
         walkers: number of walkers of each ensemble of emcee, even; None for the larger of 32 and four times
             the number of parameters.
         ensembles: number of independent ensembles, for R-hat.
         max_steps: maximum number of steps of each ensemble; a run that has not converged by then says so.
         seed: seed of everything random.
-        chunk: number of steps between two checkpoints, the most that a kill loses.
+        chunk: number of steps between two checkpoints; a run that is killed loses no more.
         warm_up: number of adaptation steps of a chain that follows gradients; they are discarded.
     """
 
@@ -56,6 +57,10 @@ class Settings:
                 raise InputError(f"{name.replace('_', '-')} = {getattr(self, name)} must be at least {least}")
         return dataclasses.replace(self, walkers=walkers)
 
+    def requested(self) -> dict[str, Any]:
+        """`chain_identity` before a pilot has chosen the sampler; None where nothing was requested."""
+        return {**self.chain_identity(), "sampler": None if self.sampler == "auto" else self.sampler}
+
     def chain_identity(self) -> dict[str, Any]:
         """Settings that must be equal for a chain to be continued; the budget may change."""
         own = {"warm_up": self.warm_up} if self.sampler == "nuts" else {"walkers": self.walkers}
@@ -69,11 +74,11 @@ class Settings:
 
 
 def moves() -> list[tuple[emcee.moves.Move, float]]:
-    """Moves of walkers: mostly by differential evolution, which decorrelates about three times faster than
-    stretches.
+    """Moves of walkers and their probabilities.
 
-    One step in ten has `gamma0 = 1`, a whole difference of two walkers. It lets them change between modes (C.
-    ter Braak, Statistics and Computing 16 (2006) 239). One step is a stretch, which no pattern of differences
+    Eight steps in ten are differential evolution. It decorrelates about three times faster than stretches.
+    One in ten has `gamma0 = 1`, a whole difference of two walkers. It lets them change between modes (C. ter
+    Braak, Statistics and Computing 16 (2006) 239). One in ten is a stretch, which no pattern of differences
     can trap.
     """
     return [

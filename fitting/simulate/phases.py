@@ -234,15 +234,15 @@ def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
     """
     time = readings.time
     missed, slope = readings.missed(x)
-    wander = process_noise_of(time, missed + along(slope, x), slope, cold)
-    costs = costs_of(time, x, missed, wander, cold)
+    process_noise = process_noise_of(time, missed + along(slope, x), slope, cold)
+    costs = costs_of(time, x, missed, process_noise, cold)
     for _ in range(ROUNDS):
-        after, _ = smoothed(time, missed + along(slope, x), slope, wander, cold)
+        after, _ = smoothed(time, missed + along(slope, x), slope, process_noise, cold)
         step = np.clip(after - x, -LONGEST, LONGEST)
         for share in SHARES:
             trial = x + share * step
             found = readings.missed(trial)
-            there = costs_of(time, trial, found[0], wander, cold)
+            there = costs_of(time, trial, found[0], process_noise, cold)
             if np.sum(there) < np.sum(costs):
                 break
         else:
@@ -251,10 +251,10 @@ def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
         x, (missed, slope), costs = trial, found, there
         if settled:
             break
-    after, evidence = smoothed(time, missed + along(slope, x), slope, wander, cold)
+    after, evidence = smoothed(time, missed + along(slope, x), slope, process_noise, cold)
     # the likelihood of these fractions, not of those that the tangent promises
-    promised = costs_of(time, after, missed + along(slope, x - after), wander, cold)
-    turns = np.sum((cold[1:] != cold[:-1]) * 1 + (wander[1:] != wander[:-1]), axis=1)
+    promised = costs_of(time, after, missed + along(slope, x - after), process_noise, cold)
+    turns = np.sum((cold[1:] != cold[:-1]) * 1 + (process_noise[1:] != process_noise[:-1]), axis=1)
     turns = np.insert(turns, 0, 0)
     # no fraction is beyond 0 or 1: there readings miss what they would at the ends
     ends = np.sum(along(slope, x - np.clip(x, 0.0, 1.0)) ** 2, axis=1)

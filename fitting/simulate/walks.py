@@ -15,7 +15,7 @@ from pneusma_jax.numerics.lengths import fixed_length, going_on, lengthened
 from pneusma_jax.numerics.linear import solve_small
 from pneusma_jax.program_cache import stored_jit
 
-WANDER = 10.0 ** np.arange(-9.0, 0.0, 1.0)
+PROCESS_NOISES = 10.0 ** np.arange(-9.0, 0.0, 1.0)
 """Candidate variances of a fraction's change [1/s], from a cold spring, which stays, to one heated in
 seconds."""
 FIRST = 1.0
@@ -32,20 +32,22 @@ def along(slope: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 
 def costs_of(
-    time: np.ndarray, x: np.ndarray, missed: np.ndarray, wander: np.ndarray, cold: np.ndarray
+    time: np.ndarray, x: np.ndarray, missed: np.ndarray, process_noise: np.ndarray, cold: np.ndarray
 ) -> np.ndarray:
-    """Half the sum of squares of each row: what readings miss, and half of the walk's two steps at the row,
-    in units of their deviation; shape (n,). The sum over all rows is that of the recording.
+    """Half the weighted sum of squares of each row, shape (n,).
+
+    It counts the readings' misfits, and half of each of the walk's two steps at the row. All are in standard
+    deviations. The sum over all rows is that of the recording.
 
     Args:
         time: time [s], shape (n,).
         x: fractions [1], shape (n, m).
         missed: readings less predictions, in units of their noise, shape (n, m).
-        wander: variance of each fraction's change before each row [1/s], shape (n, m).
+        process_noise: variance of each fraction's change before each row [1/s], shape (n, m).
         cold: true where a spring is cold; steps that end there are not of the walk. Shape (n, m).
     """
     steps, changes = np.diff(time)[:, None], np.where(cold[1:], 0.0, np.diff(x, axis=0))
-    walked = 0.5 * np.sum(changes**2 / (wander[1:] * np.maximum(steps, 1e-9)), axis=1)
+    walked = 0.5 * np.sum(changes**2 / (process_noise[1:] * np.maximum(steps, 1e-9)), axis=1)
     costs = np.sum(missed**2, axis=1) + np.append(walked, 0.0) + np.insert(walked, 0, 0.0)
     costs[0] += np.sum(np.where(cold[0], 0.0, x[0] - 0.5) ** 2) / FIRST
     return 0.5 * costs
@@ -62,7 +64,7 @@ def process_noise_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray, co
 
 
 def smoothed(
-    time: np.ndarray, target: np.ndarray, slope: np.ndarray, wander: np.ndarray, cold: np.ndarray
+    time: np.ndarray, target: np.ndarray, slope: np.ndarray, process_noise: np.ndarray, cold: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Rauch-Tung-Striebel smoother of random walks.
 
@@ -70,13 +72,13 @@ def smoothed(
         time: time [s], ascending, shape (n,).
         target: readings in units of their noise, shape (n, m).
         slope: slope of the readings over the fractions, shape (n, m, m).
-        wander: variance of each fraction's change before each row [1/s], shape (n, m).
+        process_noise: variance of each fraction's change before each row [1/s], shape (n, m).
         cold: true where a spring is exactly cold, shape (n, m).
 
     Returns:
         Fractions, shape (n, m), and the log-likelihoods of each row's readings, shape (n,).
     """
-    longer = _with_silent_rows(time, (target, slope, wander, cold))
+    longer = _with_silent_rows(time, (target, slope, process_noise, cold))
     means, evidence = (np.asarray(found) for found in _smoothed(*longer))
     return means[: len(time)], evidence[: len(time)]
 
@@ -112,23 +114,26 @@ def _process_noise(time: Array, target: Array, slope: Array, cold: Array, change
     """See `process_noise_of`; `change` is the cost of another variance [nat]."""
     rows, count = jnp.shape(target)
 
-    def one_spring(wander: Array, k: Array) -> tuple[Array, None]:
-        trials = jnp.repeat(wander[:, None], len(WANDER), axis=1).at[:, :, k].set(WANDER)
+    def one_spring(process_noise: Array, k: Array) -> tuple[Array, None]:
+        trials = jnp.repeat(process_noise[:, None], len(PROCESS_NOISES), axis=1)
+        trials = trials.at[:, :, k].set(PROCESS_NOISES)
         found = _filtered(time, target, slope, trials, cold, change)
         back = lambda way, parents: (parents[way], way)  # noqa: E731
         _, ways = jax.lax.scan(back, jnp.argmax(found.score), found.parents, reverse=True)
-        return wander.at[:, k].set(jnp.asarray(WANDER)[ways]), None
+        return process_noise.at[:, k].set(jnp.asarray(PROCESS_NOISES)[ways]), None
 
     order = jnp.tile(jnp.arange(count), 2)
     return jax.lax.scan(one_spring, jnp.full((rows, count), 1e-4), order)[0]
 
 
 @stored_jit()
-def _smoothed(time: Array, target: Array, slope: Array, wander: Array, cold: Array) -> tuple[Array, Array]:
+def _smoothed(
+    time: Array, target: Array, slope: Array, process_noise: Array, cold: Array
+) -> tuple[Array, Array]:
     """See `smoothed`."""
-    found = _filtered(time, target, slope, wander[:, None], cold, jnp.inf)
+    found = _filtered(time, target, slope, process_noise[:, None], cold, jnp.inf)
     means, variances = found.means[:, 0], found.variances[:, 0]
-    grown = wander[1:] * jnp.diff(time)[:, None] + jnp.where(cold[1:], UNTIED, 0.0) + LEAST
+    grown = process_noise[1:] * jnp.diff(time)[:, None] + jnp.where(cold[1:], UNTIED, 0.0) + LEAST
 
     def back(later: Array, row: tuple[Array, Array, Array]) -> tuple[Array, Array]:
         mean, variance, step = row
@@ -140,24 +145,24 @@ def _smoothed(time: Array, target: Array, slope: Array, wander: Array, cold: Arr
 
 
 def _filtered(
-    time: Array, target: Array, slope: Array, wander: Array, cold: Array, change: Array | float
+    time: Array, target: Array, slope: Array, process_noise: Array, cold: Array, change: Array | float
 ) -> _Filtered:
     """Kalman filter of random walks, for several candidates of their variances side by side.
 
     Args:
         time, target, slope, cold: see `smoothed`.
-        wander: variance of each fraction's change before each row [1/s], shape (n, candidates, m).
+        process_noise: variance of each fraction's change before each row [1/s], shape (n, candidates, m).
         change: cost of going on with another candidate [nat]; infinite if none does.
     """
-    _, several, count = jnp.shape(wander)
+    _, several, count = jnp.shape(process_noise)
     own, unit = jnp.arange(several), jnp.eye(count)
 
     def row(carry: tuple, at: tuple) -> tuple[tuple, tuple]:
-        (mean, variance, score), (step, ohms, tangents, wander, cold) = carry, at
+        (mean, variance, score), (step, ohms, tangents, process_noise, cold) = carry, at
         best = jnp.argmax(score)
         from_ = jnp.where(score[best] - change > score, best, own)
         mean, score = mean[from_], jnp.maximum(score, score[best] - change)
-        variance = variance[from_] + (wander * step)[:, :, None] * unit
+        variance = variance[from_] + (process_noise * step)[:, :, None] * unit
         mean = jnp.where(cold, 1.0, mean)
         variance = variance * (~cold[:, None] & ~cold)
         evidence = jnp.zeros(several)
@@ -172,6 +177,6 @@ def _filtered(
         return (mean, variance, score), (mean, variance, evidence, from_)
 
     begin = jnp.full((several, count), 0.5), jnp.tile(FIRST * unit, (several, 1, 1)), jnp.zeros(several)
-    rows = jnp.diff(time, prepend=time[:1]), target, slope, wander, cold
+    rows = jnp.diff(time, prepend=time[:1]), target, slope, process_noise, cold
     (_, _, score), (means, variances, evidence, parents) = jax.lax.scan(row, begin, rows)
     return _Filtered(means, variances, evidence, score, parents)

@@ -1,5 +1,7 @@
-"""Noise that is correlated along a recording, as of an instrument's zero that is off or wanders: rows carry a
-transformation of their residuals, after which these are independent."""
+"""Noise that is correlated along a recording, as of an instrument's zero that is off or drifts.
+
+Rows carry a transformation of their residuals, after which these are independent.
+"""
 
 from collections.abc import Mapping
 from dataclasses import replace

@@ -15,66 +15,68 @@ from .spring_trajectory import process_noise_evidence, undecided
 
 CANDIDATES = tuple(float(x) for x in np.logspace(-12, -3, 10))
 """Candidate variances per second. The fraction then changes by 1e-6 to 0.03 in a second."""
-LOOSE = 1e2
-"""Factor on the process-noise variance that the resistance implies.
+FACTOR = 1e2
+"""Factor of the process-noise variance of a fit over the one that the resistance implies.
 
-A tight walk is itself a measurement of the fraction's scale, which depends on `a` and `b`. It biased them by
-two to three standard errors. At this factor the walk only bridges rows whose resistance is uninformative.
-With a factor a hundred times larger, noise crosses the limits of the fraction. 90 % intervals then held the
-truth in 87 instead of 89 to 90 %.
+A random walk of small variance is itself a measurement of the fraction's scale, which depends on `a` and `b`.
+It biased them by two to three standard errors. With this factor the walk only bridges rows whose resistance
+is uninformative. With a factor a hundred times larger, noise crosses the limits of the fraction. The
+truth was then in 87 % of the 90 % intervals, instead of 89 to 90 %.
 """
-ALIKE = 2.0
-"""Maximum loss of log-evidence for which a slower walk replaces the best one."""
+TOLERANCE = 2.0
+"""Maximum loss of log-evidence for which a smaller variance replaces the best one."""
 DECISIVE = 3.0
 """Minimum difference of log-evidence for a test to determine its process noise."""
 
 
-def _every(values: Mapping[str, Array], stacked: Rows, wander: Array) -> Array:
-    return jax.vmap(lambda rows: process_noise_evidence(values, rows, wander))(stacked)
+def _evidence_of_tests(values: Mapping[str, Array], stacked: Rows, process_noise: Array) -> Array:
+    """Log-evidence of one variance by every test, shape (recordings,)."""
+    return jax.vmap(lambda rows: process_noise_evidence(values, rows, process_noise))(stacked)
 
 
-_evidence = cached_program(_every, "evidence of a wander")
+_evidence = cached_program(_evidence_of_tests, "evidence of process noise")
 
 
 def with_process_noise(
     values: Mapping[str, Array],
     stacked: Rows,
-    loose: float = LOOSE,
+    factor: float = FACTOR,
     candidates: tuple[float, ...] = CANDIDATES,
     pooled: bool = False,
 ) -> Rows:
     """A stack with the process-noise variances that its resistances imply at these parameters.
 
-    `pace` is the implied variance, `wander` the one that a fit uses.
+    Entry `implied_process_noise` is the implied variance, `process_noise` the one that a fit uses.
 
-    A test whose resistance says nothing at all (too short) gets the median of the others. A test whose phase
-    is held stays held.
+    A test whose resistance implies no variance, such as a short one, gets the median of the others. Where the
+    fraction is held it stays held.
 
     Args:
         values: free parameters by name, SI.
         stacked: stack of recordings of kind spring.
-        loose: factor on the variance that the resistance implies.
-        candidates: candidate variances per second.
-        pooled: treatment of a test whose resistance is uninformative and only excludes fast walks. True: it
-            gets the variance of the others, as far as it allows that. False: it hardly walks. This suits a
-            fully heated wire, whose fraction sits at a limit that noise would cross in one direction only.
+        factor: factor of the variance of a fit over the implied one.
+        candidates: candidate variances per second, ascending.
+        pooled: treatment of a test whose resistance gives the variance an upper limit only. True: it gets the
+            median of the others, up to this limit. False: it gets its best candidate, which is small. This
+            suits a fully heated wire, whose fraction is at a limit that noise would cross in one
+            direction only.
     """
     values = {name: jnp.asarray(value, float) for name, value in values.items()}
-    plain = undecided(stacked)  # one program, whatever was decided
-    table = np.array([np.asarray(_evidence(values, plain, jnp.asarray(w))) for w in candidates])
+    plain = undecided(stacked)  # so that one program serves stacks with and without decisions
+    evidence = np.array([np.asarray(_evidence(values, plain, jnp.asarray(w))) for w in candidates])
     fixed = np.asarray(stacked.extra["level_sd"]) == 0.0
-    informative = (np.ptp(table, axis=0) > DECISIVE) & ~fixed
-    blind = informative & (table.max(axis=0) - table[0] <= DECISIVE) & pooled
-    tried, alike = np.asarray(candidates), table > table.max(axis=0) - ALIKE
-    best, slowest = tried[np.argmax(table, axis=0)], tried[np.argmax(alike, axis=0)]
-    fastest = tried[len(tried) - 1 - np.argmax(alike[::-1], axis=0)]
-    resolved = informative & ~blind
-    usual = 10.0 ** np.median(np.log10(best[resolved])) if resolved.any() else tried[len(tried) // 2]
-    allowed = np.where(blind, np.minimum(usual, fastest), usual)
-    wander = loose * np.where(resolved, best, allowed)
-    pace = np.where(resolved, slowest, allowed)
+    informative = (np.ptp(evidence, axis=0) > DECISIVE) & ~fixed
+    limit_only = informative & (evidence.max(axis=0) - evidence[0] <= DECISIVE) & pooled
+    variances, near_best = np.asarray(candidates), evidence > evidence.max(axis=0) - TOLERANCE
+    best, smallest = variances[np.argmax(evidence, axis=0)], variances[np.argmax(near_best, axis=0)]
+    largest = variances[len(variances) - 1 - np.argmax(near_best[::-1], axis=0)]
+    resolved = informative & ~limit_only
+    median = 10.0 ** np.median(np.log10(best[resolved])) if resolved.any() else variances[len(variances) // 2]
+    substitute = np.where(limit_only, np.minimum(median, largest), median)
+    process_noise = factor * np.where(resolved, best, substitute)
+    implied = np.where(resolved, smallest, substitute)
     return eqx.tree_at(
-        lambda rows: (rows.extra["wander"], rows.extra["pace"]),
+        lambda rows: (rows.extra["process_noise"], rows.extra["implied_process_noise"]),
         stacked,
-        (jnp.asarray(wander), jnp.asarray(pace)),
+        (jnp.asarray(process_noise), jnp.asarray(implied)),
     )

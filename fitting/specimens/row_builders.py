@@ -1,4 +1,4 @@
-"""Shared parts of row builders: complete rows of measurements, and weights."""
+"""Shared steps from a recording to arrays: columns of the usable rows, their weights, smoothed drivers."""
 
 from collections.abc import Iterable, Sequence
 
@@ -21,13 +21,14 @@ def columns_of(
 
     Args:
         recording: checked recording.
-        drivers: quantities that a row needs to be used.
-        outputs: quantities that may be missing, in single rows or altogether.
-        options: selection of rows.
+        drivers: inputs of the model, such as `elongation`; a row without one of them is left out.
+        outputs: quantities that the model predicts; they may be missing, in single rows or altogether.
+        options: maximum and minimum numbers of rows.
 
     Returns:
-        Columns in SI by quantity, shape (rows,). They are NaN where missing or, for outputs, where there is
-        no measurement (`readings`). Second, the number of readings averaged in a row.
+        Columns in SI by quantity, shape (rows,); outputs are NaN where there is no measurement
+        (`inference.readings`). Second, the number of readings averaged in a row. Without a clock, the time is
+        the row's number.
 
     Raises:
         InputError: if fewer than `options.fewest` rows have all drivers.
@@ -55,8 +56,18 @@ def measured_and_weight(
     block: int,
     options: RowOptions = FITTED,
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Measured outputs, zero where missing, and the inverse standard deviation of each. Weights are zero
-    where nothing is compared."""
+    """Measured outputs in SI, and their weights, both of shape (rows,) by quantity.
+
+    A missing measurement is 0. A weight is the inverse standard deviation of a measurement. It is 0 for a
+    quantity that was not recorded, and everywhere without `options.compared`.
+
+    Args:
+        recording: checked recording.
+        outputs: quantities that the model predicts.
+        columns: columns by quantity; see `columns_of`.
+        block: number of readings averaged in a row.
+        options: whether outputs are compared with the model.
+    """
     measured, weight = {}, {}
     for name in outputs:
         measured[name] = np.nan_to_num(columns[name])
@@ -67,7 +78,10 @@ def measured_and_weight(
 
 
 def smooth(columns: dict[str, np.ndarray], name: str, options: RowOptions = FITTED) -> np.ndarray:
-    """A noisy driver, smoothed as far as its trend and its noise can be separated; without gaps."""
+    """A noisy driver, smoothed as far as its trend and its noise can be separated, and interpolated in gaps.
+
+    Without `options.smooth` it is returned as it is.
+    """
     if not options.smooth:
         return columns[name]
     time, values = columns["time"], denoised(columns["time"], columns[name])

@@ -43,7 +43,7 @@ FEWEST = 4
 """Minimum number of complete rows for a fit."""
 EVERY = 1_000
 """Number of parameters to profile that no campaign has: all of them."""
-ASTRAY = 30.0
+FAILED_RESIDUAL = 30.0
 """Residual of a row for which the model has no answer, in standard deviations."""
 
 
@@ -82,7 +82,7 @@ class Model(abc.ABC):
 
     kind: str
     outputs: tuple[str, ...]
-    astray: float = ASTRAY
+    failed_residual: float = FAILED_RESIDUAL
 
     @property
     @abc.abstractmethod
@@ -119,7 +119,7 @@ class Model(abc.ABC):
         return self.misfit(self.predict(values, rows), rows)
 
     def misfit(self, found: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
-        """Prediction minus measurement in standard deviations; `astray` in rows without an answer.
+        """Prediction minus measurement in standard deviations; `failed_residual` in rows without an answer.
 
         Correlated noise is made independent (`correlated_noise`).
         """
@@ -127,7 +127,7 @@ class Model(abc.ABC):
         for name in (name for name in self.outputs if name in rows.weight):
             finite, weight = jnp.isfinite(found[name]), rows.weight[name]
             missed = weight * (jnp.where(finite, found[name], 0.0) - rows.measured[name])
-            missed = jnp.where(finite | (weight == 0.0), missed, self.astray)
+            missed = jnp.where(finite | (weight == 0.0), missed, self.failed_residual)
             parts.append(independent(rows, name, missed))
         return jnp.concatenate(parts)
 

@@ -49,14 +49,14 @@ from .spring_trajectory import (
     spring_of,
 )
 
-WANDERS = tuple(10.0**k for k in range(-16, -2))
+PROCESS_NOISES = tuple(10.0**k for k in range(-16, -2))
 """Candidate process-noise variances per second. The smallest hold a cold wire at one phase, whose limit then
 either binds or does not. Noise that crossed this limit row by row would look like an offset."""
 BEGUN = "course"
 """Entry of rows with the fraction at which the trajectory search begins. Without it, the search begins at the
 fraction that each resistance implies."""
-LOOSE = 10.0
-"""Factor on the process-noise variance that a resistance implies."""
+FACTOR = 10.0
+"""Factor of the process-noise variance of a diagnosis over the one that a resistance implies."""
 ADDED = ("weight_", "correlation_")
 """Prefixes of the columns that hold a diagnosis's weights and noise correlations."""
 
@@ -67,7 +67,7 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
     of the rows count."""
     own = {name: x for name, x in stacked.extra.items() if not name.startswith((*ADDED, BEGUN))}
     plain = eqx.tree_at(lambda rows: rows.extra, stacked, own)  # so that one program serves both
-    found = with_process_noise(values, plain, LOOSE, WANDERS, pooled=True)
+    found = with_process_noise(values, plain, FACTOR, PROCESS_NOISES, pooled=True)
     if channels is None:
         return found
     extra = {**stacked.extra, **found.extra}

@@ -167,7 +167,7 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     """
     measured = jnp.stack([rows.measured[name] for name in names])
     interval = jnp.maximum(jnp.diff(rows.time, prepend=rows.time[:1]), 1e-6)
-    coupling = jnp.where(jnp.arange(interval.size) > 0, 1.0 / (rows.extra["wander"] * interval), 0.0)
+    coupling = jnp.where(jnp.arange(interval.size) > 0, 1.0 / (rows.extra["process_noise"] * interval), 0.0)
     system = _System([Noise.of(rows, name) for name in names], measured, coupling)
 
     def step(course: Array) -> tuple[Array, Array, Local]:

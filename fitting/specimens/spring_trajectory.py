@@ -57,9 +57,9 @@ LEVELS = (0.2, 0.5)
 ALIKE = 2.0
 """Number of standard deviations of the martensite fraction within which two rows are equally hot."""
 NEARLY_COLD = 1e-3
-"""Maximum austenite of a test that is held at martensite [1]. Up to there resistance is linear in it: for an
-exponent `a` of 10, 1 - (1 - x)^a and a x differ by less than 0.5 %."""
-WANDER = 1e-6
+"""Maximum austenite of a test that is held at martensite [1]. Up to there resistance is linear in it. For
+an exponent `a` of 10, 1 - (1 - x)^a and a x differ by less than 0.5 %."""
+INITIAL_PROCESS_NOISE = 1e-6
 """Initial process-noise variance of the martensite fraction per second, until `with_process_noise` finds
 it."""
 
@@ -110,8 +110,8 @@ def rows_of(
         weight=weight,
         base={**{name: np.asarray(float(alloy[name])) for name in ALLOY}, **dimension_numbers(recording)},
         extra={
-            "wander": np.asarray(WANDER),
-            "pace": np.asarray(WANDER),
+            "process_noise": np.asarray(INITIAL_PROCESS_NOISE),
+            "implied_process_noise": np.asarray(INITIAL_PROCESS_NOISE),
             "level": np.asarray(0.5 if held_at is None else held_at),
             "level_sd": np.asarray(SPREAD if held_at is None else 0.0),
             "force_informs": np.asarray(1.0),
@@ -161,7 +161,7 @@ def _walk(rows: Rows) -> smoother.Walk:
     extra = rows.extra
     free = extra["level_sd"] > 0.0
     level_sd = jnp.where(free, extra["level_sd"], 1.0)
-    return smoother.Walk.over(rows.time, rows.mask & free, extra["wander"], extra["level"], level_sd)
+    return smoother.Walk.over(rows.time, rows.mask & free, extra["process_noise"], extra["level"], level_sd)
 
 
 def _independent(rows: Rows) -> smoother.Independent | None:
@@ -262,7 +262,7 @@ def _decided(values: Mapping[str, Array], plain: Rows, before: Decisions, known:
     """
 
     def decide(rows: Rows, before: Decisions) -> Decisions:
-        steady = eqx.tree_at(lambda r: r.extra["wander"], rows, rows.extra["pace"])
+        steady = eqx.tree_at(lambda r: r.extra["process_noise"], rows, rows.extra["implied_process_noise"])
         found, law = trajectory(values, steady), _law(values, rows)
         slack, force, weight = ALIKE * _sd(found, steady), rows.measured["force"], rows.weight["force"]
         shared = jax.lax.map(lambda m: law.decide(found.xi0, slack, m), jnp.asarray(MARGINS))
@@ -363,8 +363,8 @@ def freedom_taken(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
     """
     found = trajectory(values, rows)
     weight = jnp.stack([rows.weight[name] for name in OUTPUTS])
-    told = smoother.information(found.local, weight)
-    return jnp.where(rows.extra["level_sd"] > 0.0, jnp.sum(told * _sd(found, rows) ** 2), 0.0)
+    information = smoother.information(found.local, weight)
+    return jnp.where(rows.extra["level_sd"] > 0.0, jnp.sum(information * _sd(found, rows) ** 2), 0.0)
 
 
 def phase_sd(values: Mapping[str, Array], rows: Rows, by_force: bool = True) -> Float[Array, " rows"]:
@@ -378,17 +378,17 @@ def phase_sd(values: Mapping[str, Array], rows: Rows, by_force: bool = True) -> 
     return _sd(trajectory(values, rows), rows, jnp.asarray([[1.0 if by_force else 0.0], [1.0]]))
 
 
-def process_noise_evidence(values: Mapping[str, Array], rows: Rows, wander: Array) -> Float[Array, ""]:
+def process_noise_evidence(values: Mapping[str, Array], rows: Rows, process_noise: Array) -> Float[Array, ""]:
     """Log-evidence of the process-noise variance of the martensite fraction, from resistance alone.
 
     Force is left out, so that process noise cannot compensate a wrong force law.
     """
     rows = undecided(rows)
-    extra = {**rows.extra, "wander": wander, "force_informs": jnp.zeros(())}
+    extra = {**rows.extra, "process_noise": process_noise, "force_informs": jnp.zeros(())}
     rows = eqx.tree_at(lambda r: r.extra, rows, extra)
     rows = eqx.tree_at(lambda r: r.weight["force"], rows, jnp.zeros_like(rows.weight["force"]))
     count = jnp.sum(_walk(rows).weight > 0.0)
-    return evidence(values, rows) - 0.5 * count * jnp.log(wander)
+    return evidence(values, rows) - 0.5 * count * jnp.log(process_noise)
 
 
 def rows_for(

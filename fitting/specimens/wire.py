@@ -44,7 +44,7 @@ UNLOADED = 0.5
 a steady load their only trace would be a loop between heating and cooling, which has other causes."""
 STILL = 5.0
 """Minimum range of a temperature for drawing outputs over it [K]."""
-ASTRAY = 1e3
+FAILED_RESIDUAL = 1e3
 """Residual of a row in which no strain carries the stress, in standard deviations."""
 
 
@@ -192,7 +192,7 @@ class StraightWire(Specimen):
     starts = 8  # with all constants open there is a minimum beside every kink of the residual strain
     profiled = EVERY
     element = "wire"
-    astray = ASTRAY
+    failed_residual = FAILED_RESIDUAL
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
         """Temperature, and the steadier one of stress and strain."""

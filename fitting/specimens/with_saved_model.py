@@ -280,11 +280,11 @@ class Augmented(Model):
     def _with_process_noise(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
         """Springs with the process-noise variance that the resistance implies, and no more."""
         base, _ = self._split(values)
-        found = np.asarray(self.specimen.latent.prepared(base, stack(recordings)).extra["wander"])
+        found = np.asarray(self.specimen.latent.prepared(base, stack(recordings)).extra["process_noise"])
         pairs = zip(recordings, found, strict=False)
         return [
-            eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "wander": np.asarray(wander)})
-            for rows, wander in pairs
+            eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "process_noise": np.asarray(process_noise)})
+            for rows, process_noise in pairs
         ]
 
 

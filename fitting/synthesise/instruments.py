@@ -93,7 +93,7 @@ class Instruments:
             sigma = self.noise.get(name, 0.0)
             random = stream(self.seed, "noise", test, name)
             read = values + sigma * (
-                correlated(random, time, self.noise_time_s) + self.drift * wander(random, time)
+                correlated(random, time, self.noise_time_s) + self.drift * random_walk(random, time)
             )
             written[name] = np.round(read, _decimals(name, sigma)) + 0.0  # no -0
         return written
@@ -115,7 +115,7 @@ def correlated(random: np.random.Generator, time: np.ndarray, memory_s: float) -
     return series
 
 
-def wander(random: np.random.Generator, time: np.ndarray) -> np.ndarray:
+def random_walk(random: np.random.Generator, time: np.ndarray) -> np.ndarray:
     """A zero that starts true and follows a random walk, with unit variance at the end; shape (rows,)."""
     span = max(time[-1] - time[0], 1e-12)
     steps = np.sqrt(np.diff(time, prepend=time[0]) / span) * random.standard_normal(len(time))

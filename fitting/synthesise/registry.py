@@ -21,7 +21,7 @@ from pneusma_jax.errors import InputError, nearest
 
 from . import elastomer
 from .actuator import synthesise_actuator
-from .instruments import Instruments, wander
+from .instruments import Instruments, random_walk
 from .spring import synthesise_spring
 from .tube import synthesise_tube
 from .wire import synthesise_wire
@@ -65,7 +65,7 @@ def synthesise_elastomer(wishes: Wishes) -> Synthetic:
     )
     for recording in recordings if wishes.drift > 0.0 else ():
         stress, time = recording.columns["stress_kPa"], recording.columns["time_s"]
-        zero = wander(stream(wishes.seed, "drift", recording.name), time)
+        zero = random_walk(stream(wishes.seed, "drift", recording.name), time)
         read = stress + wishes.drift * bench.noise["stress_kPa"] * zero
         recording.columns["stress_kPa"] = np.round(read, 4)
     units = {name: "kPa" if name.startswith("mu") else "1" for name in nominal}

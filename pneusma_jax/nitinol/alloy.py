@@ -22,7 +22,8 @@ def _number() -> Array:
 class Alloy(eqx.Module):
     """Constants of one nitinol alloy after one heat treatment (Table 2.2, Eqs. 3.1 and 3.2).
 
-    Field names are those of the files. SI units; resistivities in ohm per metre, temperatures in degC.
+    Field names are those of the files. SI units; resistivities in ohm per metre of wire, as the source has
+    them; temperatures in degC.
 
     Attributes:
         beta_1, beta_2, beta_3: constants of the detwinned fraction of martensite [1].
@@ -30,8 +31,8 @@ class Alloy(eqx.Module):
         rho_mean, rho_span, km_1, km_2, km_3: constants of the resistivity of martensite [ohm/m, ohm/m, 1, 1,
             1].
         alpha_1, alpha_2: constants of the resistivity of austenite [ohm/m].
-        a, b, gamma_max: constants of the power law between them [1]; c: its second exponent at zero strain, 1
-            in the source and for nitinol [1].
+        a, b, gamma_max: constants of the exponent of the power law between the two resistivities [1].
+        c: second exponent of that law at zero strain, 1 in the source and for nitinol [1].
         G_m, G_a: shear moduli [Pa]; gamma_L: largest detwinning strain [1]; poisson_ratio [1].
         gR_amplitude, gR_slope, gR_shift, gR_decay: constants of the residual strain [1].
         T_mid, T_width: middle and width of the reversible martensite fraction over temperature [degC, K].
@@ -132,7 +133,7 @@ class Alloy(eqx.Module):
         return resistivity.mixed_resistivity(weight, self.rho_m(gamma), self.rho_a(gamma))
 
     def resistivity_and_contrast(self, xi0: Array, gamma: Array) -> tuple[Array, Array]:
-        """`resistivity`, and that of martensite less that of austenite [ohm/m]."""
+        """Resistivity of the wire, and the contrast: that of martensite less that of austenite [ohm/m]."""
         rho_m, rho_a = self.rho_m(gamma), self.rho_a(gamma)
         mixed = resistivity.mixed_resistivity(self.mixing_fraction(xi0, gamma), rho_m, rho_a)
         return mixed, rho_m - rho_a
@@ -153,7 +154,10 @@ class Alloy(eqx.Module):
         )
 
     def residual_strain(self, state: SpringState, xi0: Array) -> Array:
-        """Residual strain at the present martensite fraction, remembering the hottest since, Eq. 3.2 [1]."""
+        """Residual strain of a spring in a state, now at martensite fraction `xi0`, Eq. 3.2 [1].
+
+        It follows the hottest state since the pre-strain.
+        """
         limit = self.residual_strain_limit(state.prestrain)
         return residual_strain.residual_strain(limit, hottest(state, xi0), self.gR_decay)
 
@@ -176,20 +180,21 @@ class Alloy(eqx.Module):
     ) -> SpringState:
         """State after a row that ended at strain `gamma` and fraction `xi0` (Section 3.4.1).
 
-        Heating lowers `xi_min`. Detwinning past what the residual strain accounts for sets both anew.
+        Heating lowers `xi_min`. Loading along the detwinning curve renews the state if it leaves a larger
+        residual strain: the pre-strain becomes `gamma`, and `xi_min` becomes `xi0`.
 
         Args:
             state: memory before the row.
             gamma: shear strain [1].
             xi0: martensite fraction [1].
-            margin: minimum excess of detwinning over the residual strain that renews the memory, as part of
-                it [1]. It is 0 by the law. Fits use others to examine the rule at slightly different
-                parameters.
+            margin: excess over the residual strain from which the wire counts as loading, as part of the
+                residual strain [1]. The law has 0. Fits try other values, as the rule jumps with parameters.
         """
         heated = SpringState(state.prestrain, hottest(state, xi0))
         gamma_R = self.residual_strain(heated, xi0)
-        passed = (1.0 + margin) * gamma_R
-        loading = stress.on_detwinning_branch(self.modulus(xi0), self.detwinning_stress(gamma, xi0), passed)
+        threshold = (1.0 + margin) * gamma_R
+        detwinning = self.detwinning_stress(gamma, xi0)
+        loading = stress.on_detwinning_branch(self.modulus(xi0), detwinning, threshold)
         deeper = (
             residual_strain.residual_strain(self.residual_strain_limit(gamma), xi0, self.gR_decay) > gamma_R
         )
@@ -198,9 +203,9 @@ class Alloy(eqx.Module):
 
 
 def _contrast_at_rest(alloy: Alloy) -> Array:
-    """Resistivity of martensite over that of austenite at zero strain [ohm/m], of known numbers."""
-    plain, none = as_numpy(alloy), np.zeros(())
-    return plain.rho_m(none) - plain.rho_a(none)
+    """Resistivity of martensite less that of austenite at zero strain [ohm/m]; no constant may be traced."""
+    concrete, unstrained = as_numpy(alloy), np.zeros(())
+    return concrete.rho_m(unstrained) - concrete.rho_a(unstrained)
 
 
 def load_alloy(name_or_path: str | Path | Calibration) -> Alloy:

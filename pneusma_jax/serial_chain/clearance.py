@@ -1,14 +1,16 @@
 """Clearance of a chain of segments from itself.
 
 A piece is a segment with the rigid connector after it; its centre line is an arc with a straight end.
-Clearance is the smallest distance between two centre lines less both radii. Points that are close along the
-tube are always close. So where pieces adjoin, pairs of points less than a segment apart along the centre line
-are left out. By Schur's theorem such a pair can only touch if the more bent segment already touches itself
-from end to end. That is checked for every segment (it matters past a bend of half a turn).
+Clearance is the smallest distance between two centre lines less both radii.
 
-Values and first derivatives are exact to about 1e-9 m. The closest pair is found without derivatives, then
-held, because at a minimum the distance does not depend on the pair to first order. Where two pairs are
-equally close the gradient is that of one of them. Clearance is continuous there but not smooth.
+Neighbouring points of a tube are close without touching. So in adjoining pieces, pairs of points less than a
+segment's length apart along the centre line are left out. By Schur's comparison theorem such a pair can only
+touch if the more bent segment touches itself from end to end. That is checked for every segment; it matters
+past a bend of half a turn.
+
+Values and first derivatives are exact to about 1e-9 m. The closest pair is found without derivatives and then
+held fixed: at a minimum, the distance does not depend on the pair to first order. Where two pairs are equally
+close, clearance is continuous but not smooth, and the gradient is that of one of them.
 """
 
 import itertools
@@ -23,8 +25,8 @@ from ..numerics.safe import safe_norm
 from .kinematics import arc_frame, arc_points, tangent, transform
 
 COARSE = 33  # Number of points per piece in the first search; 1.75 mm apart on a 56 mm segment
-FINE, ROUNDS = 9, 10
-"""Numbers of points and of rounds of the refinement; each is four times finer about the best pair."""
+FINE = 9  # Number of points per piece in a refinement, whose grid is four times finer than the one before
+REFINEMENTS = 10  # Number of refinements about the best pair
 
 
 class Pieces(eqx.Module):
@@ -90,9 +92,11 @@ def chain_clearance(pieces: Pieces) -> Clearance:
 
 
 def _within(piece: Pieces) -> Array:
-    """Clearance of a piece from itself: pairs of points at least the segment's length apart [m].
+    """Clearance of a piece from itself, over pairs of points at least the segment's length apart [m].
 
-    For a segment without connector this pair is base and end, `L |sinc(phi / 2)| - 2 r`.
+    A position in the unit square gives two distances: of the first point from the base, and of the second
+    point from the first, beyond the segment's length. Without a connector the only pair is base and end:
+    `L |sinc(phi / 2)| - 2 r`.
     """
 
     def distance(ab: Array, piece: Pieces) -> Array:
@@ -105,7 +109,10 @@ def _within(piece: Pieces) -> Array:
 
 
 def _between(one: Pieces, other: Pieces, adjoining: Array) -> Array:
-    """Clearance of two pieces, `other` the one further out [m]."""
+    """Clearance of two pieces, `other` the one nearer the tip [m].
+
+    A position in the unit square gives the distances of the two points from the ends that face each other.
+    """
 
     def distance(ab: Array, one: Pieces, other: Pieces) -> Array:
         exclusion = jnp.where(adjoining, jnp.minimum(one.length, other.length), 0.0)
@@ -119,19 +126,26 @@ def _between(one: Pieces, other: Pieces, adjoining: Array) -> Array:
 
 
 def _smallest(distance: Callable[..., Array], *pieces: Pieces) -> Array:
-    """Smallest value of a distance over the unit square, by search on ever finer grids. The position is held
-    for derivatives."""
+    """Smallest value of a distance over the unit square, by search on ever finer grids.
+
+    Derivatives are taken at a fixed position in the square.
+
+    Args:
+        distance: function of positions, shape (..., 2) in [0, 1], and the pieces.
+        pieces: arguments of `distance`.
+    """
     frozen = jax.lax.stop_gradient(pieces)
 
     def best(low: Array, high: Array, count: int) -> Array:
+        """Position of the smallest distance on a grid between two corners."""
         share = jnp.linspace(0.0, 1.0, count)
         grid = jnp.stack(jnp.meshgrid(share, share, indexing="ij"), axis=-1).reshape(-1, 2)
         places = low + grid * (high - low)
         return places[jnp.argmin(distance(places, *frozen))]
 
-    def closer(k: Array, place: Array) -> Array:
-        reach = (0.5 * (FINE - 1)) ** -k.astype(place.dtype) / (COARSE - 1)
-        return best(jnp.maximum(place - reach, 0.0), jnp.minimum(place + reach, 1.0), FINE)
+    def refined(k: Array, place: Array) -> Array:
+        half_width = (0.5 * (FINE - 1)) ** -k.astype(place.dtype) / (COARSE - 1)
+        return best(jnp.maximum(place - half_width, 0.0), jnp.minimum(place + half_width, 1.0), FINE)
 
-    place = jax.lax.fori_loop(0, ROUNDS, closer, best(jnp.zeros(2), jnp.ones(2), COARSE))
+    place = jax.lax.fori_loop(0, REFINEMENTS, refined, best(jnp.zeros(2), jnp.ones(2), COARSE))
     return distance(place, *pieces)

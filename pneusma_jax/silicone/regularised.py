@@ -1,8 +1,9 @@
 """The silicone law of the actuator: Table 3.1's tension and buckling fits, joined smoothly at zero strain.
 
-Eqs. 3.22 to 3.25 switch from one polynomial to the other at zero strain, where they jump from -0.37 to +5.76
-kPa. They also use them past the tested strains. Here each polynomial loses its constant term and is continued
-linearly outside the tested strains. The two are blended over a narrow band (correction 10).
+Eqs. 3.22 to 3.25 switch from one polynomial to the other at zero strain, where the stress jumps from -0.37 to
++5.76 kPa. The source also uses the polynomials beyond the tested strains. Here each polynomial loses its
+constant term and is continued linearly outside the tested strains. The two are blended over a narrow band
+(correction 10).
 """
 
 import equinox as eqx
@@ -44,11 +45,12 @@ def regularised_stress(
         lower, upper: strains beyond which the law is linear [1].
         least_slope: smallest slope of those lines [Pa].
     """
-    drop = lambda c: jnp.concatenate([c[:-1], jnp.zeros(1, c.dtype)])  # noqa: E731
+    def stress(coefficients: Array) -> Array:
+        without_constant = jnp.concatenate([coefficients[:-1], jnp.zeros(1, coefficients.dtype)])
+        return continued_polynomial(strain, without_constant, lower, upper, least_slope)
+
     weight = smoothstep((strain + half_width) / (2.0 * half_width))
-    pulled = continued_polynomial(strain, drop(tension), lower, upper, least_slope)
-    pushed = continued_polynomial(strain, drop(compression), lower, upper, least_slope)
-    return weight * pulled + (1.0 - weight) * pushed
+    return weight * stress(tension) + (1.0 - weight) * stress(compression)
 
 
 class RegularisedSilicone(SiliconeLaw):
@@ -73,10 +75,10 @@ class RegularisedSilicone(SiliconeLaw):
 
     @property
     def cuts(self) -> Array:
-        """Ends of the blend and of the tested strains."""
+        """See `SiliconeLaw`: ends of the blend and of the tested strains [1], shape (4,)."""
         return jnp.stack([self.lower, -self.half_width, self.half_width, self.upper])
 
     @property
     def tested(self) -> tuple[Array, Array]:
-        """Ends of the tested strains."""
+        """See `SiliconeLaw`."""
         return self.lower, self.upper

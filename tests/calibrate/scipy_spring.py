@@ -68,13 +68,13 @@ class Test:
         self.memory = [np.asarray(getattr(decisions, n))[held] for n in names]
         self.start = np.asarray(decisions.course)[held]
         self.base = {name: float(value) for name, value in rows.base.items()}
-        self.wander, self.level, self.level_sd = (float(extra[n]) for n in ("wander", "level", "level_sd"))
+        self.process_noise, self.level, self.level_sd = (float(extra[n]) for n in ("process_noise", "level", "level_sd"))
 
     def misfit(self, xi0, constants):
         c = {**self.base, **constants}
         found = force_and_resistance(xi0, shear_strain(self.elongation, c), c, self.memory)
         parts = [w * (f - m) for w, f, m in zip(self.weight, found, self.measured, strict=True)]
-        steps = np.diff(xi0) / np.sqrt(self.wander * np.maximum(np.diff(self.time), 1e-6))
+        steps = np.diff(xi0) / np.sqrt(self.process_noise * np.maximum(np.diff(self.time), 1e-6))
         outside = np.minimum(xi0, 0.0) + np.maximum(xi0 - 1.0, 0.0)
         return np.concatenate([*parts, [(xi0[0] - self.level) / self.level_sd], steps, outside / OVERSHOOT])
 

@@ -84,8 +84,9 @@ def test_what_is_left_at_its_neutral_value_is_called_absent(fit):
     parameters["mullins_softening_depth"].set(value=0.0)
     assert "where mullins_softening is absent" in fit.model.absent(parameters)["mullins_softening_depth"]
     assert not fit.model.absent(fit.fitted)
-    told = dataclasses.replace(fit.told, fixed=np.array([n.endswith("depth") for n in fit.told.names]))
-    entries = open_constants(told, parameters, fit.start, fit.model.absent(parameters))
+    held = np.array([n.endswith("depth") for n in fit.information.names])
+    information = dataclasses.replace(fit.information, fixed=held)
+    entries = open_constants(information, parameters, fit.start, fit.model.absent(parameters))
     assert [e["kind"] for e in entries if e["parameters"] == ["mullins_softening_depth"]] == ["absent"]
 
 

@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
 from fitting.calibrate.profile_likelihood import RENEWALS, RISES, WIDTH_90, Profile, lower_end, to_the_end
-from fitting.calibrate.profile_search import BEYOND, FITS, LONGER, MOST, followed
+from fitting.calibrate.profile_search import BEYOND, FITS, LONGER, MOST, profile_likelihoods
 from fitting.calibrate.quoted import estimate, merely_prior
 from fitting.inference.least_squares import Status
 from fitting.inference.least_squares.covariance import Uncertainty
@@ -27,11 +27,11 @@ class Problem:
         self.parameters["x"].set(standard_error=sd)
         self.values = {"x": x, "y": 0.0}
 
-    def fit(self, values, pins):
+    def fit(self, values, held):
         self.calls += 1
-        x = pins.get("x", values["x"])
+        x = held.get("x", values["x"])
         y = minimize_scalar(lambda y: self.chi_square(x, y), bracket=(-1.0, 1.0)).x
-        found = self.chi_square(x, y) + (30.0 if self.stuck(x) and pins else 0.0)
+        found = self.chi_square(x, y) + (30.0 if self.stuck(x) and held else 0.0)
         told = self.told(x, y)
         return SimpleNamespace(
             chi_square=found, success=not self.stuck(x), values={"x": x, "y": y}, residual=np.sqrt([max(told, 0.0)])
@@ -40,7 +40,7 @@ class Problem:
     def profile(self, again=None, units=None):
         sd = self.parameters["x"].standard_error
         errors = Uncertainty({}, ("x",), np.array([[sd**2]]), np.eye(1), ()) if sd else Uncertainty.none(["x"])
-        return followed(["x"], self.parameters, self.values, errors, self.fit, again, units)["x"]
+        return profile_likelihoods(["x"], self.parameters, self.values, errors, self.fit, again, units)["x"]
 
 
 def test_a_parabola_takes_two_fits_on_each_side():
@@ -120,7 +120,7 @@ def test_a_direction_that_nothing_tells_is_the_prior_and_is_said_to_be():
     found = problem.profile()
     np.testing.assert_allclose(found.quoted(90), [-10.0 * WIDTH_90, 10.0 * WIDTH_90], rtol=1e-3)
     quoted = estimate(problem.parameters["x"], found)
-    assert quoted.told == (False, False) and merely_prior(quoted) and quoted.curved
+    assert quoted.determined == (False, False) and merely_prior(quoted) and quoted.curved
     assert quoted.of_prior == pytest.approx(1.0, rel=1e-3) and quoted.sd == pytest.approx(10.0, rel=1e-3)
 
 
@@ -142,7 +142,7 @@ def test_a_constant_at_its_bound_has_a_one_sided_interval():
     assert low == 0.0 and high == pytest.approx(1.147, rel=0.03)  # a truncated Gaussian has 10 % beyond
     assert found.interval(RISES[90])[1] == pytest.approx((1.0 + RISES[90]) ** 0.5 - 1.0, rel=0.05)
     quoted = estimate(problem.parameters["x"], found)
-    assert quoted.at_bound and quoted.interval[90] == (low, high) and quoted.told == (False, True)
+    assert quoted.at_bound and quoted.interval[90] == (low, high) and quoted.determined == (False, True)
 
 
 def test_noise_that_lasts_widens_the_interval():
@@ -166,9 +166,9 @@ def test_a_lower_minimum_is_reported_with_its_place():
 class Slow(Problem):
     """Every fit makes all steps that are allowed, and each that goes on gains again."""
 
-    def fit(self, values, pins):
-        result = super().fit(values, pins)
-        result.chi_square += 8.0 - 0.15 * self.calls if pins else 0.0
+    def fit(self, values, held):
+        result = super().fit(values, held)
+        result.chi_square += 8.0 - 0.15 * self.calls if held else 0.0
         result.success, result.status = False, Status.MAX_STEPS
         return result
 

@@ -132,11 +132,11 @@ def profiled(monkeypatch):
             result=SimpleNamespace(uncertainty=errors),
         )
 
-        def pinned(problem, data, pins, known=None):
-            x = pins.get("x", 0.0)
+        def pinned(problem, data, held, known=None):
+            x = held.get("x", 0.0)
             return SimpleNamespace(chi_square=chi_square(x), success=True, values={"x": x, "y": 2.0 * x})
 
-        monkeypatch.setattr(profiling, "fit_pinned", pinned)
+        monkeypatch.setattr(profiling, "fit_constrained", pinned)
         monkeypatch.setattr(profiling, "decided", lambda values, rows: rows)
         monkeypatch.setattr(profiling, "values_of", lambda parameters, values: values)
         return profiles(joint, ["x"])["x"]

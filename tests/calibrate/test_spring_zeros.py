@@ -26,7 +26,7 @@ from pneusma_jax.nitinol import Alloy
 from pneusma_jax.units import to_si
 
 STEADY = 1e-12
-"""Process noise per second of a fraction that does not wander."""
+"""Process noise per second of a fraction that hardly changes."""
 left_by = jax.jit(residual_of("spring"))
 
 
@@ -37,12 +37,12 @@ def problem(tmp_path_factory):
     write_synthetic(synthesise("spring", seed=39520, interval_s=16.0, tests=1), folder)
     campaign = read_campaign(folder)
     known = Alloy(**{name: q.value for name, q in priors.alloy_quantities(campaign, ALLOY, None)[0].items()})
-    (reading,) = readings_of(campaign.to_fit("spring"), None, known, None)
+    (reading,) = readings_of(campaign.fittable("spring"), None, known, None)
     found = _problem(campaign, reading.tests, None, False, {})
-    found = found.wandering(found.parameters.valuesdict())
+    found = found.with_process_noise(found.parameters.valuesdict())
     cold = jnp.asarray([test.name == "cold" for test in found.tests])
-    wander = jnp.where(cold, STEADY, found.stacked.extra["wander"])
-    return replace(found, stacked=eqx.tree_at(lambda r: r.extra["wander"], found.stacked, wander))
+    process_noise = jnp.where(cold, STEADY, found.stacked.extra["process_noise"])
+    return replace(found, stacked=eqx.tree_at(lambda r: r.extra["process_noise"], found.stacked, process_noise))
 
 
 @pytest.fixture(scope="module")

@@ -91,7 +91,7 @@ class World:
         channels = [[Channel("length", SIGMA * y, np.full(rows, SIGMA), 0.0)] for y in measured]
         fitted = np.array([role == "fit" for role in roles])
         program = Program("tube", recordings, stacked, channels, unknowns, fitted, _compiled=self)
-        return replace(program, followed_values=np.zeros(count), process_noise=np.zeros((count, 0)), bare=channels)
+        return replace(program, trajectory_degrees_of_freedom=np.zeros(count), process_noise=np.zeros((count, 0)), bare=channels)
 
     def design(self, slugs=(), chosen=None):
         """Sensitivities of chosen recordings to base constants and effects, (values, numbers)."""

@@ -31,19 +31,19 @@ def nominal(program):
 
 @pytest.mark.slow
 def test_a_recording_without_resistance_stays_cold_and_takes_nothing_up(program, nominal):
-    assert program.followed_values[1] == 0.0
+    assert program.trajectory_degrees_of_freedom[1] == 0.0
     assert np.all(nominal.trajectories[1] == 1.0)
-    assert np.all(program.followed_values[[0, 2]] > 1.0)
-    assert nominal.hidden[1] is None
-    assert nominal.hidden[0] is not None
+    assert np.all(program.trajectory_degrees_of_freedom[[0, 2]] > 1.0)
+    assert nominal.projections[1] is None
+    assert nominal.projections[0] is not None
 
 
 @pytest.mark.slow
 def test_rows_change_with_their_own_fraction_and_with_the_one_they_remember(program):
     here = program._run(program.unknowns.neutral, program.unknowns.base[:0], program.stacked)
     channels = program.channels[0]
-    hidden = here.hidden(0, channels, program.process_noise[0])
-    course = hidden.trajectories[0]
+    projection = here.projection(0, channels, program.process_noise[0])
+    course = projection.trajectories[0]
     told = np.abs(course.remembered[0]).argmax()
     source = course.source[told]
     assert source < told
@@ -83,7 +83,7 @@ def test_derivatives_are_those_of_the_misfit_with_its_courses(program, nominal):
     u[program.unknowns.base[0]] += 0.02
     there, compared = program.evaluate(u, program.unknowns.base, near=nominal), 0
     for k, (one, two) in enumerate(zip(nominal.misfit, there.misfit, strict=True)):
-        if _same_rows_are_remembered(nominal.hidden[k], there.hidden[k]):  # elsewhere it has a kink
+        if _same_rows_are_remembered(nominal.projections[k], there.projections[k]):  # elsewhere it has a kink
             step = 0.02 * nominal.jacobian[k][0]
             assert np.linalg.norm(two - one - step) < 0.1 * np.linalg.norm(step)
             compared += 1

@@ -102,7 +102,7 @@ def test_kinds_together(tmp_path, pulled):
 
 def test_nothing_to_fit(tmp_path, pulled):
     folder = put(tmp_path / "judged", "pull", *pulled, SIDECAR.format(role="validation", noise=NOISE))
-    assert "every recording has role validation" in refusal(folder, tmp_path)
+    assert 'every recording has role = "validation"' in refusal(folder, tmp_path)
 
 
 def test_too_few_values(tmp_path, pulled):

@@ -26,7 +26,7 @@ def evaluation(misfits, level):
         columns=np.zeros(1, int),
         trajectories=np.full((count + 1, 1, 3), level),
         trajectory_slopes=np.full((1, count + 1, 1, 3), level),
-        hidden=[level] * count,
+        projections=[level] * count,
         asked=np.ones(count, bool),
     )
 
@@ -34,7 +34,7 @@ def evaluation(misfits, level):
 def test_each_recording_is_taken_from_where_it_fits_better():
     found = evaluation([1.0, 2.0], 0.1).bettered(evaluation([2.0, 1.0], 0.9))
     assert [m[0] for m in found.misfit] == [1.0, 1.0]
-    assert found.hidden == [0.1, 0.9]
+    assert found.projections == [0.1, 0.9]
     levels = [0.1, 0.9]
     assert found.drivers["xi0"][:2, 0].tolist() == levels and found.trajectories[:2, 0, 0].tolist() == levels
     assert found.trajectory_slopes[0, :2, 0, 0].tolist() == levels

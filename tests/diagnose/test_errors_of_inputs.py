@@ -1,4 +1,4 @@
-"""Errors of an output that wander, beside errors of an input that are new in every row."""
+"""Errors of an output that drift, beside errors of an input that are new in every row."""
 
 import numpy as np
 import pytest

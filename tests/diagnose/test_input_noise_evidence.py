@@ -53,7 +53,7 @@ def stand(course, stated=STATED, lost=()):
     return program, *fits
 
 
-def wandering(rho, size, rng):
+def drifting(rho, size, rng):
     kicks, found = rng.standard_normal(ROWS), np.zeros(ROWS)
     found[0] = kicks[0]
     for k in range(1, ROWS):
@@ -72,7 +72,7 @@ def test_a_mean_of_two_noisy_rows_gains_half_of_what_the_noise_makes(stated):
 
 @pytest.mark.parametrize("rho", [0.3, 0.6, 0.9])
 def test_errors_that_last_are_hardly_averaged_away(rho):
-    readings = np.arange(float(ROWS)) + wandering(rho, STATED, np.random.default_rng(2))
+    readings = np.arange(float(ROWS)) + drifting(rho, STATED, np.random.default_rng(2))
     program, current, late = stand(readings)
     truth = 0.5 * ROWS * (5.0 * STATED) ** 2 * 0.5 * (1.0 - rho)
     assert 0.6 * truth < input_noise_evidence.explained_by_input_noise(program, current, late) < 1.2 * truth

@@ -21,18 +21,18 @@ def fitted(folder, law, slug):
     return program, base, Refitter(program).fit((slug,), start)
 
 
-def wandering(strain):
-    """A zero that wanders by 0.6 of the noise, to another place in every recording."""
+def drifting(strain):
+    """A zero that drifts by 0.6 of the noise, to another place in every recording."""
     rng = np.random.default_rng(int(1e6 * strain.sum()))
     t = np.linspace(0.0, 1.0, strain.size)
     courses = [np.cos(np.pi * k * t) * rng.normal() / (1.0 + k) for k in range(5)]
-    wander = np.sum(courses, axis=0)
-    return 1.02 * curve(strain) + 0.6 * NOISE * wander / np.sqrt(np.mean(wander**2))
+    drift = np.sum(courses, axis=0)
+    return 1.02 * curve(strain) + 0.6 * NOISE * drift / np.sqrt(np.mean(drift**2))
 
 
 def test_evidence_is_that_of_the_whole_gaussian_model(tmp_path):
     """The closed form against the marginal likelihoods of all values, constants and drift integrated out."""
-    program, base, _ = fitted(tmp_path / "c", wandering, "mullins_softening")
+    program, base, _ = fitted(tmp_path / "c", drifting, "mullins_softening")
     here = base.evaluation
     counts = [np.full(len(m), float(f)) for m, f in zip(here.misfit, program.fitted, strict=True)]
     r, A = here.joined(counts)
@@ -48,8 +48,8 @@ def test_evidence_is_that_of_the_whole_gaussian_model(tmp_path):
     assert drift_gain(program, base)[0] == pytest.approx(np.log(np.mean(np.exp(gains))), rel=5e-3, abs=1e-3)
 
 
-def test_a_wandering_zero_is_as_good_as_an_effect_that_follows_it(tmp_path):
-    program, base, candidate = fitted(tmp_path / "c", wandering, "force_calibration")
+def test_a_drifting_zero_is_as_good_as_an_effect_that_follows_it(tmp_path):
+    program, base, candidate = fitted(tmp_path / "c", drifting, "force_calibration")
     followed = base.objective - candidate.objective
     assert followed > 10.0
     assert explained_by_drift(program, base, candidate) > 0.5 * followed

@@ -3,14 +3,9 @@
 import numpy as np
 import pytest
 
-from fitting.diagnose.evaluate.latent_trajectories import (
-    Hidden,
-    LatentTrajectory,
-    averaging,
-    estimated_process_noise,
-    process_noise_of,
-    remembered_rows,
-)
+from fitting.diagnose.evaluate.latent_trajectories import LatentTrajectory, averaging, remembered_rows
+from fitting.diagnose.evaluate.process_noise import estimated_process_noise, process_noise_of
+from fitting.diagnose.evaluate.variable_projection import Projection
 from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.probabilities import weights_of
 from fitting.inference.channels import Channel
@@ -47,7 +42,7 @@ def test_the_design_is_the_derivative_of_what_the_courses_change(rng):
     step = rng.normal(size=ROWS)
     plain = one.change(step)
     whole = np.concatenate([c.whitened(x) for c, x in zip(members, plain, strict=True)])
-    np.testing.assert_allclose(Hidden([one], members).change(step[None]), whole, atol=1e-12)
+    np.testing.assert_allclose(Projection([one], members).change(step[None]), whole, atol=1e-12)
 
 
 def test_rows_remember_the_hottest_before_them(rng):
@@ -64,37 +59,37 @@ def test_rows_remember_the_hottest_before_them(rng):
 def test_the_answer_is_the_least_squares_solution(rng, count):
     members = channels(rng)
     free = [course(rng, smooth(rng), number=n) for n in range(count)]
-    hidden = Hidden(free, members)
+    projection = Projection(free, members)
     misfit, jacobian = rng.normal(size=2 * ROWS), rng.normal(size=(3, 2 * ROWS))
-    told = hidden.answer(misfit, jacobian)
+    answer = projection.answer(misfit, jacobian)
 
     def cost(step):
         walks = sum(
             0.5 * np.sum(c.precision * np.diff(c.fraction + s, prepend=(c.fraction + s)[:1]) ** 2)
             for c, s in zip(free, np.split(step, count), strict=True)
         )
-        return 0.5 * np.sum((misfit + hidden.change(step.reshape(count, ROWS))) ** 2) + walks + 0.5e-6 * step @ step
+        return 0.5 * np.sum((misfit + projection.change(step.reshape(count, ROWS))) ** 2) + walks + 0.5e-6 * step @ step
 
-    best = told.steps.ravel()
+    best = answer.steps.ravel()
     least = cost(best)
     assert all(cost(best + 1e-3 * rng.normal(size=best.size)) > least for _ in range(50))
-    np.testing.assert_allclose(told.misfit, misfit + hidden.change(told.steps))
+    np.testing.assert_allclose(answer.misfit, misfit + projection.change(answer.steps))
     shift = 1e-4 * np.array([1.0, -2.0, 0.5])
-    again = hidden.answer(misfit + shift @ jacobian, jacobian)
-    np.testing.assert_allclose(again.misfit, told.misfit + shift @ told.jacobian, atol=1e-9)
+    again = projection.answer(misfit + shift @ jacobian, jacobian)
+    np.testing.assert_allclose(again.misfit, answer.misfit + shift @ answer.jacobian, atol=1e-9)
     np.testing.assert_allclose(
-        again.steps, told.steps + np.tensordot(shift, told.slopes, axes=1), atol=1e-9
+        again.steps, answer.steps + np.tensordot(shift, answer.slopes, axes=1), atol=1e-9
     )
 
 
 def test_answers_may_be_written_into(rng):
     members = channels(rng)
-    hidden = Hidden([course(rng, smooth(rng))], members)
+    projection = Projection([course(rng, smooth(rng))], members)
     misfit, jacobian = rng.normal(size=2 * ROWS), rng.normal(size=(3, 2 * ROWS))
-    first = hidden.answer(misfit, jacobian)
+    first = projection.answer(misfit, jacobian)
     expected = [x.copy() for x in (first.steps, first.slopes, first.misfit, first.jacobian)]
     for _ in range(2):
-        again = hidden.answer(misfit, jacobian)
+        again = projection.answer(misfit, jacobian)
         for x, y in zip((again.steps, again.slopes, again.misfit, again.jacobian), expected, strict=True):
             np.testing.assert_array_equal(x, y)
             x[:] = 7.0
@@ -103,44 +98,44 @@ def test_answers_may_be_written_into(rng):
 def test_the_factor_is_as_sparse_as_the_system(rng):
     """Backwards in time, hardly anything fills in; forwards, five times as much does."""
     members = channels(rng)
-    hidden = Hidden([course(rng, smooth(rng), number=n) for n in range(2)], members)
-    assert hidden._factor(hidden.there).L.nnz <= 1.05 * (hidden.system.nnz + hidden.system.shape[0]) / 2
+    projection = Projection([course(rng, smooth(rng), number=n) for n in range(2)], members)
+    assert projection._factor(projection.there).L.nnz <= 1.05 * (projection.system.nnz + projection.system.shape[0]) / 2
 
 
 @pytest.mark.parametrize("own", [0.0, 0.1, 1.0, 10.0])
 @pytest.mark.parametrize("process_noise", [1e-15, 1e-10, 1e-6])
 @pytest.mark.parametrize("interval", [1e-3, 1.0])
 def test_freedom_is_that_of_the_rows_where_walks_are_as_stiff_as_numbers_can_hold(own, process_noise, interval):
-    """Against the singular values of the same problem, which no rounding drowns; zero where nothing is told."""
+    """Against the singular values of the same problem, which no rounding drowns; zero without information."""
     count = 200
-    told = np.full((1, count), own)
-    one = LatentTrajectory.of(0, np.full(count, 0.5), told, 0.0 * told, process_noise, interval * np.arange(count))
-    hidden = Hidden([one], [Channel("curvature", np.zeros(count), np.ones(count), 0.0)])
+    slope = np.full((1, count), own)
+    one = LatentTrajectory.of(0, np.full(count, 0.5), slope, 0.0 * slope, process_noise, interval * np.arange(count))
+    projection = Projection([one], [Channel("curvature", np.zeros(count), np.ones(count), 0.0)])
     rise = np.diff(np.eye(count), axis=0) / np.sqrt(process_noise * interval)
     hold = np.sqrt(DEFAULT.trajectories.hold_weight) * np.eye(count)
     Q, _ = np.linalg.qr(np.concatenate([rise, own * np.eye(count), hold]))
-    assert hidden.degrees_of_freedom() == pytest.approx(np.sum(Q[count - 1 : 2 * count - 1] ** 2), abs=1e-3)
-    assert np.all(np.isfinite(hidden.answer(np.ones(count), np.ones((1, count))).steps))
+    assert projection.degrees_of_freedom() == pytest.approx(np.sum(Q[count - 1 : 2 * count - 1] ** 2), abs=1e-3)
+    assert np.all(np.isfinite(projection.answer(np.ones(count), np.ones((1, count))).steps))
 
 
 def test_fractions_stay_within_their_limits_and_take_nothing_up_there(rng):
     members = channels(rng)
     one = LatentTrajectory.of(0, np.full(ROWS, 0.999), -np.ones((2, ROWS)), np.zeros((2, ROWS)), 1e-3, TIME)
-    hidden = Hidden([one], members)
-    told = hidden.answer(np.full(2 * ROWS, 3.0), np.ones((1, 2 * ROWS)))
-    assert np.max(one.fraction + told.steps[0]) <= 1.0
-    assert not np.any(told.slopes)
-    np.testing.assert_allclose(told.jacobian, 1.0)
+    projection = Projection([one], members)
+    answer = projection.answer(np.full(2 * ROWS, 3.0), np.ones((1, 2 * ROWS)))
+    assert np.max(one.fraction + answer.steps[0]) <= 1.0
+    assert not np.any(answer.slopes)
+    np.testing.assert_allclose(answer.jacobian, 1.0)
 
 
 def test_what_courses_take_up_is_one_value_a_row_where_they_are_loose(rng):
     members = channels(rng)
-    loose = Hidden([course(rng, smooth(rng), process_noise=1e6)], members)
-    stiff = Hidden([course(rng, smooth(rng), process_noise=1e-14)], members)
+    loose = Projection([course(rng, smooth(rng), process_noise=1e6)], members)
+    stiff = Projection([course(rng, smooth(rng), process_noise=1e-14)], members)
     assert loose.leverage().sum() == pytest.approx(ROWS, rel=1e-3)
     assert stiff.leverage().sum() == pytest.approx(1.0, rel=1e-2)
     for fraction in (smooth(rng), np.where(np.arange(ROWS) < 9, 1.0, 0.4), np.ones(ROWS)):
-        one = Hidden([course(rng, fraction, process_noise=1e-3)], members)
+        one = Projection([course(rng, fraction, process_noise=1e-3)], members)
         assert one.degrees_of_freedom() == pytest.approx(one.leverage().sum(), rel=1e-9)
 
 
@@ -151,11 +146,11 @@ def test_rows_that_only_pad_do_not_drown_the_others_in_rounding():
     sigma = np.where(np.arange(128) < 100, 0.03, np.inf)
     channel = Channel("resistance_2", np.zeros(128), sigma, 0.0)
     one = LatentTrajectory.of(0, np.full(128, 0.5), own, np.zeros((1, 128)), min(DEFAULT.trajectories.process_noise_variances), time)
-    told = Hidden([one], [channel]).answer(channel.whitened(np.where(own[0] > 0, -0.03, 0.0)), np.zeros((0, 128)))
-    np.testing.assert_allclose(told.steps[0], 0.1, rtol=1e-3)
+    answer = Projection([one], [channel]).answer(channel.whitened(np.where(own[0] > 0, -0.03, 0.0)), np.zeros((0, 128)))
+    np.testing.assert_allclose(answer.steps[0], 0.1, rtol=1e-3)
 
 
-def test_a_resistance_that_says_nothing_takes_the_pace_of_the_others(rng):
+def test_a_resistance_that_says_nothing_takes_the_process_noise_of_the_others(rng):
     time = np.arange(200) * 0.5
     blind = Channel("resistance_2", 1e-3 * rng.normal(size=200), np.full(200, 1e-3), 0.0)
     start = np.full(200, 0.5)
@@ -171,7 +166,7 @@ def test_no_form_is_natures():
     assert weights_of(np.array([1000.0, 500.0, 0.0]))[0] > 0.99
 
 
-def test_the_pace_is_that_of_the_walk(rng):
+def test_the_process_noise_is_that_of_the_walk(rng):
     time = np.arange(400) * 0.5
     walk = 0.5 + np.cumsum(rng.normal(size=400)) * np.sqrt(1e-6 * 0.5)
     reading = Channel("resistance_2", 3.0 * walk + 1e-3 * rng.normal(size=400), np.full(400, 1e-3), 0.0)

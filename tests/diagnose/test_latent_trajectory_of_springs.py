@@ -21,10 +21,10 @@ from fitting.specimens.spring_course import HELD, best_course
 COUNT = 12
 
 
-def _rows(rng, wander=1e-3, correlation=(0.6, 0.0)):
+def _rows(rng, process_noise=1e-3, correlation=(0.6, 0.0)):
     sigma = {"force": rng.uniform(0.02, 0.04, COUNT), "resistance": rng.uniform(0.01, 0.02, COUNT)}
     sigma["resistance"][5] = np.inf
-    extra = {"wander": jnp.asarray(wander)}
+    extra = {"process_noise": jnp.asarray(process_noise)}
     for name, rho in zip(sigma, correlation, strict=True):
         extra |= {f"weight_{name}": jnp.asarray(1.0 / sigma[name]), f"correlation_{name}": jnp.asarray(rho)}
     measured = {name: jnp.asarray(0.5 + 0.1 * rng.standard_normal(COUNT)) for name in sigma}
@@ -55,7 +55,7 @@ def _precision(sigma, correlation):
 
 def _walk(rows):
     steps = np.diff(np.eye(COUNT), axis=0)
-    return steps.T @ steps / (float(rows.extra["wander"]) * 0.5) + HELD * np.eye(COUNT)
+    return steps.T @ steps / (float(rows.extra["process_noise"]) * 0.5) + HELD * np.eye(COUNT)
 
 
 def _dense(rows, sigma, slopes, correlation):
@@ -109,7 +109,7 @@ def test_the_course_follows_a_constant_of_the_law_as_the_implicit_function_does(
 @pytest.mark.parametrize("memory", [0.5, 2.0])
 def test_the_course_follows_a_constant_through_what_rows_remember_and_noise_that_lasts(memory):
     rng = np.random.default_rng(7)
-    rows, sigma = _rows(rng, wander=1e-3, correlation=(0.7, 0.3))
+    rows, sigma = _rows(rng, process_noise=1e-3, correlation=(0.7, 0.3))
     true = jnp.asarray(np.r_[0.6, 0.5, 0.4, 0.3, 0.4 + 0.01 * np.arange(COUNT - 4)])
     law = lambda x, theta: jnp.stack([0.5 * x + memory * jax.lax.cummin(x) + theta * rows.time, x])  # noqa: E731
     rows.measured = dict(zip(sigma, law(true, 0.0), strict=True))
@@ -138,7 +138,7 @@ def test_a_resistance_beyond_the_law_is_left_over_where_force_knows_the_phase():
 def test_noise_in_the_hottest_row_does_not_bend_all_that_remember_it():
     """What made a null campaign look like a mismatch: every row after the hottest remembers its fraction."""
     rng = np.random.default_rng(6)
-    rows, sigma = _rows(rng, wander=1e-2, correlation=(0.0, 0.0))
+    rows, sigma = _rows(rng, process_noise=1e-2, correlation=(0.0, 0.0))
     true = jnp.asarray(np.r_[0.6, 0.5, 0.4, 0.3, np.full(COUNT - 4, 0.5)])
     law = lambda x: jnp.stack([x + jax.lax.cummin(x), x])  # noqa: E731
     rows.measured = dict(zip(sigma, law(true), strict=True))

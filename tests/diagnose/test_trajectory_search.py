@@ -50,9 +50,9 @@ def _rows(start):
 def _searched(laws, measured, start):
     channels = [[Channel("resistance_2", np.full(ROWS, y), np.full(ROWS, SIGMA), 0.0)] for y in measured]
     stacked, search, runs = _rows(start), Search(channels, np.full((len(laws), 1), 1e-2), 30.0), 1
-    search.saw(_run(stacked, laws))
+    search.add(_run(stacked, laws))
     while not search.finished and runs < DEFAULT.trajectories.runs:
-        search.saw(_run(with_trajectories(stacked, search.proposal), laws))
+        search.add(_run(with_trajectories(stacked, search.proposal), laws))
         runs += 1
     return search, runs
 
@@ -91,8 +91,8 @@ def test_every_recording_is_searched_on_its_own():
 def test_a_course_that_is_held_asks_for_nothing():
     channels = [[Channel("resistance_2", np.zeros(ROWS), np.full(ROWS, SIGMA), 0.0)]]
     search = Search(channels, np.zeros((1, 1)), 30.0)
-    search.saw(_run(_rows([0.5]), [_smooth]))
-    assert search.finished and search.hidden == [None]
+    search.add(_run(_rows([0.5]), [_smooth]))
+    assert search.finished and search.projections == [None]
 
 
 def test_a_run_takes_chosen_recordings_from_another():

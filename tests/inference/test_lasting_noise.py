@@ -1,4 +1,4 @@
-"""Zeros that are off or wander: errors of a straight line with them hold, and without them stay as they are."""
+"""Zeros that are off or drift: errors of a straight line with them hold, and without them stay as they are."""
 
 import numpy as np
 import pytest
@@ -145,7 +145,7 @@ def fitted(read, columns, off=0.0):
 
 
 @pytest.mark.parametrize("recordings, outputs", [(1, 3), (2, 4)])
-def test_many_clean_outputs_are_not_said_to_have_zeros_and_one_that_wanders_is(recordings, outputs):
+def test_many_clean_outputs_are_not_said_to_have_zeros_and_one_that_drifts_is(recordings, outputs):
     random, columns = np.random.default_rng(7), np.sin(300.0 * TIME)[:, None]
     clean = random.standard_normal((6, recordings, outputs, 60))
     steady = [lasting(fitted(y, columns), np.zeros(1), np.zeros(1)).steady for y in clean]

@@ -21,7 +21,7 @@ def _outputs(scale, xi0):
 
 @pytest.fixture(scope="module")
 def problem():
-    """A fraction that wanders, two noisy readings of it, and ten rows at the end that nobody measured."""
+    """A fraction that walks, two noisy readings of it, and ten rows at the end that nobody measured."""
     random = np.random.default_rng(3)
     true = 0.5 + np.cumsum(0.01 * random.standard_normal(ROWS))
     seen = np.stack([2.0 * true, 2.0 * true**4]) + 0.02 * random.standard_normal((2, ROWS))

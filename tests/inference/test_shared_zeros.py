@@ -121,7 +121,7 @@ def test_intervals_hold_beside_a_drift_and_without(drift):
     assert 0.8 < np.mean(held) < 0.98
 
 
-def test_a_zero_that_wanders_is_found_in_its_output():
+def test_a_zero_that_drifts_is_found_in_its_output():
     random = np.random.default_rng(3)
     found = [fitted(readings(random, 4.0))[1] for _ in range(3)]
     assert np.median([one.steady for one in found]) < SURE

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from fitting.simulate.walks import FIRST, WANDER, along, process_noise_of, smoothed
+from fitting.simulate.walks import FIRST, PROCESS_NOISES, along, process_noise_of, smoothed
 
 ROWS = 7
 
@@ -13,15 +13,15 @@ def world(count, seed=0):
     """Times, slopes, variances of steps, and readings of unit noise; `count` fractions."""
     random = np.random.default_rng(seed)
     time, slope = np.cumsum(random.uniform(0.5, 2.0, ROWS)), random.normal(size=(ROWS, count, count))
-    wander = 10.0 ** random.uniform(-3.0, 0.0, (ROWS, count))
-    return time, slope, wander, random.normal(size=(ROWS, count))
+    process_noise = 10.0 ** random.uniform(-3.0, 0.0, (ROWS, count))
+    return time, slope, process_noise, random.normal(size=(ROWS, count))
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_smoothed_fractions_are_the_mean_of_the_gaussian_and_their_evidence_its_density(count):
-    time, slope, wander, target = world(count)
-    wander[0] = 0.0  # before the first row there is no step
-    grown = FIRST + np.cumsum(wander * np.insert(np.diff(time), 0, 0.0)[:, None], axis=0)  # variance of each row
+    time, slope, process_noise, target = world(count)
+    process_noise[0] = 0.0  # before the first row there is no step
+    grown = FIRST + np.cumsum(process_noise * np.insert(np.diff(time), 0, 0.0)[:, None], axis=0)  # variance of each row
     prior = np.zeros((ROWS, count, ROWS, count))
     for k in range(count):
         prior[:, k, :, k] = np.minimum.outer(grown[:, k], grown[:, k])
@@ -32,7 +32,7 @@ def test_smoothed_fractions_are_the_mean_of_the_gaussian_and_their_evidence_its_
     mean, spread = np.full(ROWS * count, 0.5), design @ prior @ design.T + np.eye(ROWS * count)
     exact = mean + prior @ design.T @ np.linalg.solve(spread, target.ravel() - design @ mean)
 
-    found, evidence = smoothed(time, target, slope, wander, np.zeros((ROWS, count), bool))
+    found, evidence = smoothed(time, target, slope, process_noise, np.zeros((ROWS, count), bool))
 
     np.testing.assert_allclose(found.ravel(), exact, atol=1e-9)
     density = multivariate_normal(design @ mean, spread).logpdf(target.ravel())
@@ -40,13 +40,13 @@ def test_smoothed_fractions_are_the_mean_of_the_gaussian_and_their_evidence_its_
 
 
 def test_a_cold_spring_is_exactly_cold_and_ties_no_later_row():
-    time, slope, wander, target = world(2)
+    time, slope, process_noise, target = world(2)
     slope = slope * np.eye(2)  # each reading is of one spring
     cold = np.zeros((ROWS, 2), bool)
     cold[2:5, 0] = True
-    found, evidence = smoothed(time, target, slope, wander, cold)
+    found, evidence = smoothed(time, target, slope, process_noise, cold)
     np.testing.assert_allclose(found[2:5, 0], 1.0, atol=1e-12)
-    moved, _ = smoothed(time, np.where(np.arange(ROWS)[:, None] == 6, target + 3.0, target), slope, wander, cold)
+    moved, _ = smoothed(time, np.where(np.arange(ROWS)[:, None] == 6, target + 3.0, target), slope, process_noise, cold)
     assert np.all(np.isfinite(evidence)) and np.all(np.isfinite(found)) and np.abs(moved[1, 0] - found[1, 0]) < 1e-9
 
 
@@ -57,6 +57,6 @@ def test_variances_follow_a_spring_that_is_heated_and_then_held_still():
     x = 1.0 - 0.5 * np.clip(time / 50.0, 0.0, 1.0)[:, None]
     slope = np.full((rows, 1, 1), 1e3)
     target = along(slope, x) + random.normal(size=(rows, 1))
-    wander = process_noise_of(time, target, slope, np.zeros((rows, 1), bool))
-    assert set(np.unique(wander)) <= set(WANDER)
-    assert np.median(wander[5:45]) > 100.0 * np.median(wander[60:])
+    process_noise = process_noise_of(time, target, slope, np.zeros((rows, 1), bool))
+    assert set(np.unique(process_noise)) <= set(PROCESS_NOISES)
+    assert np.median(process_noise[5:45]) > 100.0 * np.median(process_noise[60:])

@@ -13,7 +13,7 @@ import pneusma_jax as pj
 from fitting.data.recordings import check_recording, read_campaign
 from fitting.inference.latent_trajectory.denoise import denoised
 from fitting.synthesise import makers, synthesise, write_synthetic
-from fitting.synthesise.instruments import correlated, wander
+from fitting.synthesise.instruments import correlated, random_walk
 from fitting.synthesise.spring import CONSTANTS
 from fitting.synthesise.truth import Unknowns
 from fitting.synthesise.wishes import Wishes
@@ -229,7 +229,7 @@ def test_noise_has_the_stated_size_and_memory():
         expected = np.exp(-0.5 / memory) if memory else 0.0
         assert noise.std() == pytest.approx(1.0, abs=0.02)
         assert np.corrcoef(noise[1:], noise[:-1])[0, 1] == pytest.approx(expected, abs=0.02)
-    ends = [wander(random, time[:100]) for _ in range(4000)]
+    ends = [random_walk(random, time[:100]) for _ in range(4000)]
     assert np.std([w[-1] for w in ends]) == pytest.approx(1.0, abs=0.05)
     assert np.std([w[50] for w in ends]) == pytest.approx(np.sqrt(0.5), abs=0.05)
     assert all(w[0] == 0.0 for w in ends)

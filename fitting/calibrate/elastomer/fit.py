@@ -188,8 +188,9 @@ def _constants(law: CurveLaw, result: FitResult) -> tuple[np.ndarray, np.ndarray
     others = [k for k, name in enumerate(known) if name.startswith(FACTOR)]
     joint, cross = everything[np.ix_(own, own)], everything[np.ix_(own, others)]
     # a factor that the recordings do not tell apart has no covariance, and is held as it is
-    told = np.linalg.pinv(everything[np.ix_(others, others)], hermitian=True) if others else np.zeros((0, 0))
-    conditional = joint - cross @ told @ cross.T
+    beside = everything[np.ix_(others, others)]
+    inverse = np.linalg.pinv(beside, hermitian=True) if others else np.zeros((0, 0))
+    conditional = joint - cross @ inverse @ cross.T
     covariance = np.zeros((len(law.names),) * 2)
     covariance[np.ix_(rows, rows)] = joint
     parameters, errors = result.parameters, result.standard_errors

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.data.recordings import Recording, all_real
+from fitting.data.recordings import Recording, all_real, require_fitted
 from fitting.inference.noise import robust_noise
 from fitting.inference.readings import cautions, readings_of
 from fitting.specimens.zeros import Zeros, offered, strain_from_taut, zeros_of
@@ -129,11 +129,7 @@ def stack(
     Raises:
         InputError: if no recording may be fitted, one has too few usable samples or never leaves zero strain.
     """
-    if not any(recording.role == "fit" for recording in recordings):
-        raise InputError(
-            f'{recordings[0].path or recordings[0].name}: every recording here has role = "validation"; '
-            'at least one with role = "fit" is needed'
-        )
+    require_fitted(recordings, recordings[0].path or recordings[0].name)
     curves, parts, notices = [], [], []
     total = sum(len(recording) for recording in recordings)
     for recording in recordings:

@@ -33,8 +33,8 @@ NEAR = 0.1
 """Standard deviations of the priors by which starts are scattered about a fit that stopped at a kink."""
 SAME = 0.05
 """Change of chi-square below which two rounds of decisions agree."""
-PINNED = 0.01
-"""1-sigma of a pin, as a share of the parameter's standard error."""
+CONSTRAINT_SD = 0.01
+"""Standard deviation of a soft constraint, as a share of the parameter's standard error."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class GeneralFit:
         reduced_chi_square: reduced chi-square for the noise as stated.
         inflation: factor on the noise, and so on the standard errors.
         correlation_time: samples of misfit that make one independent one.
-        zeros: sizes of zeros that are off or wander, by output, which its noise is correlated by.
+        zeros: sizes of zeros that are off or drift, by output, which its noise is correlated by.
     """
 
     recordings: tuple[Recording, ...]
@@ -146,24 +146,25 @@ def fit_campaign(
     return _settled(model, recordings, rows, result, ends + more, progress)
 
 
-def fit_pinned(fit: GeneralFit, values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
+def fit_constrained(fit: GeneralFit, values: Mapping[str, float], held: Mapping[str, float]) -> FitResult:
     """The fit from other values on with some parameters held, noise and decisions as they were at it.
 
     Args:
         fit: any.
         values: values to start from, SI; missing ones start from the fit.
-        pins: parameters that are held, with their values, SI.
+        held: parameters that are held, with their values, SI.
     """
     rows, known = inflated(fit.rows, fit.inflation), fit.result.parameters
-    held = {name: (value, PINNED * _size(known[name])) for name, value in pins.items()}
-    return _fit(fit.model, fit.recordings, rows, known.at({**values, **pins}), 1, 0, held, FEW_STEPS)
+    constraints = {name: (value, CONSTRAINT_SD * _size(known[name])) for name, value in held.items()}
+    start = known.at({**values, **held})
+    return _fit(fit.model, fit.recordings, rows, start, 1, 0, constraints, FEW_STEPS)
 
 
 def _size(entry: Parameter) -> float:
     """Standard error of a parameter; a part of its prior's where it stopped at a bound and has none."""
     if entry.standard_error:
         return entry.standard_error
-    return PINNED * entry.prior.sd if entry.prior is not None else PINNED * (abs(entry.value) or 1.0)
+    return CONSTRAINT_SD * (entry.prior.sd if entry.prior is not None else abs(entry.value) or 1.0)
 
 
 def gone_on(
@@ -252,11 +253,11 @@ def _searched(
     """
     ends: list[float] = []
     for draw in range(1, DRAWS + 1):
-        astray = missed(result)
-        if starts < 2 or not (astray or result.status is Status.STALLED):
+        misfits = missed(result)
+        if starts < 2 or not (misfits or result.status is Status.STALLED):
             break
         begin = result.parameters.at(result.values)
-        fresh = starts if astray else _about(result, starts - 1, seed + draw)
+        fresh = starts if misfits else _about(result, starts - 1, seed + draw)
         other = _fit(model, recordings, rows, begin, fresh, seed + draw)
         ends += [float(x) for x in other.start_chi_squares[1:]]
         progress("further starts")
@@ -309,7 +310,7 @@ def _fit(
     return fit_least_squares(
         constrained_residual_of(model),
         parameters,
-        data={"rows": stack(used), "pins": constraint_table(parameters, held)},
+        data={"rows": stack(used), "constraints": constraint_table(parameters, held)},
         use_priors=True,
         observations=model.observations(used),
         rtol=RTOL,

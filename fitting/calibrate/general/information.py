@@ -45,7 +45,7 @@ def informed(
 ) -> tuple[Information, list[np.ndarray], Lasting]:
     """Information of all fitted recordings together, and of each recording, held-out ones too; SI.
 
-    And what zeros of the instruments that are off, or wander, add to the errors.
+    And what zeros of the instruments that are off, or drift, add to the errors.
 
     Args:
         fit: any.
@@ -61,7 +61,7 @@ def informed(
     ]
     each = [column.T @ column for column in columns]
     fitted = [k for k, recording in enumerate(fit.recordings) if recording.role == "fit"]
-    told = Information(
+    fisher = Information(
         names=tuple(names),
         matrix=np.sum([each[k] for k in fitted], axis=0),
         scale=scale,
@@ -69,12 +69,12 @@ def informed(
         fixed=np.array([entry.at_bound for entry in entries]),
     )
     more = [_moved(fit, quantity) for quantity in (held or {}).values()]
-    moving = np.concatenate([~told.fixed, np.ones(len(more), bool)])
+    moving = np.concatenate([~fisher.fixed, np.ones(len(more), bool)])
     series = [one for k in fitted for one in _series(fit, k, [*slopes, *more], moving)]
     pull = np.array([0.0 if e.prior is None else e.value - e.prior.mean for e in entries] + [0.0] * len(more))
-    precision = np.concatenate([told.prior, np.ones(len(more))])
+    precision = np.concatenate([fisher.prior, np.ones(len(more))])
     last = lasting(series, precision, pull, fit.inflation, fit.zeros, held=len(more))
-    return told, each, last
+    return fisher, each, last
 
 
 def _moved(fit: GeneralFit, quantity: Quantity) -> list[dict[str, np.ndarray]]:
@@ -136,14 +136,14 @@ def _column_of(weight: np.ndarray, slope: np.ndarray) -> np.ndarray:
     return np.nan_to_num(weight * slope, posinf=0.0, neginf=0.0)
 
 
-def repeats(fit: GeneralFit, told: Information, each: Sequence[np.ndarray]) -> list[Repeat]:
+def repeats(fit: GeneralFit, fisher: Information, each: Sequence[np.ndarray]) -> list[Repeat]:
     """Every recording as if it were measured once more, the most informative first."""
-    now, found = told.sd(), []
+    now, found = fisher.sd(), []
     for recording, more in zip(fit.recordings, each, strict=True):
-        ratio = np.where(now > 0.0, told.sd(more) / np.where(now > 0.0, now, 1.0), 1.0)
-        order = [k for k in np.argsort(ratio) if ratio[k] < NOTHING and not told.fixed[k]]
-        shrinks = tuple((told.names[k], float(ratio[k])) for k in order[:4])
-        found.append(Repeat(recording.name, told.gain(more), shrinks))
+        ratio = np.where(now > 0.0, fisher.sd(more) / np.where(now > 0.0, now, 1.0), 1.0)
+        order = [k for k in np.argsort(ratio) if ratio[k] < NOTHING and not fisher.fixed[k]]
+        shrinks = tuple((fisher.names[k], float(ratio[k])) for k in order[:4])
+        found.append(Repeat(recording.name, fisher.gain(more), shrinks))
     return sorted(found, key=lambda repeat: -repeat.information)
 
 

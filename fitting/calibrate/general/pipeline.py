@@ -40,7 +40,7 @@ class GeneralCharacterisation(Characterisation):
         identify: an alloy or material was to be identified.
         fit: the fit.
         start: values of the free parameters before it, SI.
-        told: Fisher information of the recordings.
+        information: Fisher information of the recordings.
         identifiability: sentences about open or loosely known constants.
         profiles: profile likelihoods by parameter.
         scores: every recording beside its prediction.
@@ -48,14 +48,14 @@ class GeneralCharacterisation(Characterisation):
         options: tables that the campaign was fitted from.
         seed: seed of the scattered starts.
         model: the model on disk that was fitted; None for the base model.
-        lasting: zeros of instruments that are off or wander, and what they add to errors.
+        lasting: zeros of instruments that are off or drift, and what they add to errors.
     """
 
     campaign: Campaign
     identify: bool
     fit: GeneralFit
     start: dict[str, float]
-    told: Information
+    information: Information
     identifiability: list[dict[str, Any]]
     profiles: dict[str, Profile]
     scores: tuple[Score, ...]
@@ -95,8 +95,8 @@ class GeneralCharacterisation(Characterisation):
         """Everything that was free, and what was held because no recording shows it, with the error of its
         prior; in the unit of files."""
         last = self.lasting
-        units = {} if last is None else _by_name(self.told, last.variance)
-        levels = {} if last is None else levels_by_name(last, self.told.names)
+        units = {} if last is None else _by_name(self.information, last.variance)
+        levels = {} if last is None else levels_by_name(last, self.information.names)
         return estimates(self.fitted, self.profiles, units, levels) | {
             name: of_prior_alone(quantity) for name, quantity in self.unseen.items()
         }
@@ -155,7 +155,7 @@ def characterise_general(
         InputError: if the recordings or options cannot be used, in one line.
     """
     require_float64()
-    recordings = campaign.to_fit(specimen.kind)
+    recordings = campaign.fittable(specimen.kind)
     predictor = model or specimen
     doubtful = {} if model or held else specimen.unseen(campaign, **options)
     parameters = _free(campaign, predictor, adjust or {}, options, doubtful)
@@ -211,26 +211,26 @@ class _Informed:
 
     Attributes:
         fit: the fit.
-        told: Fisher information of all its recordings.
+        information: Fisher information of all its recordings.
         each: Fisher information of each recording, SI.
         lasting: noise that lasts.
     """
 
     fit: GeneralFit
-    told: Information
+    information: Information
     each: list[np.ndarray]
     lasting: Lasting
 
 
 def _informed(fit: GeneralFit, unseen: Mapping[str, Quantity]) -> _Informed:
-    told, each, last = informed(fit, unseen)
-    return _Informed(replace(fit, result=with_errors(fit.result, lambda _: told)), told, each, last)
+    fisher, each, last = informed(fit, unseen)
+    return _Informed(replace(fit, result=with_errors(fit.result, lambda _: fisher)), fisher, each, last)
 
 
 def _beside_zeros(
     now: _Informed, unseen: Mapping[str, Quantity], progress: Callable[[str], None]
 ) -> _Informed:
-    """The fit with correlated noise, where zeros of instruments probably are off or wander.
+    """The fit with correlated noise, where zeros of instruments probably are off or drift.
 
     Constants that are held at their table's values leave slow misfit, too. Beside them no zero is believed.
     """
@@ -256,7 +256,7 @@ def _profiled(
 
     def profiled(now: _Informed, leave: bool) -> tuple[dict[str, Profile], list[str]]:
         wanted = _wanted(now.fit, profile)
-        return profiles(now.fit, wanted, _by_name(now.told, now.lasting.variance), leave), wanted
+        return profiles(now.fit, wanted, _by_name(now.information, now.lasting.variance), leave), wanted
 
     def gone_on_from(now: _Informed, _: str, lower: Mapping[str, float]) -> tuple[_Informed, bool]:
         further = gone_on(now.fit, lower, progress)
@@ -287,19 +287,19 @@ def _result(
         ended: the fit.
         found: profile likelihoods by parameter.
     """
-    fit, told = ended.fit, ended.told
+    fit, fisher = ended.fit, ended.information
     fitted = fit.result.parameters
-    left_open = open_constants(told, fitted, start, model and model.absent(fitted))
+    left_open = open_constants(fisher, fitted, start, model and model.absent(fitted))
     result = GeneralCharacterisation(
         campaign=campaign,
         identify=_identifies(fit.recordings),
         fit=fit,
         start=start,
-        told=told,
+        information=fisher,
         identifiability=left_open,
         profiles=found,
         scores=tuple(scores(fit)),
-        repeats=tuple(repeats(fit, told, ended.each)),
+        repeats=tuple(repeats(fit, fisher, ended.each)),
         options=dict(options),
         seed=seed,
         model=model,
@@ -308,10 +308,10 @@ def _result(
     return replace(result, identifiability=[*left_open, *map(held_back, result.unseen)])
 
 
-def _by_name(told: Information, numbers: np.ndarray | float) -> dict[str, float]:
+def _by_name(fisher: Information, numbers: np.ndarray | float) -> dict[str, float]:
     """A number of every parameter, by name."""
-    each = np.broadcast_to(numbers, len(told.names))
-    return dict(zip(told.names, map(float, each), strict=True))
+    each = np.broadcast_to(numbers, len(fisher.names))
+    return dict(zip(fisher.names, map(float, each), strict=True))
 
 
 def _wanted(fit: GeneralFit, profile: int | Sequence[str]) -> list[str]:

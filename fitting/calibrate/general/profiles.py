@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 from fitting.calibrate.profile_likelihood import Profile
-from fitting.calibrate.profile_search import followed
+from fitting.calibrate.profile_search import profile_likelihoods
 
-from .fit import GeneralFit, fit_pinned
+from .fit import GeneralFit, fit_constrained
 
 
 def profiles(
@@ -28,4 +28,4 @@ def profiles(
     """
     result = fit.result
     known = (result.parameters, result.values, result.uncertainty)
-    return followed(names, *known, partial(fit_pinned, fit), units=units, leave=leave)
+    return profile_likelihoods(names, *known, partial(fit_constrained, fit), units=units, leave=leave)

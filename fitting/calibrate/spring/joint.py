@@ -27,8 +27,8 @@ LOOSE = 0.15
 """Part of the residual strain by which turning points may be off the rule at first."""
 LOOSENED = 3
 """Best fits that are tried so, or decided anew, and how often each while it helps."""
-WANDERS = 2
-"""Rounds of finding how fast the martensite fraction wanders."""
+PROCESS_NOISE_ROUNDS = 2
+"""Number of rounds of fitting and of estimating the process noise."""
 
 
 @dataclass(frozen=True)
@@ -92,8 +92,8 @@ def fit_jointly(
         progress: called with a word for each fit that is done.
     """
     values = dict(staged)
-    for _ in range(WANDERS):
-        problem = problem.at(values).wandering(values)
+    for _ in range(PROCESS_NOISE_ROUNDS):
+        problem = problem.at(values).with_process_noise(values)
         result, problem = problem.fitted_with()
         values = result.values
         progress("joint fit")
@@ -299,8 +299,8 @@ def lead(joint: Joint) -> float:
 def misfits(problem: Problem, values: Mapping[str, float]) -> dict[int, float]:
     """Mean square of the force's misfit over its noise, of every fitted test, by its index."""
     series = force_misfit(problem, values)
-    told = [k for k in problem.fitted if np.any(np.asarray(problem.stacked.weight["force"][k]) > 0.0)]
-    return {k: float(np.mean(misfit**2)) for k, misfit in zip(told, series, strict=True)}
+    with_force = [k for k in problem.fitted if np.any(np.asarray(problem.stacked.weight["force"][k]) > 0.0)]
+    return {k: float(np.mean(misfit**2)) for k, misfit in zip(with_force, series, strict=True)}
 
 
 def _settled(starts: tuple[Start, ...], progress: Callable[[str], None]) -> Joint:

@@ -80,7 +80,7 @@ def _from_cold(
     start = problem.at(values)
     seen = {*COLD, *names} - {HEATED}
     unseen = [n for n in problem.parameters.layout().free if n not in seen]
-    found = start.fit(tests=cold, pins=start.held(unseen))
+    found = start.fit(tests=cold, constraints=start.held(unseen))
     if HEATED not in names:
         return found.values
     entry = problem.parameters[HEATED]

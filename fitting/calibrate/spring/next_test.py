@@ -81,7 +81,7 @@ def next_test(problem: Problem, parameters: Parameters, found: Information, iden
         _design(problem, template, phase, xi0, strain, identify) for _, _, phase, xi0, strain in plans
     ]
     stacked = _measured(values_of(problem.parameters, values), stack(designed, problem.stacked))
-    data = {"rows": stacked, "pins": problem.data()["pins"]}
+    data = {"rows": stacked, "constraints": problem.data()["constraints"]}
     each = fisher(problem, values, data)
     now = found.sd()
     candidates = []
@@ -154,12 +154,12 @@ def _design(
     elongation = np.interp(place, walked, corners)
     sigma = {name: _typical(problem, name) for name in template.weight}
     level = LEVEL[phase] if identify else None
+    usual = lambda name: np.asarray(np.median(np.asarray(problem.stacked.extra[name])))  # noqa: E731
     extra = {
         **undecided(template).extra,
         "level": np.asarray(xi0 if level is None else level),
         "level_sd": np.asarray(0.5 if level is None else 0.0),
-        "wander": np.asarray(np.median(np.asarray(problem.stacked.extra["wander"]))),
-        "pace": np.asarray(np.median(np.asarray(problem.stacked.extra["pace"]))),
+        **{name: usual(name) for name in ("process_noise", "implied_process_noise")},
         "loading": np.ones(size),
     }
     return Rows(

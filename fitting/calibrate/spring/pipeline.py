@@ -67,7 +67,7 @@ class SpringCharacterisation(Characterisation):
         seed: seed of the scattered starts.
         softer: the phase that was taken as the softer one; None for a known alloy.
         combinations: quantities that the tests determine best: resistivities and stresses of both phases.
-        lasting: zeros of force and resistance that are off or wander, and what they add to errors.
+        lasting: zeros of force and resistance that are off or drift, and what they add to errors.
     """
 
     title: str
@@ -155,7 +155,7 @@ def characterise_spring(
         InputError: if the recordings or options cannot be used, in one line.
     """
     require_float64()
-    recordings = campaign.to_fit("spring")
+    recordings = campaign.fittable("spring")
     quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
     known = None if identify else Alloy(**{name: q.value for name, q in quantities.items()})
     readings = readings_of(recordings, phases, known, softer)
@@ -165,7 +165,7 @@ def characterise_spring(
     single, (profiled, last) = _profiled_to_the_end(begun, profile, progress)
     fitted = [test for test in chosen.reading.tests if test.fitted]
     joint = spanned(single)
-    told = information(joint.problem, joint.parameters)
+    fisher = information(joint.problem, joint.parameters)
     progress("information")
     return SpringCharacterisation(
         title=campaign.title,
@@ -175,12 +175,12 @@ def characterise_spring(
         joint=joint,
         base=quantities,
         start=chosen.start,
-        information=told,
-        identifiability=_identifiability(told, joint, chosen.start, fitted),
+        information=fisher,
+        identifiability=_identifiability(fisher, joint, chosen.start, fitted),
         modes=tuple(other_modes(single)),
         profiles=with_other_fits(profiled, single),
         scores=tuple(scores(joint.problem, joint.values)),
-        next_test=next_test(joint.problem, joint.parameters, told, identify),
+        next_test=next_test(joint.problem, joint.parameters, fisher, identify),
         real=all_real(recordings),
         notices=(*order(found, best), *notices_of(recordings)),
         seed=seed,
@@ -191,11 +191,11 @@ def characterise_spring(
 
 
 def _identifiability(
-    told: Information, joint: Joint, start: Mapping[str, float], fitted: Sequence[StandTest]
+    fisher: Information, joint: Joint, start: Mapping[str, float], fitted: Sequence[StandTest]
 ) -> list[dict[str, Any]]:
     """Constants that stay open, the tests that would show them, and those that do."""
     needed, reach = partial(why_not_shown, fitted), partial(informing_tests, fitted)
-    return open_constants(told, joint.parameters, start, needed=needed, reach=reach)
+    return open_constants(fisher, joint.parameters, start, needed=needed, reach=reach)
 
 
 def _profiled_to_the_end(
@@ -213,7 +213,7 @@ def _profiled_to_the_end(
 
 
 def _beside_zeros(joint: Joint, progress: Callable[[str], None]) -> Joint:
-    """The fit with correlated noise, where zeros of instruments probably are off or wander.
+    """The fit with correlated noise, where zeros of instruments probably are off or drift.
 
     Their sizes follow from a linearised fit. The first is that of white noise, which may be far off, so they
     are estimated again beside themselves.
@@ -232,9 +232,9 @@ def _profiled(
     joint: Joint, profile: int | Sequence[str], progress: Callable[[str], None], leave: bool
 ) -> tuple[dict[str, Profile], Lasting]:
     """Profiles that know about zeros of the instruments, and those; see `to_the_end`."""
-    told = information(joint.problem, joint.parameters)
-    last = zeros(joint.problem, joint.parameters, told)
-    units = dict(zip(told.names, map(float, last.variance), strict=True))
+    fisher = information(joint.problem, joint.parameters)
+    last = zeros(joint.problem, joint.parameters, fisher)
+    units = dict(zip(fisher.names, map(float, last.variance), strict=True))
     return profiles(joint, _wanted(joint, profile), units, progress, leave), last
 
 

@@ -1,8 +1,8 @@
 """A campaign of springs as one least-squares problem, which all stages of a fit solve by one program.
 
 A stage fits some tests and some parameters. The other tests get weights of zero. The other parameters are
-held by pins: each is one more residual, the distance from a value over a small standard deviation. So stages,
-further starts, profiles and the joint fit differ in their data alone.
+held by soft constraints: each is one more residual, the distance from a value over a small standard
+deviation. So stages, further starts, profiles and the joint fit differ in their data alone.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -37,14 +37,14 @@ MOST_ROUNDS = 6
 """Maximum number of rounds of a fit; each decides on the residual strain, then fits."""
 SAME = 0.05
 """Maximum change of chi-square from round to round at which a fit ends."""
-PINNED = 1e-4
-"""Standard deviation of a pin, as a share of the parameter's scale (`scale_of`)."""
+CONSTRAINT_SD = 1e-4
+"""Standard deviation of a soft constraint, as a share of the parameter's scale (`scale_of`)."""
 FIRM = 0.01
-"""Maximum standard deviation of a pin of a parameter with a standard error, as a share of that error."""
+"""Maximum standard deviation of a soft constraint, as a share of the parameter's standard error."""
 
 
 residual = constrained_residual_of("spring")
-"""Residual of all recordings, then of the pins. Its data come from `Problem.data`."""
+"""Residual of all recordings, then of the soft constraints. Its data come from `Problem.data`."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Problem:
         known = {name: value for name, value in values.items() if name in self.parameters}
         return replace(self, parameters=self.parameters.at(known))
 
-    def wandering(self, values: Mapping[str, float]) -> "Problem":
+    def with_process_noise(self, values: Mapping[str, float]) -> "Problem":
         """The same problem with new process-noise variances of the martensite fraction, from these values."""
         return replace(self, stacked=with_process_noise(values_of(self.parameters, values), self.stacked))
 
@@ -111,21 +111,21 @@ class Problem:
         self,
         tests: Iterable[int] | None = None,
         loading: bool = False,
-        pins: Mapping[str, tuple[float, float]] | None = None,
+        constraints: Mapping[str, tuple[float, float]] | None = None,
     ) -> dict[str, Any]:
         """Data of the residual.
 
         Args:
             tests: indices that count; every fitted one by default.
             loading: count only rows on which a spring goes further than before.
-            pins: value and 1-sigma of parameters that are held.
+            constraints: value and 1-sigma of parameters that are held.
         """
         chosen = set(self.fitted if tests is None else tests)
         counts = jnp.asarray([[k in chosen] for k in range(self.stacked.mask.shape[0])])
         share = counts * (self.stacked.extra["loading"] if loading else 1.0) / self.inflation
         weight = {name: w * share for name, w in self.stacked.weight.items()}
         rows = eqx.tree_at(lambda r: (r.weight, r.mask), self.stacked, (weight, self.stacked.mask & counts))
-        return {"rows": rows, "pins": constraint_table(self.parameters, pins)}
+        return {"rows": rows, "constraints": constraint_table(self.parameters, constraints)}
 
     def settled(self, values: Mapping[str, float]) -> list[Rows]:
         """Every recording with the noise as taken, and with the rule's decisions at these values.
@@ -145,26 +145,26 @@ class Problem:
     def held(
         self, names: Iterable[str], values: Mapping[str, float] | None = None
     ) -> dict[str, tuple[float, float]]:
-        """Pins that hold parameters at values.
+        """Soft constraints that hold parameters at values.
 
         Args:
             names: parameters to hold.
             values: values in SI, by name; a parameter without one is held at its starting value.
 
         Returns:
-            Value and standard deviation of each pin, SI, by name.
+            Value and standard deviation of each constraint, SI, by name.
         """
         result = {}
         for name in names:
             entry = self.parameters[name]
-            result[name] = ((values or {}).get(name, entry.value), PINNED * scale_of(entry))
+            result[name] = ((values or {}).get(name, entry.value), CONSTRAINT_SD * scale_of(entry))
         return result
 
     def fit(self, **options: Any) -> FitResult:
         """Fit from the starting values.
 
-        The rule of the residual strain decides at the starting values, and again at the values of each fit,
-        until chi-square changes by less than `SAME`, or for `MOST_ROUNDS` rounds.
+        The rule of the residual strain decides at the starting values, and again at the values of each fit.
+        Rounds end when chi-square changes by less than `SAME`, or after `MOST_ROUNDS`.
 
         Args:
             **options: options of `data`.
@@ -206,31 +206,31 @@ def solve(parameters: Parameters, data: PyTree, most: int = MAX_STEPS) -> FitRes
     )
 
 
-def fit_pinned(
+def fit_constrained(
     problem: Problem, data: PyTree, values: Mapping[str, float], known: Mapping[str, Any] | None = None
 ) -> FitResult:
-    """Fit from given values with their parameters held there; pins in `data` are replaced.
+    """Fit from given values with their parameters held there; the constraints in `data` are replaced.
 
     Args:
         problem: problem whose other parameters start at their own values.
         data: data of the residual, from `Problem.data` and with decisions.
         values: values of the held parameters, SI.
-        known: parameters with standard errors, for `pins_of`.
+        known: parameters with standard errors, for `constraints_of`.
     """
-    held = pins_of(problem, values, known)
-    pinned = {**data, "pins": constraint_table(problem.parameters, held)}
-    return solve(problem.at(values).parameters, pinned, FEW_STEPS)
+    held = constraints_of(problem, values, known)
+    constrained = {**data, "constraints": constraint_table(problem.parameters, held)}
+    return solve(problem.at(values).parameters, constrained, FEW_STEPS)
 
 
-def pins_of(
+def constraints_of(
     problem: Problem, values: Mapping[str, float], known: Mapping[str, Any] | None = None
 ) -> dict[str, tuple[float, float]]:
-    """Pins that hold parameters at values; their standard deviations are small beside standard errors.
+    """Soft constraints that hold parameters at values, tightly beside standard errors.
 
     Args:
         problem: problem of the parameters.
         values: values of the held parameters, SI.
-        known: parameters by name; where one has a standard error, the pin is `FIRM` of it at most.
+        known: parameters by name; where one has a standard error, the constraint's is `FIRM` of it at most.
     """
     held = problem.held(values, values)
     for name, (value, sd) in held.items():

@@ -4,12 +4,12 @@ a fit stops early."""
 from collections.abc import Callable, Mapping, Sequence
 
 from fitting.calibrate.profile_likelihood import Profile
-from fitting.calibrate.profile_search import followed
+from fitting.calibrate.profile_search import profile_likelihoods
 from fitting.inference.least_squares import FitResult
 from fitting.specimens.spring_trajectory import decided
 
 from .joint import Joint, lead
-from .problem import fit_pinned, pins_of, values_of
+from .problem import constraints_of, fit_constrained, values_of
 
 
 def profiles(
@@ -31,15 +31,15 @@ def profiles(
     data = joint.problem.data()
     data["rows"] = decided(values_of(joint.problem.parameters, joint.values), data["rows"])
 
-    def fit(values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
-        return fit_pinned(joint.problem.at(values), data, pins, joint.parameters)
+    def fit(values: Mapping[str, float], held: Mapping[str, float]) -> FitResult:
+        return fit_constrained(joint.problem.at(values), data, held, joint.parameters)
 
-    def again(values: Mapping[str, float], pins: Mapping[str, float]) -> FitResult:
-        problem = joint.problem.at({**values, **pins})
-        return problem.fit(pins=pins_of(problem, pins, joint.parameters))
+    def again(values: Mapping[str, float], held: Mapping[str, float]) -> FitResult:
+        problem = joint.problem.at({**values, **held})
+        return problem.fit(constraints=constraints_of(problem, held, joint.parameters))
 
-    errors = joint.result.uncertainty
-    return followed(names, joint.parameters, joint.values, errors, fit, again, units, progress, leave)
+    fitted = joint.parameters, joint.values, joint.result.uncertainty
+    return profile_likelihoods(names, *fitted, fit, again, units, progress, leave)
 
 
 def with_other_fits(found: Mapping[str, Profile], joint: Joint) -> dict[str, Profile]:

@@ -11,7 +11,7 @@ import numpy as np
 from fitting.inference.metrics import metrics
 from fitting.specimens import Rows
 from fitting.specimens.correlated_noise import uncorrelated
-from fitting.specimens.process_noise import LOOSE
+from fitting.specimens.process_noise import FACTOR
 from fitting.specimens.rows import numbers
 from fitting.specimens.spring_law import Trajectory
 from fitting.specimens.spring_trajectory import phase_sd, spring_of, trajectory, undecided
@@ -29,8 +29,10 @@ class Score:
     Attributes:
         name: name of the recording.
         role: `fit` or `validation`.
-        gamma: shear strain [1]; stress, predicted: measured and predicted shear stress [Pa]; shape (rows,).
-        time [s], xi0, xi0_sd: martensite fraction read from resistance, and how well; shape (rows,).
+        time: time of the rows with a force [s], shape (rows,).
+        gamma: shear strain [1], shape (rows,).
+        stress, predicted: measured and predicted shear stress [Pa], shape (rows,).
+        xi0, xi0_sd: martensite fraction read from resistance, and its standard deviation [1], shape (rows,).
         blind: share of the rows whose resistance hardly informs the martensite fraction.
         resistance_rms: root mean square of the resistance's misfit under a smooth martensite fraction, over
             its noise [1].
@@ -66,7 +68,7 @@ def stress_metrics(stress: np.ndarray, predicted: np.ndarray) -> dict[str, float
 def _from_resistance(values: Mapping, stacked: Rows) -> tuple[Trajectory, jax.Array, jax.Array]:
     def one(rows: Rows) -> tuple[Trajectory, jax.Array, jax.Array]:
         extra = {**undecided(rows).extra, "force_informs": jnp.zeros(())}
-        extra["wander"] = extra["wander"] / LOOSE  # a prediction wants the walk as it looks
+        extra["process_noise"] = extra["process_noise"] / FACTOR  # the implied variance suits predictions
         plain = eqx.tree_at(lambda r: r.extra, undecided(rows), extra)
         sd = phase_sd(values, plain, by_force=False)
         area = spring_of(numbers(values, rows)).geometry.force(jnp.ones(()))
@@ -83,7 +85,7 @@ def scores(problem: Problem, values: Mapping[str, float]) -> list[Score]:
     result = []
     for k, test in enumerate(problem.tests):
         weight = {name: np.asarray(w[k]) for name, w in problem.stacked.weight.items()}
-        told = np.asarray(problem.stacked.mask[k]) & (weight["force"] > 0.0)
+        compared = np.asarray(problem.stacked.mask[k]) & (weight["force"] > 0.0)
         measured = {name: np.asarray(m[k]) for name, m in problem.stacked.measured.items()}
         misfit = {name: weight[name] * (getattr(found, name)[k] - measured[name]) for name in weight}
         known = weight["resistance"] > 0.0
@@ -91,15 +93,15 @@ def scores(problem: Problem, values: Mapping[str, float]) -> list[Score]:
             Score(
                 name=test.name,
                 role=test.recording.role,
-                time=np.asarray(problem.stacked.time[k])[told],
-                gamma=found.gamma[k][told],
-                stress=measured["force"][told] / area[k],
-                predicted=found.stress[k][told],
-                xi0=found.xi0[k][told],
-                xi0_sd=sd[k][told],
-                blind=float(np.mean(sd[k][told] > BLIND)) if told.any() else 0.0,
+                time=np.asarray(problem.stacked.time[k])[compared],
+                gamma=found.gamma[k][compared],
+                stress=measured["force"][compared] / area[k],
+                predicted=found.stress[k][compared],
+                xi0=found.xi0[k][compared],
+                xi0_sd=sd[k][compared],
+                blind=float(np.mean(sd[k][compared] > BLIND)) if compared.any() else 0.0,
                 resistance_rms=_rms(misfit["resistance"][known]),
-                force_rms=_rms(misfit["force"][told]),
+                force_rms=_rms(misfit["force"][compared]),
             )
         )
     return result

@@ -86,10 +86,10 @@ def _run(
     names = tuple(problem.tests[k].name for k in tests)
     if not found:
         return Stage(name, names, (), None, "its constants are not free")
-    pins = problem.held([n for n in free if n not in found])
-    result = problem.fit(tests=tests, loading=loading, pins=pins)
+    constraints = problem.held([n for n in free if n not in found])
+    result = problem.fit(tests=tests, loading=loading, constraints=constraints)
     for other in _other_shapes(found):
-        again = problem.at(other).fit(tests=tests, loading=loading, pins=pins)
+        again = problem.at(other).fit(tests=tests, loading=loading, constraints=constraints)
         if _better(again, result):
             result = again
     return Stage(name, names, found, result)

@@ -1,4 +1,4 @@
-"""Zeros of the instruments of a stand that are off or wander, and what they add to the errors of a fit."""
+"""Zeros of the instruments of a stand that are off or drift, and what they add to the errors of a fit."""
 
 from collections.abc import Mapping
 
@@ -18,18 +18,18 @@ from fitting.specimens.spring_trajectory import OUTPUTS, decided
 from .problem import Problem, freedom_taken_by, jacobian, values_of
 
 
-def zeros(problem: Problem, parameters: Parameters, told: Information) -> Lasting:
-    """Contribution of zeros of force and resistance, which are off or wander, to the errors.
+def zeros(problem: Problem, parameters: Parameters, fisher: Information) -> Lasting:
+    """Contribution of zeros of force and resistance, which are off or drift, to the errors.
 
     Args:
         problem: the fitted problem.
         parameters: free parameters at the values found.
-        told: Fisher information of the fitted tests.
+        fisher: Fisher information of the fitted tests.
     """
     entries = [parameters[name] for name in problem.parameters]
     pull = np.array([0.0 if e.prior is None else e.value - e.prior.mean for e in entries])
-    recordings = residuals(problem, parameters.valuesdict(), told.fixed)
-    return lasting_beside_trajectories(recordings, told.prior, pull, problem.inflation, problem.zeros)
+    recordings = residuals(problem, parameters.valuesdict(), fisher.fixed)
+    return lasting_beside_trajectories(recordings, fisher.prior, pull, problem.inflation, problem.zeros)
 
 
 def residuals(problem: Problem, values: Mapping[str, float], fixed: np.ndarray) -> list[Shared]:

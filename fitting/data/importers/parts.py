@@ -167,12 +167,14 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
         tests += [
             replace(
                 sample,
-                title=f"{title} {part}".strip(),
-                grid=cut,
-                own_specimen=alone if part else specimen,
-                sizes=sample.sizes if cut.preamble is grid.preamble else {**first, **sizes_in(cut.preamble)},
+                title=f"{title} {part.title}".strip(),
+                grid=part.grid,
+                own_specimen=part.own_specimen if part.title else specimen,
+                sizes=sample.sizes
+                if part.grid.preamble is grid.preamble
+                else {**first, **sizes_in(part.grid.preamble)},
             )
-            for part, cut, alone in split(grid)
+            for part in split(grid)
         ]
     if len(data) > 1 and len({plain(t.title) for t in tests}) < len(tests):
         tests = [replace(t, title=f"{t.title} {k}", own_specimen=False) for k, t in enumerate(tests, start=1)]

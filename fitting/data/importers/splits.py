@@ -8,35 +8,34 @@ import numpy as np
 from .columns_aside import ROUNDING
 from .grid import Grid
 from .separators import LEAST_ROWS
-from .split_by_name import Part, by_column, by_lines
+from .split_by_name import Part, by_column, by_lines, too_short
 from .words import meaning
 
-_RESTART = 0.05  # Maximum distance from its start at which a test restarts, as part of the drive's range
+_RESTART = 0.05  # Maximum distance from its start at which a test restarts, as part of the driver's range
 _OUTPUTS = ("stress", "true_stress", "force")
 _DRIVERS = ("strain", "true_strain", "stretch", "elongation", "pressure")
 
 
 def split(grid: Grid) -> list[Part]:
     """Tests of a table; one without a title where it holds only one."""
-    for cut in (by_column, by_lines, _by_groups, _by_restart):
-        parts = cut(grid)
+    for tests_in in (by_column, by_lines, _by_groups, _by_restart):
+        parts = tests_in(grid)
         if parts:
             return parts
-    _say_begun_anew(grid)
-    return [("", grid, True)]
+    _warn_of_restart(grid)
+    return [Part("", grid, True)]
 
 
-def _say_begun_anew(grid: Grid) -> None:
-    """Warn where a test seems to begin anew below a line without numbers, or at another word of a column of
-    words."""
-    drive = _driver(grid)
-    if drive is None:
+def _warn_of_restart(grid: Grid) -> None:
+    """Warn if the test seems to restart below a line without numbers, or where a column of words changes."""
+    driver = _driver(grid)
+    if driver is None:
         return
-    reach = float(np.nanmax(drive) - np.nanmin(drive))
-    anew = np.abs(drive - drive[0]) <= _RESTART * reach
-    fell = np.abs(np.diff(drive, prepend=drive[0])) > 0.5 * reach
-    again = np.flatnonzero(anew & fell)
-    for i in again:
+    span = _span(driver)
+    near_start = np.abs(driver - driver[0]) <= _RESTART * span
+    jumped = np.abs(np.diff(driver, prepend=driver[0])) > 0.5 * span
+    restarts = np.flatnonzero(near_start & jumped)
+    for i in restarts:
         if grid.rows[i] - grid.rows[i - 1] > 1:
             lines = [" ".join(filter(None, line)) for line in grid.breaks.get(int(i), [])]
             line = f"the line {lines[-1][:60]!r}" if lines else "an empty line"
@@ -49,7 +48,7 @@ def _say_begun_anew(grid: Grid) -> None:
         texts = [cells[column] if column < len(cells) else "" for cells in grid.cells]
         changes = [i for i in range(1, len(texts)) if texts[i] != texts[i - 1]]
         words = sum(bool(re.search(r"[^\W\d]", text)) for text in texts)
-        if changes and set(changes) <= set(again) and 2 * words > len(texts) and meaning(heading) is None:
+        if changes and set(changes) <= set(restarts) and 2 * words > len(texts) and meaning(heading) is None:
             names = ", ".join(map(repr, dict.fromkeys(texts)))
             grid.notices.append(
                 f"check: the test begins anew (row {grid.rows[changes[0]]}) where {heading.text!r} changes"
@@ -58,56 +57,64 @@ def _say_begun_anew(grid: Grid) -> None:
             return
 
 
+def _columns(grid: Grid) -> dict[str, int]:
+    """First column of each quantity."""
+    meanings = [meaning(heading) for heading in grid.headings]
+    return {m.quantity: c for c, m in reversed(list(enumerate(meanings))) if m is not None}
+
+
+def _driver_column(columns: dict[str, int]) -> int | None:
+    """Column of the quantity that the machine drives; None where there is none."""
+    return next((columns[name] for name in _DRIVERS if name in columns), None)
+
+
 def _driver(grid: Grid) -> np.ndarray | None:
-    """Values of what drives the test; None where it is absent or does not move."""
-    means = [meaning(heading) for heading in grid.headings]
-    column = {m.quantity: c for c, m in reversed(list(enumerate(means))) if m is not None}
-    found = next((column[name] for name in _DRIVERS if name in column), None)
-    if found is None:
+    """Values of the quantity that the machine drives, without gaps; None if it is absent or constant."""
+    column = _driver_column(_columns(grid))
+    if column is None:
         return None
-    values = grid.values[:, found]
-    there = np.isfinite(values)
-    if there.sum() < 2 * LEAST_ROWS or not np.ptp(values[there]) > 0.0:
+    values = grid.values[:, column]
+    finite = np.isfinite(values)
+    if finite.sum() < 2 * LEAST_ROWS or not np.ptp(values[finite]) > 0.0:
         return None
-    filled = np.interp(np.arange(values.size), np.flatnonzero(there), values[there])
-    return filled
+    return np.interp(np.arange(values.size), np.flatnonzero(finite), values[finite])
 
 
 def _by_groups(grid: Grid) -> list[Part]:
-    """Columns by their specimen, where stress or load occurs several times."""
-    means = [meaning(heading) for heading in grid.headings]
-    held: dict[tuple[str, int], list[int]] = {}
-    for column, means_of in enumerate(means):
-        if means_of is not None and not np.isnan(grid.values[:, column]).all():
-            members = held.setdefault((means_of.quantity, means_of.rank), [])
-            if not any(_same_in_another_unit(grid, column, other) for other in members):
-                members.append(column)
-    repeated = {key: columns for key, columns in held.items() if len(columns) > 1}
+    """Tests by their group of columns, where stress or load occurs several times."""
+    meanings = [meaning(heading) for heading in grid.headings]
+    columns_of: dict[tuple[str, int], list[int]] = {}
+    for column, known in enumerate(meanings):
+        if known is not None and not np.isnan(grid.values[:, column]).all():
+            same = columns_of.setdefault((known.quantity, known.rank), [])
+            if not any(_same_in_another_unit(grid, column, other) for other in same):
+                same.append(column)
+    repeated = {key: columns for key, columns in columns_of.items() if len(columns) > 1}
     outputs = [key for key in repeated if key[0] in _OUTPUTS] or [
-        key for key in repeated if key[0] == "strain" and not any(other[0] in _OUTPUTS for other in held)
+        key
+        for key in repeated
+        if key[0] == "strain" and not any(other[0] in _OUTPUTS for other in columns_of)
     ]
-    if not outputs or not any(key[0] in (*_DRIVERS, "temperature") for key in held):
+    if not outputs or not any(key[0] in (*_DRIVERS, "temperature") for key in columns_of):
         return []
-    groups, named = _groups(grid, means, repeated, held[outputs[0]])
+    groups, named = _groups(grid, meanings, repeated, columns_of[outputs[0]])
     if len(groups) < 2:
         return []
-    once = [columns[0] for key, columns in held.items() if key not in repeated]
+    once = [columns[0] for key, columns in columns_of.items() if key not in repeated]
     taken = {*once, *(c for columns in groups.values() for c in columns)}
     aside = [h.text for c, h in enumerate(grid.headings) if c not in taken and h.text.strip()]
-    said = [f"columns of no specimen, left aside: {', '.join(map(repr, aside))}"] if aside else []
+    notices = [f"columns of no specimen, left aside: {', '.join(map(repr, aside))}"] if aside else []
     parts = []
     for name, columns in groups.items():
         rows = [i for i in range(len(grid.rows)) if np.isfinite(grid.values[i, columns]).any()]
         title = name if named else f"specimen {name}"
         if len(rows) >= LEAST_ROWS:
-            parts.append((title, grid.cut(rows, sorted([*once, *columns])), True))
+            parts.append(Part(title, grid.cut(rows, sorted([*once, *columns])), True))
         else:
             labels = ", ".join(repr(grid.headings[c].text) for c in columns)
-            said.append(
-                f"check: {title} ({labels}) has {len(rows)} rows, fewer than a test needs, and was left out"
-            )
-    for _, part, _ in parts:
-        part.notices += said
+            notices.append(too_short(f"{title} ({labels})", len(rows)))
+    for part in parts:
+        part.grid.notices += notices
     return parts
 
 
@@ -116,18 +123,21 @@ def _same_in_another_unit(grid: Grid, column: int, other: int) -> bool:
     if grid.headings[column].unit == grid.headings[other].unit:
         return False
     first, second = grid.values[:, other], grid.values[:, column]
-    there = np.isfinite(first) & np.isfinite(second)
-    if not there.any() or not np.abs(first[there]).max() > 0.0:
+    both = np.isfinite(first) & np.isfinite(second)
+    if not both.any() or not np.abs(first[both]).max() > 0.0:
         return False
-    scale = float(first[there] @ second[there]) / float(first[there] @ first[there])
-    rest = float(np.abs(second[there] - scale * first[there]).max())
-    return rest <= ROUNDING * float(np.abs(second[there]).max())
+    scale = float(first[both] @ second[both]) / float(first[both] @ first[both])
+    deviation = float(np.abs(second[both] - scale * first[both]).max())
+    return deviation <= ROUNDING * float(np.abs(second[both]).max())
 
 
 def _groups(
-    grid: Grid, means: list, repeated: dict[tuple[str, int], list[int]], outputs: list[int]
+    grid: Grid, meanings: list, repeated: dict[tuple[str, int], list[int]], outputs: list[int]
 ) -> tuple[dict[str, list[int]], bool]:
-    """Columns of each group by its name, and the origin of the names: titles above, tags, or order."""
+    """Columns of each group by its name, and true if the file names the groups.
+
+    Names are titles above the columns, else tags in the headings, else numbers in order.
+    """
     columns = sorted(c for members in repeated.values() for c in members)
     spans = _titles(grid)
     titles = {c: spans[c] for c in columns if c in spans}
@@ -135,7 +145,7 @@ def _groups(
         return {
             t: [c for c in columns if titles[c] == t] for t in dict.fromkeys(titles[c] for c in columns)
         }, True
-    tags = {c: means[c].tag for c in columns}
+    tags = {c: meanings[c].tag for c in columns}
     if len({tags[c] for c in outputs}) == len(outputs):
         order = list(dict.fromkeys(tags[c] for c in outputs))
         names = {tag: tag or "0" for tag in order}
@@ -163,25 +173,28 @@ def _titles(grid: Grid) -> dict[int, str]:
 
 
 def _by_restart(grid: Grid) -> list[Part]:
-    """Rows split where the clock and the drive of the test both restart, and no count of cycles explains
-    it."""
-    means = [meaning(heading) for heading in grid.headings]
-    column = {m.quantity: c for c, m in reversed(list(enumerate(means))) if m is not None}
-    driver = next((column[name] for name in _DRIVERS if name in column), None)
-    if "time" not in column or driver is None or "cycle" in column:
+    """Tests that begin where clock and driver both restart. A column that counts cycles rules this out."""
+    columns = _columns(grid)
+    column = _driver_column(columns)
+    if "time" not in columns or column is None or "cycle" in columns:
         return []
-    time, drive = grid.values[:, column["time"]], grid.values[:, driver]
-    reach = float(np.nanmax(drive) - np.nanmin(drive)) if np.isfinite(drive).any() else 0.0
-    length = float(np.nanmax(time) - np.nanmin(time)) if np.isfinite(time).any() else 0.0
-    if not reach > 0.0 or not length > 0.0:
+    time, driver = grid.values[:, columns["time"]], grid.values[:, column]
+    span, duration = _span(driver), _span(time)
+    if not span > 0.0 or not duration > 0.0:
         return []
-    back = np.diff(time) < 0.0
-    anew = (time[1:] - time[0] <= _RESTART * length) & (np.abs(drive[1:] - drive[0]) <= _RESTART * reach)
-    cuts = [0, *(int(i) + 1 for i in np.flatnonzero(back & anew)), len(time)]
+    near_start = (time[1:] - time[0] <= _RESTART * duration) & (
+        np.abs(driver[1:] - driver[0]) <= _RESTART * span
+    )
+    cuts = [0, *(int(i) + 1 for i in np.flatnonzero((np.diff(time) < 0.0) & near_start)), len(time)]
     parts = [range(a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
     if len(parts) < 2 or min(map(len, parts)) < LEAST_ROWS:
         return []
     return [
-        (f"test {k}", grid.cut(rows, range(grid.values.shape[1])), False)
+        Part(f"test {k}", grid.cut(rows, range(grid.values.shape[1])), False)
         for k, rows in enumerate(parts, start=1)
     ]
+
+
+def _span(values: np.ndarray) -> float:
+    """Range of the values; 0 where none is finite."""
+    return float(np.nanmax(values) - np.nanmin(values)) if np.isfinite(values).any() else 0.0

@@ -9,7 +9,7 @@ from . import kinds, schema
 from .campaign import read_campaign
 from .checks import check_recording, resistance_range, wire_length
 from .reading import read_recording
-from .recording import Campaign, Recording, Reduction, all_real
+from .recording import Campaign, Recording, Reduction, all_real, require_fitted
 from .schema import NOT_STATED
 from .shared import recordings_folder
 from .writing import target_path, write_recording
@@ -25,6 +25,7 @@ __all__ = [
     "read_campaign",
     "read_recording",
     "recordings_folder",
+    "require_fitted",
     "resistance_range",
     "schema",
     "target_path",

@@ -1,5 +1,4 @@
-"""A recording and a campaign in memory: columns in canonical units, the sidecar's statements, SI on
-request."""
+"""A recording and a campaign in memory: columns in the units of files or SI, and the sidecar's statements."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -17,12 +16,12 @@ from .nominal import nominal_geometry
 
 @dataclass(frozen=True)
 class Reduction:
-    """Origin of a recording with fewer rows than the original.
+    """Origin of the rows of a recording that was made from another one.
 
     Attributes:
         source: original recording.
-        rows: indices of the rows that were kept, ascending; None where rows are means. A row that was added
-            has the index of the row before it.
+        rows: index in the original of every row, ascending; None where rows are means. An added row, such as
+            a turning point between two samples, repeats the index of the row before it.
         block: number of readings averaged in a row; 1 where rows were kept.
         text: description of the reduction, one sentence.
     """
@@ -53,14 +52,18 @@ class Recording:
         noise: standard deviation of the instrument's noise by canonical column, in that column's unit.
         geometry: stated geometry by canonical key; `full_geometry` adds the nominal values.
         tolerance: relative standard deviations, complete where given; None where the defaults hold.
-        zero: standard deviation of a column's zero by canonical column, in its unit; a fit finds the zero.
+        zero: prior standard deviation of a column's zero error by canonical column, in its unit; a fit finds
+            the error.
         columns: data by canonical name, in canonical units, each of shape (rows,); a missing sample is NaN.
             Columns that the kind does not know come after, under their own names (as text if they are not
             numbers).
         notices: assumptions and omissions of the reader, one sentence each.
         comments: lines before the header, without `#`.
         reduction: origin of these rows, if they were made from more of them.
-        memo: cache of results about the columns; a changed recording starts with none.
+        memo: cache of results about the columns (`inference.readings`); a copy by `dataclasses.replace`
+            starts with none.
+        full_scale: saturation value of a quantity that other recordings of the campaign show, SI
+            (`inference.readings.share_full_scale`); a copy starts with none.
     """
 
     name: str
@@ -79,6 +82,7 @@ class Recording:
     comments: list[str] = field(default_factory=list)
     reduction: Reduction | None = None
     memo: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
+    full_scale: dict[str, float] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -90,23 +94,28 @@ class Recording:
         Raises:
             InputError: if this recording does not have it; the nearest one that it has is named.
         """
-        column_of = {schema.quantity_and_unit(name)[0]: name for name in self.known_columns}
-        name = quantity if quantity in self.known_columns else column_of.get(quantity)
+        name = self._column_or_none(quantity)
         if name is None:
+            have = [schema.quantity_and_unit(name)[0] for name in self.known_columns]
             raise InputError(
-                f"{self.path or self.name}: no {quantity!r} was recorded, {nearest(quantity, column_of)}"
+                f"{self.path or self.name}: no {quantity!r} was recorded, {nearest(quantity, have)}"
             )
         return name
 
+    def _column_or_none(self, quantity: str) -> str | None:
+        """Canonical column that holds a quantity, which may be named by its column."""
+        columns = self.known_columns
+        column_of = {schema.quantity_and_unit(name)[0]: name for name in columns}
+        return quantity if quantity in columns else column_of.get(quantity)
+
     @property
     def counts_rows(self) -> bool:
-        """True if the clock only counts rows: the file that was imported has none."""
+        """True if the time is the row's number, because the imported file has no clock."""
         return self.source.get(schema.CLOCK) == schema.COUNTED
 
     def has(self, quantity: str) -> bool:
         """True if a quantity (`"pressure"`, or its column `"pressure_kPa"`) was recorded."""
-        columns = self.known_columns
-        return quantity in columns or quantity in {schema.quantity_and_unit(name)[0] for name in columns}
+        return self._column_or_none(quantity) is not None
 
     def si(self, quantity: str) -> np.ndarray:
         """Values of a quantity in SI units (temperatures in degC); shape (rows,), NaN where missing.
@@ -163,7 +172,7 @@ class Recording:
         return dict(schema.TOLERANCE_DEFAULTS if self.tolerance is None else self.tolerance)
 
     def table(self, key: str) -> str | Path:
-        """Alloy or material of this recording: a name, `"fit"`, or the path of a TOML beside it.
+        """Table of constants of this recording: a name, `"fit"`, or the path of a TOML beside it.
 
         Args:
             key: `"alloy"` or `"material"`.
@@ -180,9 +189,21 @@ def locate_table(stated: str, recording: Path | None) -> str | Path:
 
 
 def all_real(recordings: Iterable[Recording]) -> bool | None:
-    """True if all recordings were measured, False if one was simulated, None if nobody said of one."""
+    """True if all recordings were measured, False if one was simulated, else None: one does not state it."""
     stated = [recording.real for recording in recordings]
     return False if False in stated else None if None in stated else True
+
+
+def require_fitted(recordings: Iterable[Recording], path: Path | str) -> None:
+    """Refuse recordings that are all for validation.
+
+    Raises:
+        InputError: naming the path.
+    """
+    if not any(recording.role == "fit" for recording in recordings):
+        raise InputError(
+            f'{path}: every recording has role = "validation"; one with role = "fit" is needed'
+        )
 
 
 @dataclass
@@ -210,17 +231,14 @@ class Campaign:
         """Recordings of one kind."""
         return [r for r in self.recordings if r.kind == kind]
 
-    def to_fit(self, kind: str) -> list[Recording]:
-        """Recordings of one kind, of which at least one may be fitted.
+    def fittable(self, kind: str) -> list[Recording]:
+        """Recordings of one kind, of both roles.
 
         Raises:
             InputError: if all of them are for validation.
         """
         found = self.of_kind(kind)
-        if not any(recording.role == "fit" for recording in found):
-            raise InputError(
-                f'{self.path}: every recording has role = "validation"; one with role = "fit" is needed'
-            )
+        require_fitted(found, self.path)
         return found
 
     def specimens(self) -> dict[str, list[Recording]]:

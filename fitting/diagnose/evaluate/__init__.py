@@ -3,5 +3,6 @@
 - `unknowns`: scaled numbers of base model and effects;
 - `noise`, `high_frequency_noise`, `inputs`, `instruments`: measured channels, their noise and that of inputs;
 - `compiled`, `program`, `evaluation`: one compiled function, a campaign, results of its runs;
-- `latent_trajectories`, `trajectory_search`: latent trajectories, and how an evaluation finds them.
+- `latent_trajectories`, `process_noise`: latent trajectories as random walks, and their variances;
+- `variable_projection`, `trajectory_search`: their linear problem, and how an evaluation finds them.
 """

@@ -13,7 +13,9 @@ from fitting.inference.channels import Channel
 from fitting.specimens.rows import Rows
 
 from ..settings import DEFAULT
-from . import latent_trajectories
+from .latent_trajectories import LatentTrajectory, averaging
+from .process_noise import estimated_process_noise, process_noise_of
+from .variable_projection import Projection
 
 TRAJECTORIES = DEFAULT.trajectories
 
@@ -60,10 +62,10 @@ class Raw:
     along: dict[str, np.ndarray]
     drivers: dict[str, np.ndarray]
 
-    def hidden(
+    def projection(
         self, k: int, channels: Sequence[Channel], process_noise: np.ndarray
-    ) -> latent_trajectories.Hidden | None:
-        """Free trajectories of recording k, and what depends on them; None if there are none.
+    ) -> Projection | None:
+        """Free trajectories of recording k as a linear problem; None if there are none.
 
         Args:
             k: number of the recording.
@@ -76,12 +78,12 @@ class Raw:
         at, time = trajectories_of(self.stacked)[k], np.asarray(self.stacked.time)[k]
         count = row_count(self.stacked, k)
         free = [
-            latent_trajectories.LatentTrajectory.of(
+            LatentTrajectory.of(
                 j, at[j], slopes[j], slopes[len(process_noise) + j], process_noise[j], time, count
             )
             for j in np.flatnonzero(process_noise)
         ]
-        return latent_trajectories.Hidden(free, channels) if free else None
+        return Projection(free, channels) if free else None
 
     def taking(self, other: "Raw", chosen: np.ndarray) -> "Raw":
         """The run with chosen recordings taken from another.
@@ -131,8 +133,8 @@ class Raw:
                     slope = np.nan_to_num(self.along[channel.quantity][j, k])
                     misfit = self.found[channel.quantity][k] - channel.measured
                     time = np.asarray(self.stacked.time)[k]
-                    found[k, j] = latent_trajectories.process_noise_of(channel, slope, misfit, at[k, j], time)
-        return latent_trajectories.estimated_process_noise(found)
+                    found[k, j] = process_noise_of(channel, slope, misfit, at[k, j], time)
+        return estimated_process_noise(found)
 
     def averaging(
         self, k: int, channels: Sequence[Channel], process_noise: np.ndarray, block: int
@@ -142,14 +144,14 @@ class Raw:
         Args:
             k: number of the recording.
             channels: channels that count.
-            process_noise: same as in `hidden`.
+            process_noise: same as in `projection`.
             block: readings that a row is the mean of.
         """
-        hidden, count = self.hidden(k, channels, process_noise), row_count(self.stacked, k)
+        projection, count = self.projection(k, channels, process_noise), row_count(self.stacked, k)
         found = [np.zeros(self.stacked.mask.shape[1]) for _ in channels]
-        for trajectory in hidden.trajectories if hidden else ():
+        for trajectory in projection.trajectories if projection else ():
             slopes = trajectory.own + trajectory.remembered
-            parts = latent_trajectories.averaging(slopes[:, :count], trajectory.fraction[:count], block)
+            parts = averaging(slopes[:, :count], trajectory.fraction[:count], block)
             for total, part in zip(found, parts, strict=True):
                 total[:count] += np.abs(part)
         return found
@@ -201,8 +203,8 @@ class Evaluation:
         columns: unknowns that derivatives are by.
         trajectories: latent trajectories, (recordings of the stack, trajectories, rows).
         trajectory_slopes: their derivatives, (columns, recordings of the stack, trajectories, rows).
-        hidden: linear problem of every recording's trajectories. None if it has none, none were moved, or the
-            program itself finds them.
+        projections: linear problem of every recording's trajectories. None if it has none, none were moved,
+            or the program itself finds them.
         asked: mask of the recordings that were asked for, (recordings,).
         problem: what the program held, see `Program.holds`; nothing where other recordings were evaluated.
     """
@@ -215,7 +217,7 @@ class Evaluation:
     columns: np.ndarray
     trajectories: np.ndarray
     trajectory_slopes: np.ndarray
-    hidden: list[latent_trajectories.Hidden | None]
+    projections: list[Projection | None]
     asked: np.ndarray
     problem: tuple = ()
 
@@ -260,7 +262,7 @@ class Evaluation:
             drivers={n: np.where(row[:, None], other.drivers[n], x) for n, x in self.drivers.items()},
             trajectories=np.where(along, other.trajectories, self.trajectories),
             trajectory_slopes=np.where(along, other.trajectory_slopes, self.trajectory_slopes),
-            hidden=pick(self.hidden, other.hidden),
+            projections=pick(self.projections, other.projections),
             asked=np.where(chosen, other.asked, self.asked),
         )
 

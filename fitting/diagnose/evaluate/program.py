@@ -12,7 +12,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from fitting.data.recordings import Campaign, Recording
+from fitting.data.recordings import Campaign, Recording, require_fitted
 from fitting.inference.channels import Channel
 from fitting.inference.parallel import RUNS, Tally
 from fitting.specimens.reduction import thinned
@@ -24,14 +24,15 @@ from pneusma_jax.calibration.records import Calibration
 from pneusma_jax.errors import InputError
 
 from ..settings import DEFAULT
-from . import latent_trajectories
 from .compiled import Compiled
 from .evaluation import TRAJECTORY, Evaluation, Raw, row_count, trajectories_of, with_trajectories
 from .high_frequency_noise import high_frequency_readings
 from .inputs import input_noise, shifted, with_input_noise
+from .latent_trajectories import LatentTrajectory
 from .noise import channels_of
 from .trajectory_search import Search
 from .unknowns import Unknowns
+from .variable_projection import Projection, degrees_of_freedom_of
 
 TRAJECTORIES = DEFAULT.trajectories
 OPTIMISER = DEFAULT.optimiser
@@ -52,7 +53,8 @@ class Program:
             of this one.
         failed: misfit of a row in which the model has no answer, in standard deviations. It exceeds every
             misfit of the nominal base model, so that no fit gains by failing.
-        followed_values: number of measured values that latent trajectories follow, (recordings,).
+        trajectory_degrees_of_freedom: degrees of freedom that latent trajectories take as they were prepared,
+            (recordings,).
         process_noise: variance per second of every latent trajectory, (recordings, trajectories).
         bare: channels with their own noise only.
         outliers: readings that are not counted, see `fit.outliers`.
@@ -67,7 +69,7 @@ class Program:
     fitted: np.ndarray
     tally: Tally = field(default_factory=Tally)
     failed: float = OPTIMISER.failed_deviation
-    followed_values: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    trajectory_degrees_of_freedom: np.ndarray = field(default_factory=lambda: np.zeros(0))
     process_noise: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     bare: list[list[Channel]] = field(default_factory=list)
     outliers: tuple = ()
@@ -125,10 +127,9 @@ class Program:
                     f"{recording.path or recording.name}: there is no {wanted} to compare the model with"
                 )
         fitted = np.array([recording.role == "fit" for recording in campaign.recordings])
-        if not fitted.any():
-            raise InputError(f"{campaign.path}: every recording has role validation; nothing is left to fit")
+        require_fitted(campaign.recordings, campaign.path)
         program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted)
-        program.followed_values, program.bare = np.zeros(len(channels)), channels
+        program.trajectory_degrees_of_freedom, program.bare = np.zeros(len(channels)), channels
         program.untimed = tuple(untimed)
         columns = latent.count(stacked)
         program.process_noise = np.zeros((len(channels), columns))
@@ -168,7 +169,7 @@ class Program:
         return self.hidden and quantity.startswith("resistance")
 
     def prepare(self, u: np.ndarray, near: Evaluation | None = None) -> None:
-        """Find latent trajectories and how fast they walk at the numbers of `u`, where the kind has them.
+        """Find latent trajectories and their process noise at the numbers of `u`, where the kind has them.
 
         Args:
             u: scaled numbers, (unknowns,).
@@ -189,7 +190,7 @@ class Program:
                 if np.max(np.abs(now - before)) < TRAJECTORIES.converged_step:
                     break
             here = self._run(u, nothing, self.stacked)
-            self.followed_values = latent_trajectories.taken_by(self._explained(here))
+            self.trajectory_degrees_of_freedom = degrees_of_freedom_of(self._projections(here))
         elif self.specimen.latent.inside:
             values = self.unknowns.values(u)
             self.stacked = self.specimen.latent.prepared(values, self.stacked, self.channels)
@@ -197,7 +198,7 @@ class Program:
             if near is not None:
                 here = here.bettered(self.evaluate(u, nothing, near=near))
             self.stacked = self.begun(self.stacked, here, u)
-            self.followed_values = np.array(
+            self.trajectory_degrees_of_freedom = np.array(
                 [np.sum(here.drivers["taken"][k]) for k in range(len(self.channels))]
             )
 
@@ -208,13 +209,13 @@ class Program:
         copy.prepare(u, near)
         return copy
 
-    def followed(self, here: Evaluation) -> list[latent_trajectories.Hidden | None]:
+    def followed(self, here: Evaluation) -> list[Projection | None]:
         """Free latent trajectories of every recording near an evaluation, those that the compiled program
         finds itself, too. None for a recording without them."""
         names = [f"slope_{name}" for name in self.specimen.explained]
         if names[0] not in here.drivers:
-            return here.hidden
-        found, process_noise = [], np.asarray(self.stacked.extra["wander"])
+            return here.projections
+        found, process_noise = [], np.asarray(self.stacked.extra["process_noise"])
         for k, channels in enumerate(self.channels):
             own, memory = (
                 np.stack([np.nan_to_num(here.drivers[f"{name}_{c.quantity}"][k]) for c in channels])
@@ -222,16 +223,16 @@ class Program:
             )
             fraction, time = here.drivers[TRAJECTORY][k], np.asarray(self.stacked.time)[k]
             count = row_count(self.stacked, k)
-            own = latent_trajectories.LatentTrajectory.of(
+            own = LatentTrajectory.of(
                 0, fraction, own + memory, memory, float(process_noise[k]), time, count
             )
-            found.append(latent_trajectories.Hidden([own], channels))
+            found.append(Projection([own], channels))
         return found
 
     def freedom_of_trajectories(self, here: Evaluation) -> np.ndarray:
         """Degrees of freedom that latent trajectories take in every recording, (recordings,)."""
         if here not in self._freedom:  # asked for again whenever fits are compared
-            self._freedom[here] = latent_trajectories.taken_by(self.followed(here))
+            self._freedom[here] = degrees_of_freedom_of(self.followed(here))
         return self._freedom[here]
 
     def count_input_noise(self, u: np.ndarray) -> None:
@@ -251,13 +252,13 @@ class Program:
             ]
         if self.process_noise.shape[1]:
             here = self._run(u, nothing, self.stacked)
-            pairs = zip(self._hiding(), self.recordings, strict=True)
+            pairs = zip(self._channels_and_process_noise(), self.recordings, strict=True)
             changes["averaging"] = [[here.averaging(k, *parts, r.block) for (k, parts), r in pairs]]
         self.channels = with_input_noise(self.bare, changes)
         self._freedom.clear()
 
-    def _hiding(self) -> list[tuple[int, tuple[list[Channel], np.ndarray]]]:
-        """Every recording's number, with its channels and how fast its latent trajectories walk."""
+    def _channels_and_process_noise(self) -> list[tuple[int, tuple[list[Channel], np.ndarray]]]:
+        """Number of every recording, with its channels and the process noise of its latent trajectories."""
         return [(k, parts) for k, parts in enumerate(zip(self.channels, self.process_noise, strict=True))]
 
     def evaluate(
@@ -293,11 +294,11 @@ class Program:
         search = Search(self.channels, self.process_noise, self.failed, chosen) if moving else None
         first = self._run(u, chunks[0], start, asked)
         if search:
-            search.saw(first)
+            search.add(first)
             for _ in range(TRAJECTORIES.runs - 1):
                 if search.finished:
                     break
-                search.saw(self._run(u, chunks[0], with_trajectories(stacked, search.proposal), search.open))
+                search.add(self._run(u, chunks[0], with_trajectories(stacked, search.proposal), search.open))
             first = search.best
         rest = [self._run(u, chunk, first.stacked, asked) for chunk in chunks[1:]]
         names = first.slopes
@@ -363,13 +364,13 @@ class Program:
         self.tally.count(RUNS)
         return self._compiled.run(u, columns, stacked, chosen)
 
-    def _explained(
+    def _projections(
         self, here: Raw, chosen: np.ndarray | None = None
-    ) -> list[latent_trajectories.Hidden | None]:
-        """Free trajectories of chosen recordings, all if None, and what they explain; None where there are
-        none."""
-        wanted = np.ones(len(self.channels), bool) if chosen is None else chosen
-        return [here.hidden(k, *parts) if wanted[k] else None for k, parts in self._hiding()]
+    ) -> list[Projection | None]:
+        """Free trajectories of chosen recordings, all if None, as linear problems. None for one without."""
+        chosen = np.ones(len(self.channels), bool) if chosen is None else chosen
+        pairs = self._channels_and_process_noise()
+        return [here.projection(k, *parts) if chosen[k] else None for k, parts in pairs]
 
     def _evaluated(
         self,
@@ -386,9 +387,9 @@ class Program:
         """
         found, moved, drivers = [], trajectories_of(here.stacked), dict(here.drivers)
         slopes = np.zeros((len(columns), *moved.shape))
-        hidden = search.hidden if search else [None] * len(self.channels)
-        hidden = self._explained(here, chosen) if search and again else hidden
-        for k, (channels, one) in enumerate(zip(self.channels, hidden, strict=True)):
+        projections = search.projections if search else [None] * len(self.channels)
+        projections = self._projections(here, chosen) if search and again else projections
+        for k, (channels, one) in enumerate(zip(self.channels, projections, strict=True)):
             if not chosen[k]:
                 nothing = np.zeros(sum(len(channel.measured) for channel in channels))
                 unknown = [np.full(len(channel.measured), np.nan) for channel in channels]
@@ -412,7 +413,7 @@ class Program:
         for j, number in enumerate(self.stacked.extra["layout"].spring_numbers if search else ()):
             drivers[f"{TRAJECTORY}_{number}"] = moved[:, j]
         parts = (list(x) for x in zip(*found, strict=True))
-        return Evaluation(*parts, drivers, u, columns, moved, slopes, hidden, chosen)
+        return Evaluation(*parts, drivers, u, columns, moved, slopes, projections, chosen)
 
     def observations(self, chosen: np.ndarray) -> int:
         """Measured values of some recordings, given by a mask, less those that latent trajectories take
@@ -425,4 +426,4 @@ class Program:
 
     def free_share(self, k: int) -> float:
         """Part of the measured values of recording k that no latent trajectory takes up."""
-        return 1.0 - float(self.followed_values[k]) / max(self.count(k), 1)
+        return 1.0 - float(self.trajectory_degrees_of_freedom[k]) / max(self.count(k), 1)

@@ -12,7 +12,7 @@ from fitting.inference.channels import Channel
 
 from ..settings import DEFAULT
 from .evaluation import Raw, trajectories_of
-from .latent_trajectories import Hidden
+from .variable_projection import Projection
 
 TRAJECTORIES = DEFAULT.trajectories
 
@@ -29,7 +29,7 @@ class Search:
 
     Attributes:
         best: every recording from the run that fitted it best.
-        hidden: linear problem of its trajectories there; None where it has none.
+        projections: linear problem of its trajectories there; None where it has none.
         overshot: recordings whose linear answer was tried and was worse, (recordings,).
     """
 
@@ -40,10 +40,10 @@ class Search:
         failed: float,
         chosen: np.ndarray | None = None,
     ):
-        self._channels, self._pace, self._failed = channels, process_noise, failed
+        self._channels, self._process_noise, self._failed = channels, process_noise, failed
         count = len(channels)
         self.best: Raw | None = None
-        self.hidden: list[Hidden | None] = [None] * count
+        self.projections: list[Projection | None] = [None] * count
         self.overshot = np.zeros(count, bool)
         self._least, self._share = np.full(count, np.inf), np.full(count, 0.5)
         self._open = np.ones(count, bool) if chosen is None else chosen.copy()
@@ -69,18 +69,18 @@ class Search:
         found[: len(share)] += share[:, None, None] * self._steps[: len(share)]
         return found
 
-    def saw(self, run: Raw) -> None:
+    def add(self, run: Raw) -> None:
         """Take in a run at `proposal`, or at where the search begins."""
         if self.best is None:
             self._steps = np.zeros_like(trajectories_of(run.stacked))
         better = np.zeros(len(run.stacked.mask), bool)
         for k in np.flatnonzero(self._open):
-            hidden = run.hidden(k, self._channels[k], self._pace[k])
+            projection = run.projection(k, self._channels[k], self._process_noise[k])
             misfit = run.misfit(k, self._channels[k], self._failed)
-            square = float(misfit @ misfit) + (hidden.roughness() if hidden else 0.0)
+            square = float(misfit @ misfit) + (projection.roughness() if projection else 0.0)
             better[k] = square < self._least[k]
             if better[k]:
-                self._least[k], self.hidden[k] = square, hidden
+                self._least[k], self.projections[k] = square, projection
                 self._begin(k, misfit)
             else:
                 self._share[k] *= 0.5
@@ -90,14 +90,14 @@ class Search:
 
     def _begin(self, k: int, misfit: np.ndarray) -> None:
         """A step of recording k from where it is best now."""
-        hidden, self.overshot[k] = self.hidden[k], False
-        if hidden is None:
+        projection, self.overshot[k] = self.projections[k], False
+        if projection is None:
             self._open[k] = False
             return
-        answer = hidden.answer(misfit, np.zeros((0, len(misfit))))
-        gained = self._least[k] - float(answer.misfit @ answer.misfit) - hidden.roughness(answer.steps)
+        answer = projection.answer(misfit, np.zeros((0, len(misfit))))
+        gained = self._least[k] - float(answer.misfit @ answer.misfit) - projection.roughness(answer.steps)
         self._steps[k] = 0.0
-        for trajectory, step in zip(hidden.trajectories, answer.steps, strict=True):
+        for trajectory, step in zip(projection.trajectories, answer.steps, strict=True):
             self._steps[k, trajectory.number] = step
         self._share[k] = min(2.0 * self._share[k], 1.0)
         far = np.max(np.abs(answer.steps), initial=0.0) >= TRAJECTORIES.sufficient_step

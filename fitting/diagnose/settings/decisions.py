@@ -119,7 +119,7 @@ class Drift:
         (0.0, 0.2, 0.4, 0.6),
         "Number of drift sizes, equally likely, for its evidence: these, over the noise.",
         "sd",
-        "nulls of the generator wander by up to 0.6 of their noise",
+        "nulls of the generator drift by up to 0.6 of their noise",
     )
     lasting_part: float = threshold(0.25, "Factor from a recording to the part for which drift lasts.")
     input_seed: int = threshold(20, "Number of the random stream for noise that both models get.")

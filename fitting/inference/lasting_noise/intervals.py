@@ -1,4 +1,4 @@
-"""Effect of zeros that are off or wander on the intervals of a fit's constants."""
+"""Effect of zeros that are off or drift on the intervals of a fit's constants."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ WHOLE = 1.0
 """The same where constants are held that the recordings would move. They do so by several errors at times,
 for which the derivatives at the fit are only a hint: `ka_3` of a wire was moved to the wrong side."""
 SURE = 1.0 / (1.0 + CLEAR)
-"""Probability of zeros that neither are off nor wander, from which white noise serves a fit. Below, the fit
+"""Probability of zeros that neither are off nor drift, from which white noise serves a fit. Below, the fit
 is made with correlated noise. Where that misses the recordings, intervals reach equally far to both sides."""
 
 
@@ -40,11 +40,12 @@ class Lasting:
         variance: square of the longer side of every parameter's 90 % interval over that of the fit, shape
             (parameters,).
         drift, offset: posterior mean of the standard deviation by output, in units of the noise.
-        levels: by per cent, square of the lower and the upper side of an interval over those of a Gaussian of
-            that variance, shape (parameters, 2) each. They are below 1 where sizes are uncertain, as tails
-            are then longer than a Gaussian's, and on the side that zeros have moved the fit to.
+        levels: by per cent, squares of the lower and the upper side of an interval, shape (parameters, 2)
+            each. They are relative to those of a Gaussian of that variance. They are below 1 where sizes are
+            uncertain, as tails are then longer than a Gaussian's. So they are on the side that zeros have
+            moved the fit to.
         scale: posterior mean of the white noise by output, in units of the noise.
-        steady: probability that no zero is off or wanders; one half beforehand, for any number of outputs.
+        steady: probability that no zero is off or drifts; one half beforehand, for any number of outputs.
         taken: true if the fit was made with noise that zeros correlate.
     """
 

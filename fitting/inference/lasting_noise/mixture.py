@@ -61,7 +61,7 @@ def joint(
 
 
 def steady_of(each: Sequence[Sizes], precision: np.ndarray, pull: np.ndarray, rest: np.ndarray) -> float:
-    """Probability that no zero is off or wanders; beforehand it is one half, however many outputs there are.
+    """Probability that no zero is off or drifts; beforehand it is one half, however many outputs there are.
 
     If every output had its own chance, a clean campaign of many outputs would have some zero beforehand.
     """

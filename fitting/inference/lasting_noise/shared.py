@@ -3,7 +3,7 @@
 A fit that adapts a hidden trajectory leaves of its readings only the part that no trajectory explains. Its
 residuals are a projection, r = (I - P) y, of the outputs together with the trajectory's prior. White noise
 has unit variance in the range of I - P. A zero leaves there only A = (I - P) Z, the part that the trajectory
-does not follow, so that the residuals have the covariance I + A S A^T.
+does not follow. So the residuals have the covariance I + A S A^T.
 
 The rows of one output are then no independent readings. The residuals of a spring's resistance are half as
 large as its noise, since the martensite fraction follows most of it. Taken as rows of a noise half as large,
@@ -21,7 +21,7 @@ from .sizes import DRIFTS, OFFSETS, SCALES, Sizes, before_of
 from .zeros import BINS, Size, root_of
 
 FAINT = 1e-12
-"""Minimum weight over the largest of a size that is kept. Once zeros are decided to wander, the weight of a
+"""Minimum weight over the largest of a size that is kept. Once zeros are decided to drift, the weight of a
 size beside another one may grow by up to 3e8."""
 
 
@@ -33,8 +33,8 @@ class Shared:
         misfit: residuals of all outputs and of the trajectory's prior over the noise, shape (residuals,).
         slopes: their derivatives by every free parameter, the trajectory following, shape (residuals,
             parameters).
-        moved: by output, change of the residuals with a zero along each of `courses_of` that is off by the
-            noise, the trajectory following, shape (residuals, `BINS`).
+        moved: by output, change of the residuals if a zero is off by the noise along each of `courses_of`,
+            shape (residuals, `BINS`). The trajectory follows.
         time: by output, time of each row that counts, ascending, shape (rows,).
         count: number of readings less that of degrees of freedom that the trajectory takes.
     """

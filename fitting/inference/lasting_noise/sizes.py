@@ -18,7 +18,7 @@ SCALES = (0.5, 0.59, 0.71, 0.84, 1.0, 1.19, 1.41, 1.68, 2.0, 2.38, 2.83)
 STEADY = 0.5
 """Prior probability of a zero without drift, and of one without offset."""
 CLEAR = 3.0
-"""Bayes factor from which zeros count as off or wandering. Where recordings cannot tell, it is 1."""
+"""Bayes factor from which zeros count as off or drifting. Where recordings cannot tell, it is 1."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def sizes_of(series: Sequence[Series], precision: np.ndarray, pull: np.ndarray) 
 
 
 def decided(sizes: Sizes) -> Sizes:
-    """The sizes with another prior, once zeros clearly wander, or are off: they do, by any size.
+    """The sizes with another prior, once zeros clearly drift, or are off: they do, by any size.
 
     The prior that any order of magnitude is alike serves that decision. Beside few recordings it would then
     pull sizes to zero. A flat one does not (A. Gelman, Bayesian Anal. 1 (2006) 515).

@@ -18,9 +18,10 @@ import pneusma_jax as pj
 ROUNDS = 20  # Maximum number of linearisations of the resistance about the last estimate
 LONGEST = 0.1  # Maximum step of a fraction in a round; near full heat the tangent is too flat for a full step
 SETTLED = 1e-3  # Maximum step at which the rounds end
-WANDER = np.geomspace(1e-8, 1e4, 49)  # Candidate variances of the walk per second, over that of one reading
-ASTRAY = 10.0  # Maximum deviation of a sample from the walk, in units of the resistance's noise
-MOST_ASTRAY = 0.05  # Maximum share of the samples with a larger deviation
+PROCESS_NOISES = np.geomspace(1e-8, 1e4, 49)
+"""Candidate variances of the walk per second, over that of one reading."""
+OUTLIER = 10.0  # Minimum deviation of an outlier from the walk, in units of the resistance's noise
+MOST_OUTLIERS = 0.05  # Maximum share of outliers
 LEAST_SLOPE = 1e-6
 """Minimum slope of the resistance over xi0, relative to the wire's; keeps uninformative samples finite."""
 
@@ -57,8 +58,8 @@ def martensite_fraction(
             break
     misfit = np.abs(ohms - np.asarray(_resistance(spring, xi0, strain)[0]))
     noise = max(np.median(np.abs(np.diff(ohms, append=ohms[-1]))), np.median(misfit))
-    astray = misfit > ASTRAY * noise
-    return np.interp(time, t, single if astray.mean() > MOST_ASTRAY else xi0)
+    outliers = misfit > OUTLIER * noise
+    return np.interp(time, t, single if outliers.mean() > MOST_OUTLIERS else xi0)
 
 
 @eqx.filter_jit
@@ -97,28 +98,28 @@ def smooth_walk(time: np.ndarray, values: np.ndarray, precision: np.ndarray) -> 
     """
     steps = np.diff(time, prepend=time[0])
     precision = precision / precision.max()
-    _, _, likelihood = _filter(steps, values, precision, WANDER)
-    wander = WANDER[[np.argmax(likelihood)]]
-    mean, variance, _ = (x[..., 0] for x in _filter(steps, values, precision, wander))
+    _, _, likelihood = _filter(steps, values, precision, PROCESS_NOISES)
+    process_noise = PROCESS_NOISES[[np.argmax(likelihood)]]
+    mean, variance, _ = (x[..., 0] for x in _filter(steps, values, precision, process_noise))
     for k in range(len(values) - 2, -1, -1):
-        gain = variance[k] / (variance[k] + wander[0] * steps[k + 1])
+        gain = variance[k] / (variance[k] + process_noise[0] * steps[k + 1])
         mean[k] += gain * (mean[k + 1] - mean[k])
     return mean
 
 
-def _filter(steps: np.ndarray, values: np.ndarray, precision: np.ndarray, wander: np.ndarray) -> tuple:
+def _filter(steps: np.ndarray, values: np.ndarray, precision: np.ndarray, process_noise: np.ndarray) -> tuple:
     """Filtered mean and variance, shape (n, candidates), and the log-likelihood of each candidate.
 
     Variances are in units of that of a reading of precision 1, which is profiled out of the likelihood.
     """
     count = len(values)
-    means, variances = np.empty((2, count, len(wander)))
-    mean = np.full(len(wander), values[0])
-    variance = np.full(len(wander), 1.0 / precision[0])  # the first reading starts the walk
+    means, variances = np.empty((2, count, len(process_noise)))
+    mean = np.full(len(process_noise), values[0])
+    variance = np.full(len(process_noise), 1.0 / precision[0])  # the first reading starts the walk
     means[0], variances[0] = mean, variance
-    squares, logs = np.zeros((2, len(wander)))
+    squares, logs = np.zeros((2, len(process_noise)))
     for k in range(1, count):
-        variance = variance + wander * steps[k]
+        variance = variance + process_noise * steps[k]
         spread = variance + 1.0 / precision[k]
         surprise = values[k] - mean
         mean = mean + variance / spread * surprise

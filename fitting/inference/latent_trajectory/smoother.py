@@ -46,10 +46,10 @@ class Walk(eqx.Module):
     level_weight: Float[Array, ""]
 
     @classmethod
-    def over(cls, time: Array, mask: Array, wander: Array, level: Array, level_sd: Array) -> "Walk":
-        """A walk whose variance grows by `wander` per second."""
+    def over(cls, time: Array, mask: Array, process_noise: Array, level: Array, level_sd: Array) -> "Walk":
+        """A walk whose variance grows by `process_noise` per second."""
         step = jnp.maximum(jnp.diff(time, prepend=time[:1]), 1e-6)
-        weight = jnp.where(mask & (jnp.arange(time.size) > 0), 1.0 / jnp.sqrt(wander * step), 0.0)
+        weight = jnp.where(mask & (jnp.arange(time.size) > 0), 1.0 / jnp.sqrt(process_noise * step), 0.0)
         return cls(weight, level, 1.0 / level_sd)
 
     def residual(self, state: Float[Array, " rows"]) -> Float[Array, " more"]:
@@ -170,7 +170,7 @@ def solve(
     """Solution of the Gauss-Newton system of the state.
 
     The system is tridiagonal, apart from rows that remember earlier ones, and from correlated noise.
-    Conjugate gradients, preconditioned by the tridiagonal part, need one iteration for each row that many
+    The tridiagonal part preconditions conjugate gradients. They need one iteration for each row that many
     rows remember, and one for each strong mode of the noise.
     """
     diagonal, upper = hessian(local, weight, walk, state)

@@ -125,8 +125,8 @@ def _described(
     outcome, rows, priors = ended.outcome, ended.outcome.residual.size, len(problem.prior_names)
     initial = dict(zip(problem.layout.free, ended.begin, strict=True))
     reached = dict(zip(problem.layout.names, ended.values, strict=True))
-    told = observations(reached) if callable(observations) else observations
-    counted = (rows - priors if told is None else told) + priors
+    stated = observations(reached) if callable(observations) else observations
+    counted = (rows - priors if stated is None else stated) + priors
     freedom = counted - len(problem.layout.free)
     status = _status(outcome, freedom, scaled)
     fitted = _with_values(parameters, reached, status, initial)

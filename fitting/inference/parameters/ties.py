@@ -1,7 +1,7 @@
 """Parameters tied to others by an expression, such as `2*mu` or `c_10 + c_20`.
 
-`asteval`, lmfit's own interpreter, reads expressions in its minimal form (no statements, no imports, no
-attributes). Elementwise functions are NumPy's outside a traced program and `jax.numpy`'s inside one. So a tie
+`asteval`, the interpreter of lmfit, evaluates expressions in its minimal form: no statements, imports or
+attributes. Elementwise functions are NumPy's outside a traced program and `jax.numpy`'s inside one. So a tie
 differentiates and compiles like the rest of a model.
 """
 
@@ -24,11 +24,14 @@ CONSTANTS = {"pi": math.pi}
 RESERVED = frozenset(FUNCTIONS) | frozenset(CONSTANTS)
 """Names with a meaning of their own in expressions; no parameter may have one of them."""
 
-_ALLOWED = (ast.Expression, ast.Name, ast.Load, ast.Constant, ast.BinOp, ast.UnaryOp, ast.Call, ast.Compare)
+_ALLOWED_NODES = (
+    *(ast.Expression, ast.Name, ast.Load, ast.Constant, ast.BinOp, ast.UnaryOp, ast.Call, ast.Compare),
+    *(ast.operator, ast.unaryop, ast.cmpop),
+)
 
 
-def _shown(expression: str) -> str:
-    """An expression for a message, cut where it is longer than a line."""
+def _short(expression: str) -> str:
+    """An expression in quotes for a message, of at most 80 characters."""
     return repr(expression if len(expression) <= 80 else f"{expression[:77]}...")
 
 
@@ -44,13 +47,13 @@ def names_in(expression: str, owner: str) -> set[str]:
     """
     try:
         tree = ast.parse(expression.strip(), mode="eval")
-    except (SyntaxError, ValueError, RecursionError, MemoryError):  # the last two of thousands of terms
+    except (SyntaxError, ValueError, RecursionError, MemoryError):  # the last two from thousands of terms
         raise InputError(
-            f"parameter {owner!r}: tie {_shown(expression)} is not an expression like '2*mu' or 'c_10 + c_20'"
+            f"parameter {owner!r}: tie {_short(expression)} is not an expression like '2*mu' or 'c_10 + c_20'"
         ) from None
     for node in ast.walk(tree):
         numeric = not isinstance(node, ast.Constant) or isinstance(node.value, int | float)
-        known = isinstance(node, (*_ALLOWED, ast.operator, ast.unaryop, ast.cmpop))
+        known = isinstance(node, _ALLOWED_NODES)
         if not (known and numeric) or (isinstance(node, ast.Call) and node.keywords):
             raise InputError(
                 f"parameter {owner!r}: tie {expression!r} may only hold numbers, parameters, + - * / ** "
@@ -72,7 +75,7 @@ def names_in(expression: str, owner: str) -> set[str]:
 
 
 def evaluation_order(ties: Mapping[str, str], names: Iterable[str]) -> tuple[str, ...]:
-    """Tied parameters in an order in which each comes after all that it depends on.
+    """Tied parameters in topological order: each comes after all that it depends on.
 
     Args:
         ties: expression by tied parameter.
@@ -85,17 +88,18 @@ def evaluation_order(ties: Mapping[str, str], names: Iterable[str]) -> tuple[str
     needs = {}
     for owner, expression in ties.items():
         needs[owner] = names_in(expression, owner)
-        for name in sorted(needs[owner] - names):
+        unknown = sorted(needs[owner] - names)
+        if unknown:
             raise InputError(
-                f"parameter {owner!r}: tie {expression!r} names {name!r}, which is no parameter; "
-                f"{nearest(name, names - {owner})}"
+                f"parameter {owner!r}: tie {expression!r} names {unknown[0]!r}, which is no parameter; "
+                f"{nearest(unknown[0], names - {owner})}"
             )
     order: list[str] = []
 
     def visit(owner: str, path: tuple[str, ...]) -> None:
         if owner in path:
-            loop = " -> ".join((*path[path.index(owner) :], owner))
-            raise InputError(f"parameter {owner!r}: ties run in a circle ({loop}); free or fix one of them")
+            cycle = " -> ".join((*path[path.index(owner) :], owner))
+            raise InputError(f"parameter {owner!r}: ties run in a circle ({cycle}); free or fix one of them")
         if owner in order or owner not in needs:
             return
         for name in sorted(needs[owner]):

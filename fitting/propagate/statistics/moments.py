@@ -62,8 +62,8 @@ class Moments:
         )  # fmt: skip
 
     @property
-    def told(self) -> "Moments":
-        """The same with NaN where there are no rows, for reports."""
+    def nan_where_empty(self) -> "Moments":
+        """The same with NaN instead of 0 where there are no rows."""
         none = self.count == 0
         known = lambda x: np.where(none, np.nan, x)  # noqa: E731
         return Moments(

@@ -125,9 +125,9 @@ def _for_an_actuator(result: ElastomerCharacterisation) -> str:
 def _untested_side(analysis: Analysis) -> str:
     low, high = stability.ACTUATOR_STRAIN
     missing = []
-    if analysis.strain_min > low + 0.1:
+    if analysis.strain_min > low + stability.COVERAGE_SLACK:
         missing.append(f"below strain {analysis.strain_min:.2g}")
-    if analysis.strain_max < high - 0.1:
+    if analysis.strain_max < high - stability.COVERAGE_SLACK:
         missing.append(f"above strain {analysis.strain_max:.2g}")
     return f" Nothing was tested {' or '.join(missing)}: there it is the law's guess." if missing else ""
 
@@ -137,7 +137,7 @@ def warnings(result: ElastomerCharacterisation) -> list[str]:
     found = []
     for analysis in {id(a): a for a in (result.whole, result.actuator)}.values():
         name = analysis.choice.chosen
-        found += stability.warnings(analysis.best, analysis.tested[name], analysis.actuator[name])
+        found += _instabilities(analysis.best, analysis.tested[name], analysis.actuator[name])
     for name, check in result.whole.tested.items():
         if not check.monotone and name != result.whole.choice.chosen:
             label = result.whole.fits[name].law.label
@@ -155,6 +155,33 @@ def warnings(result: ElastomerCharacterisation) -> list[str]:
         if not fit.result.success:
             found.append(f"{fit.law.label}: {fit.result.status.value} It was passed over.")
     return list(dict.fromkeys(found))
+
+
+def _instabilities(fit: LawFit, tested: stability.Stability, actuator: stability.Stability) -> list[str]:
+    """Sentences about behaviour of a fitted law that no solid shows."""
+    found = []
+    low, high = stability.ACTUATOR_STRAIN
+    if not tested.monotone:
+        found.append(
+            f"The fitted {fit.law.label} law falls from strain {tested.falls_from:.2g} on, inside the "
+            "tested range: it breaks Drucker's condition there, and an equilibrium solved with it may jump."
+        )
+    outside = actuator.falls_from
+    if outside is not None and not tested.strain_min <= outside <= tested.strain_max:
+        found.append(
+            f"Outside the test the fitted {fit.law.label} law turns back at strain {outside:.2g}, within an "
+            f"actuator's range ({low:g} to {high:g}): do not simulate there with it."
+        )
+    if fit.law.law == "polynomial":
+        rest = fit.stress(np.zeros(1))[0]
+        if abs(rest) > 3.0 * fit.sd[-1] and abs(rest) > 0.0:
+            found.append(
+                f"The polynomial carries {rest / 1e3:.3g} kPa at zero strain (p_{len(fit.values)}): a zero "
+                "error of the load cell, or the price of a poor fit; in a simulation it is a stress at rest."
+            )
+    if fit.law.law == "ogden" and np.any(fit.values[0::2] * fit.values[1::2] <= 0.0):
+        found.append("A term of the Ogden law has mu alpha <= 0 and adds no stiffness: fewer terms would do.")
+    return found
 
 
 def how_it_was_fitted(result: ElastomerCharacterisation) -> list[str]:

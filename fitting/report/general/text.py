@@ -58,7 +58,7 @@ def lasting_sentence(time: float, inflation: float) -> str:
 
 
 def lasting_zeros(found: Lasting | None) -> list[str]:
-    """Zeros of instruments that are off or wander, in words, where they changed the fit or its errors."""
+    """Zeros of instruments that are off or drift, in words, where they changed the fit or its errors."""
     grown = 1.0 if found is None else float(np.sqrt(np.max(found.variance, initial=1.0)))
     if found is None or (grown < 1.0 + TELLING and not found.taken):
         return []
@@ -66,7 +66,7 @@ def lasting_zeros(found: Lasting | None) -> list[str]:
     if not seen:
         return []
     sizes = "; ".join(
-        f"that of {name} is off by {found.offset[name]:.2g} and wanders by {found.drift[name]:.2g}"
+        f"that of {name} is off by {found.offset[name]:.2g} and drifts by {found.drift[name]:.2g}"
         for name in seen
     )
     done = f"Errors were multiplied by up to {grown:.2g} for it"

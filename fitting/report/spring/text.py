@@ -129,14 +129,14 @@ def how_it_was_fitted(result: SpringCharacterisation) -> list[str]:
     sentences.append(
         f"Joint fit of all tests by least squares from {len(joint.starts)} starts; chi-square: {ends}."
     )
-    noise = "the noise as stated" + (", beside zeros that are off or wander" if joint.problem.zeros else "")
+    noise = "the noise as stated" + (", beside zeros that are off or drift" if joint.problem.zeros else "")
     sentences.append(
         f"Reduced chi-square {joint.reduced_chi_square:.3g} over {noise}; force residuals are "
         "correlated "
         f"over {joint.correlation_time:.1f} samples; standard errors multiplied by {joint.inflation:.2g}."
     )
     sentences.append(
-        "The martensite fraction is no input: it wanders slowly behind resistance and force, and its "
+        "The martensite fraction is no input: it changes slowly behind resistance and force, and its "
         "uncertainty is "
         "in the standard errors."
     )
