@@ -29,7 +29,7 @@ ALIKE = "all tests are alike in stiffness; taken as cold"
 STATED = "stated"
 """Reason for a phase that somebody knows better."""
 LEVEL: dict[Phase, float | None] = {"cold": 1.0, "hot": 0.0, "intermediate": None}
-"""Martensite fraction that a test is taken to be at: where the alloy is to be identified, or the phase is stated."""
+"""Martensite fraction that a test is held at, where the alloy is to be identified or the phase is stated."""
 BEGINNING = 0.02
 """Shear strain up to which the first pull is taken as elastic."""
 CONTRAST = 0.001
