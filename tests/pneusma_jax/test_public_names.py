@@ -27,6 +27,12 @@ def test_names_are_loaded_from_where_type_checkers_find_them():
     assert set(pj.__all__) == set().union(*typed().values())
 
 
+def test_type_checkers_refuse_a_misspelt_name():
+    """They take a module with `__getattr__` for one that has every name."""
+    seen = [node.name for node in ast.parse(SOURCE.read_text()).body if isinstance(node, ast.FunctionDef)]
+    assert hasattr(pj, "__getattr__") and "__getattr__" not in seen
+
+
 @pytest.mark.parametrize("name", [*pj.__all__, *pj._PACKAGES])
 def test_every_name_is_there(name):
     assert getattr(pj, name) is getattr(pj, name)
