@@ -16,6 +16,18 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from . import actuator as actuator
+    from . import calibration as calibration
+    from . import effects as effects
+    from . import errors as errors
+    from . import nitinol as nitinol
+    from . import pipeline as pipeline
+    from . import precision as precision
+    from . import section as section
+    from . import serial_chain as serial_chain
+    from . import silicone as silicone
+    from . import simulate as simulate
+    from . import units as units
     from .actuator import Actuator, Geometry, Layout, build_actuator, round_actuator
     from .actuator.designs import design_geometry, design_section, fresh_states, layout, make_actuator
     from .actuator.equilibrium import Equilibrium, Status, Validity, solve, solve_all, solve_batch
