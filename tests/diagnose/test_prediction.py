@@ -10,6 +10,8 @@ from scipy.optimize import minimize_scalar
 from fitting.diagnose.fit.misfit import reduced
 from fitting.diagnose.fit.prediction import negative_log_predictive_density, predictive_chi_square
 from fitting.diagnose.fit.refit import Refitter
+from fitting.diagnose.verdict.held_out import Scores
+from fitting.inference.parallel import RUNS
 
 ROWS = 200
 BOUND = 4.0
@@ -167,3 +169,13 @@ def test_predictions_are_not_those_of_another_evaluation():
     misfit = [fit.evaluation.misfit[0], 0.0 * fit.evaluation.misfit[1]]
     other = dataclasses.replace(fit, evaluation=dataclasses.replace(fit.evaluation, misfit=misfit))
     assert predictive_chi_square(program, other, program.unseen) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_recordings_left_out_in_turn_are_predicted_once():
+    world = tubes(recordings=3)
+    program = world.program(world.truth(np.random.default_rng(0), (0.5,)))
+    base, fit, scores = Refitter(program).fit(()), Refitter(program).fit((CONSTANT,)), Scores()
+    lost = scores.lost(program, fit, [base])
+    runs = program.tally[RUNS]
+    assert scores.lost(program, fit, [base]) == lost
+    assert program.tally[RUNS] == runs
