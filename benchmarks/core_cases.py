@@ -478,7 +478,7 @@ diagnosis of the shipped coupons."""
 OFTEN = ("import", "help", "simulate")
 """Commands that are timed more than twice."""
 START = {name: "import os, sys; from fitting.cli import main; sys.exit(main())" for name in COMMANDS} | {
-    "import": "import pneusma_jax"
+    "import": "from pneusma_jax import solve"
 }  # fmt: skip
 
 

@@ -188,7 +188,7 @@ def goals(found: dict) -> list[tuple[str, float | None, str, bool | None]]:
     command = found.get("command", {}).get("simulate", {})
     add("`pneusma simulate`, cold", command.get("cold_s"), 3, " s")
     add("`pneusma simulate`, again", command.get("again_s"), 1.2, " s")
-    add("`import pneusma_jax`", found.get("command", {}).get("import", {}).get("again_s"), 1, " s")
+    add("`from pneusma_jax import solve`", found.get("command", {}).get("import", {}).get("again_s"), 1, " s")
     add("`pneusma --help`", found.get("command", {}).get("help", {}).get("again_s"), 0.2, " s")
     errors = found.get("accuracy", {}).get("errors", {})
     for way in ("by phase", "by resistance"):

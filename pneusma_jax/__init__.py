@@ -16,6 +16,18 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from . import actuator as actuator
+    from . import calibration as calibration
+    from . import effects as effects
+    from . import errors as errors
+    from . import nitinol as nitinol
+    from . import pipeline as pipeline
+    from . import precision as precision
+    from . import section as section
+    from . import serial_chain as serial_chain
+    from . import silicone as silicone
+    from . import simulate as simulate
+    from . import units as units
     from .actuator import Actuator, Geometry, Layout, build_actuator, round_actuator
     from .actuator.designs import design_geometry, design_section, fresh_states, layout, make_actuator
     from .actuator.equilibrium import Equilibrium, Status, Validity, solve, solve_all, solve_batch
@@ -100,15 +112,17 @@ _PACKAGES = (
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 
-def __getattr__(name: str) -> Any:
-    """A public name from the module that defines it, or a package; both stay once they are loaded."""
-    if name in _PACKAGES:
-        return importlib.import_module(f".{name}", __name__)
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(importlib.import_module(f".{_MODULE_OF[name]}", __name__), name)
-    globals()[name] = found
-    return found
+if not TYPE_CHECKING:  # else any misspelt name would have the type Any
+
+    def __getattr__(name: str) -> Any:
+        """A public name from the module that defines it, or a package; both stay once they are loaded."""
+        if name in _PACKAGES:
+            return importlib.import_module(f".{name}", __name__)
+        if name not in _MODULE_OF:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        found = getattr(importlib.import_module(f".{_MODULE_OF[name]}", __name__), name)
+        globals()[name] = found
+        return found
 
 
 def __dir__() -> list[str]:

@@ -28,6 +28,19 @@ def test_a_tiny_run_leaves_table_figures_and_plot(tmp_path):
     assert (tmp_path / "core_speed.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_overheads_are_told_in_imports_that_load_jax(monkeypatch):
+    """A bare import of the package loads no library, so that a ratio to it says nothing."""
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    overhead = importlib.import_module("command_overhead")
+    asked = []
+    monkeypatch.setattr(overhead, "twice", lambda *_: ())
+    monkeypatch.setattr(overhead, "process", lambda words, *_: asked.append(words))
+    overhead.beside("check", ROOT, False)
+    (flag, code) = asked.pop()
+    loads = f"{code}; import sys; sys.exit('jax' not in sys.modules)"
+    assert subprocess.run([sys.executable, flag, loads], cwd=ROOT, check=False).returncode == 0
+
+
 def test_campaigns_are_counted_once_and_go_on_where_they_ended(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "benchmarks")
     campaigns = importlib.import_module("campaigns")

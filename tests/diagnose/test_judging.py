@@ -245,3 +245,16 @@ def test_fitted_recordings_alone_decide_where_no_simulated_null_comes_near(is_bo
     explanation = named((), 300.0, 300.0, stated=stated)
     explanation.p_value, explanation.p_is_bound = 0.001, is_bound
     assert contradicted(explanation, [fitted, 0.99], None, [1.0, 1.0]) == said
+
+
+@pytest.mark.parametrize(("hidden", "together"), [(True, True), (False, False)])
+def test_all_recordings_together_name_a_set_only_if_it_has_more_evidence_on_them(hidden, together):
+    """Validation recordings keep most of their misfit by an effect that they alone show, or by something unknown."""
+    rng = np.random.default_rng(3)
+    world = tubes(recordings=5, roles=("fit",) * 3 + ("validation",) * 2, effects=(CONSTANT, DELAY, ANOTHER))
+    world.effects[ANOTHER][:3] = 0.0
+    y = world.truth(rng, (0.5, 0.2), **{CONSTANT: 2.0, ANOTHER: [2.0, 1.0] if hidden else [0.0, 0.0]})
+    y[3:] += 0.0 if hidden else 4.0 * np.sin(0.6 * np.arange(y.shape[1]))
+    found = explain(world.program(y), np.random.default_rng(0))
+    assert found.together == together
+    assert set(found.final.slugs) == ({CONSTANT, ANOTHER} if hidden else {CONSTANT})

@@ -4,12 +4,14 @@ import dataclasses
 
 import numpy as np
 import pytest
-from linear_world import ANOTHER, SIGMA, World
+from linear_world import ANOTHER, CONSTANT, SIGMA, World, tubes
 from scipy.optimize import minimize_scalar
 
 from fitting.diagnose.fit.misfit import reduced
 from fitting.diagnose.fit.prediction import negative_log_predictive_density, predictive_chi_square
 from fitting.diagnose.fit.refit import Refitter
+from fitting.diagnose.verdict.held_out import Scores
+from fitting.inference.parallel import RUNS
 
 ROWS = 200
 BOUND = 4.0
@@ -122,9 +124,58 @@ def test_a_discrepancy_stays_as_it_is_while_numbers_move():
     assert growth > 40.0 > 0.1 > beside
 
 
+SATURATING = lambda u: 3.0 * np.tanh(u), lambda u: 0.2 * u  # noqa: E731
+
+
+def test_a_discrepancy_that_moves_numbers_far_is_no_misfit_of_other_recordings():
+    """The first order promises a fit with it a hundred times less than the model can do."""
+    program, fit, _ = curved(SATURATING, (0.0, 0.0))
+
+    def shown(evaluation):
+        return dataclasses.replace(evaluation, misfit=[evaluation.misfit[0] + 5.0, evaluation.misfit[1]])
+
+    growth = curved(SATURATING, (-5.0, 0.0))[2]
+    assert predictive_chi_square(program, fit, program.unseen, shown) == pytest.approx(growth, abs=0.01)
+
+
+def test_a_fit_that_was_not_led_to_its_end_is_judged_from_there():
+    program, fit, growth = curved(SATURATING, (5.0, 0.0))
+    short = Refitter(program).fit((), np.zeros(1), rounds=1)
+    assert short.objective > 1.1 * fit.objective
+    assert predictive_chi_square(program, short, program.unseen) == pytest.approx(growth, abs=0.01)
+
+
+@pytest.mark.parametrize("start", [None, 1.7, 2.7])
+def test_a_step_that_fails_at_a_kink_is_not_promised(start):
+    program, fit, growth = curved((lambda u: 5.0 + 2.0 * np.abs(u - 1.0), lambda u: 0.2 * u), (0.0, 1.0), start)
+    assert Refitter(program).promised(fit) < 0.1 * fit.objective
+    assert predictive_chi_square(program, fit, program.unseen) == pytest.approx(growth, rel=0.01)
+
+
+def test_the_order_in_which_effects_are_told_is_no_information():
+    world = tubes(recordings=2, rows=60, effects=(CONSTANT, ANOTHER), roles=("fit", "validation"))
+    for slug, known, asked in ((CONSTANT, 30.0, 0.1), (ANOTHER, 0.1, 30.0)):
+        world.effects[slug][:] *= np.array([known, asked])[:, None, None]
+    program = world.program(world.truth(np.random.default_rng(1), **{CONSTANT: 0.5, ANOTHER: [0.3, 0.2]}))
+    fit = Refitter(program).fit((CONSTANT, ANOTHER))
+    other = dataclasses.replace(fit, slugs=(ANOTHER, CONSTANT), predictions={})
+    densities = [negative_log_predictive_density(program, one, program.unseen) for one in (fit, other)]
+    assert densities[1] == pytest.approx(densities[0])
+
+
 def test_predictions_are_not_those_of_another_evaluation():
     program, fit, _ = curved((NOTHING, NOTHING), (0.0, 3.0))
     assert predictive_chi_square(program, fit, program.unseen) == pytest.approx(9.0)
     misfit = [fit.evaluation.misfit[0], 0.0 * fit.evaluation.misfit[1]]
     other = dataclasses.replace(fit, evaluation=dataclasses.replace(fit.evaluation, misfit=misfit))
     assert predictive_chi_square(program, other, program.unseen) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_recordings_left_out_in_turn_are_predicted_once():
+    world = tubes(recordings=3)
+    program = world.program(world.truth(np.random.default_rng(0), (0.5,)))
+    base, fit, scores = Refitter(program).fit(()), Refitter(program).fit((CONSTANT,)), Scores()
+    lost = scores.lost(program, fit, [base])
+    runs = program.tally[RUNS]
+    assert scores.lost(program, fit, [base]) == lost
+    assert program.tally[RUNS] == runs

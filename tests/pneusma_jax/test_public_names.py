@@ -13,18 +13,26 @@ SOURCE = Path(pj.__file__)
 
 
 def typed() -> dict[str, set[str]]:
-    """Public names by module, as type checkers and the reference read them."""
+    """Public names by module, and packages by an empty one, as type checkers and the reference read them."""
     block = next(node for node in ast.parse(SOURCE.read_text()).body if isinstance(node, ast.If))
     found: dict[str, set[str]] = {}
     for node in block.body:
-        assert isinstance(node, ast.ImportFrom) and node.module
-        found.setdefault(node.module, set()).update(one.name for one in node.names)
+        assert isinstance(node, ast.ImportFrom)
+        found.setdefault(node.module or "", set()).update(one.name for one in node.names)
     return found
 
 
 def test_names_are_loaded_from_where_type_checkers_find_them():
-    assert {module: set(names.split()) for module, names in pj._NAMES.items()} == typed()
-    assert set(pj.__all__) == set().union(*typed().values())
+    found = typed()
+    assert found.pop("") == set(pj._PACKAGES)
+    assert {module: set(names.split()) for module, names in pj._NAMES.items()} == found
+    assert set(pj.__all__) == set().union(*found.values())
+
+
+def test_type_checkers_refuse_a_misspelt_name():
+    """They take a module with `__getattr__` for one that has every name."""
+    seen = [node.name for node in ast.parse(SOURCE.read_text()).body if isinstance(node, ast.FunctionDef)]
+    assert hasattr(pj, "__getattr__") and "__getattr__" not in seen
 
 
 @pytest.mark.parametrize("name", [*pj.__all__, *pj._PACKAGES])

@@ -6,8 +6,8 @@ least objective when a recording is fitted, too. For a linear model it is the sq
 errors of prediction.
 
 It is found by a fit to all of these recordings. That has two starts, and begins at the better one: the fit
-itself, and the numbers that the first order about it promises. The result is an upper bound, since a fit may
-end in another minimum than the best.
+itself, and the numbers that the first order about it promises. The least objective before is that where the
+fit itself ends, or where this one ends without the further recordings. Neither needs to be the best minimum.
 """
 
 from dataclasses import replace
@@ -87,34 +87,38 @@ class _Growth:
 
     def __init__(self, program: Program, fit: Fit, chosen: np.ndarray, shown: Shown | None = None):
         self.program, self.fit, self.chosen = program, fit, chosen
-        self.alone = Refitter(program, shown=shown)
+        owners = (program.unknowns.items[k].effect for k in fit.free)
+        self.slugs = tuple(dict.fromkeys(slug for slug in owners if slug))  # in the order of the free numbers
+        self.alone = Refitter(program, program.fitted.astype(float), shown)
         self.both = Refitter(program, (program.fitted | chosen).astype(float), shown)
 
     def found(self) -> tuple[float, float]:
         """Twice the growth, and the log determinant by which the further recordings inform the numbers."""
-        fit = self.fit
-        step, least = self._promised()
-        starts = fit, self.both.at(fit, step)
+        least = self._least(self.fit)
+        starts = self.fit, self.both.at(self.fit, self._promised())
         start = min(starts, key=lambda one: self.both.objective(one.u, one.free, one.evaluation))
-        both = self.both.fit(fit.slugs, start)
+        both = self.both.fit(self.slugs, start)
         if self.alone.objective(both.u, both.free, both.evaluation) < least:  # a better minimum
-            least = self.alone.fit(fit.slugs, both).objective
+            least = self._least(both)
         return 2.0 * (both.objective - least), self._widened(both)
 
-    def _promised(self) -> tuple[np.ndarray, float]:
-        """Step of the free numbers to the least objective to first order, and that before, within bounds.
+    def _least(self, start: Fit) -> float:
+        """Least objective of the fitted recordings alone, from a start, which may have a way to go there.
 
-        The fit itself may have a step to go before: its objective has a slope at an active bound.
+        Where steps fail, as at a kink, what the next one promises is not to be had.
         """
+        fit = self.alone.fit(self.slugs, start)
+        return self.alone.promised(fit) if self.alone.ended(fit) else fit.objective
+
+    def _promised(self) -> np.ndarray:
+        """Step of the free numbers to the least objective to first order, within bounds."""
         fit, unknowns = self.fit, self.program.unknowns
         low, high = unknowns.low[fit.free] - fit.u[fit.free], unknowns.high[fit.free] - fit.u[fit.free]
         within = low - OPTIMISER.bound_gap, high + OPTIMISER.bound_gap
         r, A = fit.evaluation.joined(self.chosen.astype(float))
         held, pull = self._held()
-        before = lsq_linear(held, -pull, within, method="bvls").cost
         step = lsq_linear(np.concatenate([A, held]), np.concatenate([-r, -pull]), within, method="bvls").x
-        here = self.alone.objective(fit.u, fit.free, fit.evaluation)
-        return np.clip(step, low, high), float(here + before - 0.5 * pull @ pull)
+        return np.clip(step, low, high)
 
     def _widened(self, fit: Fit) -> float:
         """Log determinant by which the further recordings inform a fit's numbers, by its own derivatives."""

@@ -47,7 +47,7 @@ class Fit:
         covariance: covariance of the free numbers, scaled, (free, free).
         evaluation: evaluation of the program at `u`.
         at_bound: names of effects' parameters that ended at a bound.
-        predictions: what the fit predicts of other recordings, see `misfit`.
+        predictions: what the fit predicts of other recordings, see `prediction`.
     """
 
     u: np.ndarray

@@ -2,9 +2,10 @@
 
 Validation recordings let no effect in: it must help fitted recordings that are left out in turn. They keep
 out an effect that predicts them worse. All recordings are fitted together in two cases only. Either the
-fitted ones name nothing, or the model leaves most of the misfit of the validation recordings. Every score is
-cross-validated then. Where they name nothing together, either, both searches are kept: the verdict may still
-find that only all recordings together contradict the base model.
+fitted ones name nothing, or the model leaves most of the misfit of the validation recordings. In the second
+case both sets are compared by their evidence on all recordings. Every score is cross-validated then. Where
+they name nothing together, either, both searches are kept: the verdict may still find that only all
+recordings together contradict the base model.
 """
 
 from collections.abc import Callable, Sequence

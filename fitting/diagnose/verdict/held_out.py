@@ -51,6 +51,7 @@ class Scores:
 
     def __init__(self) -> None:
         self._without: dict[tuple[int, int], tuple[Fit, Fit]] = {}
+        self._programs: dict[tuple[int, int], tuple[Program, Program]] = {}
 
     def held_out(self, explanation: Explanation) -> tuple[HeldOut, HeldOut]:
         """Scores of the refitted base model and of the final one, on the same values."""
@@ -118,10 +119,17 @@ class Scores:
 
         def of_group(group: tuple[int, Masks]) -> float:
             chosen = np.array([bool(np.any(mask > 0.0)) for mask in group[1]])
-            without = replace(program, fitted=~chosen)
+            without = self._program_without(program, group[0], chosen)
             return negative_log_predictive_density(without, self._refitted(program, fit, *group), chosen)
 
         return float(sum(run_parallel(of_group, enumerate(outs))))
+
+    def _program_without(self, program: Program, number: int, chosen: np.ndarray) -> Program:
+        """The program with one group of recordings not fitted, by its number. Fits keep predictions of it."""
+        held = self._programs.get((id(program), number))
+        if held is None:
+            held = self._programs[id(program), number] = program, replace(program, fitted=~chosen)
+        return held[1]
 
     def _refitted(self, program: Program, fit: Fit, number: int, out: Masks) -> Fit:
         """A model fitted without one group of recordings, by its number."""
