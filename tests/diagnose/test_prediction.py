@@ -179,3 +179,11 @@ def test_recordings_left_out_in_turn_are_predicted_once():
     runs = program.tally[RUNS]
     assert scores.lost(program, fit, [base]) == lost
     assert program.tally[RUNS] == runs
+
+
+def test_a_model_without_free_numbers_predicts_what_it_is():
+    world = World(np.zeros((2, ROWS, 0)), roles=("fit", "validation"))
+    program = world.program(np.stack([np.zeros(ROWS), np.full(ROWS, 3.0)]))
+    fit = Refitter(program).fit(())
+    assert predictive_chi_square(program, fit, program.unseen) == pytest.approx(9.0)
+    assert negative_log_predictive_density(program, fit, program.unseen) == pytest.approx(4.5 * ROWS)

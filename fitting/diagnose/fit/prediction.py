@@ -94,6 +94,8 @@ class _Growth:
 
     def found(self) -> tuple[float, float]:
         """Twice the growth, and the log determinant by which the further recordings inform the numbers."""
+        if not self.fit.free.size:  # nothing gives way
+            return self.fit.evaluation.chi2(self.chosen.astype(float)), 0.0
         least = self._least(self.fit)
         starts = self.fit, self.both.at(self.fit, self._promised())
         start = min(starts, key=lambda one: self.both.objective(one.u, one.free, one.evaluation))

@@ -97,7 +97,7 @@ def _better(whole: Explanation, explanation: Explanation) -> bool:
     Both are fitted to all recordings, with the same noise.
     """
     program, named = whole.program, whole.final
-    other = Refitter(program).fit(explanation.final.slugs, explanation.final.u)
+    other = Refitter(program).fit(explanation.final.slugs, explanation.final)
     inflation = inflation_of(program, min(named, other, key=lambda fit: fit.objective))
     worth = [evidence(program, whole.base, fit, inflation) for fit in (named, other)]
     return set(named.slugs) != set(other.slugs) and worth[0] > worth[1]
