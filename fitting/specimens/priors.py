@@ -15,6 +15,7 @@ from pneusma_jax.calibration import Calibration, load_calibration, unknown
 from pneusma_jax.calibration.keys import POSITIVE
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.nitinol.geometry import OVERLAP
 
 from .rows import MARK
 
@@ -180,7 +181,34 @@ def geometry_parameters(
             unit = (units or {}).get(name, "1" if name in schema.GEOMETRY_WITHOUT_UNIT else "mm")
             if known[name] != 0.0:
                 parameters.add(toleranced(label, known[name], relative, unit))
+        _keep_coils_apart(parameters, known, "" if len(specimens) == 1 else f"{MARK}{number}")
     return parameters
+
+
+def _keep_coils_apart(parameters: Parameters, known: Mapping[str, float], end: str) -> None:
+    """Bound wire diameter and pitch of a spring where they would meet: no fit tries coils that overlap.
+
+    The bounds meet where both are as many standard deviations from what is stated.
+
+    Args:
+        parameters: free parameters; their bounds are changed.
+        known: stated dimensions of the specimen, SI.
+        end: end of the specimen's names.
+    """
+    if not {"wire_diameter", "initial_pitch"} <= known.keys():
+        return
+    least = (1.0 - OVERLAP) * known["wire_diameter"]  # pitch at which the coils would overlap
+    pitch = known["initial_pitch"]
+    wire, gap = parameters.get(f"wire_diameter{end}"), parameters.get(f"initial_pitch{end}")
+    spreads = [one.prior.sd if one is not None else 0.0 for one in (wire, gap)]
+    of_wire = (1.0 - OVERLAP) * spreads[0]
+    if pitch < least or of_wire + spreads[1] == 0.0:
+        return
+    limit = least + (pitch - least) * of_wire / (of_wire + spreads[1])
+    if wire is not None:
+        wire.set(max=min(wire.max, limit / (1.0 - OVERLAP)))
+    if gap is not None:
+        gap.set(min=max(gap.min, limit))
 
 
 def adjusted(parameters: Parameters, changes: Mapping[str, Mapping]) -> Parameters:

@@ -3,6 +3,8 @@
 The balance is in `balance`, the root-find in `root_find`, what a solved row is in `result`.
 """
 
+from collections.abc import Iterable
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -64,6 +66,7 @@ def solve(
 
     Raises:
         RuntimeError: if float64 is off, or, with `throw`, the sentence of the status.
+        TypeError: if the activations are no drives.
         ValueError: if the number of activations or states is not the number of springs, one of them or the
             pressure is no scalar, or a fraction is not between 0 and 1.
     """
@@ -164,7 +167,13 @@ def _filled(
 ) -> tuple[tuple[Activation, ...], tuple[SpringState, ...]]:
     """Activations and states, with what stands for none; checked where their numbers are known."""
     count = len(actuator.springs)
-    activations = tuple(activations) or tuple(MartensiteFraction(1.0) for _ in range(count))
+    drives = tuple(activations) if isinstance(activations, Iterable) else None
+    if drives is None or any(not hasattr(drive, "read") for drive in drives):
+        raise TypeError(
+            "Argument `activations` must be a tuple of drives, one per spring, such as "
+            f"(MartensiteFraction(1.0), MartensiteFraction(0.4)), but it is {activations!r}."
+        )
+    activations = drives or tuple(MartensiteFraction(1.0) for _ in range(count))
     states = tuple(states) if states is not None else actuator.fresh_states()
     for what, given in (("activations", activations), ("states", states)):
         if len(given) != count:

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting.data.importers import import_tests
+from fitting.data.importers import Options, import_tests
+from pneusma_jax.errors import InputError
 
 STRAIN = np.linspace(0.0, 0.5, 12)
 MODULI = {"K1": 100.0, "K2": 140.0, "K3": 70.0}
@@ -155,3 +156,22 @@ def test_a_clock_that_goes_back_is_to_be_looked_at(put):
     rows = [[float(k % 12), *row] for k, row in enumerate([*block(100.0), *([e, s + 20.0] for e, s in block(140.0))])]
     (recording,) = import_tests(put("a.csv", table(["Time (s)", *HEAD], *[r[:1] + [r[1] + 5 * (k > 11), r[2]] for k, r in enumerate(rows)])))
     assert any("the clock goes back" in note for note in checks([recording]))
+
+
+SPRING = "time (s),elongation (mm),force (N),resistance (Ohm)\n" + "".join(
+    f"{0.5 * k},{0.3 * k:.2f},{0.006 * k:.4f},25.1\n" for k in range(30)
+)
+
+
+def test_a_sized_spring_of_another_alloy_than_the_sources_is_to_be_identified(put):
+    sized = Options(kind="spring", dimensions={"wire_diameter_mm": 0.25, "active_coils": 40.0})
+    (found,) = import_tests(put("a.csv", SPRING), sized)
+    assert found.geometry["alloy"] == "fit"
+    assert "alloy = \"fit\", its law is to be identified" in " ".join(checks([found]))
+    (usual,) = import_tests(put("b.csv", SPRING.replace("25.1", "3.1")), sized)
+    assert "alloy" not in usual.geometry and not any("identified" in note for note in checks([usual]))
+
+
+def test_a_spring_of_unknown_size_and_strange_resistance_is_refused(put):
+    with pytest.raises(InputError, match="25.1 cannot be: .* with --dimension where it is imported"):
+        import_tests(put("a.csv", SPRING), Options(kind="spring"))

@@ -106,6 +106,12 @@ def test_wrong_number_of_springs_is_refused():
         pj.solve(pj.make_actuator("pneusma2"), 1e4, phases(1.0))
 
 
+@pytest.mark.parametrize("drives", [(1.0, 0.4), pj.MartensiteFraction(1.0), 0.4])
+def test_what_is_no_drive_is_refused(drives):
+    with pytest.raises(TypeError, match=r"`activations` must be a tuple of drives, .* MartensiteFraction\(0.4\)"):
+        pj.solve(pj.make_actuator("pneusma2"), 1e4, drives)
+
+
 SEVERAL = np.array([1e4, 2e4, 3e4])
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..recordings import NOT_STATED, Recording, check_recording, schema
+from ..recordings import NOT_STATED, Recording, check_recording, resistance_range, schema
 from ..recordings.nominal import nominal_geometry
 from ..recordings.table import refuse
 from .channels import UnitMissing, canonical, units_missing, with_options
@@ -101,6 +101,7 @@ def assemble(
         columns=columns,
         notices=making.notices,
     )
+    _identify_other_alloy(recording, making)
     refuse_far_wire(making)
     check_recording(recording, [int(row) for row in rows])
     explain(making)
@@ -172,6 +173,27 @@ def _notice_preload(sample: Sample, making: Making) -> None:
                 f"the file speaks of a preload ({line[:60]!r}): strain is counted from there, if at all"
             )
             return
+
+
+def _identify_other_alloy(recording: Recording, making: Making) -> None:
+    """State that a spring's alloy is to be identified, where its resistance is not that of the assumed one.
+
+    Without a stated size nobody knows whether the size or the alloy is another one: that is refused later.
+    """
+    sized = any(key in schema.GEOMETRY_NUMBERS for key in recording.geometry)
+    if recording.kind != "spring" or "alloy" in recording.geometry or not sized:
+        return
+    bounds, values = resistance_range(recording), recording.columns.get("resistance_ohm")
+    if bounds is None or values is None or not np.any((values < bounds[0]) | (values > bounds[1])):
+        return
+    assumed = recording.full_geometry()["alloy"]
+    least, most = np.nanmin(values), np.nanmax(values)
+    recording.geometry["alloy"] = "fit"
+    making.warn(
+        f"resistance_ohm is from {least:.3g} to {most:.3g}, and a spring of {assumed} of this size has "
+        f'{bounds[0]:.3g} to {bounds[1]:.3g}: alloy = "fit", its law is to be identified; if a size is wrong, '
+        "state it with --dimension"
+    )
 
 
 def _geometry(facts: Facts, making: Making) -> dict:
