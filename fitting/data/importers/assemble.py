@@ -191,8 +191,8 @@ def _identify_other_alloy(recording: Recording, making: Making) -> None:
     recording.geometry["alloy"] = "fit"
     making.warn(
         f"resistance_ohm is from {least:.3g} to {most:.3g}, and a spring of {assumed} of this size has "
-        f'{bounds[0]:.3g} to {bounds[1]:.3g}: alloy = "fit", its law is to be identified; if a size is wrong, '
-        "state it with --dimension"
+        f'{bounds[0]:.3g} to {bounds[1]:.3g}: alloy = "fit", its law is to be identified; if a size '
+        "is wrong, state it with --dimension"
     )
 
 
