@@ -36,8 +36,8 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
         sentences.append(
             f"{law[0].upper()}{law[1:]} leaves more than noise: the reduced chi-square is "
             f"{fit.reduced_chi_square:.3g}, and {worst.name} is missed by {worst.rms_over_noise:.2g} times "
-            "its noise. The numbers are the nearest that this law comes, not constants of nature. Their "
-            f"standard errors were multiplied by {fit.inflation:.2g}. `pneusma diagnose` looks for the cause."
+            "its noise. The numbers are the nearest that this law comes, not constants of nature. "
+            f"{_counted(fit.inflation)} `pneusma diagnose` looks for the cause."
         )
     elif fit.inflation > 1.0:
         sentences.append(lasting_sentence(fit.correlation_time, fit.inflation))
@@ -46,6 +46,13 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     open_ = [e for e in result.identifiability if e["kind"] not in ("at_bound", "absent")]
     nothing = "These recordings determine everything that was free, each better than was known before."
     return [*sentences, open_[0]["text"] if open_ else nothing]
+
+
+def _counted(inflation: float) -> str:
+    """Sentence on what errors count of a misfit."""
+    if inflation > 1.0:
+        return f"Their standard errors were multiplied by {inflation:.2g}."
+    return "Their standard errors do not count what is missed."
 
 
 def lasting_sentence(time: float, inflation: float) -> str:

@@ -1,5 +1,6 @@
 """Sentences on the alloy from tests of a spring on a stand, for the laboratory."""
 
+from fitting.calibrate.assumed import assumed
 from fitting.calibrate.general.fit import OVERSTATED
 from fitting.calibrate.spring.joint import MISFIT, lead
 from fitting.calibrate.spring.modes import Mode
@@ -27,11 +28,14 @@ def verdict(result: SpringCharacterisation) -> list[str]:
     fitted = [test for test in result.tests if test.fitted]
     method = "identified from" if result.identify else "adjusted within its tolerances to"
     chosen = overall(list(result.scores), "fit")
-    sentences = [f"The alloy was {method} {len(fitted)} tests.{_errors(chosen)}{_held_out(result)}"]
+    plural = "" if len(fitted) == 1 else "s"
+    sentences = [f"The alloy was {method} {len(fitted)} test{plural}.{_errors(chosen)}{_held_out(result)}"]
     if result.modes:
         sentences.append(mode_sentence(result.modes[0]))
     reduced = result.joint.reduced_chi_square
     if reduced > MISFIT:
+        taken = assumed([test.recording for test in fitted])
+        sentences += [f"The specimen may be another one. {text}." for text in taken]
         sentences.append(
             f"The law leaves more than noise (reduced chi-square {reduced:.2g}). The numbers are the nearest "
             f"that it comes, and standard errors were multiplied by {result.joint.inflation:.2g}."
