@@ -11,6 +11,7 @@ fit itself ends, or where this one ends without the further recordings. Neither 
 """
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -118,18 +119,19 @@ class _Growth:
         low, high = unknowns.low[fit.free] - fit.u[fit.free], unknowns.high[fit.free] - fit.u[fit.free]
         within = low - OPTIMISER.bound_gap, high + OPTIMISER.bound_gap
         r, A = fit.evaluation.joined(self.chosen.astype(float))
-        held, pull = self._held()
+        held, pull = self._held
         step = lsq_linear(np.concatenate([A, held]), np.concatenate([-r, -pull]), within, method="bvls").x
         return np.clip(step, low, high)
 
     def _widened(self, fit: Fit) -> float:
         """Log determinant by which the further recordings inform a fit's numbers, by its own derivatives."""
-        held, _ = self._held()
+        held, _ = self._held
         span = self.program.unknowns.high[fit.free] - self.program.unknowns.low[fit.free]
         known = held.T @ held + np.diag(12.0 / span**2)  # numbers lie within their bounds at the widest
         _, A = fit.evaluation.joined(self.chosen.astype(float))
         return float(np.linalg.slogdet(known + A.T @ A)[1] - np.linalg.slogdet(known)[1])
 
+    @cached_property
     def _held(self) -> tuple[np.ndarray, np.ndarray]:
         """A fit's objective as squares: matrix and vector, whose squared sum about the fit it is twice.
 
