@@ -157,9 +157,9 @@ def protocol(options: dict[str, Any]) -> None:
 
     _check_out(options["out"])
     model = model_of(options)
-    told = load_protocol(table_argument(options["protocol"]))
-    course = _course(told, options, model)
-    comments = [course.title, told.description] if told.description else [course.title]
+    steps = load_protocol(table_argument(options["protocol"]))
+    course = _course(steps, options, model)
+    comments = [course.title, steps.description] if steps.description else [course.title]
     documents = {
         "model.csv": csv_text(course.columns, comments), "model.png": png(protocol_figure(course)),
     }  # fmt: skip
@@ -172,7 +172,7 @@ def protocol(options: dict[str, Any]) -> None:
     done(written)
 
 
-def _course(told: Any, options: dict[str, Any], model: AugmentedModel) -> Any:
+def _course(steps: Any, options: dict[str, Any], model: AugmentedModel) -> Any:
     from fitting.simulate.chain_state import build_chain, chain_specimens
     from fitting.simulate.protocol import run_chain_protocol, run_protocol
     from fitting.simulate.state import described_specimen
@@ -182,17 +182,17 @@ def _course(told: Any, options: dict[str, Any], model: AugmentedModel) -> Any:
         design, rest = _chain(known, options)
         specimens = chain_specimens(design, rest)
         chain = build_chain(design, specimens, model)
-        return run_chain_protocol(told, design.name, chain, [specimens[name] for name in design.designs])
+        return run_chain_protocol(steps, design.name, chain, [specimens[name] for name in design.designs])
     if options["animate"]:
         raise click.UsageError("--animate goes with the --protocol of a chain")
-    if told.kind == "spring" and "design" in known:
+    if steps.kind == "spring" and "design" in known:
         design = described_specimen("actuator", None, {"design": known.pop("design")}).full_geometry()
         if "active_coils" not in design:
-            raise InputError(f"{design['design']} has no spring, but {told.path} is for one")
+            raise InputError(f"{design['design']} has no spring, but {steps.path} is for one")
         known = {key: design[key] for key in SPRING_KEYS if key in design} | known
-    elif told.kind != "actuator":
+    elif steps.kind != "actuator":
         known.pop("design", None)
-    return run_protocol(told, described_specimen(told.kind, options["geometry"], known), model)
+    return run_protocol(steps, described_specimen(steps.kind, options["geometry"], known), model)
 
 
 def _chain_documents(course: Any, animate: bool) -> dict[str, bytes]:
@@ -248,24 +248,24 @@ def recording(path: Path, options: dict[str, Any]) -> None:
     geometry |= overrides(options, model, design=False)
     if describes_chain(geometry.get("design", "")):
         raise InputError(f"{geometry['design']}: a recording is of one actuator, not of a chain")
-    told = read_campaign(path, {"geometry": geometry} if geometry else None).recordings[0]
-    prediction = predict(told, denoise=not options["raw_resistance"], model=model)
+    recording = read_campaign(path, {"geometry": geometry} if geometry else None).recordings[0]
+    prediction = predict(recording, denoise=not options["raw_resistance"], model=model)
     if not prediction.outputs:
         raise click.UsageError(f"{path}: this recording holds nothing that the model predicts")
     columns = {f"model_{name}": values for name, values in prediction.outputs.items()} | prediction.marks
-    documents: dict[str, str | bytes] = {"model.csv": csv_text(told.columns | columns, told.comments)}
+    beside = csv_text(recording.columns | columns, recording.comments)
+    documents: dict[str, str | bytes] = {"model.csv": beside}
     if prediction.states:
-        clock = {name: told.columns[name] for name in ("time_s",) if name in told.columns}
+        clock = {name: recording.columns[name] for name in ("time_s",) if name in recording.columns}
         documents["states.csv"] = csv_text(clock | prediction.states)
-    horizontal = told.column(specimen_of(told.kind).simulated_over)
-    compared = {name: (told.columns[name], values) for name, values in prediction.outputs.items()}
-    figure = recording_figure(
-        f"{told.name} ({told.kind})", (horizontal, told.columns[horizontal]), compared, told.noise
-    )
+    horizontal = recording.column(specimen_of(recording.kind).simulated_over)
+    compared = {name: (recording.columns[name], values) for name, values in prediction.outputs.items()}
+    title, over = f"{recording.name} ({recording.kind})", (horizontal, recording.columns[horizontal])
+    figure = recording_figure(title, over, compared, recording.noise)
     written = publish(options["out"], documents | {"model.png": png(figure)}, force=True)
-    for sentence in told.notices + prediction.notices:
+    for sentence in recording.notices + prediction.notices:
         notice(sentence)
-    click.echo(_misfits(compared, told.noise))
+    click.echo(_misfits(compared, recording.noise))
     done(written)
 
 

@@ -52,7 +52,7 @@ def test_known_constants_come_out_within_three_standard_errors(alloy):
 def test_scipy_finds_the_same_constants_from_the_published_equations(alloy):
     """Least squares over constants and every row's fraction, without the project's laws or solver."""
     joint = alloy.joint
-    settled = joint.problem.settled(joint.values)
+    settled = joint.problem.with_decisions(joint.values)
     tests = [Test(settled[k]) for k in joint.problem.fitted]
     priors = {name: entry.prior for name, entry in joint.parameters.items()}
     mean, sd = ({n: getattr(prior, key) for n, prior in priors.items()} for key in ("mean", "sd"))
@@ -73,8 +73,8 @@ def test_held_out_tests_are_predicted_from_resistance(alloy):
 
 def test_near_full_heat_the_resistance_is_said_to_be_blind(alloy):
     hot = next(score for score in alloy.scores if score.name == "hot")
-    assert hot.blind > 0.9 and "hot: in" in " ".join(alloy.report().split())
-    assert all(score.blind < 0.2 for score in alloy.scores if score.name != "hot")
+    assert hot.uninformed > 0.9 and "hot: in" in " ".join(alloy.report().split())
+    assert all(score.uninformed < 0.2 for score in alloy.scores if score.name != "hot")
 
 
 def test_a_cold_springs_start_is_found_not_assumed(alloy):

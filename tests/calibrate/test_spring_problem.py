@@ -21,7 +21,7 @@ def test_a_margin_is_that_of_every_recording_and_of_the_padding(count):
     )  # fmt: skip
     rows = [one] * count
     stacked = stack(rows)
-    problem = Problem((None,) * count, tuple(rows), stacked, None).loose(0.25)
+    problem = Problem((None,) * count, tuple(rows), stacked, None).with_turning_margin(0.25)
     assert problem.stacked.extra["margin"].shape == stacked.mask.shape[:1]
     assert eqx.tree_equal(problem.stacked.extra["margin"], jnp.full(stacked.mask.shape[:1], 0.25))
 

@@ -117,7 +117,7 @@ def test_settled_recordings_keep_their_correlated_noise(problem):
     """One by one, without padding, they have the residuals of the stack: a sampler starts from them."""
     beside = problem.beside({"force": (1.0, 0.5, 1.1), "resistance": (2.0, 0.25, 1.1)})
     point, values = values_of(problem.parameters), problem.parameters.valuesdict()
-    rows, settled = decided(point, beside.data()["rows"]), beside.settled(values)
+    rows, settled = decided(point, beside.data()["rows"]), beside.with_decisions(values)
     left, plain = (np.asarray(left_by(point, x)) for x in (rows, uncorrelated(rows)))
     size = rows.mask.shape[1]
     for k in beside.fitted:
@@ -174,7 +174,7 @@ def test_settled_recordings_are_decided_with_the_noise_as_taken(problem, factor)
     inflated, values = problem.inflated(factor), problem.parameters.valuesdict()
     rows = inflated.data()["rows"]
     expected = decided(values_of(problem.parameters, values), rows).extra["decisions"]
-    settled = inflated.settled(values)
+    settled = inflated.with_decisions(values)
     for k in problem.fitted:
         found = settled[k].extra["decisions"]
         size = len(settled[k].mask)

@@ -23,7 +23,7 @@ RETRIES = 6
 """Maximum number of fits that start from the values of the other tests."""
 FEWEST = 3
 """Minimum number of tests for one of them to be left out."""
-LOOSE = 0.15
+WIDE_MARGIN = 0.15
 """Part of the residual strain by which turning points may be off the rule at first."""
 LOOSENED = 3
 """Best fits that are tried so, or decided anew, and how often each while it helps."""
@@ -171,10 +171,10 @@ def loosened(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> 
         progress: called with a word for each fit that is done.
     """
 
-    def loose(problem: Problem) -> Problem:
-        return problem.loose(LOOSE).fitted_with()[1].loose(MARGIN)
+    def wider_first(problem: Problem) -> Problem:
+        return problem.with_turning_margin(WIDE_MARGIN).fitted_with()[1].with_turning_margin(MARGIN)
 
-    return _gone_on(joint, joint.starts[:LOOSENED], loose, "turning points loosened", progress)
+    return _gone_on(joint, joint.starts[:LOOSENED], wider_first, "turning points freed", progress)
 
 
 def decided_anew(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> Joint:

@@ -86,7 +86,7 @@ class Problem:
         """The same problem with new process-noise variances of the martensite fraction, from these values."""
         return replace(self, stacked=with_process_noise(values_of(self.parameters, values), self.stacked))
 
-    def loose(self, margin: float) -> "Problem":
+    def with_turning_margin(self, margin: float) -> "Problem":
         """The same problem with another maximum deviation of turning points from the residual strain's rule.
 
         Args:
@@ -127,7 +127,7 @@ class Problem:
         rows = eqx.tree_at(lambda r: (r.weight, r.mask), self.stacked, (weight, self.stacked.mask & counts))
         return {"rows": rows, "constraints": constraint_table(self.parameters, constraints)}
 
-    def settled(self, values: Mapping[str, float]) -> list[Rows]:
+    def with_decisions(self, values: Mapping[str, float]) -> list[Rows]:
         """Every recording with the noise as taken, and with the rule's decisions at these values.
 
         Args:

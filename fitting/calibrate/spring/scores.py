@@ -18,7 +18,7 @@ from fitting.specimens.spring_trajectory import phase_sd, spring_of, trajectory,
 
 from .problem import Problem, values_of
 
-BLIND = 0.05
+UNINFORMED = 0.05
 """1-sigma of a martensite fraction read from resistance alone, from which a row counts as hardly informed."""
 
 
@@ -33,7 +33,7 @@ class Score:
         gamma: shear strain [1], shape (rows,).
         stress, predicted: measured and predicted shear stress [Pa], shape (rows,).
         xi0, xi0_sd: martensite fraction read from resistance, and its standard deviation [1], shape (rows,).
-        blind: share of the rows whose resistance hardly informs the martensite fraction.
+        uninformed: share of the rows whose resistance hardly informs the martensite fraction.
         resistance_rms: root mean square of the resistance's misfit under a smooth martensite fraction, over
             its noise [1].
         force_rms: root mean square of the force's misfit, over its noise [1].
@@ -47,7 +47,7 @@ class Score:
     predicted: np.ndarray
     xi0: np.ndarray
     xi0_sd: np.ndarray
-    blind: float
+    uninformed: float
     resistance_rms: float
     force_rms: float
 
@@ -99,7 +99,7 @@ def scores(problem: Problem, values: Mapping[str, float]) -> list[Score]:
                 predicted=found.stress[k][compared],
                 xi0=found.xi0[k][compared],
                 xi0_sd=sd[k][compared],
-                blind=float(np.mean(sd[k][compared] > BLIND)) if compared.any() else 0.0,
+                uninformed=float(np.mean(sd[k][compared] > UNINFORMED)) if compared.any() else 0.0,
                 resistance_rms=_rms(misfit["resistance"][known]),
                 force_rms=_rms(misfit["force"][compared]),
             )

@@ -14,7 +14,7 @@ def _score_json(score: Score) -> dict[str, Any]:
     return {
         "role": score.role,
         **score.metrics,
-        "blind_share": score.blind,
+        "blind_share": score.uninformed,
         "resistance_rms_over_noise": score.resistance_rms,
         "force_rms_over_noise": score.force_rms,
     }

@@ -78,7 +78,7 @@ def _row(name: str, role: str, measures: dict[str, float], blind: float | None) 
 
 
 def _scores(result: SpringCharacterisation) -> Table:
-    rows = [_row(s.name, s.role, s.metrics, s.blind) for s in result.scores if s.stress.size]
+    rows = [_row(s.name, s.role, s.metrics, s.uninformed) for s in result.scores if s.stress.size]
     for role, name in (("fit", "all fitted"), ("validation", "all held out")):
         together = overall(list(result.scores), role)
         if together is not None:

@@ -104,14 +104,14 @@ def warnings(result: SpringCharacterisation) -> list[str]:
         )
     sentences += lasting_zeros(result.lasting) + limits(result.parameters)
     sentences += profile_likelihood.warnings(result)
-    sentences += [blind_sentence(score) for score in result.scores if score.blind > BLIND_SHARE]
+    sentences += [blind_sentence(score) for score in result.scores if score.uninformed > BLIND_SHARE]
     return sentences
 
 
 def blind_sentence(score: Score) -> str:
     """Sentence on the prediction of a test with an uninformative resistance."""
     return (
-        f"{score.name}: in {100.0 * score.blind:.0f} % of the rows the resistance hardly tells the "
+        f"{score.name}: in {100.0 * score.uninformed:.0f} % of the rows the resistance hardly tells the "
         "martensite fraction: near full heat the fraction goes as its eighth root. So the stress is "
         "predicted worse than the law is known. The fit takes the fraction from force and resistance "
         "together."
