@@ -8,7 +8,7 @@ import numpy as np
 from ..recordings import NOT_STATED, Recording, check_recording, resistance_range, schema
 from ..recordings.nominal import nominal_geometry
 from ..recordings.table import refuse
-from .channels import UnitMissing, canonical, units_missing, with_options
+from .channels import UnitMissing, canonical, say_other_units, units_missing, with_options
 from .compression import About
 from .derive import derive, question_stress
 from .making import Channel, Making
@@ -18,6 +18,7 @@ from .provenance import Provenance, find_provenance
 from .raw import RawFile
 from .running_clock import with_clock
 from .signs_and_zeros import correct_signs_and_zeros, gauge_pressure, subtract
+from .specimen_sizes import say_other_sizes
 from .strain_unit import refuse_far_wire, say_far, settle_strain_unit
 from .unused import explain, mark_used
 
@@ -71,6 +72,7 @@ def assemble(
         with_options(channels, options), kind, options, sample.sizes, place, [*sample.notices, *notices],
         raw=frozenset(channels),
     )  # fmt: skip
+    say_other_units(making, grid)
     columns = _quantities(making)
     mark_used(making, columns)
     keep = correct_signs_and_zeros(columns, making, _loading_texts(sample, making))
@@ -81,6 +83,7 @@ def assemble(
     columns = with_clock(columns, rows, making)
     provenance = _provenance(sample, facts, making)
     geometry = _geometry(facts, making)
+    say_other_sizes(making)
     if kind == "wire" and not {"temperature_degC", "resistance_ohm"} & columns.keys():
         making.warn(
             "there is no temperature, which the phase of a wire follows: characterise and diagnose refuse "

@@ -16,7 +16,7 @@ from .grid import Grid
 from .making import Channel, Making
 from .options import Options
 from .parts import Sample
-from .spelling import WEIGHTS, dimension, unit_name
+from .spelling import WEIGHTS, dimension, pressure_zero, same_unit, unit_name
 from .words import meaning
 
 # Quantities from which the strain or the stress of a coupon or wire can be derived, itself first.
@@ -160,11 +160,26 @@ def with_options(channels: dict[str, Channel], options: Options) -> dict[str, Ch
     changed = dict(channels)
     for quantity, unit in options.units.items():
         if quantity in changed:
-            changed[quantity] = replace(changed[quantity], unit=unit)
+            zero = pressure_zero(unit) or changed[quantity].zero
+            changed[quantity] = replace(changed[quantity], unit=unit_name(unit), zero=zero)
     for quantity, factor in options.scales.items():
         if quantity in changed:
             changed[quantity] = replace(changed[quantity], values=factor * changed[quantity].values)
     return changed
+
+
+def say_other_units(making: Making, grid: Grid) -> None:
+    """Warn of units that the user states and that contradict the file's headings."""
+    for quantity, unit in making.options.units.items():
+        channel = making.channels.get(quantity)
+        if channel is None or not grid.headings or channel.column < 0:
+            continue
+        stated = grid.headings[channel.column].unit
+        if stated is not None and not same_unit(stated, unit):
+            making.warn(
+                f"{channel.label!r} states {stated}, and --unit {quantity}={unit} another unit: {unit} was"
+                " used"
+            )
 
 
 def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.ndarray:
