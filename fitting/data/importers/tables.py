@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .cut_off import cut_off
 from .grid import Grid
 from .headers import Parsed, Rows, Start, first_table, names_quantities
 from .numerals import like_a_number
@@ -134,6 +135,9 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     if counts_columns(fields, keep):
         notices.append(f"check: row {keep[0] + 1} only counts the columns and was left out")
         keep = keep[1:]
+    if cut := cut_off(lines.page, fields, keep, lines.delimiter, header):
+        notices.append(cut.said)
+        keep = keep[:-1] if cut.spoilt else keep
     values = np.full((len(keep), width), math.nan)
     numbers = [parsed[i] or [] for i in keep]
     for k, row in enumerate(numbers):
