@@ -13,6 +13,7 @@ from .compression import About
 from .derive import derive, question_stress
 from .making import Channel, Making
 from .options import Options
+from .other_headings import unrecognised
 from .parts import Sample
 from .provenance import Provenance, find_provenance
 from .raw import RawFile
@@ -71,6 +72,7 @@ def assemble(
     making = Making(
         with_options(channels, options), kind, options, sample.sizes, place, [*sample.notices, *notices],
         raw=frozenset(channels),
+        unrecognised=unrecognised(grid.headings, {c.column for c in channels.values()}, channels),
     )  # fmt: skip
     say_other_units(making, grid)
     columns = _quantities(making)

@@ -26,6 +26,7 @@ from .channels import named_channels
 from .format import Format
 from .no_table import few_numbers, words_for_numbers
 from .options import QUANTITIES, Options
+from .other_headings import advised
 from .parts import Sample, samples_of
 from .raw import formulas_without_values, open_raw
 from .refused import RECORDING as recording_format
@@ -74,10 +75,15 @@ def detect(sample: Sample) -> Format:
     columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""
     if sample.grid is not None and not headings:
         columns = f" (without headings, numbers 1 to {sample.grid.values.shape[1]})"
+    advice = ""
+    if sample.grid is not None:
+        found = named_channels(sample.grid)
+        advice = advised(sample.grid.headings, {c.column for c in found.values()}, found)
+        advice = f", {advice}" if advice else ""
     raise refuse(
         sample.raw.path,
-        f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, where QUANTITY is one of "
-        f"{', '.join(QUANTITIES)}; or see the known formats: {names}",
+        f"no known format; name its columns{columns} with --map QUANTITY=COLUMN{advice},"
+        f" where QUANTITY is one of {', '.join(QUANTITIES)}; or see the known formats: {names}",
     )
 
 
