@@ -1,11 +1,14 @@
 """Progress display of long computations: a moving line at a terminal, else occasional plain lines."""
 
 import sys
+import threading
 import time
 from types import TracebackType
 
 EVERY_S = 30.0
 """Seconds between plain lines, often enough to show progress and seldom enough for a log."""
+_LOOKS = 6
+"""Number of times in this interval at which a long step is looked at."""
 
 
 class PlainLines:
@@ -21,20 +24,22 @@ class PlainLines:
         self._subject, self._every = subject, every
         self.shown = not sys.stderr.isatty() if shown is None else shown
         self._began = self._last = time.monotonic()
+        self._lock = threading.Lock()  # a step's own line and that of the watch over it
 
     def say(self, text: str) -> None:
         """Write a line, unless one was written within the interval."""
         now = time.monotonic()
-        if not self.shown or now - self._last < self._every:
-            return
-        self._last = now
+        with self._lock:
+            if not self.shown or now - self._last < self._every:
+                return
+            self._last = now
         print(f"{self._subject}, {duration(now - self._began)}: {text}", file=sys.stderr, flush=True)
 
 
 class Steps:
     """Steps of a computation whose number is unknown: a moving line, or an occasional plain one.
 
-    Call it with a word for each step.
+    Call it with a word for each step. In a log, a step that lasts longer than the interval is said again.
 
     Args:
         subject: name of the computation.
@@ -46,19 +51,33 @@ class Steps:
         from tqdm import tqdm
 
         self._lines, self._count = PlainLines(subject, every=every), 0
+        self._text, self._began = "", time.monotonic()
+        self._every, self._ended = every, threading.Event()
         form = "{elapsed}  {desc}" if plain else None
         self._bar = tqdm(desc=subject, unit=" steps", bar_format=form, leave=False, disable=None)
         self._show = self._bar.set_description_str if plain else self._bar.set_postfix_str
 
     def __enter__(self) -> "Steps":
+        if self._lines.shown:
+            threading.Thread(target=self._watch, name="progress", daemon=True).start()
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._ended.set()
         self._bar.close()
+
+    def _watch(self) -> None:
+        """Say a step again that lasts longer than the interval between lines."""
+        while not self._ended.wait(self._every / _LOOKS):
+            lasts = time.monotonic() - self._began
+            if lasts >= self._every:
+                text = self._text or "preparing"
+                self._lines.say(f"{text} (step {max(self._count, 1)}, for {duration(lasts)})")
 
     def __call__(self, text: str) -> None:
         """Show the last step."""
         self._count += 1
+        self._text, self._began = text, time.monotonic()
         self._show(text)
         self._bar.update()
         self._lines.say(f"{text} (step {self._count})")
