@@ -39,7 +39,8 @@ class PlainLines:
 class Steps:
     """Steps of a computation whose number is unknown: a moving line, or an occasional plain one.
 
-    Call it with a word for each step. In a log, a step that lasts longer than the interval is said again.
+    Call it with a word for each step that begins. In a log, a step that lasts longer than the interval is
+    said again.
 
     Args:
         subject: name of the computation.
@@ -72,7 +73,7 @@ class Steps:
             lasts = time.monotonic() - self._began
             if lasts >= self._every:
                 text = self._text or "preparing"
-                self._lines.say(f"{text} (step {max(self._count, 1)}, for {duration(lasts)})")
+                self._lines.say(f"{text} (step {self._count}, for {duration(lasts)})")
 
     def __call__(self, text: str) -> None:
         """Show the last step."""
