@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
 from ..recordings import NOT_STATED, Recording, check_recording, resistance_range, schema
 from ..recordings.nominal import nominal_geometry
 from ..recordings.table import refuse
@@ -21,6 +23,7 @@ from .running_clock import with_clock
 from .signs_and_zeros import correct_signs_and_zeros, gauge_pressure, subtract
 from .specimen_sizes import say_other_sizes
 from .strain_unit import refuse_far_wire, say_far, settle_strain_unit
+from .texts import MOST_LISTED
 from .unused import explain, mark_used
 
 
@@ -256,6 +259,13 @@ def slug(text: str) -> str:
     return "_".join(part for part in cleaned.split("_") if part) or "recording"
 
 
+def _row_numbers(rows: np.ndarray) -> str:
+    """Numbers of rows in words: all of a few, else the first ones."""
+    numbers = [str(row) for row in rows[:MOST_LISTED]]
+    more = f" and {len(rows) - MOST_LISTED} more" if len(rows) > MOST_LISTED else ""
+    return f"row{'s' * (len(rows) > 1)} {', '.join(numbers)}{more}"
+
+
 def _drop_empty(
     columns: dict[str, np.ndarray], rows: np.ndarray, making: Making
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -279,6 +289,7 @@ def _drop_empty(
         raise refuse(making.place, "no row has a time and a value; is a column named that holds no numbers?")
     if empty.any():
         notices.append(
-            f"{int(empty.sum())} rows without a time or without any value dropped (row {rows[empty][0]})"
+            f"{counted(int(empty.sum()), 'row')} without a time or without any value dropped"
+            f" ({_row_numbers(rows[empty])})"
         )
     return {name: values[~empty] for name, values in columns.items()}, rows[~empty]

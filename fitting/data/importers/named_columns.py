@@ -6,6 +6,8 @@ import shlex
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
 from ..recordings import Recording, schema
 from ..recordings.columns import convert
 from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
@@ -48,7 +50,8 @@ def read(sample: Sample, options: Options) -> Recording:
     notices += say_aside(grid, channels)
     if grid.preamble:
         notices.append(
-            f"{len(grid.preamble)} lines before the table were left aside, but for sizes that are named here"
+            f"{counted(len(grid.preamble), 'line')} before the table"
+            f" {'was' if len(grid.preamble) == 1 else 'were'} left aside, but for sizes that are named here"
         )
     stated = stated_specimen(grid)
     if stated and not options.specimen and not sample.title:
