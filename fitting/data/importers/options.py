@@ -70,6 +70,7 @@ class Options:
         sheet: name or number of the only sheet to read.
         interval_s: seconds between samples, for files without a clock.
         licence, citation, specimen, role: entries of the sidecar.
+        successive: true if the files hold tests of one specimen, one after the other, that are one recording.
     """
 
     kind: str | None = None
@@ -89,6 +90,7 @@ class Options:
     citation: str | None = None
     specimen: str | None = None
     role: str = "fit"
+    successive: bool = False
     used: Used = field(default_factory=Used, compare=False)
 
     def stated(self) -> list[tuple[str, str]]:
@@ -141,6 +143,7 @@ def make_options(
     citation: str | None = None,
     specimen: str | None = None,
     role: str = "fit",
+    successive: bool = False,
 ) -> Options:
     """Options from texts of the form `NAME=VALUE`, as on the command line.
 
@@ -183,6 +186,7 @@ def make_options(
         citation=citation,
         specimen=specimen,
         role=role,
+        successive=successive,
     )
 
 
