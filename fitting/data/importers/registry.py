@@ -306,8 +306,8 @@ def _one_of_all(paths: Sequence[Path], recordings: Sequence[Recording], options:
         count = sum(recording.path == path for recording in recordings)
         if count != 1:
             raise refuse(
-                path, f"this file holds {counted(count, 'test')}, and --successive joins files of one test each;"
-                " choose one with --sheet",
+                path, f"this file holds {counted(count, 'test')}, and --successive joins files of one test"
+                " each; choose one with --sheet",
             )  # fmt: skip
     samples = [_selected_test(samples_of(open_raw(path), options.sheet), options)[0] for path in paths]
     return joined(recordings, [of_file[0].sizes for of_file in samples], options.specimen)

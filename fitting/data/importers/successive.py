@@ -70,8 +70,8 @@ def _refuse_unlike(first: Recording, other: Recording) -> None:
     place, before = _place(other), _place(first)
     if other.kind != first.kind:
         raise refuse(
-            place, f"this is of kind {other.kind}, and {before} is of kind {first.kind}; --successive joins tests"
-            " of one specimen",
+            place, f"this is of kind {other.kind}, and {before} is of kind {first.kind}; --successive joins"
+            " tests of one specimen",
         )  # fmt: skip
     if set(other.columns) != set(first.columns):
         lacks = ", ".join(sorted(set(first.columns) - set(other.columns))) or "nothing"
@@ -103,7 +103,8 @@ def _refuse_other_sizes(first: Recording, other: Recording, known: Sizes, sizes:
         if abs(one.value - two.value) > SAME * abs(one.value):
             raise refuse(
                 _place(other), f"it states {two.said!r}, and {_place(first)} states {one.said!r}:"
-                " --successive joins tests of one specimen; mend the size in the file, or import each by itself",
+                " --successive joins tests of one specimen; mend the size in the file, or import each by"
+                " itself",
             )  # fmt: skip
 
 
