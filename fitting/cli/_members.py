@@ -49,8 +49,8 @@ def watched(label: str, count: int, out: Path, write: Callable[[Any], None]) -> 
         write: function that writes the files of a member. Members from the store are written only if their
             files are missing.
     """
-    lines, ended = PlainLines(label), []
-    with tqdm(total=count, desc="campaigns", leave=False, disable=None) as bar:
+    ended: list[str] = []
+    with PlainLines(label) as lines, tqdm(total=count, desc="campaigns", leave=False, disable=None) as bar:
 
         def progress(word: str) -> None:
             bar.set_postfix_str(word)

@@ -14,6 +14,8 @@ _LOOKS = 6
 class PlainLines:
     """Plain lines on stderr where it is no terminal, in a log for example.
 
+    In a `with` block, work that goes on without a new line for longer than the interval is said again.
+
     Args:
         subject: beginning of every line.
         shown: true to write; None only where stderr is no terminal.
@@ -23,17 +25,37 @@ class PlainLines:
     def __init__(self, subject: str, shown: bool | None = None, every: float = EVERY_S):
         self._subject, self._every = subject, every
         self.shown = not sys.stderr.isatty() if shown is None else shown
-        self._began = self._last = time.monotonic()
-        self._lock = threading.Lock()  # a step's own line and that of the watch over it
+        self._began = self._last = self._since = time.monotonic()
+        self._text = "preparing"
+        self._lock, self._ended = threading.Lock(), threading.Event()
+
+    def __enter__(self) -> "PlainLines":
+        if self.shown:
+            threading.Thread(target=self._watch, name="progress", daemon=True).start()
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._ended.set()
 
     def say(self, text: str) -> None:
         """Write a line, unless one was written within the interval."""
+        self._text, self._since = text, time.monotonic()
+        self._write(text)
+
+    def _write(self, text: str) -> None:
         now = time.monotonic()
         with self._lock:
             if not self.shown or now - self._last < self._every:
                 return
             self._last = now
         print(f"{self._subject}, {duration(now - self._began)}: {text}", file=sys.stderr, flush=True)
+
+    def _watch(self) -> None:
+        """Write the last text again, and how long ago it was said, where none follows for an interval."""
+        while not self._ended.wait(self._every / _LOOKS):
+            lasts = time.monotonic() - self._since
+            if lasts >= self._every:
+                self._write(f"{self._text}, for {duration(lasts)}")
 
 
 class Steps:
@@ -52,33 +74,21 @@ class Steps:
         from tqdm import tqdm
 
         self._lines, self._count = PlainLines(subject, every=every), 0
-        self._text, self._began = "", time.monotonic()
-        self._every, self._ended = every, threading.Event()
         form = "{elapsed}  {desc}" if plain else None
         self._bar = tqdm(desc=subject, unit=" steps", bar_format=form, leave=False, disable=None)
         self._show = self._bar.set_description_str if plain else self._bar.set_postfix_str
 
     def __enter__(self) -> "Steps":
-        if self._lines.shown:
-            threading.Thread(target=self._watch, name="progress", daemon=True).start()
+        self._lines.__enter__()
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._ended.set()
+        self._lines.__exit__(kind, error, trace)
         self._bar.close()
-
-    def _watch(self) -> None:
-        """Say a step again that lasts longer than the interval between lines."""
-        while not self._ended.wait(self._every / _LOOKS):
-            lasts = time.monotonic() - self._began
-            if lasts >= self._every:
-                text = self._text or "preparing"
-                self._lines.say(f"{text} (step {self._count}, for {duration(lasts)})")
 
     def __call__(self, text: str) -> None:
         """Show the last step."""
         self._count += 1
-        self._text, self._began = text, time.monotonic()
         self._show(text)
         self._bar.update()
         self._lines.say(f"{text} (step {self._count})")

@@ -31,7 +31,7 @@ def test_a_long_step_is_said_again_in_a_log(capsys):
         time.sleep(0.75)
     lines = capsys.readouterr().err.splitlines()
     assert 3 <= len(lines) <= 8 and all(line.startswith("fitting, ") for line in lines)
-    assert lines[0].endswith("joint fit (step 1, for 0 s)")
+    assert lines[0].endswith("joint fit (step 1), for 0 s")
     time.sleep(0.3)
     assert capsys.readouterr().err == ""  # nothing once it has ended
 
@@ -39,7 +39,7 @@ def test_a_long_step_is_said_again_in_a_log(capsys):
 def test_work_before_the_first_step_is_said_in_a_log(capsys):
     with told.Steps("diagnosing", every=0.05):
         time.sleep(0.3)
-    assert "preparing (step 0, for 0 s)" in capsys.readouterr().err
+    assert "preparing, for 0 s" in capsys.readouterr().err
 
 
 def test_a_long_step_at_a_terminal_says_nothing_more(capsys, monkeypatch):
