@@ -57,7 +57,7 @@ def test_only_validation(folder, refused):
 
 
 def test_too_few_rows_below_max_strain(folder, refused):
-    assert "usable rows up to strain 0.05, but a curve needs 12" in refused(folder, "--max-strain", "0.05")
+    assert "1 usable row up to strain 0.05, but a curve needs 12" in refused(folder, "--max-strain", "0.05")
 
 
 @pytest.mark.parametrize(

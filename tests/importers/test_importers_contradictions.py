@@ -145,3 +145,11 @@ def test_the_wire_of_a_spring_that_contradicts_the_file_is_said(put):
     options = make_options(kind="spring", dimensions=["wire_diameter_mm=0.25"])
     said = [check for check in checks(import_file(path, options)) if "--dimension wire_diameter_mm=0.25" in check]
     assert len(said) == 1 and "'Wire diameter (mm) 0.3'" in said[0] and "0.25 mm was used" in said[0]
+
+
+@pytest.mark.parametrize(("line", "stated"), [("Length (mm),75", "length_mm=80"), ("Diameter (mm),14", "outer_diameter_mm=12"), ("Thickness (mm),2", "wall_thickness_mm=3")])
+def test_a_size_of_a_tube_that_contradicts_the_file_is_said(put, line, stated):
+    k = np.arange(41.0)
+    path = put("a.csv", f"{line}\n\n" + table("Time (s),Pressure (kPa),Length (mm)", k, k, 80.0 + 0.1 * k))
+    (said,) = (check for check in checks(import_file(path, make_options(kind="tube", dimensions=[stated]))) if "--dimension" in check)
+    assert repr(line.replace(",", " ")) in said and f"--dimension {stated}" in said

@@ -13,7 +13,9 @@ AREAS = (("area_mm2",), ("diameter_mm",), ("width_mm", "thickness_mm"))
 ROUNDING = 1e-6
 """Maximum relative difference of one size that is stated twice."""
 _OF_THE_FILE = {
-    "gauge_length_mm": ("gauge_length_mm", "length"), "wire_diameter_mm": ("diameter_mm",),
+    "gauge_length_mm": ("gauge_length_mm", "length"), "length_mm": ("length", "gauge_length_mm"),
+    "free_length_mm": ("length",), "wire_diameter_mm": ("diameter_mm",),
+    "outer_diameter_mm": ("diameter_mm",), "wall_thickness_mm": ("thickness_mm",),
 }  # fmt: skip
 """Sizes that a file may state in place of one of the user's."""
 
