@@ -44,7 +44,9 @@ def few_numbers(page: Page) -> str:
         count = sum(any(to_number(t, ".") is not None and t for t in row) for row in fields[at + 1 :])
         if count < LEAST_ROWS:
             what = f"{counted(count, 'row')} of numbers" if count else "no numbers"
+            stand = "stands" if count == 1 else "stand"
             return (
-                f"below the headings {', '.join(map(repr, named))} stand {what}; a table needs {LEAST_ROWS}"
+                f"below the headings {', '.join(map(repr, named))} {stand} {what}; a table needs"
+                f" {LEAST_ROWS}"
             )
     return ""
