@@ -126,4 +126,6 @@ if not TYPE_CHECKING:  # else any misspelt name would have the type Any
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, *_PACKAGES})
+    """Public names, packages, and what every module has; not the helpers of this one."""
+    special = (name for name in globals() if name.startswith("__"))
+    return sorted({*special, *__all__, *_PACKAGES})

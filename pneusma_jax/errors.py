@@ -35,3 +35,14 @@ def nearest(name: str, known: Iterable[str]) -> str:
         some = difflib.get_close_matches(name, known, n=MOST_LISTED // 3, cutoff=0.0)
         return f"known are {len(known)} names, such as {', '.join(sorted(some))}"
     return "known: " + ", ".join(known)
+
+
+def counted(count: int, noun: str, plural: str = "") -> str:
+    """A count with its noun: `1 row`, `3 rows`.
+
+    Args:
+        count: the number.
+        noun: the noun for one.
+        plural: the noun for several; with an s by default.
+    """
+    return f"{count:d} {noun if count == 1 else plural or noun + 's'}"

@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from pneusma_jax import errors
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import (
     INTERNAL_UNITS,
@@ -151,3 +152,11 @@ def test_unknown_unit_names_the_nearest(unit, remedy):
 def test_a_unit_that_is_not_text_is_refused():
     with pytest.raises(InputError, match="unknown unit"):
         dimension_of(["mm"])
+
+
+@pytest.mark.parametrize(
+    ("count", "words", "said"),
+    [(0, ("row",), "0 rows"), (1, ("row",), "1 row"), (3, ("row",), "3 rows"), (1, ("row has", "rows have"), "1 row has"), (2, ("row has", "rows have"), "2 rows have")],
+)
+def test_a_count_agrees_with_its_noun(count, words, said):
+    assert errors.counted(count, *words) == said

@@ -18,7 +18,7 @@ from fitting.engine.members import handed, line_of, run_members
 from fitting.inference.results import Result
 from fitting.specimens.priors import quantity_of
 from fitting.specimens.rows import MARK
-from pneusma_jax.errors import InputError
+from pneusma_jax.errors import InputError, counted
 from pneusma_jax.precision import enable_float64
 from pneusma_jax.units import from_si
 
@@ -103,7 +103,7 @@ def characterise_batch(
         members = run_members(job, store, scheduler, finished, kept or finished, progress)
     if not any(member.done for member in members):
         raise InputError(
-            f"none of {len(members)} campaigns could be characterised; {members[0].path}: "
+            f"none of {counted(len(members), 'campaign')} could be characterised; {members[0].path}: "
             f"{members[0].problem}"
         )
     pooled, left_out = _pooled([member for member in members if member.done])

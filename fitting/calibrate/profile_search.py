@@ -124,6 +124,7 @@ def profile_likelihoods(
     found: dict[str, Profile] = {}
     work = _Work()
     for name in names:
+        progress(f"profile of {name}")
         work.begin()
         unit = (units or {}).get(name, 1.0)
         search = _Search(
@@ -138,7 +139,6 @@ def profile_likelihoods(
             work,
         )
         found[name] = search.profile()
-        progress(f"profile of {name}")
         if leave and found[name].below > ALIKE:
             break
     return found

@@ -3,6 +3,7 @@
 import functools
 import inspect
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -10,6 +11,7 @@ from fitting.data.recordings import Campaign, read_campaign
 from fitting.inference.readings import share_full_scale
 from fitting.specimens import Specimen, specimen_of
 from fitting.specimens.elastomer import Coupon
+from fitting.specimens.priors import FIT
 from fitting.specimens.saved_models import AugmentedModel, load_model
 from fitting.specimens.spring import SpringOnStand
 from pneusma_jax.errors import InputError
@@ -19,6 +21,9 @@ from .general import characterise_specimen
 from .general.with_model import characterise_with
 from .result import Characterisation
 from .spring import characterise_spring
+
+_TABLES = {"base": "alloy", "material": "material"}
+"""Key of `[geometry]` by the option that names a table to start from."""
 
 
 class Pipeline(Protocol):
@@ -32,7 +37,7 @@ class Pipeline(Protocol):
         Args:
             campaign: recordings of its kind.
             seed: seed of all random numbers.
-            progress: called with a few words after each step.
+            progress: called with a few words at each step.
             **options: further options of this kind.
 
         Raises:
@@ -50,7 +55,8 @@ def characterise(
         model: a model on disk (`augmented.toml`), or one in memory, whose numbers and effects are fitted.
         **options: options of the pipeline of its kind. For elastomers they are those of
             `characterise_elastomer`: `law`, `terms`, `max_strain`, `weighting`, `adjust`, `seed`, `progress`.
-            None is as good as leaving one out.
+            None is as good as leaving one out. `base` or `material` of "fit" identifies the alloy or the
+            silicone, whatever the recordings name.
 
     Returns:
         The result, with `report()`, `plot()` and `save(folder)`.
@@ -70,7 +76,17 @@ def characterise(
                 f"{campaign.path}: option {name.replace('_', '-')} means nothing for recordings of kind "
                 f"{campaign.kinds[0]}{'' if model is None else ' with a model of its own'}"
             )
+    for option, key in _TABLES.items():
+        if given.get(option) == FIT:
+            campaign = _identifying(campaign, key)
+            del given[option]
     return pipeline(campaign, **given)
+
+
+def _identifying(campaign: Campaign, key: str) -> Campaign:
+    """A campaign whose alloy or material is to be identified, whatever its recordings name."""
+    recordings = [replace(r, geometry={**r.geometry, key: FIT}) for r in campaign.recordings]
+    return replace(campaign, recordings=recordings)
 
 
 @functools.singledispatch

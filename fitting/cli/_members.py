@@ -11,6 +11,7 @@ from tqdm import tqdm
 from fitting.data.publish import MARK
 from fitting.engine import Store
 from fitting.inference.progress import PlainLines
+from pneusma_jax.errors import counted
 
 Watch = tuple[Callable[[str], None], Callable[[Any], None], Callable[[Any], None]]
 
@@ -48,12 +49,12 @@ def watched(label: str, count: int, out: Path, write: Callable[[Any], None]) -> 
         write: function that writes the files of a member. Members from the store are written only if their
             files are missing.
     """
-    lines, ended = PlainLines(label), []
-    with tqdm(total=count, desc="campaigns", leave=False, disable=None) as bar:
+    ended: list[str] = []
+    with PlainLines(label) as lines, tqdm(total=count, desc="campaigns", leave=False, disable=None) as bar:
 
         def progress(word: str) -> None:
             bar.set_postfix_str(word)
-            lines.say(f"{len(ended)} of {count} campaigns done; {word}")
+            lines.say(f"{len(ended)} of {counted(count, 'campaign')} done; {word}")
 
         def finished(member: Any) -> None:
             bar.update()

@@ -11,7 +11,7 @@ from fitting.data.csv_text import csv_text
 from fitting.report.table import Table, table_text
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel, load_model
-from pneusma_jax.errors import InputError
+from pneusma_jax.errors import InputError, counted
 from pneusma_jax.serial_chain.designs import describes_chain, load_chain
 
 from ._common import done, notice, table_argument
@@ -98,7 +98,7 @@ def _page(found: Any, pressure: float) -> str:
     if segments is None:
         return _words(found, f"{found.title} at {pressure:g} kPa")
     x, y, z = found.tip
-    parts = [f"{found.design.name}, {len(segments)} segments at {pressure:g} kPa: {found.status}"]
+    parts = [f"{found.design.name}, {counted(len(segments), 'segment')} at {pressure:g} kPa: {found.status}"]
     parts += [found.sentence, ""]
     if found.converged:
         rows = [("tip x", f"{x:.6g}", "mm"), ("tip y", f"{y:.6g}", "mm"), ("tip z", f"{z:.6g}", "mm")]

@@ -41,7 +41,10 @@ def _fixed(context: click.Context, option: click.Parameter, given: tuple[str, ..
     callback=_fixed,
     help="Hold a constant, in its unit of files.",
 )
-@click.option("--base", "--alloy", "base", metavar="ALLOY", help="Alloy to start from, a name or a path.")
+@click.option(
+    "--base", "--alloy", "base", metavar="ALLOY",
+    help="Alloy to start from, a name or a path; fit identifies it, whatever the recordings name.",
+)  # fmt: skip
 @click.option(
     "--softer",
     type=click.Choice(["martensite", "austenite", "neither"]),

@@ -78,6 +78,12 @@ from ._common import FINITE
     help="Name of the specimen; recordings of one specimen share parameters. Of a file with several tests, it"
     " picks the one that is called so.",
 )
+@click.option(
+    "--successive",
+    is_flag=True,
+    help="The files are tests of one specimen, one after the other in this order: join them, so that what it"
+    " remembers is seen.",
+)
 @click.option("--role", default="fit", show_default=True, help="fit, or validation.")
 @click.option("--preview", is_flag=True, help="Show what was understood and write nothing.")
 @click.option("--force", is_flag=True, help="Replace recordings of the same name in the folder.")
@@ -110,6 +116,11 @@ def import_command(
     if out is None and not preview:
         raise click.UsageError("name a folder with --out DIR, or only look with --preview")
     options = make_options(format=format_, **stated)
+    folder = next((source for source in sources if source.is_dir()), None)
+    if options.successive and folder is not None:
+        raise click.UsageError(
+            f"--successive: {folder} is a folder; name its files in the order of the tests"
+        )
     files, aside = raw_files(sources)
     recordings = import_files(files, options)
     for recording in recordings:

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from pneusma_jax.errors import counted
+
 from ._common import COUNT, FINITE, SEED
 
 
@@ -70,5 +72,5 @@ def synthesise_command(kind: str, out: Path, hide_truth: bool, force: bool, **wi
     made = synthesise(kind, reveal=not hide_truth, **wishes)
     files = write_synthetic(made, out, not hide_truth, force)
     rows = sum(len(recording) for recording in made.recordings)
-    click.echo(f"{made.title}: {len(made.recordings)} recordings, {rows} rows")
+    click.echo(f"{made.title}: {counted(len(made.recordings), 'recording')}, {counted(rows, 'row')}")
     done(files)

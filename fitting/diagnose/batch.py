@@ -20,7 +20,7 @@ from fitting.engine.memory import make_room
 from fitting.inference.results import Result
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.files import load_model
-from pneusma_jax.errors import InputError
+from pneusma_jax.errors import InputError, counted
 from pneusma_jax.precision import enable_float64
 
 from .check import with_tables
@@ -198,7 +198,8 @@ def diagnose_batch(
     members = run_members(job, store, scheduler, finished, kept or finished, progress)
     if not any(member.done for member in members):
         raise InputError(
-            f"none of {len(members)} campaigns could be diagnosed; {members[0].path}: {members[0].problem}"
+            f"none of {counted(len(members), 'campaign')} could be diagnosed; {members[0].path}:"
+            f" {members[0].problem}"
         )
     return Diagnoses(tuple(members), job.asked.seed)
 

@@ -15,7 +15,7 @@ from fitting.data.recordings import Campaign, Recording, schema
 from fitting.specimens import SPECIMENS, specimen_of
 from fitting.specimens.registry import named_by
 from pneusma_jax.effects import find_effect
-from pneusma_jax.errors import InputError
+from pneusma_jax.errors import InputError, counted
 from pneusma_jax.units import from_si
 
 from .evaluate.noise import noise_of
@@ -191,7 +191,8 @@ def _contradictions(recordings: Sequence[Recording]) -> list[str]:
     """Pairs of recordings that answered the same input differently, in words."""
     found = [said for a, b in combinations(recordings, 2) if (said := _contradiction(a, b))]
     more = len(found) - CAMPAIGNS.maximum_told
-    rest = [f"{more} more pairs of recordings contradict each other"] if more > 0 else []
+    pairs = "more pair of recordings contradicts", "more pairs of recordings contradict"
+    rest = [f"{counted(more, *pairs)} each other"] if more > 0 else []
     return found[: CAMPAIGNS.maximum_told] + rest
 
 

@@ -29,9 +29,11 @@ class Rate:
         )  # fmt: skip
 
     def __enter__(self) -> "Rate":
+        self._lines.__enter__()
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._lines.__exit__(kind, error, trace)
         self._bar.close()
 
     @property

@@ -1,15 +1,20 @@
 """Progress display of long computations: a moving line at a terminal, else occasional plain lines."""
 
 import sys
+import threading
 import time
 from types import TracebackType
 
 EVERY_S = 30.0
 """Seconds between plain lines, often enough to show progress and seldom enough for a log."""
+_LOOKS = 6
+"""Number of times in this interval at which a long step is looked at."""
 
 
 class PlainLines:
     """Plain lines on stderr where it is no terminal, in a log for example.
+
+    In a `with` block, work that goes on without a new line for longer than the interval is said again.
 
     Args:
         subject: beginning of every line.
@@ -20,21 +25,44 @@ class PlainLines:
     def __init__(self, subject: str, shown: bool | None = None, every: float = EVERY_S):
         self._subject, self._every = subject, every
         self.shown = not sys.stderr.isatty() if shown is None else shown
-        self._began = self._last = time.monotonic()
+        self._began = self._last = self._since = time.monotonic()
+        self._text = "preparing"
+        self._lock, self._ended = threading.Lock(), threading.Event()
+
+    def __enter__(self) -> "PlainLines":
+        if self.shown:
+            threading.Thread(target=self._watch, name="progress", daemon=True).start()
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._ended.set()
 
     def say(self, text: str) -> None:
         """Write a line, unless one was written within the interval."""
+        self._text, self._since = text, time.monotonic()
+        self._write(text)
+
+    def _write(self, text: str) -> None:
         now = time.monotonic()
-        if not self.shown or now - self._last < self._every:
-            return
-        self._last = now
+        with self._lock:
+            if not self.shown or now - self._last < self._every:
+                return
+            self._last = now
         print(f"{self._subject}, {duration(now - self._began)}: {text}", file=sys.stderr, flush=True)
+
+    def _watch(self) -> None:
+        """Write the last text again, and how long ago it was said, where none follows for an interval."""
+        while not self._ended.wait(self._every / _LOOKS):
+            lasts = time.monotonic() - self._since
+            if lasts >= self._every:
+                self._write(f"{self._text}, for {duration(lasts)}")
 
 
 class Steps:
     """Steps of a computation whose number is unknown: a moving line, or an occasional plain one.
 
-    Call it with a word for each step.
+    Call it with a word for each step that begins. In a log, a step that lasts longer than the interval is
+    said again.
 
     Args:
         subject: name of the computation.
@@ -51,9 +79,11 @@ class Steps:
         self._show = self._bar.set_description_str if plain else self._bar.set_postfix_str
 
     def __enter__(self) -> "Steps":
+        self._lines.__enter__()
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._lines.__exit__(kind, error, trace)
         self._bar.close()
 
     def __call__(self, text: str) -> None:

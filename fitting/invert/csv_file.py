@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneusma_jax.errors import InputError
+from pneusma_jax.errors import InputError, counted
 from pneusma_jax.units import from_si, unit_of_column
 
 LARGEST = float(1.0 / np.sqrt(np.finfo(float).eps))
@@ -32,7 +32,8 @@ def columns_of(path: Path) -> dict[str, np.ndarray]:
             raise InputError(f"{path}: column {name} is there twice")
     for line, row in rows[1:]:
         if len(row) > len(header):
-            raise InputError(f"{path}: row {line} has {len(row)} fields, but the header has {len(header)}")
+            fields = counted(len(row), "field")
+            raise InputError(f"{path}: row {line} has {fields}, but the header has {len(header)}")
     return {
         name: np.array(
             [number(row[k] if k < len(row) else "", f"{path}: row {n}, column {name}") for n, row in rows[1:]]

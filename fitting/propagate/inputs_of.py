@@ -9,7 +9,7 @@ import numpy as np
 from fitting.data import hdf5
 from fitting.inference.parameters.ties import RESERVED
 from fitting.specimens.rows import MARK
-from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.errors import InputError, counted, nearest
 from pneusma_jax.units import UNITS, dimension_of, to_si
 
 from .distributions import Gaussian, Marginal, from_scipy
@@ -225,5 +225,5 @@ def read_draws(place: Path) -> Draws:
             raise InputError(f"{file}: there are no draws in it; `pneusma posterior` leaves some")
         table = np.stack(list(columns.values()), axis=1)
     if len(table) < 10 or not np.all(np.isfinite(table)):
-        raise InputError(f"{file}: {len(table)} draws are too few, or some are not finite")
+        raise InputError(f"{file}: {counted(len(table), 'draw')}: too few, or some are not finite")
     return Draws(tuple(columns), table, str(file))

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from fitting.calibrate.batch import Batch
 from fitting.calibrate.pooling import Pooled
 from fitting.data.csv_text import csv_rows
+from pneusma_jax.errors import counted
 
 from . import figures as house
 from .cells import number, with_error, with_unit
@@ -24,7 +25,7 @@ MOST_PANELS = 12
 def verdict(batch: Batch) -> list[str]:
     """The few most important sentences."""
     failed = [member for member in batch.members if member.result is None]
-    sentences = [f"{len(batch.done)} of {len(batch.members)} campaigns were characterised."]
+    sentences = [f"{len(batch.done)} of {counted(len(batch.members), 'campaign')} were characterised."]
     sentences += [f"{member.name} was not: {member.problem}" for member in failed]
     sentences += [f"{member.name}: {member.problem}" for member in batch.done if member.problem]
     unlike = [name for name, p in batch.pooled.items() if p.differ < UNALIKE]
@@ -84,7 +85,7 @@ def report_of(batch: Batch) -> Report:
     across = [NOTE, pooled_table(batch), Picture("specimens", CAPTION + first, lambda: figure(batch))]
     return Report(
         title="Batch",
-        subtitle=f"{len(batch.members)} campaigns, each characterised by itself, then compared",
+        subtitle=f"{counted(len(batch.members), 'campaign')}, each characterised by itself, then compared",
         verdict=verdict(batch),
         sections=[
             Section("Specimens", [specimen_table(batch)]),

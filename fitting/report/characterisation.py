@@ -9,6 +9,7 @@ from fitting.calibrate.quoted import MERELY_PRIOR, merely_prior
 from fitting.calibrate.result import SCHEMA, Estimate
 from fitting.data.csv_text import csv_rows
 from fitting.inference.lasting_noise import Lasting
+from pneusma_jax.errors import counted
 
 from .cells import joined, number, percent, relative, with_error
 from .table import Table
@@ -214,9 +215,8 @@ def subtitle(what: str, recordings: str, fitted: Sequence[str], held_out: Sequen
         fitted: names of the fitted recordings.
         held_out: names of the recordings that only score.
     """
-    plural = "" if len(fitted) == 1 else "s"
     rest = f", {len(held_out)} held out ({_names(held_out)})" if held_out else ""
-    return f"{what}, {len(fitted)} {recordings}{plural} fitted ({_names(fitted)}){rest}"
+    return f"{what}, {counted(len(fitted), recordings)} fitted ({_names(fitted)}){rest}"
 
 
 def _names(names: Sequence[str]) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fitting.diagnose.custom_model import Explained
+from pneusma_jax.errors import counted
 
 from . import figures as house
 from .cells import joined, number
@@ -28,7 +29,7 @@ def report_of(explained: Explained) -> Report:
     fitted = sum(recording.role == "fit" for recording in recordings)
     return Report(
         title="A custom base model",
-        subtitle=f"What does it miss of {len(recordings)} recordings ({fitted} fitted)?",
+        subtitle=f"What does it miss of {counted(len(recordings), 'recording')} ({fitted} fitted)?",
         verdict=_verdict(explained),
         sections=[
             Section("Measured and predicted", [Picture("predictions", CAPTION, lambda: figure(explained))]),

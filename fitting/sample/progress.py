@@ -30,9 +30,11 @@ class SamplingBar:
         )  # fmt: skip
 
     def __enter__(self) -> "SamplingBar":
+        self._lines.__enter__()
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._lines.__exit__(kind, error, trace)
         self._bar.close()
 
     def advance_to(self, steps: int) -> None:

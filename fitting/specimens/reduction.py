@@ -15,6 +15,7 @@ import numpy as np
 from fitting.data.recordings import Campaign, Recording, Reduction, schema
 from fitting.inference.driven import predicted
 from fitting.inference.readings import read_rows, readings_of, share_full_scale
+from pneusma_jax.errors import counted
 
 from .block_means import PART, averaged, means_of, moving_channels, range_of_noise
 from .rows import MOST_ROWS
@@ -65,7 +66,10 @@ def reduced(recording: Recording, most: int) -> Recording:
         text = (
             f"{recording.name}: reduced from {len(recording)} rows to {count}, each the mean of {block}; "
             f"within none of them a channel moves by more than {100 * PART:.0f} % of its range, noise aside"
-        ) + (f"; {left} rows left over before a turn or the end are left out" if left else "")
+        )
+        if left:
+            rest = counted(left, "row", "rows") + " left over before a turn or the end"
+            text += f"; {rest} {'is' if left == 1 else 'are'} left out"
         how = Reduction(recording, None, block, text)
         return dataclasses.replace(recording, columns=means, reduction=how)
     rows, cycles = _selected_rows(recording, table, turns, block, most)

@@ -8,7 +8,7 @@ from fitting.data.recordings import Recording
 from fitting.inference.channels import channel_weight
 from fitting.inference.latent_trajectory.denoise import denoised
 from fitting.inference.readings import measurements
-from pneusma_jax.errors import InputError
+from pneusma_jax.errors import InputError, counted
 
 from .reduction import reduced
 from .specimen import FITTED, RowOptions
@@ -43,8 +43,8 @@ def columns_of(
     complete = np.all([np.isfinite(columns[name]) for name in ("time", *drivers)], axis=0)
     if complete.sum() < options.fewest:
         raise InputError(
-            f"{recording.path or recording.name}: {int(complete.sum())} rows have all of "
-            f"{', '.join(dict.fromkeys(('time', *drivers)))}, but a fit needs {options.fewest} or more"
+            f"{recording.path or recording.name}: {counted(int(complete.sum()), 'row')} with all of "
+            f"{', '.join(dict.fromkeys(('time', *drivers)))}, and a fit needs {options.fewest} or more"
         )
     return {name: values[complete] for name, values in columns.items()}, recording.block
 

@@ -25,7 +25,7 @@ from fitting.inference.channels import channel_weight
 from fitting.inference.latent_trajectory import smoother
 from fitting.inference.latent_trajectory.denoise import denoised
 from fitting.inference.readings import measurements
-from pneusma_jax.errors import InputError
+from pneusma_jax.errors import InputError, counted
 from pneusma_jax.nitinol import Alloy, Spring, SpringGeometry
 
 from . import priors
@@ -89,8 +89,8 @@ def rows_of(
     driven = np.isfinite(columns["time"]) & np.isfinite(columns["elongation"])
     if driven.sum() < 4:
         raise InputError(
-            f"{recording.path or recording.name}: {int(driven.sum())} rows have both time and elongation, "
-            "but a test needs four or more"
+            f"{recording.path or recording.name}: {counted(int(driven.sum()), 'row')} with both time and"
+            " elongation, and a test needs four or more"
         )
     driven_columns = {name: values[driven] for name, values in columns.items()}
     weight = {name: channel_weight(recording, name, driven_columns, recording.block) for name in OUTPUTS}

@@ -19,6 +19,7 @@ from jaxtyping import Array, Float
 from fitting.data.recordings import Campaign, Recording
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.specimens.saved_models.model import parameter_of
+from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.effects import find_effect, specs_of
 from pneusma_jax.errors import InputError
@@ -30,6 +31,7 @@ from .reduction import thinned
 from .registry import specimen_of
 from .rows import MARK, MOST_ROWS, Rows, stack, with_numbers
 from .saved_models import AddedEffect, AugmentedModel
+from .silicones import FACTOR
 from .specimen import Model, Specimen
 
 WIDE = 20.0
@@ -134,7 +136,8 @@ class Augmented(Model):
         effects.
 
         A prior of the file counts, unless it comes from these very recordings. An effect's parameter without
-        a prior is flat between its physical bounds.
+        a prior is flat between its physical bounds. The factor on a silicone's stress is held where nothing
+        tells it from the constants of a law that is fitted.
         """
         campaign = self.described(campaign)
         base = self.specimen.parameters_for(campaign, **self.options(campaign, options))
@@ -142,10 +145,25 @@ class Augmented(Model):
             quantity = self._quantity(campaign, name)
             if quantity is not None:
                 _start_from(entry, quantity, campaign.title)
+        if self._factor_is_of_the_law(campaign, base):
+            base[FACTOR].set(vary=False)
         for added, names in zip(self.acting, self.names, strict=True):
             for key, name in names.items():
                 base.add(_effect_parameter(added, key, name, campaign.title))
         return base
+
+    def _factor_is_of_the_law(self, campaign: Campaign, base: Parameters) -> bool:
+        """True if the factor on the stress of one specimen multiplies free constants of its silicone's law.
+
+        So it is where law and factor were fitted to these very recordings. A law from other recordings leaves
+        the factor as the difference of this specimen.
+        """
+        if FACTOR not in base or any(r.geometry.get("material") != FIT for r in campaign.recordings):
+            return False
+        known = {name: self._quantity(campaign, name) for name in base}
+        pressures = {name for name in known if QUANTITIES["silicone"].get(name) == "pressure"}
+        own = {name for name, q in known.items() if q is not None and campaign.title in q.source}
+        return bool(pressures) and pressures | {FACTOR} <= own
 
     def _quantity(self, campaign: Campaign, name: str) -> Quantity | None:
         stem, mark, number = name.partition(MARK)
@@ -192,7 +210,9 @@ class Augmented(Model):
         stems = {name.partition(MARK)[0] for name in free}
         for name, quantity in self._known(None).items():
             if name not in stems:
-                found.append(Held(name, quantity.value, quantity.unit, "no tolerance leaves it open"))
+                of_law = name == FACTOR and self._factor_is_of_the_law(campaign, parameters)
+                why = "it multiplies the law's fitted constants" if of_law else "no tolerance leaves it open"
+                found.append(Held(name, quantity.value, quantity.unit, why))
         return found
 
     def spent(self, campaign: Campaign) -> list[str]:

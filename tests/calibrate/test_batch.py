@@ -198,7 +198,7 @@ def test_a_batch_is_summarised_across_specimens(batch):
 
 
 def test_nothing_but_bad_specimens_is_refused(tmp_path):
-    with pytest.raises(InputError, match="none of 1 campaigns"):
+    with pytest.raises(InputError, match="none of 1 campaign could"):
         characterise_batch([tmp_path])
 
 

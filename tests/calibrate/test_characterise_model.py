@@ -213,3 +213,41 @@ def test_a_spring_without_effects_goes_through_its_stages(monkeypatch):
         assert seen["base"] is None and seen["adjust"]["G_m"]["value"] == pytest.approx(3.0)
     else:
         assert seen["base"].values()["G_m"] == pytest.approx(3.0e9)
+
+
+@pytest.mark.parametrize(
+    ("source", "specimens", "material", "held"),
+    [("{title}", 1, "fit", True), ("other recordings", 1, "fit", False), ("{title}", 2, "fit", False), ("{title}", 1, "ecoflex", False)],
+)
+def test_a_factor_that_multiplies_fitted_constants_is_held_and_that_is_said(pulls, tmp_path, source, specimens, material, held):
+    """Of one specimen the law's constants and a factor on its stress cannot be told apart."""
+    table = tmp_path / "law.toml"
+    table.write_text(
+        'schema = "pneusma-calibration/1"\nname = "law"\nkind = "silicone"\ndescription = "a law"\nlaw = "yeoh"\n'
+        + "".join(
+            f'{name} = {{value = {value}, unit = "kPa", status = "fitted", source = "s", prior = {{mean = {value}, sd = 9}}}}\n'
+            for name, value in (("c_10", 20.0), ("c_20", 2.0), ("c_30", 0.1))
+        )
+    )
+    campaign = read_campaign(pulls)
+    named = {"ecoflex": str(table)}.get(material, material)
+    recordings = [
+        dataclasses.replace(r, specimen=f"s{k % specimens}", geometry={**r.geometry, "material": named})
+        for k, r in enumerate(campaign.recordings)
+    ]
+    campaign = dataclasses.replace(campaign, recordings=recordings)
+    said = source.format(title=campaign.title)
+    numbers = {
+        name: fitted("silicone", name, value, said, 0.1 * value)
+        for name, value in (("c_10", 2.0e4), ("c_20", 2.0e3), ("c_30", 1.0e2), ("silicone_stiffness", 1.3))
+    }
+    model = AugmentedModel(base={"silicone": numbers}, tables={"material": str(table)}, name="a model")
+    augmented = Augmented("elastomer", model)
+    parameters = augmented.parameters_for(campaign)
+    free = {name.partition("__")[0] for name in parameters.layout().free}
+    assert ("silicone_stiffness" not in free) == held
+    assert (material != "fit") or {"c_10", "c_20", "c_30"} <= free
+    why = {one.name: one.why for one in augmented.held(campaign, parameters)}
+    assert ("multiplies the law" in why.get("silicone_stiffness", "")) == held
+    if held:
+        assert parameters["silicone_stiffness"].value == pytest.approx(1.3)

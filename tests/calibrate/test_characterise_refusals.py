@@ -57,7 +57,7 @@ def test_only_validation(folder, refused):
 
 
 def test_too_few_rows_below_max_strain(folder, refused):
-    assert "usable rows up to strain 0.05, but a curve needs 12" in refused(folder, "--max-strain", "0.05")
+    assert "1 usable row up to strain 0.05, but a curve needs 12" in refused(folder, "--max-strain", "0.05")
 
 
 @pytest.mark.parametrize(
@@ -161,3 +161,17 @@ def test_hysteresis_is_warned_of(folder):
     campaign.recordings[:] = [loop]
     text = " ".join(characterise(campaign, law="neo_hookean").report().split())
     assert "loop: stress going up is 20 % higher than coming down" in text
+
+
+@pytest.mark.parametrize(("option", "key"), [("base", "alloy"), ("material", "material")])
+def test_fit_asks_to_identify_what_the_recordings_name(monkeypatch, option, key, folder):
+    """As `alloy = "fit"` in the sidecars does; there is no table of that name."""
+    from fitting.calibrate import registry
+
+    campaign = read_campaign(folder)
+    monkeypatch.setattr(registry, "pipeline_of", lambda _: (lambda given, **options: (given, options), {option}))
+    given, options = characterise(campaign, **{option: "fit"})
+    assert options == {} and {recording.geometry[key] for recording in given.recordings} == {"fit"}
+    assert all(given is not recording for given, recording in zip(given.recordings, campaign.recordings, strict=True))
+    given, options = characterise(campaign, **{option: "krl35"})
+    assert options == {option: "krl35"} and given is campaign

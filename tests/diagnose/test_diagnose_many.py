@@ -72,7 +72,7 @@ def test_one_that_cannot_be_read_stops_no_other_and_is_tried_again(strips, asked
     assert asked_for == ["strip_1", "strip_2", "nothing"]
     files = {path.name for path in save(result, tmp_path / "table")}
     assert files == {"report.html", "report.json", "campaigns.csv"}
-    with pytest.raises(InputError, match="none of 1 campaigns could be diagnosed"):
+    with pytest.raises(InputError, match="none of 1 campaign could be diagnosed"):
         diagnose_batch(job_of([tmp_path / "table"], tmp_path, Asked(), present), store)
 
 

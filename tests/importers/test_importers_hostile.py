@@ -164,7 +164,7 @@ def test_formulas_that_nobody_computed_are_said(tmp_path):
         (b"", "the file is empty"),
         (b" \n\n ", "the file is empty"),
         ("Time (s),Strain (%),Stress (kPa)\n", "'Stress (kPa)' stand no numbers; a table needs 3"),
-        ("Time (s),Strain (%),Stress (kPa)\n0,0,0\n", "stand 1 row of numbers; a table needs 3"),
+        ("Time (s),Strain (%),Stress (kPa)\n0,0,0\n", "stands 1 row of numbers; a table needs 3"),
         (b"Strain (%),Stress (kPa)\n" + b"\0" * 200, "neither text nor an Excel workbook"),
         (b"\x89HDF\r\n\x1a\n" + b"\0" * 300, "this is an HDF5 file"),
         (b"MATLAB 5.0 MAT-file" + b"\0" * 300, "this is a MATLAB file"),

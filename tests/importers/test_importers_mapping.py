@@ -31,7 +31,7 @@ def test_decimal_commas_semicolons_units_below_the_names_and_stray_rows(put):
     np.testing.assert_allclose(recording.columns["strain"], [0, -0.05, -0.1, -0.15, -0.2])
     np.testing.assert_allclose(recording.columns["stress_kPa"], [0, -5250, -510500, np.nan, -20000])
     text = "\n".join(recording.notices)
-    assert "decimal commas" in text and "semicolons" in text and "1 rows below the header are not numbers" in text
+    assert "decimal commas" in text and "semicolons" in text and "1 row below the header is not numbers and was dropped" in text
     assert "(row 12)" in text and "column 'Bemerkung" in text
 
 

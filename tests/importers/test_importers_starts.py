@@ -60,7 +60,7 @@ def test_a_constant_time_is_refused():
     [
         (table("Strain (%),Stress (kPa)", 100 * STRAIN, law(1 + STRAIN)), {"slack": "0.7"}, "strain goes from 0 to 0.6 here"),
         (table("Strain (%),Stress (kPa)", 100 * STRAIN, law(1 + STRAIN)), {"slack": "5"}, "5 % is 0.05"),
-        (COLD, {"slack": "0.1", "constants": ["temperature_degC=25"]}, "strain goes from 0 to 0.06 here"), (COLD, {"slack": "0.06"}, "rows lie beyond it"),
+        (COLD, {"slack": "0.1", "constants": ["temperature_degC=25"]}, "strain goes from 0 to 0.06 here"), (COLD, {"slack": "0.06"}, "1 row lies beyond it"),
         (table("Time (s),Displacement (mm),Load (N),Resistance (ohm)", STRAIN, 10 * STRAIN, STRAIN, 0 * STRAIN + 4), {"slack": "6.5"}, "elongation goes from 0 to 6 mm"),
         (table("Compressive strain (-),Stress (kPa)", STRAIN, -law(1 - STRAIN)), {"slack": "0.8"}, "strain goes from -0.6 to"),
     ],

@@ -1,5 +1,7 @@
 """What long commands say: nothing but the bar at a terminal, a plain line now and then in a log."""
 
+import time
+
 import pytest
 
 from fitting.inference import progress as told
@@ -20,6 +22,32 @@ def test_a_log_gets_a_line_now_and_then(clock, capsys):
             progress(word)
     lines = capsys.readouterr().err.splitlines()
     assert lines == ["fitting, 31 s: errors (step 3)", "fitting, 3 min: profiles (step 5)"]
+
+
+def test_a_long_step_is_said_again_in_a_log(capsys):
+    """A log is silent for not much longer than the interval between lines."""
+    with told.Steps("fitting", every=0.1) as progress:
+        progress("joint fit")
+        time.sleep(0.75)
+    lines = capsys.readouterr().err.splitlines()
+    assert 3 <= len(lines) <= 8 and all(line.startswith("fitting, ") for line in lines)
+    assert lines[0].endswith("joint fit (step 1), for 0 s")
+    time.sleep(0.3)
+    assert capsys.readouterr().err == ""  # nothing once it has ended
+
+
+def test_work_before_the_first_step_is_said_in_a_log(capsys):
+    with told.Steps("diagnosing", every=0.05):
+        time.sleep(0.3)
+    assert "preparing, for 0 s" in capsys.readouterr().err
+
+
+def test_a_long_step_at_a_terminal_says_nothing_more(capsys, monkeypatch):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    with told.Steps("fitting", every=0.05) as progress:
+        progress("joint fit")
+        time.sleep(0.3)
+    assert "for 0 s" not in capsys.readouterr().err
 
 
 def test_a_terminal_gets_no_plain_lines(clock, capsys, monkeypatch):

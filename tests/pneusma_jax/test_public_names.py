@@ -41,6 +41,11 @@ def test_every_name_is_there(name):
     assert name in dir(pj)
 
 
+def test_no_helper_is_listed_beside_the_public_names():
+    listed = {name for name in dir(pj) if not name.startswith("__")}
+    assert listed == {*pj.__all__, *pj._PACKAGES}
+
+
 def test_an_unknown_name_is_refused():
     with pytest.raises(AttributeError, match="pneusma_jax.*no attribute 'solves'"):
         _ = pj.solves

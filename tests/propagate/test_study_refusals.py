@@ -222,7 +222,7 @@ def test_check_says_what_would_be_done_and_does_nothing(tmp_path):
     path, out = tmp_path / "study.toml", tmp_path / "out"
     path.write_text(PLAIN)
     result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out), "--check"])
-    assert result.exit_code == 0 and "10,000 rows in 1 chunks" in result.stdout and not out.exists()
+    assert result.exit_code == 0 and "10,000 rows in 1 chunk," in result.stdout and not out.exists()
 
 
 @pytest.mark.parametrize("more", ["", "[indices]\n", "[indices]\nkind = 'shapley'\n", "[rare]\n"])
@@ -239,4 +239,4 @@ def test_a_study_of_one_row_ends_with_a_report(tmp_path):
     path, out = tmp_path / "study.toml", tmp_path / "out"
     path.write_text(PLAIN + "[sampling]\nrows = 1\n")
     result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)])
-    assert result.exit_code == 0 and "1 rows" in result.stdout, result.exception
+    assert result.exit_code == 0 and "1 row of 2 inputs" in result.stdout, result.exception

@@ -210,7 +210,7 @@ def test_an_alloy_file_beside_the_recording_is_found(put, tmp_path):
 
 def test_repeated_times_are_accepted_with_a_notice(put):
     recording = read_recording(put("time_s,strain,stress_kPa\n0,0,0\n0,0.1,5\n1,0.2,9\n"))
-    assert any("1 rows have the same time_s" in text for text in recording.notices)
+    assert any("1 row has the same time_s" in text for text in recording.notices)
 
 
 def test_recordings_folder_honours_its_variable(tmp_path, monkeypatch):

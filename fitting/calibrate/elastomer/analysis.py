@@ -59,12 +59,13 @@ def analyse(
         laws: laws to compare.
         scope: mask of the samples to use, bool (n,).
         for_actuator: the law that is taken must serve over all of an actuator's strains, tested or not.
-        progress: called with the label of each law when it is done.
+        progress: called with the label of each law before it is fitted.
     """
     strain = engine.samples.strain[scope]
     low, high = float(strain.min()), float(strain.max())
     fits, held, drifts, tested, actuator = {}, {}, {}, {}, {}
     for law in laws:
+        progress(law.label)
         terms = len(law.constants) // 2  # Ogden's laws are in ascending order, so the shorter one is there
         fewer = fits.get(f"ogden_{terms - 1}") if law.law == "ogden" else None
         fit = engine.fit(law, scope, errors=True, fewer=fewer)
@@ -72,7 +73,6 @@ def analyse(
         drifts[law.name] = drift(law, held[law.name].ranges)
         tested[law.name] = stability(fit, low, high)
         actuator[law.name] = stability(fit, *ACTUATOR_STRAIN)
-        progress(law.label)
     unfit = _unfit(fits, tested, actuator if for_actuator else {})
     choice = choose(fits, held, tested, unfit)
     return Analysis(scope, low, high, fits, held, drifts, tested, actuator, choice)

@@ -10,7 +10,7 @@ from fitting.data.recordings import Recording, all_real, require_fitted
 from fitting.inference.noise import robust_noise
 from fitting.inference.readings import cautions, readings_of
 from fitting.specimens.zeros import Zeros, offered, strain_from_taut, zeros_of
-from pneusma_jax.errors import InputError
+from pneusma_jax.errors import InputError, counted
 
 FEWEST_SAMPLES = 12  # a law of six constants needs some samples over
 RELATIVE_SPREAD = 0.05  # of the stress, in relative weighting
@@ -139,8 +139,8 @@ def stack(
         strain, stress = strain[sure], stress[sure]
         if not sure.all():
             notices.append(
-                f"{recording.name}: {np.sum(~sure)} rows beside the start of the rise left out: they cannot "
-                "tell slack from strain"
+                f"{recording.name}: {counted(np.sum(~sure), 'row')} beside the start of the rise left out,"
+                " which cannot tell slack from strain"
             )
         step = -(-total // MOST_SAMPLES)
         notices += [f"{recording.name}: {notice}" for notice in recording.notices]
@@ -149,7 +149,7 @@ def stack(
         lost = int(np.sum(~(np.isfinite(recording.si("strain")) & np.isfinite(recording.si("stress")))))
         if lost and max_strain is None:
             notices.append(
-                f"{recording.name}: {lost} row{'s' * (lost > 1)} without strain or stress left out"
+                f"{recording.name}: {counted(lost, 'row')} without strain or stress left out"
             )
         strain, stress = strain[::step], stress[::step]
         spread = np.full(len(strain), curve.noise)
@@ -176,7 +176,7 @@ def _usable(recording: Recording, max_strain: float | None) -> tuple[np.ndarray,
     if kept.sum() < FEWEST_SAMPLES:
         limit = "" if max_strain is None else f" up to strain {max_strain:g}"
         raise InputError(
-            f"{place}: {kept.sum()} usable rows{limit}, but a curve needs {FEWEST_SAMPLES} or more"
+            f"{place}: {counted(kept.sum(), 'usable row')}{limit}, but a curve needs {FEWEST_SAMPLES} or more"
         )
     for name, values, unit in (("strain", strain[kept], "1"), ("stress_kPa", stress[kept], "kPa")):
         if np.ptp(values) == 0.0:

@@ -125,13 +125,13 @@ def fit_campaign(
         parameters: free numbers with priors; their values are the first start.
         starts: number of starts in all; all but the first are scattered over the priors.
         seed: seed of the scattered starts.
-        progress: called with a word for each fit that is done.
+        progress: called with a word for each fit that begins.
         model: model that predicts; the base model of the kind by default.
     """
     recordings, rows, parameters = tuple(recordings), list(rows), parameters.copy()
     model = model or specimen_of(recordings[0].kind)
-    result = _fit(model, recordings, rows, parameters, starts, seed)
     progress("fit")
+    result = _fit(model, recordings, rows, parameters, starts, seed)
     further = (starts, seed, progress)
     ends = tuple(float(x) for x in result.start_chi_squares)
     more: tuple[float, ...] = ()
@@ -175,13 +175,13 @@ def gone_on(
     Args:
         fit: any.
         values: values to start from, SI.
-        progress: called with a word for each fit that is done.
+        progress: called with a word for each fit that begins.
     """
+    progress("fit from elsewhere")
     rows = list(fit.rows)
     result = _fit(fit.model, fit.recordings, rows, fit.result.parameters.at(values), 1, 0)
     before = _fit(fit.model, fit.recordings, rows, fit.result.parameters.at(fit.result.values), 1, 0)
     ends = (*fit.starts, float(np.nan if result.chi_square is None else result.chi_square))
-    progress("fit from elsewhere")
     if not (result.chi_square or np.inf) < (before.chi_square or np.inf) - ALIKE:
         return replace(fit, starts=ends)
     rows, result = _decided(fit.model, fit.recordings, rows, result)
@@ -198,12 +198,12 @@ def beside_zeros(
     Args:
         fit: a fit with independent noise.
         sizes: sizes of the zeros by output.
-        progress: called with a word when it is done.
+        progress: called with a word when it begins.
     """
+    progress("zeros of instruments")
     rows = [correlated(one, sizes) for one in fit.rows]
     begin = fit.result.parameters.at(fit.result.values)
     result = _fit(fit.model, fit.recordings, rows, begin, 1, 0)
-    progress("zeros of instruments")
     if missed(result):
         return fit
     return replace(fit, rows=tuple(rows), result=result, inflation=1.0, zeros=dict(sizes))
@@ -224,10 +224,10 @@ def _settled(
     fit = replace(fit, correlation_time=correlation_time(misfits))
     factor = inflation_of(reduced, misfits)
     if factor > 1.0:
+        progress("errors")
         begin = result.parameters.at(result.values)
         result = _fit(model, recordings, inflated(rows, factor), begin, 1, 0)
         fit = replace(fit, result=result, inflation=factor)
-        progress("errors")
     return fit
 
 
@@ -256,11 +256,11 @@ def _searched(
         misfits = missed(result)
         if starts < 2 or not (misfits or result.status is Status.STALLED):
             break
+        progress("further starts")
         begin = result.parameters.at(result.values)
         fresh = starts if misfits else _about(result, starts - 1, seed + draw)
         other = _fit(model, recordings, rows, begin, fresh, seed + draw)
         ends += [float(x) for x in other.start_chi_squares[1:]]
-        progress("further starts")
         if (other.chi_square or np.inf) < (result.chi_square or np.inf):
             result = other
     return result, tuple(ends)

@@ -146,7 +146,7 @@ def characterise_general(
         starts: number of starts of the fit in all.
         profile: parameters to profile, or how many of the loosest.
         seed: seed of the scattered starts.
-        progress: called with a word for each step that is done.
+        progress: called with a word for each step that begins.
         model: model on disk, of this kind; the base model by default.
         held: true to hold those constants at their table's values.
         **options: tables to start from, as the specimen's `rows_for` takes them.
@@ -155,6 +155,7 @@ def characterise_general(
         InputError: if the recordings or options cannot be used, in one line.
     """
     require_float64()
+    progress("reading")
     recordings = campaign.fittable(specimen.kind)
     predictor = model or specimen
     doubtful = {} if model or held else specimen.unseen(campaign, **options)
@@ -163,11 +164,10 @@ def characterise_general(
     rows = predictor.rows_for(campaign, **options)
     if model is not None:
         rows = model.prepared(start, rows)
-    progress("read")
     fit = fit_campaign(recordings, rows, parameters, starts, seed, progress, predictor)
     unseen = {} if model else _held(specimen, campaign, options, fit.result.parameters)
-    begun = _beside_zeros(_informed(fit, unseen), unseen, progress)
     progress("information")
+    begun = _beside_zeros(_informed(fit, unseen), unseen, progress)
     ended, found = _profiled(begun, unseen, profile, progress)
     return _result(campaign, start, ended, found, options, seed, model)
 
@@ -256,6 +256,8 @@ def _profiled(
 
     def profiled(now: _Informed, leave: bool) -> tuple[dict[str, Profile], list[str]]:
         wanted = _wanted(now.fit, profile)
+        if wanted:
+            progress("profiles")
         return profiles(now.fit, wanted, _by_name(now.information, now.lasting.variance), leave), wanted
 
     def gone_on_from(now: _Informed, _: str, lower: Mapping[str, float]) -> tuple[_Informed, bool]:
@@ -264,9 +266,7 @@ def _profiled(
             return replace(now, fit=further), False
         return _beside_zeros(_informed(further, unseen), unseen, progress), True
 
-    ended, (found, wanted) = to_the_end(begun, profiled, gone_on_from)
-    if wanted:
-        progress("profiles")
+    ended, (found, _) = to_the_end(begun, profiled, gone_on_from)
     return ended, found
 
 

@@ -41,7 +41,7 @@ def characterise_with(
         starts: fits in all; fewer for springs and actuators by default.
         profile: parameters to profile, or how many of the loosest; by default as many as without a model.
         seed: seed of the scattered starts.
-        progress: called with a word for each step that is done.
+        progress: called with a word for each step that begins.
 
     Raises:
         InputError: if the recordings cannot be used, or nothing in the model acts in their kind.

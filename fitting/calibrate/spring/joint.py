@@ -89,14 +89,14 @@ def fit_jointly(
     Args:
         problem: problem to be fitted.
         staged: values to start from, as the stages left them.
-        progress: called with a word for each fit that is done.
+        progress: called with a word for each fit that begins.
     """
     values = dict(staged)
     for _ in range(PROCESS_NOISE_ROUNDS):
+        progress("joint fit")
         problem = problem.at(values).with_process_noise(values)
         result, problem = problem.fitted_with()
         values = result.values
-        progress("joint fit")
     return _settled((Start("stages", result, problem),), progress)
 
 
@@ -111,7 +111,7 @@ def try_others(
     Args:
         joint: the fit from the stages.
         others: starts by name, each of them some of the values.
-        progress: called with a word for each fit that is done.
+        progress: called with a word for each fit that begins.
         anew: true if these starts know nothing of the decisions of the fit so far.
     """
     if not others:
@@ -120,8 +120,8 @@ def try_others(
     problem = problem.undecided() if anew else problem
     starts = list(joint.starts)
     for name, other in others.items():
-        starts.append(Start(name, *problem.at({**joint.values, **other}).fitted_with()))
         progress(f"start from {name}")
+        starts.append(Start(name, *problem.at({**joint.values, **other}).fitted_with()))
     starts = _ranked(starts)
     if starts[0] is joint.starts[0]:
         return replace(joint, starts=tuple(starts))
@@ -137,7 +137,7 @@ def retried(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> J
 
     Args:
         joint: any fit.
-        progress: called with a word for each fit that is done.
+        progress: called with a word for each fit that begins.
     """
     tried: set[int] = set()
     for _ in range(RETRIES):
@@ -148,9 +148,9 @@ def retried(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> J
             break
         tried.add(worst[0])
         name = f"the tests without {problem.tests[worst[0]].name}"
+        progress(f"start from {name}")
         rest, _ = problem.fitted_with(tests=[k for k in missed if k != worst[0]])
         start = Start(name, *problem.at(rest.values).fitted_with())
-        progress(f"start from {name}")
         starts = _ranked([*joint.starts, start])
         better = starts[0] is start and _cost(start.result) < _cost(best) - ALIKE
         joint = replace(joint, starts=tuple(starts if better else [*joint.starts, start]))
@@ -168,7 +168,7 @@ def loosened(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> 
 
     Args:
         joint: joint fit with all its starts.
-        progress: called with a word for each fit that is done.
+        progress: called with a word for each fit that begins.
     """
 
     def wider_first(problem: Problem) -> Problem:
@@ -186,7 +186,7 @@ def decided_anew(joint: Joint, progress: Callable[[str], None] = lambda _: None)
 
     Args:
         joint: joint fit with all its starts.
-        progress: called with a word for each fit that is done.
+        progress: called with a word for each fit that begins.
     """
     how = "decided anew"
     ends = [start for start in _ends(joint) if not start.name.endswith(how)]
@@ -203,13 +203,14 @@ def beside_zeros(
     Args:
         joint: joint fit with all its starts.
         sizes: sizes of the zeros by output.
-        progress: called with a word for each fit that is done.
+        progress: called with a word for each fit that begins.
     """
     starts, how = [], ", beside zeros"
     for start in _ends(joint):
+        name = start.name.removesuffix(how) + how
+        progress(f"start from {name}")
         problem = start.problem.inflated(1.0).beside(sizes).at(start.result.values)
-        starts.append(Start(start.name.removesuffix(how) + how, *problem.fitted_with()))
-        progress(f"start from {starts[-1].name}")
+        starts.append(Start(name, *problem.fitted_with()))
     starts = _ranked(starts)
     if not (starts[0].result.reduced_chi_square or np.inf) <= MISFIT:
         return joint
@@ -238,8 +239,8 @@ def _gone_on(
         known = start
         for _ in range(LOOSENED):
             name = f"{start.name}, {how}"
-            found = Start(name, *change(known.problem).fitted_with())
             progress(f"start from {name}")
+            found = Start(name, *change(known.problem).fitted_with())
             if not _cost(found.result) < _cost(known.result) - ALIKE:
                 break
             known = found
@@ -310,9 +311,9 @@ def _settled(starts: tuple[Start, ...], progress: Callable[[str], None]) -> Join
     time, reduced = correlation_time(misfit), best.reduced_chi_square or np.nan
     factor = inflation_of(reduced, misfit)
     if factor > 1.0:
+        progress("errors")
         problem = problem.inflated(factor)
         best, problem = problem.fitted_with()
-        progress("errors")
     return Joint(problem, with_errors(best, lambda p: information(problem, p)), starts, float(reduced), time)
 
 

@@ -51,21 +51,21 @@ def memory_starts(
         problem: problem to be fitted.
         values: values of all free parameters; those of the residual strain are drawn anew.
         seed: seed of the draws.
-        progress: called with a word for each step that is done.
+        progress: called with a word for each step that begins.
     """
     free = problem.parameters.layout().free
     names = [n for n in UNLOADING if n in free and problem.parameters[n].prior is not None]
     if not names:
         return {}
+    progress("trials of the residual strain")
     points = _draws(problem, names, seed)
     kept = _best(problem, values, names, points, problem.fitted, KEPT)
     starts = {f"trial {k} of the residual strain": {**values, **start} for k, start in enumerate(kept, 1)}
-    progress("trials of the residual strain")
     cold = [k for k in problem.fitted if problem.tests[k].phase == "cold" and problem.tests[k].unloads]
     if cold and len(cold) < len(problem.fitted):
+        progress("cold tests alone")
         for k, trial in enumerate(_best(problem, values, names, points, cold, KEPT), 1):
             starts[f"cold tests alone, trial {k}"] = _from_cold(problem, {**values, **trial}, names, cold)
-        progress("cold tests alone")
     return starts
 
 

@@ -149,7 +149,7 @@ def characterise_spring(
         starts: joint fits in all, from different places.
         profile: parameters to profile, or how many of the loosest.
         seed: seed of all draws.
-        progress: called with a word for each step that is done.
+        progress: called with a word for each step that begins.
 
     Raises:
         InputError: if the recordings or options cannot be used, in one line.
@@ -165,8 +165,8 @@ def characterise_spring(
     single, (profiled, last) = _profiled_to_the_end(begun, profile, progress)
     fitted = [test for test in chosen.reading.tests if test.fitted]
     joint = spanned(single)
-    fisher = information(joint.problem, joint.parameters)
     progress("information")
+    fisher = information(joint.problem, joint.parameters)
     return SpringCharacterisation(
         title=campaign.title,
         identify=identify,

@@ -51,7 +51,7 @@ def run_stages(problem: Problem, progress=lambda _: None) -> tuple[dict[str, flo
 
     Args:
         problem: problem of an alloy that is to be identified.
-        progress: called with the name of each stage when it is done.
+        progress: called with the name of each stage that begins.
     """
     values = {name: p.value for name, p in problem.parameters.items()} | rough_values(problem)
     stages = []
@@ -61,11 +61,11 @@ def run_stages(problem: Problem, progress=lambda _: None) -> tuple[dict[str, flo
         ("unloading", ("cold", "hot", "intermediate"), False, UNLOADING),
     ]
     for name, phases, loading, wanted in plan:
+        progress(name)
         stage = _run(problem.at(values), name, phases, loading, wanted)
         if stage.result is not None and loading:
             values |= {k: stage.result.values[k] for k in stage.parameters}
         stages.append(stage)
-        progress(name)
     return values, stages
 
 

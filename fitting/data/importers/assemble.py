@@ -5,20 +5,25 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
 from ..recordings import NOT_STATED, Recording, check_recording, resistance_range, schema
 from ..recordings.nominal import nominal_geometry
 from ..recordings.table import refuse
-from .channels import UnitMissing, canonical, units_missing, with_options
+from .channels import UnitMissing, canonical, say_other_units, units_missing, with_options
 from .compression import About
 from .derive import derive, question_stress
 from .making import Channel, Making
 from .options import Options
+from .other_headings import unrecognised
 from .parts import Sample
 from .provenance import Provenance, find_provenance
 from .raw import RawFile
 from .running_clock import with_clock
 from .signs_and_zeros import correct_signs_and_zeros, gauge_pressure, subtract
+from .specimen_sizes import say_other_sizes
 from .strain_unit import refuse_far_wire, say_far, settle_strain_unit
+from .texts import MOST_LISTED
 from .unused import explain, mark_used
 
 
@@ -70,7 +75,9 @@ def assemble(
     making = Making(
         with_options(channels, options), kind, options, sample.sizes, place, [*sample.notices, *notices],
         raw=frozenset(channels),
+        unrecognised=unrecognised(grid.headings, {c.column for c in channels.values()}, channels),
     )  # fmt: skip
+    say_other_units(making, grid)
     columns = _quantities(making)
     mark_used(making, columns)
     keep = correct_signs_and_zeros(columns, making, _loading_texts(sample, making))
@@ -81,6 +88,7 @@ def assemble(
     columns = with_clock(columns, rows, making)
     provenance = _provenance(sample, facts, making)
     geometry = _geometry(facts, making)
+    say_other_sizes(making)
     if kind == "wire" and not {"temperature_degC", "resistance_ohm"} & columns.keys():
         making.warn(
             "there is no temperature, which the phase of a wire follows: characterise and diagnose refuse "
@@ -251,6 +259,13 @@ def slug(text: str) -> str:
     return "_".join(part for part in cleaned.split("_") if part) or "recording"
 
 
+def _row_numbers(rows: np.ndarray) -> str:
+    """Numbers of rows in words: all of a few, else the first ones."""
+    numbers = [str(row) for row in rows[:MOST_LISTED]]
+    more = f" and {len(rows) - MOST_LISTED} more" if len(rows) > MOST_LISTED else ""
+    return f"row{'s' * (len(rows) > 1)} {', '.join(numbers)}{more}"
+
+
 def _drop_empty(
     columns: dict[str, np.ndarray], rows: np.ndarray, making: Making
 ) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -274,6 +289,7 @@ def _drop_empty(
         raise refuse(making.place, "no row has a time and a value; is a column named that holds no numbers?")
     if empty.any():
         notices.append(
-            f"{int(empty.sum())} rows without a time or without any value dropped (row {rows[empty][0]})"
+            f"{counted(int(empty.sum()), 'row')} without a time or without any value dropped"
+            f" ({_row_numbers(rows[empty])})"
         )
     return {name: values[~empty] for name, values in columns.items()}, rows[~empty]

@@ -15,8 +15,9 @@ from .clock_columns import refuse_several_clocks
 from .grid import Grid
 from .making import Channel, Making
 from .options import Options
+from .other_headings import columns_by_word
 from .parts import Sample
-from .spelling import WEIGHTS, dimension, unit_name
+from .spelling import WEIGHTS, dimension, pressure_zero, same_unit, unit_name
 from .words import meaning
 
 # Quantities from which the strain or the stress of a coupon or wire can be derived, itself first.
@@ -46,7 +47,10 @@ def units_missing(making: Making) -> InputError:
 
 
 def named_channels(grid: Grid) -> dict[str, Channel]:
-    """Quantities that the headings of a grid name. Of several headings for one, the first in `WORDS` wins."""
+    """Quantities that the headings of a grid name. Of several headings for one, the first in `WORDS` wins.
+
+    A heading that is in no list counts where one of its words names a quantity that no other column has.
+    """
     found: dict[str, tuple[tuple[bool, int, int], Channel]] = {}
     for column, heading in enumerate(grid.headings):
         means = meaning(heading)
@@ -57,6 +61,9 @@ def named_channels(grid: Grid) -> dict[str, Channel]:
         if means.quantity not in found or order < found[means.quantity][0]:
             found[means.quantity] = (order, _channel(grid, column))
     channels = {quantity: channel for quantity, (_, channel) in found.items()}
+    for quantity, column in columns_by_word(grid.headings, channels).items():
+        if np.isfinite(grid.values[:, column]).any() or column in grid.troubles:
+            channels[quantity] = _channel(grid, column)
     clock = None if "time" in channels else _clock(grid)
     return channels if clock is None else {"time": _channel(grid, clock), **channels}
 
@@ -106,6 +113,11 @@ def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[st
                 notices.append(f"{recognised[quantity].label!r} set aside for what --map names")
                 del recognised[quantity]
     found = {**recognised, **mapped}
+    for quantity, channel in recognised.items():
+        if quantity != "time" and meaning(grid.headings[channel.column]) is None:
+            notices.append(
+                f"{channel.label!r} taken as {quantity} by one of its words (--map {quantity}=... to correct)"
+            )
     for quantity in (q for q in options.units if q in found and found[q].by_row):
         raise refuse(
             sample.raw.path, f"--unit {quantity}: the file states the unit of {found[quantity].label!r} row"
@@ -160,11 +172,26 @@ def with_options(channels: dict[str, Channel], options: Options) -> dict[str, Ch
     changed = dict(channels)
     for quantity, unit in options.units.items():
         if quantity in changed:
-            changed[quantity] = replace(changed[quantity], unit=unit)
+            zero = pressure_zero(unit) or changed[quantity].zero
+            changed[quantity] = replace(changed[quantity], unit=unit_name(unit), zero=zero)
     for quantity, factor in options.scales.items():
         if quantity in changed:
             changed[quantity] = replace(changed[quantity], values=factor * changed[quantity].values)
     return changed
+
+
+def say_other_units(making: Making, grid: Grid) -> None:
+    """Warn of units that the user states and that contradict the file's headings."""
+    for quantity, unit in making.options.units.items():
+        channel = making.channels.get(quantity)
+        if channel is None or not grid.headings or channel.column < 0:
+            continue
+        stated = grid.headings[channel.column].unit
+        if stated is not None and not same_unit(stated, unit):
+            making.warn(
+                f"{channel.label!r} states {stated}, and --unit {quantity}={unit} another unit: {unit} was"
+                " used"
+            )
 
 
 def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.ndarray:
@@ -266,15 +293,17 @@ def _add_constants(columns: dict[str, np.ndarray], making: Making) -> None:
 
 def _check_present(columns: dict[str, np.ndarray], making: Making) -> None:
     rules = schema.KINDS[making.kind].columns
+    others = f"; {making.unrecognised}" if making.unrecognised else ""
     absent = [name for name in rules.required if name not in columns and name != "time_s"]
     constant = " ".join(f"--constant {name}=..." for name in absent)
     if absent:
         raise refuse(
-            making.place, f"a recording of kind {making.kind} needs {', '.join(absent)}, which was not found;"
-            f" name the columns with --map QUANTITY=COLUMN, or state what did not change with {constant}",
+            making.place, f"a recording of kind {making.kind} needs {', '.join(absent)}, which was not"
+            f" found{others}; name the columns with --map QUANTITY=COLUMN, or state what did"
+            f" not change with {constant}",
         )  # fmt: skip
     if rules.one_of and not any(name in columns for name in rules.one_of):
         raise refuse(
-            making.place, f"a recording of kind {making.kind} needs one of {', '.join(rules.one_of)}; name it"
-            " with --map QUANTITY=COLUMN",
+            making.place, f"a recording of kind {making.kind} needs one of {', '.join(rules.one_of)}{others};"
+            " name it with --map QUANTITY=COLUMN",
         )  # fmt: skip

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
 from ..recordings.table import refuse
 from .channels import in_unit
 from .circuit import add_resistances
@@ -141,7 +143,8 @@ def question_stress(columns: dict[str, np.ndarray], making: Making) -> None:
         ", or is it a mark for a missing reading (leave such fields empty)" if 5 * rows < len(values) else ""
     )
     making.warn(
-        f"stress reaches {farthest:.4g} {name.rpartition('_')[2]} in {rows} rows, more than any {matter}"
+        f"stress reaches {farthest:.4g} {name.rpartition('_')[2]} in {counted(rows, 'row')}, more than any"
+        f" {matter}"
         f" bears: are its unit and the cross-section right{mark}?"
     )
 

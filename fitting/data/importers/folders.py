@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from pathlib import Path
 
+from pneusma_jax.errors import counted
+
 from ..recordings.table import refuse
 from .parts import samples_of
 from .raw import open_raw
@@ -64,8 +66,10 @@ def left_in_folders(sources: Iterable[str | Path]) -> list[str]:
             if path.is_dir():
                 count = sum(p.suffix.lower() in RAW_ENDINGS for p in path.rglob("*") if p.is_file())
                 if count:
+                    files = counted(count, "text file or workbook", "text files or workbooks")
                     lines.append(
-                        f"{path}, a folder with {count} text files or workbooks: name it to import them, too"
+                        f"{path}, a folder with {files}: name it to import"
+                        f" {'it' if count == 1 else 'them'}, too"
                     )
             elif path.suffix.lower() not in RAW_ENDINGS:
                 kinds.setdefault(path.suffix.lower(), []).append(path)

@@ -47,6 +47,7 @@ class Making:
         sources: quantities that others were derived from.
         raw: quantities that the file itself has.
         zero: standard deviations of the zeros that every fit is to find, by canonical column.
+        unrecognised: words about columns of the file that no quantity takes; empty if there are none.
         clock_counts_rows: true if the file has no clock and nobody states the time between rows.
     """
 
@@ -59,6 +60,7 @@ class Making:
     sources: set[str] = field(default_factory=set)
     raw: frozenset[str] = frozenset()
     zero: dict[str, float] = field(default_factory=dict)
+    unrecognised: str = ""
     clock_counts_rows: bool = False
 
     def say(self, text: str) -> None:

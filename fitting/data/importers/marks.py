@@ -4,6 +4,8 @@ import re
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
 from .grid import Grid
 
 HUGE = 1e30
@@ -36,7 +38,7 @@ def drop_marks(grid: Grid) -> None:
         for value in dict.fromkeys(marks):
             where = values == value
             count = int(where.sum())
-            found = f"{value:.10g} in {count} row{'s' * (count > 1)} of {label} (first in row"
+            found = f"{value:.10g} in {counted(count, 'row')} of {label} (first in row"
             found = f"check: {found} {grid.rows[int(np.argmax(where))]})"
             gap = float(np.min(np.abs(others - value)))
             if gap > np.ptp(others):

@@ -6,6 +6,8 @@ import shlex
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
 from ..recordings import Recording, schema
 from ..recordings.columns import convert
 from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
@@ -18,6 +20,7 @@ from .derive import METAL_MPA
 from .format import Format
 from .making import Channel, Making
 from .options import Options
+from .other_headings import unrecognised
 from .parts import Sample, stated_specimen
 from .specimen_sizes import area_mm2
 from .spelling import dimension, unit_name
@@ -47,7 +50,8 @@ def read(sample: Sample, options: Options) -> Recording:
     notices += say_aside(grid, channels)
     if grid.preamble:
         notices.append(
-            f"{len(grid.preamble)} lines before the table were left aside, but for sizes that are named here"
+            f"{counted(len(grid.preamble), 'line')} before the table"
+            f" {'was' if len(grid.preamble) == 1 else 'were'} left aside, but for sizes that are named here"
         )
     stated = stated_specimen(grid)
     if stated and not options.specimen and not sample.title:
@@ -100,11 +104,13 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
         kinds_text = (
             f"its columns fit the kinds {', '.join(fits)}" if fits else "its columns fit no kind of recording"
         )
-        labels = [repr(heading.text) for heading in sample.require_grid().headings]
-        columns = ", ".join(labels) or "no headings"
+        grid = sample.require_grid()
+        columns = ", ".join(repr(heading.text) for heading in grid.headings) or "no headings"
+        others = unrecognised(grid.headings, {c.column for c in channels.values()}, available)
         raise refuse(
-            sample.raw.path, f"{kinds_text} ({columns}){_nearest(available)}; state"
-            f" --kind, and name the columns with --map QUANTITY=COLUMN. Kinds: {KINDS}",
+            sample.raw.path, f"{kinds_text} ({columns}){_nearest(available)}"
+            f"{f'; {others}' if others else ''}; state --kind, and name the columns with --map"
+            f" QUANTITY=COLUMN. Kinds: {KINDS}",
         )  # fmt: skip
     return fits[0]
 

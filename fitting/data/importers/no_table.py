@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 
+from pneusma_jax.errors import counted
+
 from .headers import names_quantities
 from .numerals import to_number
 from .raw import Page
@@ -41,8 +43,10 @@ def few_numbers(page: Page) -> str:
         named = [text for text in fields[at] if text and meaning(heading_of(text)) is not None]
         count = sum(any(to_number(t, ".") is not None and t for t in row) for row in fields[at + 1 :])
         if count < LEAST_ROWS:
-            what = f"{count} row{'s' * (count != 1)} of numbers" if count else "no numbers"
+            what = f"{counted(count, 'row')} of numbers" if count else "no numbers"
+            stand = "stands" if count == 1 else "stand"
             return (
-                f"below the headings {', '.join(map(repr, named))} stand {what}; a table needs {LEAST_ROWS}"
+                f"below the headings {', '.join(map(repr, named))} {stand} {what}; a table needs"
+                f" {LEAST_ROWS}"
             )
     return ""

@@ -9,7 +9,7 @@ from pneusma_jax.units import find_unit
 
 from ..recordings import schema
 from ..recordings.columns import written_unit
-from .spelling import unit_name
+from .spelling import pressure_zero, unit_name
 
 # Quantities that a column of a raw file may hold: those of the recording format, and what they are
 # made from.
@@ -57,7 +57,7 @@ class Options:
         kind: kind of recording to make.
         format: name of the raw format, in place of detection.
         columns: raw column by quantity, given by its heading or its number from 1.
-        units: unit of the raw column by quantity.
+        units: unit of the raw column by quantity; that of a pressure may name its zero (`kPaa`).
         scales: factor on the raw numbers by quantity (-1 turns a sign).
         dimensions: dimension of the specimen by name (`DIMENSIONS`, `GEOMETRY`), in the unit of its name.
         circuit: constants of the circuit that turns raw voltages into resistance, by name (`CIRCUIT`).
@@ -70,6 +70,7 @@ class Options:
         sheet: name or number of the only sheet to read.
         interval_s: seconds between samples, for files without a clock.
         licence, citation, specimen, role: entries of the sidecar.
+        successive: true if the files hold tests of one specimen, one after the other, that are one recording.
     """
 
     kind: str | None = None
@@ -89,6 +90,7 @@ class Options:
     citation: str | None = None
     specimen: str | None = None
     role: str = "fit"
+    successive: bool = False
     used: Used = field(default_factory=Used, compare=False)
 
     def stated(self) -> list[tuple[str, str]]:
@@ -141,6 +143,7 @@ def make_options(
     citation: str | None = None,
     specimen: str | None = None,
     role: str = "fit",
+    successive: bool = False,
 ) -> Options:
     """Options from texts of the form `NAME=VALUE`, as on the command line.
 
@@ -183,6 +186,7 @@ def make_options(
         citation=citation,
         specimen=specimen,
         role=role,
+        successive=successive,
     )
 
 
@@ -275,9 +279,17 @@ def _number(option: str, name: str, text: str) -> float:
 
 
 def _unit(name: str, text: str) -> str:
+    """Name of a unit; of a pressure as it is written if it says from which zero it counts (`kPaa`)."""
     unit = unit_name(text)
     try:
         find_unit(unit)
     except InputError as error:
         raise InputError(f"--unit {name}={text}: {error}") from None
-    return unit
+    if not pressure_zero(text):
+        return unit
+    if name != "pressure":
+        raise InputError(
+            f"--unit {name}={text}: {text!r} says from which zero a pressure counts, and {name} is none; did"
+            f" you mean {unit!r}?"
+        )
+    return text

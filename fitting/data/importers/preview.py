@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
 from ..recordings import NOT_STATED, Recording, schema
 
 FIRST_ROWS = 5
@@ -16,7 +18,8 @@ def describe(recording: Recording) -> str:
     Returns:
         Several lines: name and kind, a table of columns, the first rows, provenance, notices.
     """
-    head = f"{recording.name}: kind {recording.kind}, specimen {recording.specimen}, {len(recording)} rows"
+    rows = counted(len(recording), "row")
+    head = f"{recording.name}: kind {recording.kind}, specimen {recording.specimen}, {rows}"
     source = [f"{key}: {recording.source.get(key, NOT_STATED)}" for key in ("citation", "licence")]
     parts = [
         head,

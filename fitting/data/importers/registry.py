@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.errors import InputError, counted, nearest
 
 from ..files import names_apart
 from ..recordings import Recording
@@ -26,9 +26,11 @@ from .channels import named_channels
 from .format import Format
 from .no_table import few_numbers, words_for_numbers
 from .options import QUANTITIES, Options
+from .other_headings import advised
 from .parts import Sample, samples_of
 from .raw import formulas_without_values, open_raw
 from .refused import RECORDING as recording_format
+from .successive import joined
 from .unmodelled import unmodelled
 
 FORMATS: tuple[Format, ...] = (
@@ -74,10 +76,15 @@ def detect(sample: Sample) -> Format:
     columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""
     if sample.grid is not None and not headings:
         columns = f" (without headings, numbers 1 to {sample.grid.values.shape[1]})"
+    advice = ""
+    if sample.grid is not None:
+        found = named_channels(sample.grid)
+        advice = advised(sample.grid.headings, {c.column for c in found.values()}, found)
+        advice = f", {advice}" if advice else ""
     raise refuse(
         sample.raw.path,
-        f"no known format; name its columns{columns} with --map QUANTITY=COLUMN, where QUANTITY is one of "
-        f"{', '.join(QUANTITIES)}; or see the known formats: {names}",
+        f"no known format; name its columns{columns} with --map QUANTITY=COLUMN{advice},"
+        f" where QUANTITY is one of {', '.join(QUANTITIES)}; or see the known formats: {names}",
     )
 
 
@@ -268,6 +275,8 @@ def _named_format(name: str, sample: Sample) -> Format:
 def import_files(paths: Iterable[str | Path], options: Options | None = None) -> list[Recording]:
     """Make the recordings of each file, all or none. Names that would clash are told apart.
 
+    With `options.successive` they are one recording, in the order of the files.
+
     Raises:
         InputError: if any file cannot be imported (first one's line and the number of others), or if no file
             uses an option.
@@ -285,8 +294,23 @@ def import_files(paths: Iterable[str | Path], options: Options | None = None) ->
     _refuse_unused(made, options)
     recordings = [recording for recording, _ in made]
     _refuse_twice(paths)
+    if options.successive:
+        return [_one_of_all(paths, recordings, options)]
     _separate_names(recordings)
     return recordings
+
+
+def _one_of_all(paths: Sequence[Path], recordings: Sequence[Recording], options: Options) -> Recording:
+    """The recordings of files that hold one test each, joined in the order of the files."""
+    for path in paths:
+        count = sum(recording.path == path for recording in recordings)
+        if count != 1:
+            raise refuse(
+                path, f"this file holds {counted(count, 'test')}, and --successive joins files of one test"
+                " each; choose one with --sheet",
+            )  # fmt: skip
+    samples = [_selected_test(samples_of(open_raw(path), options.sheet), options)[0] for path in paths]
+    return joined(recordings, [of_file[0].sizes for of_file in samples], options.specimen)
 
 
 def _refuse_twice(paths: Sequence[Path]) -> None:

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
 from ..recordings import schema
 from ..recordings.table import refuse
 from .making import Making
@@ -63,7 +65,8 @@ def _spread_ticks(time: np.ndarray, notices: list[str]) -> np.ndarray:
     width = np.append(np.minimum(np.diff(ticks), resolution), resolution)
     offset = np.arange(len(time)) - np.repeat(first, counts)
     notices.append(
-        f"{repeats} rows repeat the time before them (the clock steps by {resolution:g} s): spread evenly"
+        f"{counted(repeats, 'row repeats', 'rows repeat')} the time before them (the"
+        f" clock steps by {resolution:g} s): spread evenly"
         " over a step"
     )
     return time + np.repeat(width / counts, counts) * offset

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
 from ..recordings import schema
 from ..recordings.table import refuse
 from ..slack import Slack, find_slack, noise_of_steps, rest_at_zero
@@ -40,7 +42,7 @@ def _text(slack: Slack, pair: tuple[str, str], making: Making) -> str:
     drive = "strain" if pair[0] == "strain" else "elongation"
     length = "" if drive == "strain" else " mm"
     level, start = f"{slack.zero:.4g} {unit}", f"{drive} {slack.start:.4g}{length}"
-    return f"{answer} is flat at {level} up to {start} ({slack.rows} rows)"
+    return f"{answer} is flat at {level} up to {start} ({counted(slack.rows, 'row')})"
 
 
 def offer(slack: Slack, pair: tuple[str, str], making: Making) -> None:
@@ -96,7 +98,8 @@ def start_at(
         word, unit = ("strain", "") if drive == "strain" else ("elongation", " mm")
         percent = ", and a fraction, so that 5 % is 0.05" if drive == "strain" else ""
         raise refuse(
-            making.place, f"--slack {making.options.slack}: {left} rows lie beyond it; {word} goes from"
+            making.place, f"--slack {making.options.slack}: {counted(left, 'row lies', 'rows lie')} beyond"
+            f" it; {word} goes from"
             f" {np.nanmin(raw):.4g} to {np.nanmax(raw):.4g}{unit} here, and the slack is its first part"
             f"{percent}",
         )  # fmt: skip
@@ -109,7 +112,8 @@ def start_at(
     columns[force] = columns[force] - slack.zero
     answer, unit = force.rsplit("_", 1)
     making.say(
-        f"{_text(slack, pair, making)}: {int((~keep).sum())} slack rows left out, {how}; {slack.zero:.4g}"
+        f"{_text(slack, pair, making)}: {counted(int((~keep).sum()), 'slack row')} left out, {how};"
+        f" {slack.zero:.4g}"
         f" {unit} taken off"
         f" {answer} (--slack)"
     )

@@ -10,6 +10,15 @@ from .sizes import SAME
 AREAS = (("area_mm2",), ("diameter_mm",), ("width_mm", "thickness_mm"))
 """Dimensions that make a cross-section; the first set that is known is taken."""
 
+ROUNDING = 1e-6
+"""Maximum relative difference of one size that is stated twice."""
+_OF_THE_FILE = {
+    "gauge_length_mm": ("gauge_length_mm", "length"), "length_mm": ("length", "gauge_length_mm"),
+    "free_length_mm": ("length",), "wire_diameter_mm": ("diameter_mm",),
+    "outer_diameter_mm": ("diameter_mm",), "wall_thickness_mm": ("thickness_mm",),
+}  # fmt: skip
+"""Sizes that a file may state in place of one of the user's."""
+
 
 def gauge_length_mm(making: Making, quiet: bool = False) -> float | None:
     """Length between the grips, stated by the user or by the file (with a notice); None if unknown."""
@@ -47,6 +56,39 @@ def area_mm2(making: Making, quiet: bool = False) -> float | None:
                     _notice_dimension(making, name, "the " + name.rpartition("_")[0], quiet)
             return _area(names, [found[name] for name in names])
     return None
+
+
+def say_other_sizes(making: Making) -> None:
+    """Warn of sizes that the user states and that contradict the file's own, with both values."""
+    used = {name for option, name in making.options.used.names if option == "--dimension"}
+    stated = {name: size for name, size in making.options.dimensions.items() if name in used}
+    compared = set()
+    for name, size in stated.items():
+        key = next((key for key in _OF_THE_FILE.get(name, (name,)) if key in making.sizes), None)
+        if key is not None:
+            compared.add(key)
+            _say_other(making, (name,), size, making.sizes[key].value, (key,))
+    by_user = next((names for names in AREAS if set(names) <= stated.keys()), None)
+    by_file = next((names for names in AREAS if set(names) <= making.sizes.keys()), None)
+    if by_user and by_file and not compared & {*by_file}:
+        areas = [_area(by_user, [stated[n] for n in by_user])]
+        areas.append(_area(by_file, [making.sizes[n].value for n in by_file]))
+        _say_other(making, by_user, areas[0], areas[1], by_file, "mm2")
+
+
+def _say_other(
+    making: Making, names: tuple[str, ...], size: float, of_file: float, keys: tuple[str, ...], unit: str = ""
+) -> None:
+    """Warn of a size of the user and one of the file, if they differ."""
+    if abs(size - of_file) <= ROUNDING * abs(size):
+        return
+    unit = unit or names[0].rpartition("_")[2]
+    said = ", ".join(repr(making.sizes[key].said) for key in keys)
+    options = " ".join(f"--dimension {name}={making.options.dimensions[name]:.6g}" for name in names)
+    making.warn(
+        f"the file states {of_file:.6g} {unit} ({said}), and {options} another size: {size:.6g} {unit} was"
+        " used"
+    )
 
 
 def _compare_areas(making: Making, found: Mapping[str, float]) -> None:

@@ -52,6 +52,9 @@ for _known in UNITS:
     _FOLDED.setdefault(_known.casefold(), set()).add(_known)
 
 _BRACKETS = re.compile(r"[(\[{]([^()\[\]{}]*)[)\]}]")
+# Symbols with which m is milli and M is mega. A unit that differs in its prefix alone is another one.
+_PREFIXED = re.compile(r"[mM](?=(?:Pa|N|V|A|W|g|s|m|rad|bar|ohm)(?![A-Za-oq-z0-9]))")
+_EXACT = {"Nm": "N m", "Nmm": "N mm"}  # spellings in which capitals tell units apart
 # A pressure's zero, written with its unit: `psia`, `bar(g)`, `kPa abs`.
 _REFERENCE = re.compile(
     r"^(?P<unit>k?pa|mpa|hpa|m?bar|psi|torr|kgf/cm2|atm)\s*[-_."
@@ -84,10 +87,16 @@ class Heading:
 
 
 def unit_name(text: str) -> str:
-    """The package's name of a unit that an instrument spells differently; unchanged if unknown."""
+    """The package's name of a unit that an instrument spells differently; unchanged if unknown.
+
+    Capitals count where they tell milli from mega: `mPa` is not known, and no `MPa`.
+    """
     text = text.strip()
     if text in UNITS and text.casefold() not in _SPELLINGS:
         return text
+    exact = unicodedata.normalize("NFKC", text).replace("Ω", "ohm")
+    if exact in _EXACT or _has_other_prefix(exact):
+        return _EXACT.get(exact, exact)
     folded = _normalised(text)
     for written in (text, folded, folded.replace("^", "").replace("**", ""), folded.replace(" ", "")):
         if written in _SPELLINGS:
@@ -97,8 +106,25 @@ def unit_name(text: str) -> str:
         known = _FOLDED.get(written.casefold(), set())
         if len(known) == 1:
             return next(iter(known))
-    with_zero = _REFERENCE.match(folded)
+    with_zero = _REFERENCE.match(exact)
     return unit_name(with_zero["unit"]) if with_zero else text
+
+
+def _has_other_prefix(text: str) -> bool:
+    """True for a unit that is unknown, but known with milli in place of mega, or the reverse: `mPa`, `MN`."""
+    return bool(_PREFIXED.match(text)) and text not in UNITS and text[0].swapcase() + text[1:] in UNITS
+
+
+def may_be_unit(text: str) -> bool:
+    """True if a text names a unit, or one that differs from it in its prefix alone."""
+    return is_unit(text) or _has_other_prefix(unit_name(text))
+
+
+def same_unit(one: str, other: str) -> bool:
+    """True if two written units are one, or differ in spelling alone; a mass stands for its weight."""
+    names = [unit_name(text) for text in (one, other)]
+    units = [UNITS.get(WEIGHTS.get(name, name)) for name in names]
+    return names[0] == names[1] or (units[0] is not None and units[0] == units[1])
 
 
 def _normalised(text: str) -> str:
@@ -130,13 +156,13 @@ def parse_heading(text: str) -> Heading:
     brackets = list(_BRACKETS.finditer(text))
     for found in reversed(brackets):
         content = found[1].strip()
-        if is_unit(content):
+        if may_be_unit(content):
             rest = text[: found.start()] + " " + text[found.end() :]
             zero = pressure_zero(content) or pressure_zero(rest)
             return Heading(text, plain(rest), unit_name(content), zero)
     for pattern in (r"^(.+?)\s*[,;:]\s*(\S.*)$", r"^(.+?)\s+(?:/|in)\s+(\S.*)$", r"^(.+?)\s*/\s*(\S+)$"):
         found = re.match(pattern, text)
-        if found and found[2].strip() and is_unit(found[2].strip(" ()[]")):
+        if found and found[2].strip() and may_be_unit(found[2].strip(" ()[]")):
             unit = found[2].strip(" ()[]")
             return Heading(
                 text, plain(found[1]), unit_name(unit), pressure_zero(unit) or pressure_zero(found[1])
@@ -147,7 +173,7 @@ def parse_heading(text: str) -> Heading:
     stem, _, suffix = text.rpartition(" ")
     if (
         stem.strip()
-        and is_unit(suffix)
+        and may_be_unit(suffix)
         and suffix.lower() not in _LETTERS
         and any(c.isalpha() or c == "%" for c in suffix)
     ):

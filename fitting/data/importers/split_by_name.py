@@ -4,6 +4,8 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from pneusma_jax.errors import counted
+
 from .grid import Grid
 from .separators import LEAST_ROWS
 from .words import LOT_WORDS, SPECIMEN_WORDS, TEST_WORDS, meaning
@@ -44,8 +46,7 @@ def too_short(title: str, count: int, row: int | None = None) -> str:
         row: line number in the file of its first row, if it is to be named.
     """
     place = "" if row is None else f" (row {row})"
-    rows = f"{count} row{'s' * (count != 1)}"
-    return f"check: {title} has {rows}{place}, fewer than a test needs, and was left out"
+    return f"check: {title} has {counted(count, 'row')}{place}, fewer than a test needs, and was left out"
 
 
 def by_column(grid: Grid) -> list[Part]:
@@ -74,7 +75,8 @@ def by_column(grid: Grid) -> list[Part]:
         ]
         if unnamed:
             notices.append(
-                f"check: {len(unnamed)} rows without a name in {label} were left out (row"
+                f"check: {counted(len(unnamed), 'row')} without a name in {label}"
+                f" {'was' if len(unnamed) == 1 else 'were'} left out (row"
                 f" {grid.rows[unnamed[0]]})"
             )
         others = [c for c in range(len(grid.headings)) if c != column]

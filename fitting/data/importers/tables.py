@@ -5,6 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
+from .cut_off import cut_off
 from .grid import Grid
 from .headers import Parsed, Rows, Start, first_table, names_quantities
 from .numerals import like_a_number
@@ -134,18 +137,23 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     if counts_columns(fields, keep):
         notices.append(f"check: row {keep[0] + 1} only counts the columns and was left out")
         keep = keep[1:]
+    if cut := cut_off(lines.page, fields, keep, lines.delimiter, header):
+        notices.append(cut.said)
+        keep = keep[:-1] if cut.spoilt else keep
     values = np.full((len(keep), width), math.nan)
     numbers = [parsed[i] or [] for i in keep]
     for k, row in enumerate(numbers):
         values[k, : len(row)] = [math.nan if x is None else x for x in row]
     notices = [
-        f"{len(keep)} rows of {width} columns, separated by {_SEPARATORS[lines.delimiter]}",
+        f"{counted(len(keep), 'row')} of {counted(width, 'column')}, separated by"
+        f" {_SEPARATORS[lines.delimiter]}",
         *(["decimal commas"] if lines.decimal == "," else []), *notices, *beside,
         *_dropped(lines, keep, dropped, width),
     ]  # fmt: skip
     if told := [i for i in lines.statistics if top <= i < end]:
         notices.append(
-            f"check: {len(told)} rows of statistics were left out: {_examples(lines.statistics, told)}"
+            f"check: {counted(len(told), 'row of statistics was', 'rows of statistics were')} left out:"
+            f" {_examples(lines.statistics, told)}"
         )
     whole = lines.page.is_sheet or _heads_all(lines, top, width)
     longer = [] if whole else [i for i in keep if len(fields[i]) > stated > 0]
@@ -206,13 +214,16 @@ def _dropped(lines: _Lines, keep: list[int], dropped: list[int], width: int) -> 
     notices = []
     if wider:
         notices.append(
-            f"check: {len(wider)} rows have more fields than the {width} columns and were dropped:"
+            f"check: {counted(len(wider), 'row has', 'rows have')} more fields than the {width} columns and"
+            f" {'was' if len(wider) == 1 else 'were'} dropped:"
             f" {_examples(fields, wider)}"
         )
     for rows, mark in ((remarks, ""), (mixed, "check: ")):
         if rows:
-            what = f"{mark}{len(rows)} rows below the header are not numbers and were dropped: "
-            notices.append(what + _examples(fields, rows))
+            what = "row below the header is not", "rows below the header are not"
+            count = counted(len(rows), *what)
+            were = "was" if len(rows) == 1 else "were"
+            notices.append(f"{mark}{count} numbers and {were} dropped: {_examples(fields, rows)}")
     below = [i for i in keep if remarks and i > remarks[-1]]
     if 0 < len(below) < LEAST_ROWS:
         numbers = ", ".join(str(i + 1) for i in below)
@@ -242,7 +253,7 @@ def _longer(fields: Rows, longer: list[int], stated: int) -> str:
     """Warning where a few rows have more fields than there are headings. A surplus comma shifts numbers."""
     row, count = longer[0], len(longer)
     return (
-        f"check: {count} row{'s have' if count > 1 else ' has'} more fields than the {stated} headings (row"
+        f"check: {counted(count, 'row has', 'rows have')} more fields than the {stated} headings (row"
         f" {row + 1}: {len(fields[row])} fields); if a mark too many moved its numbers, mend it in the file"
     )
 

@@ -4,6 +4,8 @@ import re
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
 from .clocks import DAY_S, Clock, read_clock
 from .grid import Grid
 from .grouped import doubt_groups, say_grouped
@@ -14,6 +16,8 @@ from .words import meaning
 
 SERIAL = (36526.0, 73050.0)
 """Days since 1900, as spreadsheets count them, from the year 2000 to 2099."""
+MOST_LISTED = 6
+"""Number of fields that a notice lists with their rows."""
 YEAR_DAYS = 366.0
 """Maximum length of a test whose clock counts days since 1900 [d]."""
 
@@ -85,9 +89,10 @@ def _read_words(grid: Grid, parsed: list[list[float | None]]) -> None:
                 f" {texts[0][0]})"
             )
         else:
-            row, text = texts[0]
+            fields = f"{counted(len(texts), 'field')} of column {label}"
             grid.notices.append(
-                f"{len(texts)} fields of column {label} are not numbers ({text!r} in row {row}): missing"
+                f"check: {fields} {'is no number' if len(texts) == 1 else 'are no numbers'}"
+                f" ({_listed(texts)}): missing"
             )
         if numberlike and 2 * len(texts) <= filled:
             row, text = numberlike[0]
@@ -95,6 +100,12 @@ def _read_words(grid: Grid, parsed: list[list[float | None]]) -> None:
                 f"{text!r} in row {row} of {label} cannot be told: its marks are not those of the other"
                 " numbers"
             )
+
+
+def _listed(texts: list[tuple[int, str]]) -> str:
+    """Fields with their rows: all of them, or the first ones."""
+    shown = ", ".join(f"{text[:40]!r} in row {row}" for row, text in texts[:MOST_LISTED])
+    return shown + (f", and {len(texts) - MOST_LISTED} more" if len(texts) > MOST_LISTED else "")
 
 
 def _may_be_clock(heading: Heading) -> bool:

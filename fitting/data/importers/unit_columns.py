@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pneusma_jax.errors import counted
 from pneusma_jax.units import find_unit
 
 from ..recordings.columns import convert
@@ -78,7 +79,7 @@ def _known(text: str) -> str:
 def _said(units: Sequence[str], label: str, own: str, most: str) -> str:
     if set(units) == {most}:
         return f"{label} is in {most}, as {own} says in every row"
-    parts = ", ".join(f"{units.count(unit)} rows in {unit}" for unit in dict.fromkeys(units))
+    parts = ", ".join(f"{counted(units.count(unit), 'row')} in {unit}" for unit in dict.fromkeys(units))
     return f"check: {own} states the unit of {label} row by row ({parts}): all are converted to {most}"
 
 

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
 from . import schema, sidecar, stated_columns
 from .checks import check_recording
 from .columns import canonical_columns, held_by, infer_kind
@@ -116,5 +118,5 @@ def _remarks(recording: Recording) -> list[str]:
         found.append("real = true, and no licence is stated: fine for numbers of your own")
     repeated = int(np.sum(np.diff(columns["time_s"]) == 0.0)) if "time_s" in columns else 0
     if repeated:
-        found.append(f"{repeated} rows have the same time_s as the row before")
+        found.append(f"{counted(repeated, 'row has', 'rows have')} the same time_s as the row before")
     return found

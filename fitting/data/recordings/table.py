@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pneusma_jax.errors import InputError
+from pneusma_jax.errors import InputError, counted
 
 
 def refuse(path: Path | str, what: str, row: int | None = None, column: str | None = None) -> InputError:
@@ -126,7 +126,8 @@ def _fill(table: Table, records: list[tuple[int, list[str]]]) -> None:
             continue
         if len(record) != width:
             hint = "; the decimal mark must be a point" if len(record) > width else ""
-            raise refuse(table.path, f"{len(record)} fields where the header has {width}{hint}", row)
+            fields = counted(len(record), "field")
+            raise refuse(table.path, f"{fields} where the header has {width}{hint}", row)
         table.rows.append(row)
         for cells, text in zip(columns, record, strict=True):
             cells.append(text.strip())

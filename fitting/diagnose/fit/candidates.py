@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from fitting.inference.parallel import run_parallel
+from pneusma_jax.errors import counted
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
@@ -144,10 +145,10 @@ def fitted_sets(
         return slugs, min(fit, again, key=lambda f: f.objective)
 
     if fresh:
-        progress(f"fitting {len(fresh)} candidates")
+        progress(f"fitting {counted(len(fresh), 'candidate')}")
     best |= dict(run_parallel(fitted, [(slugs, starts[slugs][0], CANDIDATES.first_steps) for slugs in fresh]))
     kept = _ahead(program, refitter, best, starts, effort * CANDIDATES.second_count)
-    progress(f"fitting {len(kept)} candidates")
+    progress(f"fitting {counted(len(kept), 'candidate')}")
     best |= dict(run_parallel(fitted, [(slugs, best[slugs], CANDIDATES.second_steps) for slugs in kept]))
     kept = _ahead(program, refitter, best, starts, effort * CANDIDATES.final_count)
     names = ["+".join(slug for slug in slugs if slug not in current.slugs) for slugs in kept]

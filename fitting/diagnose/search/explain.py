@@ -13,6 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from pneusma_jax.errors import counted
+
 from ..evaluate.program import Program
 from ..fit.base_fit import base_fit, fit_with_noise
 from ..fit.evidence import evidence, inflation_of
@@ -48,7 +50,7 @@ def explain(
     search = SetSearch(rng, progress, effort)
     progress("refitting the base model within its tolerances")
     started, base = base_fit(program, further=further)
-    progress(f"screening {len(program.unknowns.slugs)} effects")
+    progress(f"screening {counted(len(program.unknowns.slugs), 'effect')}")
     found = base_scored(started, base, rng)
     untried = not program.fitted.all()  # recordings for validation have not been fitted
     whole = None

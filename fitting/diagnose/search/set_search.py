@@ -14,6 +14,7 @@ from itertools import zip_longest
 import numpy as np
 
 from fitting.inference.parallel import run_parallel
+from pneusma_jax.errors import counted
 
 from ..evaluate.program import Program
 from ..fit.base_fit import clearly_better
@@ -87,7 +88,7 @@ class SetSearch:
 
     def step(self, program: Program, current: Fit, rng: np.random.Generator | None = None) -> Step:
         """A step with the scores of all effects that a model does not have."""
-        self.progress(f"screening {len(program.unknowns.slugs) - len(current.slugs)} effects")
+        self.progress(f"screening {counted(len(program.unknowns.slugs) - len(current.slugs), 'effect')}")
         return Step(current, scored(program, current, rng or self.rng), [])
 
     def fill(
@@ -115,7 +116,7 @@ class SetSearch:
             proposals = self._proposals(program, pool, size)
             if not proposals:
                 return
-            self.progress(f"fitting {len(proposals)} sets of {size} effects")
+            self.progress(f"fitting {counted(len(proposals), 'set')} of {size} effects")
             pool.add(fitted_sets(program, proposals, pool.base, self.progress, self.effort))
             ranked = pool.ranked()  # anew: what better fits leave deflates the evidence of all sets less
             worth = {frozenset(): 0.0} | {frozenset(fit.slugs): evidence for fit, evidence in ranked}

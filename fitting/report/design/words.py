@@ -10,6 +10,7 @@ from fitting.design.neighbours import DISTANCES, jumps
 from fitting.design.optimise import ALLOWED
 from fitting.design.result import Design, DesignResult
 from fitting.design.study import Free, Objective
+from pneusma_jax.errors import counted
 from pneusma_jax.units import UNITS, from_si, to_si
 
 from ..cells import joined, with_unit
@@ -68,7 +69,7 @@ def verdict(result: DesignResult) -> list[str]:
     if result.front is not None:
         kind = "that can be made" if result.front.made else "before rounding"
         sentences.append(
-            f"The front has {len(result.front.designs)} designs {kind}, and dominates "
+            f"The front has {counted(len(result.front.designs), 'design')} {kind}, and dominates "
             f"{100.0 * result.front.hypervolume:.3g} % of the box up to its reference."
         )
     sentences += chance_words(result)
@@ -293,12 +294,15 @@ def how_it_was_found(result: DesignResult) -> list[str]:
     first = result.study.objectives[0]
     feasible = [value for value, violation in result.starts if violation <= 1e-6]
     ends = [objective_shown(first, end(feasible, default=math.nan)) for end in (min, max)]
-    lost = f"{result.lost} were not solved, " if result.lost else ""
+    lost = f"{counted(result.lost, 'was', 'were')} not solved, " if result.lost else ""
     count = len(result.starts) + result.lost
+    stopped = counted(result.joined, "was", "were")
+    joined_words = f" {stopped} stopped near an optimum that was found already." if result.joined else ""
     return [
-        f"{count} starts; {lost}{len(feasible)} ended with all constraints kept, at {ends[0]} to {ends[1]}."
-        + (f" {result.joined} were stopped near an optimum that was found already." * bool(result.joined)),
-        f"{result.evaluations} evaluations with exact derivatives, {result.equilibria} equilibria.",
+        f"{counted(count, 'start')}; {lost}{len(feasible)} ended with all constraints kept, at {ends[0]} to "
+        f"{ends[1]}.{joined_words}",
+        f"{counted(result.evaluations, 'evaluation')} with exact derivatives, "
+        f"{counted(result.equilibria, 'equilibrium', 'equilibria')}.",
         f"Of the objective's gradient {100.0 * result.conditions.left:.2g} % is not explained by what "
         "limits the "
         "design; none would be at an exact optimum.",

@@ -8,6 +8,7 @@ from fitting.data.csv_text import csv_rows
 from fitting.diagnose.batch import Diagnosed, Diagnoses
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.specimens.saved_models import AugmentedModel
+from pneusma_jax.errors import counted
 
 from .. import render
 from ..cells import joined, number
@@ -34,8 +35,8 @@ def verdict(result: Diagnoses) -> list[str]:
     done = [member for member in result.members if member.done]
     wrong = [member for member in done if member.content["verdict"] == "mismatch"]
     said = [
-        f"{len(done)} of {len(result.members)} campaigns were diagnosed; the model leaves physics out in "
-        f"{len(wrong)} of them."
+        f"{len(done)} of {counted(len(result.members), 'campaign')} were diagnosed; the model leaves "
+        f"physics out in {len(wrong)} of them."
     ]
     counts = Counter(_effects(member)[0]["name"] for member in wrong if _effects(member))
     if counts:

@@ -2,6 +2,7 @@
 
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.probabilities import UNMODELLED
+from fitting.specimens import specimen_of
 from fitting.specimens.saved_models import AddedDiscrepancy, AddedEffect, AugmentedModel, add_effect, fitted
 from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.calibration.records import Prior, Quantity
@@ -25,10 +26,11 @@ def model_of(conclusion: Conclusion, source: str, start: AugmentedModel | None =
     common: dict[str, dict[str, Quantity]] = {kind: dict(table) for kind, table in start.base.items()}
     own: dict[str, dict[str, dict[str, Quantity]]] = {}
     specimens = list(dict.fromkeys(r.specimen for r in program.recordings))
+    kinds = specimen_of(program.kind).tables  # alpha_1 is an alloy's resistance, and an exponent of Ogden's
     for k in program.unknowns.base:
         item = program.unknowns.items[k]
         name, _, number = item.name.partition("__")
-        kind = next((kind for kind in ("alloy", "silicone", "actuator") if name in QUANTITIES[kind]), None)
+        kind = next((table for table in kinds if name in QUANTITIES[table]), None)
         if kind is None:
             continue
         sd = item.spread(fit.u[k], fit.sd(k))

@@ -5,6 +5,7 @@ from fitting.diagnose.verdict.text import place_text, verdict_sentences
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.saved_models.files import render_model
 from pneusma_jax.calibration.toml import render_calibration
+from pneusma_jax.errors import counted
 
 from ..report import Block, Code, Picture, Points, Report, Section
 from . import text
@@ -55,7 +56,7 @@ def report_of(
             Section("Next experiment", [text.next_experiment(conclusion)]),
             Section("To make this page again", [Code(command)]),
         ],
-        footer=f"{x.tries} models were fitted.",
+        footer=f"{counted(x.tries, 'model was', 'models were')} fitted.",
         content=lambda: content(conclusion),
         files=lambda: {
             "augmented.toml": render_model(model_of(conclusion, source, start)),

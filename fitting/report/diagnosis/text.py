@@ -3,6 +3,7 @@
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.probabilities import Found
 from fitting.diagnose.verdict.text import went
+from pneusma_jax.errors import counted
 from pneusma_jax.model_discrepancy import unit_of
 
 from ..cells import number, with_unit
@@ -17,7 +18,7 @@ def question(conclusion: Conclusion) -> str:
     program = conclusion.explanation.program
     model = conclusion.start.words or "the published model"
     return (
-        f"Does {model} explain {len(program.recordings)} recordings of kind {program.kind} "
+        f"Does {model} explain {counted(len(program.recordings), 'recording')} of kind {program.kind} "
         f"({sum(map(bool, program.fitted))} fitted)? If not, what does it leave out?"
     )
 

@@ -12,6 +12,7 @@ from fitting.inference.lasting_noise import Lasting
 from fitting.specimens import BY_TEMPERATURE, WIRE
 from fitting.specimens.spring_by_temperature import ELECTRICAL
 from pneusma_jax.effects import find_effect
+from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
 from ..characterisation import limits
@@ -27,8 +28,7 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     fit = result.fit
     count = sum(recording.role == "fit" for recording in fit.recordings)
     method = "identified from" if result.identify else "adjusted within its tolerances to"
-    plural = "" if count == 1 else "s"
-    sentences = [f"The {result.specimen.noun} was {method} {count} recording{plural}.{_missed(result)}"]
+    sentences = [f"The {result.specimen.noun} was {method} {counted(count, 'recording')}.{_missed(result)}"]
     sentences += untold(result)[:1] + (wires.verdict(result) if result.specimen is WIRE else [])
     if fit.reduced_chi_square > MISFIT:
         law = law_of(result)
@@ -218,7 +218,7 @@ def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
     ends = ", ".join(f"{x:.1f}" for x in fit.starts)
     return [
         f"Least squares over all recordings with role = fit from {len(fit.starts)} "
-        f"start{'' if len(fit.starts) == 1 else 's'}; chi-square: {ends}. "
+        f"{'start' if len(fit.starts) == 1 else 'starts'}; chi-square: {ends}. "
         f"{fit.result.status.value}",
         f"Reduced chi-square {fit.reduced_chi_square:.3g} over the noise as stated or estimated; "
         f"residuals are correlated over {fit.correlation_time:.1f} samples; standard errors multiplied by "

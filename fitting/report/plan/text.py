@@ -7,6 +7,7 @@ from fitting.plan.candidates import LEG_ROWS
 from fitting.plan.plan import KNOWN, Plan
 from fitting.synthesise.controller import rest_resistances
 from fitting.synthesise.spring import COLD_WIDTHS
+from pneusma_jax.errors import counted
 
 from ..cells import joined, percent
 
@@ -22,7 +23,8 @@ def verdict(plan: Plan) -> list[str]:
     poor = [name for name in plan.wanted if relative[name] > KNOWN]
     count = sum(test.repeats for test in plan.tests)
     pieces = [
-        f"{count} tests, {plan.minutes / 60.0:.1f} hours with set-up, one of them for validation only.",
+        f"{counted(count, 'test')}, {plan.minutes / 60.0:.1f} hours with set-up, one of them for validation "
+        "only.",
         f"Expected to {percent(KNOWN)} or better: {', '.join(good) or 'none'}.",
     ]
     if poor:

@@ -5,6 +5,7 @@ from typing import Any
 
 from fitting.data.csv_text import csv_rows
 from fitting.sample.campaign import CampaignPosterior
+from pneusma_jax.errors import counted
 
 from .. import render
 from ..characterisation import CSV_DIGITS
@@ -47,8 +48,8 @@ def _subtitle(result: CampaignPosterior) -> str:
     problem = result.problem
     fitted = list(dict.fromkeys(curve.recording for curve in problem.curves if curve.role == "fit"))
     return (
-        f"Posterior of {len(result.posterior.names)} parameters, kind {problem.kind}, "
-        f"{len(fitted)} recording{'s' if len(fitted) > 1 else ''} fitted ({', '.join(fitted)})"
+        f"Posterior of {counted(len(result.posterior.names), 'parameter')}, kind {problem.kind}, "
+        f"{counted(len(fitted), 'recording')} fitted ({', '.join(fitted)})"
     )
 
 

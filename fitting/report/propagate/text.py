@@ -7,6 +7,7 @@ from fitting.propagate import Propagation
 from fitting.propagate.problem import Problem
 from fitting.propagate.rare import RareResult
 from fitting.propagate.responses import SENTENCES
+from pneusma_jax.errors import counted
 
 from ..table import Table, table_text
 from .numbers import column_table, exceedances, lost, shown_column
@@ -16,19 +17,24 @@ TELLING = 0.2
 they are many. Of few, chance alone gives more: see `_by_chance`."""
 
 
+def _rows(count: int) -> str:
+    """A number of rows in words, its thousands grouped."""
+    return f"{count:,} {'row' if count == 1 else 'rows'}"
+
+
 def verdict(result: Propagation) -> list[str]:
     """The few most important sentences."""
     problem, sentences = result.problem, []
     failures = result.summary.failures
     words = {"sobol": "Sobol points", "monte_carlo": "random draws", "latin_hypercube": "Latin hypercubes"}
     sentences.append(
-        f"{problem.response.title}: {problem.rows:,} rows of {len(problem.inputs.names)} inputs, by "
-        f"{words[problem.study.sampling.method]}."
+        f"{problem.response.title}: {_rows(problem.rows)} of {counted(len(problem.inputs.names), 'input')}, "
+        f"by {words[problem.study.sampling.method]}."
     )
     sentences += [_quantity(result, quantity.name) for quantity in problem.columns.quantities[:4]]
     rest = len(problem.columns.quantities) - 4
     if rest > 0:
-        sentences.append(f"{rest} more outputs are in the table.")
+        sentences.append(f"{counted(rest, 'more output is', 'more outputs are')} in the table.")
     for found in exceedances(result):
         sentences.append(
             f"{found.limit}: in {_percent(found.probability[-1])} of rows, "
@@ -106,7 +112,10 @@ def failure_sentences(result: Propagation) -> list[str]:
     why = "; ".join(
         f"{failures.reasons[c]:,}: {SENTENCES.get(int(c), 'no result').rstrip('.')}" for c in codes
     )
-    sentences = [f"{failures.count:,} rows ({_percent(lost(result))}) have no result ({why})."]
+    sentences = [
+        f"{_rows(failures.count)} ({_percent(lost(result))}) {'has' if failures.count == 1 else 'have'} no "
+        f"result ({why})."
+    ]
     far = failures.uneven
     names = problem.inputs.names
     k = int(np.argmax(far))
@@ -176,7 +185,7 @@ def speed(result: Propagation) -> str:
         return ""
     rate = result.computed / max(result.seconds, 1e-9)
     return (
-        f"{result.computed:,} rows computed in {duration(result.seconds)}, {rate:,.0f} a second with "
+        f"{_rows(result.computed)} computed in {duration(result.seconds)}, {rate:,.0f} a second with "
         "compiling"
     )
 
@@ -185,9 +194,10 @@ def plan_text(problem: Problem) -> str:
     """Preview of a study."""
     lines = [
         f"{problem.study.name}: {problem.response.title}",
-        f"  {problem.rows:,} rows in {len(problem.tasks):,} chunks, {problem.columns.total} columns",
+        f"  {_rows(problem.rows)} in {len(problem.tasks):,} chunk{'s' * (len(problem.tasks) != 1)}, "
+        f"{counted(problem.columns.total, 'column')}",
         f"  on disk about {_bytes(problem)}",
-        f"  {len(problem.inputs.names)} inputs:",
+        f"  {counted(len(problem.inputs.names), 'input')}:",
     ]
     rows = [[name, marginal.words] for name, marginal in problem.inputs.marginals.items()]
     if problem.inputs.draws is not None:

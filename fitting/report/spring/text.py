@@ -7,6 +7,7 @@ from fitting.calibrate.spring.modes import Mode
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.calibrate.spring.scores import Score, overall
 from fitting.calibrate.spring.stand_tests import SOFTER
+from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
 from ..characterisation import limits
@@ -28,8 +29,8 @@ def verdict(result: SpringCharacterisation) -> list[str]:
     fitted = [test for test in result.tests if test.fitted]
     method = "identified from" if result.identify else "adjusted within its tolerances to"
     chosen = overall(list(result.scores), "fit")
-    plural = "" if len(fitted) == 1 else "s"
-    sentences = [f"The alloy was {method} {len(fitted)} test{plural}.{_errors(chosen)}{_held_out(result)}"]
+    tests = counted(len(fitted), "test")
+    sentences = [f"The alloy was {method} {tests}.{_errors(chosen)}{_held_out(result)}"]
     if result.modes:
         sentences.append(mode_sentence(result.modes[0]))
     reduced = result.joint.reduced_chi_square
@@ -131,7 +132,8 @@ def how_it_was_fitted(result: SpringCharacterisation) -> list[str]:
         for s in joint.starts
     )
     sentences.append(
-        f"Joint fit of all tests by least squares from {len(joint.starts)} starts; chi-square: {ends}."
+        f"Joint fit of all tests by least squares from {counted(len(joint.starts), 'start')}; chi-square:"
+        f" {ends}."
     )
     noise = "the noise as stated" + (", beside zeros that are off or drift" if joint.problem.zeros else "")
     sentences.append(

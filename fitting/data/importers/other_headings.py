@@ -1,0 +1,117 @@
+"""Headings that no list of words has: recognised by a word and their unit, or named in refusals."""
+
+import re
+import shlex
+from collections.abc import Collection, Sequence
+
+from .spelling import Heading, dimension
+from .words import SPECIMEN_WORDS, meaning
+
+_DIMENSIONS = {
+    "force": ("force", "mass"), "elongation": ("length",), "resistance": ("resistance",),
+    "temperature": ("temperature",), "current": ("current",),
+}  # fmt: skip
+_WORD = {
+    "force": r"force|load|kraft|fuerza|kracht",
+    "elongation": r"extension|elongation|displacement|deflection|verlängerung|allongement",
+    "resistance": r"resistance|widerstand|résistance",
+    "temperature": r"temperature|temp|temperatur|température",
+    "current": r"current|strom|courant",
+}
+_SYMBOL = {"r": "resistance", "f": "force"}
+"""Symbols that stand for a quantity before a further word, in its unit: `R_spring (ohm)`, `F pull [N]`."""
+_OF_SPECIMEN = ("temperature", "current")
+"""Quantities that other parts of a rig have as often as the specimen, so that a word must name it."""
+_SPECIMEN = re.compile(rf"\b(?:{'|'.join(SPECIMEN_WORDS)}|spring|coil|wire|sma|nitinol|niti|feder|draht)\b")
+_NOT_MEASURED = re.compile(
+    r"\b(?:set ?point|set|target|command(?:ed)?|demand(?:ed)?|desired|nominal|reference|ref|sollwert|soll|"
+    r"limit|max(?:imum)?|min(?:imum)?|peak|mean|average|avg|std|sd|error|deviation|offset|zero|tare|"
+    r"previous|initial|pre ?load|pre|rate|speed|velocity|range|lateral|transverse|shear|radial|friction|"
+    r"noise|model(?:led)?|predicted|simulated|calculated|fit(?:ted)?|expected|contact|lead|shunt|series|"
+    r"sense|thermal|motor|heater|supply|internal|ambient|room|valve|grip|clamp|cell)\b"
+)
+"""Words for what was wished, reduced or measured elsewhere."""
+_EXAMPLES = {
+    "force": "Force (N)", "elongation": "Extension (mm)", "resistance": "Resistance (ohm)",
+    "temperature": "Temperature (degC)", "current": "Current (A)",
+}  # fmt: skip
+_BY_DIMENSION = {
+    "force": "force", "mass": "force", "length": "elongation", "resistance": "resistance",
+    "temperature": "temperature", "current": "current",
+}  # fmt: skip
+
+
+def quantity_by_word(heading: Heading) -> str | None:
+    """Quantity that one of a heading's words names, if its unit is absent or fits; None if that is uncertain.
+
+    `Pull force (N)`, `Spring resistance`, `Wire temperature [degC]` and `R_spring (ohm)` name one. A
+    heading of a set point, a limit or another part of the rig names none.
+    """
+    name = heading.name
+    if meaning(heading) is not None or _NOT_MEASURED.search(name):
+        return None
+    measured = dimension(heading.unit)
+    first, _, rest = name.partition(" ")
+    symbol = _SYMBOL.get(first)
+    if symbol and re.fullmatch(r"[^\W\d]{3,}", rest) and measured in _DIMENSIONS[symbol]:
+        return symbol
+    named = [quantity for quantity, words in _WORD.items() if re.search(rf"\b(?:{words})\b", name)]
+    if len(named) != 1 or (heading.unit is not None and measured not in _DIMENSIONS[named[0]]):
+        return None
+    if named[0] in _OF_SPECIMEN and not _SPECIMEN.search(name):
+        return None
+    return named[0]
+
+
+def columns_by_word(headings: Sequence[Heading], found: Collection[str]) -> dict[str, int]:
+    """Columns of quantities that one of their words names, where no other column has a better name.
+
+    Args:
+        headings: headings of the columns.
+        found: quantities that have a column already.
+
+    Returns:
+        Column by quantity; without those that several headings name.
+    """
+    columns: dict[str, list[int]] = {}
+    for column, heading in enumerate(headings):
+        quantity = quantity_by_word(heading)
+        if quantity is not None and quantity not in found:
+            columns.setdefault(quantity, []).append(column)
+    return {quantity: hits[0] for quantity, hits in columns.items() if len(hits) == 1}
+
+
+def unrecognised(headings: Sequence[Heading], taken: Collection[int], found: Collection[str]) -> str:
+    """Words about the columns that were not recognised, and the ways to name them; empty if there are none.
+
+    Args:
+        headings: headings of the columns.
+        taken: columns that were recognised.
+        found: quantities that were recognised.
+    """
+    others = _others(headings, taken)
+    if not others:
+        return ""
+    advice = advised(headings, taken, found)
+    return f"not recognised: {', '.join(repr(h.text) for h in others)}" + (f"; {advice}" if advice else "")
+
+
+def advised(headings: Sequence[Heading], taken: Collection[int], found: Collection[str]) -> str:
+    """Ways to name the columns that were not recognised, as far as their units tell; empty without any.
+
+    Args:
+        headings: headings of the columns.
+        taken: columns that were recognised.
+        found: quantities that were recognised.
+    """
+    advice: dict[str, str] = {}
+    for heading in _others(headings, taken):
+        quantity = _BY_DIMENSION.get(str(dimension(heading.unit)))
+        if quantity and quantity not in found:
+            advice.setdefault(quantity, f"--map {quantity}={shlex.quote(heading.text)}")
+    names = ", ".join(repr(_EXAMPLES[quantity]) for quantity in advice)
+    return f"by their units perhaps {' '.join(advice.values())}, or head them {names}" if advice else ""
+
+
+def _others(headings: Sequence[Heading], taken: Collection[int]) -> list[Heading]:
+    return [h for column, h in enumerate(headings) if column not in taken and h.text.strip()]

@@ -1,0 +1,171 @@
+"""Tests of one specimen in files of their own that followed each other, joined into one recording.
+
+Every recording begins with a specimen at rest that remembers nothing. A silicone remembers its largest
+stretch, and a nitinol its last pull. So a fit sees that memory in a joined recording alone.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pneusma_jax.errors import InputError, counted
+
+from ..recordings import Recording, check_recording, schema
+from ..recordings.table import refuse
+from .sizes import SAME, Sizes
+
+
+def joined(recordings: Sequence[Recording], sizes: Sequence[Sizes], specimen: str | None) -> Recording:
+    """One recording of several, one after the other in the order given.
+
+    The clock goes on where a file begins later than the one before ends. Else it is counted on from there, a
+    median step later. So is a column that counts cycles.
+
+    Args:
+        recordings: one of each file.
+        sizes: dimensions of the specimen that each file states.
+        specimen: name of the specimen; None takes the one that all files name, else the first one's.
+
+    Returns:
+        The recording. Its notices say what was joined, and how the times go on.
+
+    Raises:
+        InputError: if there are fewer than two files, or if their kinds, columns or dimensions disagree.
+    """
+    if len(recordings) < 2:
+        raise InputError("--successive joins two files or more; name them in the order of the tests")
+    first = recordings[0]
+    for other, of_other in zip(recordings[1:], sizes[1:], strict=True):
+        _refuse_unlike(first, other)
+        _refuse_other_sizes(first, other, sizes[0], of_other)
+    columns = {name: np.concatenate([r.columns[name] for r in recordings]) for name in first.columns}
+    said = [_order(recordings)]
+    if "time_s" in columns:
+        columns["time_s"], how = _counted_on(recordings)
+        said += how
+    if "cycle" in columns:
+        columns["cycle"] = _cycles(recordings)
+        said.append("cycle goes on from file to file")
+    names = {recording.specimen for recording in recordings}
+    whole = replace(
+        first,
+        name=f"{first.name}_to_{recordings[-1].name}",
+        specimen=specimen or (first.specimen if len(names) == 1 else first.name),
+        columns=columns,
+        notices=[*said, *_notices(recordings)],
+        source=_source(recordings),
+    )
+    check_recording(whole)
+    whole.source["notes"] = list(whole.notices)
+    return whole
+
+
+def _place(recording: Recording) -> str:
+    return str(recording.path or recording.name)
+
+
+def _refuse_unlike(first: Recording, other: Recording) -> None:
+    """Refuse a recording of another kind, with other columns, or of another specimen than the first."""
+    place, before = _place(other), _place(first)
+    if other.kind != first.kind:
+        raise refuse(
+            place, f"this is of kind {other.kind}, and {before} is of kind {first.kind}; --successive joins"
+            " tests of one specimen",
+        )  # fmt: skip
+    if set(other.columns) != set(first.columns):
+        lacks = ", ".join(sorted(set(first.columns) - set(other.columns))) or "nothing"
+        more = ", ".join(sorted(set(other.columns) - set(first.columns))) or "nothing"
+        raise refuse(
+            place, f"its columns are not those of {before}, to which --successive joins it: it lacks {lacks},"
+            f" and has {more} besides; name them with --map, or import each file by itself",
+        )  # fmt: skip
+    for key in sorted({*first.geometry, *other.geometry}):
+        one, two = (recording.geometry.get(key) for recording in (first, other))
+        if one != two:
+            raise refuse(
+                place, f"its {key} is {two}, and that of {before} is {one}; --successive joins tests of one"
+                " specimen: state its size with --dimension",
+            )  # fmt: skip
+    if (other.source.get(schema.CLOCK) or "") != (first.source.get(schema.CLOCK) or ""):
+        raise refuse(place, f"only one of this file and {before} has a clock; state --interval")
+    if other.zero or first.zero:
+        raise refuse(
+            place, "--slack fit leaves one zero to every recording, and joined files have one each;"
+            " take them off with --slack auto or --subtract",
+        )  # fmt: skip
+
+
+def _refuse_other_sizes(first: Recording, other: Recording, known: Sizes, sizes: Sizes) -> None:
+    """Refuse a file that states another size of the specimen than the first one does."""
+    for key in sorted(known.keys() & sizes.keys()):
+        one, two = known[key], sizes[key]
+        if abs(one.value - two.value) > SAME * abs(one.value):
+            raise refuse(
+                _place(other), f"it states {two.said!r}, and {_place(first)} states {one.said!r}:"
+                " --successive joins tests of one specimen; mend the size in the file, or import each by"
+                " itself",
+            )  # fmt: skip
+
+
+def _order(recordings: Sequence[Recording]) -> str:
+    parts = ", ".join(f"{_name(r)} ({counted(len(r), 'row')})" for r in recordings)
+    return (
+        f"check: {len(recordings)} files were joined in this order, as tests of one specimen without rest"
+        f" between them: {parts}"
+    )
+
+
+def _name(recording: Recording) -> str:
+    return recording.path.name if recording.path else recording.name
+
+
+def _counted_on(recordings: Sequence[Recording]) -> tuple[np.ndarray, list[str]]:
+    """Times of all files on one clock [s], and notices about each seam."""
+    parts, said = [recordings[0].columns["time_s"]], []
+    for recording in recordings[1:]:
+        time, end = recording.columns["time_s"], float(np.nanmax(parts[-1]))
+        begin = float(time[np.isfinite(time)][0])
+        if begin > end:
+            said.append(f"{_name(recording)} begins at {begin:g} s, after the end of the one before: kept")
+            parts.append(time)
+            continue
+        steps = np.diff(time[np.isfinite(time)])
+        step = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
+        said.append(
+            f"check: {_name(recording)} has a clock of its own: its times were counted on from {end:g} s, one"
+            f" step of {step:.3g} s later; a longer pause is not in the files, and nothing that heals in it"
+            " can be judged"
+        )
+        parts.append(time - begin + end + step)
+    return np.concatenate(parts), said
+
+
+def _cycles(recordings: Sequence[Recording]) -> np.ndarray:
+    """Numbers of cycles that go on from file to file."""
+    parts = [recordings[0].columns["cycle"]]
+    for recording in recordings[1:]:
+        own = recording.columns["cycle"]
+        parts.append(own - np.nanmin(own) + np.nanmax(parts[-1]) + 1.0)
+    return np.concatenate(parts)
+
+
+def _notices(recordings: Sequence[Recording]) -> list[str]:
+    """Notices of all files: once if all have it, else with the name of the file."""
+    shared = [text for text in recordings[0].notices if all(text in r.notices for r in recordings)]
+    own = []
+    for recording in recordings:
+        for text in (text for text in recording.notices if text not in shared):
+            mark, plain = ("check: ", text[7:]) if text.startswith("check: ") else ("", text)
+            own.append(f"{mark}{_name(recording)}: {plain}")
+    return [*own, *shared]
+
+
+def _source(recordings: Sequence[Recording]) -> dict[str, object]:
+    """Provenance of all files; what they do not share is listed."""
+    found: dict[str, object] = {}
+    for key in dict.fromkeys(key for recording in recordings for key in recording.source):
+        values = [recording.source[key] for recording in recordings if key in recording.source]
+        same = all(value == values[0] for value in values)
+        found[key] = values[0] if same else "; ".join(map(str, values))
+    return found

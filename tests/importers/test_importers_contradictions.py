@@ -1,0 +1,155 @@
+"""Units that differ in a capital alone, and options that contradict what a file states itself."""
+
+import numpy as np
+import pytest
+from answers import checks, refusal
+
+from fitting.data.importers import import_file, make_options
+from fitting.data.importers.spelling import parse_heading, unit_name
+from pneusma_jax.errors import InputError
+from pneusma_jax.units import UNITS
+
+STRAIN = np.linspace(0.0, 0.8, 41)
+STRESS = 130.0 * (1.0 + STRAIN - (1.0 + STRAIN) ** -2)  # kPa
+
+
+def table(head, *columns):
+    return head + "\n" + "".join(",".join(f"{x:.8g}" for x in row) + "\n" for row in zip(*columns, strict=True))
+
+
+# Milli and mega.
+
+
+@pytest.mark.parametrize(
+    ("quantity", "written", "meant"),
+    [("stress", "mPa", "MPa"), ("force", "MN", "mN"), ("resistance", "MΩ", "mohm"), ("resistance", "Mohm", "mohm"), ("current", "MA", "mA"), ("time", "Ms", "ms"), ("voltage", "MV", "mV")],
+)
+def test_a_unit_that_differs_in_its_prefix_alone_is_refused(quantity, written, meant):
+    with pytest.raises(InputError, match=f"--unit {quantity}={written}: .*did you mean '{meant}'"):
+        make_options(units=[f"{quantity}={written}"])
+
+
+def test_no_known_unit_is_read_as_that_of_the_other_prefix():
+    dimensions = ("force", "pressure", "current", "voltage", "resistance", "mass", "power", "angle", "stiffness")
+    prefixed = [name for name, unit in UNITS.items() if unit.dimension in dimensions and name[0] in "mM" and name[:2] != "mm"]
+    assert {"MPa", "mN", "mA", "mV", "mohm", "mN/mm", "MN/m2"} <= {*prefixed}
+    for written in (known[0].swapcase() + known[1:] for known in prefixed):
+        assert unit_name(written) not in UNITS or written in UNITS, written
+
+
+@pytest.mark.parametrize(("written", "meant"), [("MPA", "MPa"), ("mpa", "MPa"), ("KPA", "kPa"), ("Kpa", "kPa"), ("MM", "mm"), ("Min", "min"), ("MS", "ms"), ("mn", "mN"), ("MBAR", "mbar")])
+def test_units_in_one_case_alone_are_read_as_before(written, meant):
+    assert unit_name(written) == meant
+
+
+def test_a_heading_with_the_other_prefix_is_refused_with_the_unit_that_is_meant(put):
+    said = refusal(put("a.csv", table("Strain (-),Stress (mPa)", STRAIN, STRESS / 1e3)))
+    assert "'Stress (mPa)'" in said and "did you mean 'MPa'" in said and "--unit stress=" in said
+
+
+def test_a_stated_unit_helps_a_heading_with_the_other_prefix_and_both_are_named(put):
+    path = put("a.csv", table("Strain (-),Stress (mPa)", STRAIN, STRESS / 1e3))
+    recording = import_file(path, make_options(units=["stress=MPa"]))
+    np.testing.assert_allclose(recording.columns["stress_kPa"], STRESS, rtol=1e-6)
+    assert [check for check in checks(recording) if "mPa" in check and "MPa" in check]
+
+
+def test_a_newton_metre_is_no_nanometre():
+    assert parse_heading("Torque (Nm)").unit == "N m"
+
+
+# A pressure's zero behind a unit.
+
+
+@pytest.mark.parametrize("quantity", ["stress", "force", "strain"])
+def test_only_a_pressure_has_an_absolute_unit(quantity):
+    with pytest.raises(InputError, match=f"--unit {quantity}=MPaa: .*did you mean 'MPa'"):
+        make_options(units=[f"{quantity}=MPaa"])
+
+
+def test_an_absolute_unit_of_a_pressure_is_less_an_atmosphere(put):
+    pressure = np.linspace(101.325, 131.325, 41)
+    path = put("a.csv", table("Time (s),Pressure,Length (mm)", np.arange(41.0), pressure, 80.0 + 0.1 * np.arange(41.0)))
+    recording = import_file(path, make_options(units=["pressure=kPaa"]))
+    np.testing.assert_allclose(recording.columns["pressure_kPa"], pressure - 101.325, atol=1e-9)
+    assert any("atmosphere" in note for note in recording.notices)
+
+
+# A unit of the file and another one of the user.
+
+
+def test_a_unit_that_contradicts_the_heading_is_said_with_the_one_that_was_used(put):
+    path = put("a.csv", table("Strain (-),Stress [MPa]", STRAIN, STRESS))
+    recording = import_file(path, make_options(units=["stress=kPa"]))
+    np.testing.assert_allclose(recording.columns["stress_kPa"], STRESS, rtol=1e-6)
+    (said,) = (check for check in checks(recording) if "--unit" in check)
+    assert "'Stress [MPa]' states MPa" in said and "--unit stress=kPa" in said and "kPa was used" in said
+
+
+@pytest.mark.parametrize(("heading", "unit"), [("Stress [MPa]", "MPa"), ("Stress [MPa]", "N/mm2"), ("Stress", "MPa")])
+def test_a_unit_that_repeats_the_heading_is_no_contradiction(put, heading, unit):
+    path = put("a.csv", table(f"Strain (-),{heading}", STRAIN, STRESS / 1e3))
+    assert not checks(import_file(path, make_options(units=[f"stress={unit}"])))
+
+
+def test_a_mass_that_is_stated_as_its_force_is_no_contradiction(put):
+    path = put("a.csv", table("Extension (mm),Load (g)", 10 * STRAIN, 200.0 * STRESS / 9.80665))
+    options = make_options(units=["force=gf"], dimensions=["gauge_length_mm=10", "area_mm2=2"], kind="elastomer")
+    assert not [check for check in checks(import_file(path, options)) if "--unit" in check]
+
+
+# A size of the file and another one of the user.
+
+PREAMBLE = "Cross-section (mm2),20.0\nGauge length (mm),50.0\n\n"
+
+
+def pulled(put, preamble=PREAMBLE):
+    return put("a.csv", preamble + table("Time (s),Extension (mm),Load (N)", np.arange(41.0), 50.0 * STRAIN, 0.02 * STRESS))
+
+
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ("area_mm2=10", ("'Cross-section (mm2) 20.0'", "20 mm2", "--dimension area_mm2=10", "10 mm2 was used")),
+        ("gauge_length_mm=25", ("'Gauge length (mm) 50.0'", "50 mm", "--dimension gauge_length_mm=25", "25 mm was used")),
+        ("diameter_mm=4", ("'Cross-section (mm2) 20.0'", "20 mm2", "--dimension diameter_mm=4", "12.5664 mm2 was used")),
+    ],
+)
+def test_a_size_that_contradicts_the_file_is_said_with_both_values(put, stated, words):
+    recording = import_file(pulled(put), make_options(dimensions=[stated], kind="elastomer"))
+    (said,) = (check for check in checks(recording) if "--dimension" in check)
+    assert all(word in said for word in words), said
+
+
+def test_a_size_that_repeats_the_file_is_no_contradiction(put):
+    options = make_options(dimensions=["area_mm2=20", "gauge_length_mm=50"], kind="elastomer")
+    assert not checks(import_file(pulled(put), options))
+
+
+def test_one_side_of_a_section_that_contradicts_the_file_is_said(put):
+    path = pulled(put, "Width (mm),6\nThickness (mm),3\nGauge length (mm),50\n\n")
+    (said,) = checks(import_file(path, make_options(dimensions=["width_mm=5"], kind="elastomer")))
+    assert "6 mm" in said and "--dimension width_mm=5" in said and "thickness" not in said
+
+
+def test_a_length_that_may_be_the_gauge_length_is_compared_too(put):
+    path = pulled(put, "Specimen length (mm),50\nArea (mm2),20\n\n")
+    (said,) = checks(import_file(path, make_options(dimensions=["gauge_length_mm=25"], kind="elastomer")))
+    assert "50 mm" in said and "--dimension gauge_length_mm=25" in said
+
+
+def test_the_wire_of_a_spring_that_contradicts_the_file_is_said(put):
+    x = np.linspace(0.0, 40.0, 41)
+    head = "Wire diameter (mm),0.3\n\n"
+    path = put("spring.csv", head + table("Time (s),Elongation (mm),Force (N),Resistance (ohm)", x, x, 0.01 * x, 4.0 + 0.001 * x))
+    options = make_options(kind="spring", dimensions=["wire_diameter_mm=0.25"])
+    said = [check for check in checks(import_file(path, options)) if "--dimension wire_diameter_mm=0.25" in check]
+    assert len(said) == 1 and "'Wire diameter (mm) 0.3'" in said[0] and "0.25 mm was used" in said[0]
+
+
+@pytest.mark.parametrize(("line", "stated"), [("Length (mm),75", "length_mm=80"), ("Diameter (mm),14", "outer_diameter_mm=12"), ("Thickness (mm),2", "wall_thickness_mm=3")])
+def test_a_size_of_a_tube_that_contradicts_the_file_is_said(put, line, stated):
+    k = np.arange(41.0)
+    path = put("a.csv", f"{line}\n\n" + table("Time (s),Pressure (kPa),Length (mm)", k, k, 80.0 + 0.1 * k))
+    (said,) = (check for check in checks(import_file(path, make_options(kind="tube", dimensions=[stated]))) if "--dimension" in check)
+    assert repr(line.replace(",", " ")) in said and f"--dimension {stated}" in said

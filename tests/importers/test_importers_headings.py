@@ -1,0 +1,81 @@
+"""Headings that no list has: ordinary ones are recognised, and others are named with what would be right."""
+
+import numpy as np
+import pytest
+from answers import refusal
+
+from fitting.data.importers import import_file, make_options
+from fitting.data.importers.other_headings import quantity_by_word
+from fitting.data.importers.words import heading_of
+
+X = np.linspace(0.0, 40.0, 30)
+COLUMNS = (0.5 * np.arange(30.0), X, 0.012 * X, 2.1 + 0.003 * X)
+
+
+def table(*heads):
+    return ";".join(heads) + "\n" + "".join(";".join(f"{x:.5g}" for x in row) + "\n" for row in zip(*COLUMNS, strict=True))
+
+
+@pytest.mark.parametrize(
+    "heads",
+    [
+        ("Elapsed time (sec)", "Elongation/mm", "Pull force/N", "R_spring (Ohm)"),
+        ("Time (s)", "Extension (mm)", "Pull force (N)", "Spring resistance (ohm)"),
+        ("t (s)", "Spring extension [mm]", "Load [N]", "Resistance of the spring [Ω]"),
+        ("Time (s)", "Displacement of the stage (mm)", "F_pull (N)", "R spring (ohm)"),
+        ("Zeit (s)", "Verlängerung der Feder (mm)", "Kraft an der Feder (N)", "Widerstand der Feder (Ohm)"),
+        ("Time (s)", "Actuator extension (mm)", "Axial pull force (N)", "Coil resistance (ohm)"),
+    ],
+)
+def test_ordinary_headings_of_a_spring_are_recognised(put, heads):
+    recording = import_file(put("a.csv", table(*heads)))
+    assert recording.kind == "spring"
+    for name, values in zip(("time_s", "elongation_mm", "force_N", "resistance_ohm"), COLUMNS, strict=True):
+        np.testing.assert_allclose(recording.columns[name], values, rtol=1e-4)
+
+
+def test_what_a_word_decided_is_said(put):
+    recording = import_file(put("a.csv", table("Time (s)", "Extension (mm)", "Pull force (N)", "R_spring (ohm)")))
+    notes = "\n".join(recording.notices)
+    assert "'Pull force (N)' taken as force by one of its words (--map force=... to correct)" in notes
+    assert "'R_spring (ohm)' taken as resistance" in notes and "'Extension (mm)' taken" not in notes
+
+
+def test_the_unit_of_such_a_heading_is_asked_for(put):
+    said = refusal(put("a.csv", table("Time (s)", "Extension (mm)", "Pull force", "Spring resistance")), kind="spring")
+    assert "'Pull force', 'Spring resistance' are not stated" in said and "--unit force=... --unit resistance=..." in said
+
+
+@pytest.mark.parametrize(
+    "heading",
+    ["Force setpoint (N)", "Set force (N)", "Peak load (N)", "Load rate (N/s)", "Shunt resistance (ohm)", "Lead resistance (ohm)", "Motor current (A)", "Room temperature (degC)", "Load cell temperature (degC)", "Lateral displacement (mm)", "Pull force (mm)", "R2 (kg)", "Force and extension"],
+)
+def test_set_points_and_other_parts_of_a_rig_are_not_taken(heading):
+    assert quantity_by_word(heading_of(heading)) is None
+
+
+def test_two_headings_of_one_quantity_are_not_taken_and_named(put):
+    said = refusal(put("a.csv", table("Time (s)", "Pull force (N)", "Side force (N)", "R_spring (ohm)")), kind="spring")
+    assert "needs force_N, elongation_mm" in said.replace("elongation_mm, force_N", "force_N, elongation_mm")
+    assert "not recognised: 'Pull force (N)', 'Side force (N)'" in said and "--map force='Pull force (N)'" in said
+
+
+def test_a_known_heading_comes_before_one_with_a_further_word(put):
+    recording = import_file(put("a.csv", table("Pull force (N)", "Extension (mm)", "Force (N)", "Resistance (ohm)")), make_options(interval_s=0.5))
+    np.testing.assert_allclose(recording.columns["force_N"], COLUMNS[2], rtol=1e-4)
+
+
+@pytest.mark.parametrize("kind", [None, "spring"])
+def test_a_refusal_names_the_columns_that_were_not_recognised_and_names_that_would_be(put, follow, kind):
+    heads = ("Time (s)", "Extension (mm)", "Zug [N]", "Spule [Ohm]")
+    path = put("a.csv", table(*heads))
+    said = refusal(path, **({"kind": kind} if kind else {}))
+    assert "not recognised: 'Zug [N]', 'Spule [Ohm]'" in said
+    assert "--map force='Zug [N]' --map resistance='Spule [Ohm]'" in said and "'Force (N)', 'Resistance (ohm)'" in said
+    mapped = import_file(path, make_options(columns=["force=Zug [N]", "resistance=Spule [Ohm]"]))
+    assert mapped.kind == "spring"
+
+
+def test_a_file_with_one_known_heading_names_the_others(put):
+    said = refusal(put("a.csv", table("Time (s)", "Weg der Bühne (mm)", "Zug [N]", "Spule [Ohm]")))
+    assert "name its columns ('Time (s)', 'Weg der Bühne (mm)', 'Zug [N]', 'Spule [Ohm]')" in said and "--map elongation='Weg der Bühne (mm)'" in said

@@ -1,0 +1,72 @@
+"""Rows that are spoilt: cut off, or with words among their numbers. Each is named with its row and column."""
+
+import numpy as np
+import pytest
+from answers import checks
+
+from fitting.data.importers import import_file, import_tests, make_options
+
+STRAIN = np.linspace(0.0, 60.0, 24)
+STRESS = 0.15 * (1.0 + STRAIN / 100.0 - (1.0 + STRAIN / 100.0) ** -2)
+ROWS = [f"{0.2 * k:.1f},{a:.4f},{s:.6f}" for k, (a, s) in enumerate(zip(STRAIN, STRESS, strict=True))]
+HEAD = "Zeit [s],Tensile strain [%],Tensile stress [MPa]"
+
+
+def text(*rows, head=HEAD, mark=","):
+    return "\n".join([head, *rows]).replace(",", mark)
+
+
+def test_a_word_among_numbers_is_named_with_its_row_and_column(put):
+    recording = import_file(put("a.csv", text(*ROWS[:9], "1.8,20.0,broken", *ROWS[10:])))
+    (said,) = checks(recording)
+    assert "1 field of column 'Tensile stress [MPa]' is no number ('broken' in row 11): missing" in said
+    assert np.isnan(recording.columns["stress_kPa"]).sum() == 1 and len(recording) == 24
+
+
+def test_several_words_are_named_with_their_rows(put):
+    rows = [*ROWS[:9], "1.8,oops,0.05", *ROWS[10:15], "3.0,stop,0.06", *ROWS[16:]]
+    (said,) = checks(import_file(put("a.csv", text(*rows))))
+    assert "2 fields of column 'Tensile strain [%]' are no numbers ('oops' in row 11, 'stop' in row 17)" in said
+
+
+@pytest.mark.parametrize(
+    ("rest", "words"),
+    [("4.8,61.", "has 2 of 3 fields ('4.8,61.')"), ("4.8", "has 1 of 3 fields"), ("4.8,61.0000,0.1", "fewer decimals than all others"), ("4.8,61.0000,0", "fewer decimals")],
+)
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+def test_a_row_in_which_the_file_was_cut_off_is_left_out_and_named(put, rest, words, mark):
+    recording = import_file(put("a.csv", text(*ROWS, rest, mark=mark)))
+    (said,) = checks(recording)
+    assert said.startswith("check: row 26, the last one,") and "cut off?" in said and "left out" in said
+    assert words.replace(",", mark).replace("\t", "\\t") in said
+    assert len(recording) == 24 and recording.columns["time_s"][-1] == pytest.approx(4.6)
+
+
+def test_a_last_field_that_is_blank_is_named_and_the_rest_of_its_row_kept(put):
+    recording = import_file(put("a.csv", text(*ROWS, "4.8,61.0000,")))
+    (said,) = checks(recording)
+    assert "row 26" in said and "blank last field" in said and len(recording) == 25
+
+
+@pytest.mark.parametrize("ending", ["", "\n", "\n\n", "\nEnd of data\n"])
+def test_a_whole_last_row_is_no_cut(put, ending):
+    recording = import_file(put("a.csv", text(*ROWS) + ending))
+    assert len(recording) == 24 and not checks(recording)
+
+
+def test_blank_fields_that_other_rows_have_too_are_no_cut(put):
+    rows = [f"{row},{22.0 if k % 3 else ''}".rstrip(",") for k, row in enumerate(ROWS)] + ["4.8,61.0000,0.130000"]
+    recording = import_file(put("a.csv", text(*rows, head=HEAD + ",Temperature (C)")), make_options(kind="elastomer"))
+    assert len(recording) == 25 and not checks(recording)
+
+
+def test_tests_of_unequal_length_side_by_side_are_no_cut(put):
+    rows = [f"{row},{row}" for row in ROWS[:-1]] + ROWS[-1:]
+    found = import_tests(put("a.csv", text(*rows, head=f"{HEAD},{HEAD}")))
+    assert [len(recording) for recording in found] == [24, 23] and not any(map(checks, found))
+
+
+def test_numbers_without_a_fixed_count_of_decimals_are_no_cut(put):
+    rows = [f"{0.2 * k:.4g},{a:.4g},{s:.4g}" for k, (a, s) in enumerate(zip(STRAIN, STRESS, strict=True))] + ["4.8,61,0.1"]
+    recording = import_file(put("a.csv", text(*rows)))
+    assert len(recording) == 25 and not checks(recording)

@@ -1,0 +1,99 @@
+"""Pulls of one specimen in files of their own, joined in the order given."""
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from fitting.cli.import_ import import_command
+from fitting.data.importers import import_files, make_options
+from fitting.data.recordings import read_campaign
+from pneusma_jax.errors import InputError
+
+HEAD = "Time (s),Extension (mm),Load (N)\n"
+
+
+def pull(put, name, most, begin=0.0, preamble="Gauge length (mm),50\nCross-section (mm2),20\n\n", head=HEAD):
+    """A pull and its return, in a file of 21 rows with a clock of 0.5 s."""
+    x = most * (1.0 - np.abs(np.linspace(-1.0, 1.0, 21)))
+    rows = zip(begin + 0.5 * np.arange(21), x, 0.05 * x, strict=True)
+    return put(name, preamble + head + "".join(",".join(f"{value:.4f}" for value in row) + "\n" for row in rows))
+
+
+def joined(paths, **named):
+    (recording,) = import_files(paths, make_options(successive=True, **named))
+    return recording
+
+
+def test_pulls_are_joined_in_the_order_given_and_the_clock_goes_on(put):
+    paths = [pull(put, name, most) for name, most in (("z.csv", 20.0), ("a.csv", 30.0), ("m.csv", 25.0))]
+    recording = joined(paths)
+    assert recording.name == "z_to_m" and recording.specimen == "z" and len(recording) == 63
+    np.testing.assert_allclose(recording.columns["time_s"], 0.5 * np.arange(63))
+    np.testing.assert_allclose([recording.columns["strain"][k : k + 21].max() for k in (0, 21, 42)], [0.4, 0.6, 0.5])
+    text = "\n".join(recording.notices)
+    assert "check: 3 files were joined in this order" in text and "z.csv (21 rows), a.csv (21 rows), m.csv (21 rows)" in text
+    assert "check: a.csv has a clock of its own: its times were counted on from 10 s, one step of 0.5 s later" in text
+    assert recording.source["raw_file"] == "z.csv; a.csv; m.csv" and recording.source["notes"] == recording.notices
+
+
+def test_a_clock_that_goes_on_from_file_to_file_is_kept(put):
+    recording = joined([pull(put, "a.csv", 20.0, 100.0), pull(put, "b.csv", 20.0, 140.0)])
+    assert recording.columns["time_s"][21] == 140.0
+    assert any("b.csv begins at 140 s, after the end of the one before: kept" in note for note in recording.notices)
+
+
+def test_a_specimen_that_is_stated_names_the_joined_recording(put):
+    assert joined([pull(put, "a.csv", 20.0), pull(put, "b.csv", 20.0)], specimen="S1").specimen == "S1"
+
+
+def test_notices_of_one_file_name_it_and_those_of_all_stand_once(put):
+    odd = pull(put, "b.csv", 20.0)
+    odd.write_text(odd.read_text().replace("0.5000,2.0000,0.1000", "0.5000,2.0000,oops"))
+    notices = joined([pull(put, "a.csv", 20.0), odd]).notices
+    assert any(note.startswith("check: b.csv: 1 field of column 'Load (N)' is no number") for note in notices)
+    assert sum("'Extension (mm)' over the gauge length" in note for note in notices) == 1
+
+
+@pytest.mark.parametrize(
+    ("other", "words"),
+    [
+        ({"preamble": "Gauge length (mm),40\nCross-section (mm2),20\n\n"}, "b.csv: it states 'Gauge length (mm) 40', and"),
+        ({"head": "Time (s),Extension (mm),Load (N),Temperature (C)\n"}, ""),
+    ],
+)
+def test_files_of_other_sizes_are_refused(put, other, words):
+    with pytest.raises(InputError) as caught:
+        joined([pull(put, "a.csv", 20.0), pull(put, "b.csv", 20.0, **other)] if words else [pull(put, "a.csv", 20.0), put("b.csv", "Strain (-),Stress (kPa)\n" + "".join(f"{0.1 * k:g},{k}\n" for k in range(9)))])
+    assert "b.csv" in str(caught.value) and words in str(caught.value) and "\n" not in str(caught.value)
+    assert words or "it lacks time_s, and has nothing besides" in str(caught.value)
+
+
+def test_files_of_another_kind_are_refused(put):
+    x = np.linspace(0.0, 20.0, 21)
+    spring = put("b.csv", "Time (s),Elongation (mm),Force (N),Resistance (ohm)\n" + "".join(f"{k},{a},{0.1 * a},{4 + 0.01 * a}\n" for k, a in enumerate(x)))
+    with pytest.raises(InputError, match="b.csv: this is of kind spring, and .*a.csv is of kind elastomer"):
+        joined([pull(put, "a.csv", 20.0), spring])
+
+
+def test_one_file_or_a_file_of_several_tests_is_refused(put):
+    with pytest.raises(InputError, match="two files or more"):
+        joined([pull(put, "a.csv", 20.0)])
+    one = pull(put, "a.csv", 20.0, preamble="")
+    two = put("b.csv", one.read_text() + "\nSpecimen 2\n" + one.read_text())
+    with pytest.raises(InputError, match="b.csv: this file holds 2 tests, and --successive joins"):
+        joined([one, two], kind="elastomer", dimensions=["gauge_length_mm=50", "area_mm2=20"])
+
+
+def test_the_command_writes_one_recording_that_can_be_read(put, tmp_path):
+    paths = [str(pull(put, name, most)) for name, most in (("pull1.csv", 20.0), ("pull2.csv", 30.0))]
+    result = CliRunner().invoke(import_command, [*paths, "--successive", "--out", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    (recording,) = read_campaign(tmp_path / "out").recordings
+    assert recording.name == "pull1_to_pull2" and len(recording) == 42
+
+
+def test_the_command_refuses_a_folder_whose_order_nobody_stated(put, tmp_path):
+    folder = pull(put, "raw/a.csv", 20.0).parent
+    result = CliRunner().invoke(import_command, [str(folder), "--successive", "--out", str(tmp_path / "out")])
+    assert result.exit_code == 2 and "name its files in the order of the tests" in result.output
+    assert not (tmp_path / "out").exists()
