@@ -190,7 +190,8 @@ def _left_over(explanation: Explanation, unknown: float, judged: Assessment, fou
             "else."
         )
     text = " ".join([text, *([_looks_like(judged.mimicked)] if judged.mimicked else ())])
-    log_bayes = max(judged.lost, float(0.5 * max(excess)), 0.0)
+    further = 0.0 if judged.further is None else judged.further.bayes
+    log_bayes = max(judged.lost, further, float(0.5 * max(excess)), 0.0)
     return Found(UNMODELLED, float(unknown), log_bayes, {}, names, text)
 
 
