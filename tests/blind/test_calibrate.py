@@ -26,16 +26,17 @@ def simulated(count, odds, seed=0):
     rng = np.random.default_rng(seed)
     rows = []
     for k in range(count):
-        signs = Signs(*(10.0 ** rng.uniform(-3.0, 0.0, 2)))
+        signs = Signs(*(10.0 ** rng.uniform(-3.0, 0.0, 2)), 10.0 ** rng.uniform(-1.0, 2.0))
         acts = rng.random() < 1.0 / (1.0 + np.exp(-signs.scaled @ odds))
         rows.append(dict(zip(calibrate.COLUMNS, (
-            "5", f"c{k}", "tube", "single", f"{signs.kept:.6g}", f"{signs.outdone:.6g}", str(int(acts)), "x",
+            "5", f"c{k}", "tube", "single", f"{signs.kept:.6g}", f"{signs.outdone:.6g}",
+            f"{signs.beside:.6g}", str(int(acts)), "x",
         ), strict=True)))  # fmt: skip
     return rows
 
 
 def test_a_curve_is_found_again():
-    odds = np.array([-3.0, 2.0, 1.0])
+    odds = np.array([-3.0, 2.0, 1.0, 0.5])
     table = tomllib.loads(curve_of(simulated(3000, odds)))
     assert list(table["odds"].values()) == pytest.approx(odds, abs=0.3)
     assert table["campaigns"] == 3000 and table["seeds"] == [5]
@@ -57,7 +58,7 @@ def test_groups_count_as_in_the_full_plan():
 
 def test_too_few_campaigns_make_no_curve():
     with pytest.raises(ValueError, match="ten of each are needed"):
-        curve_of(simulated(12, np.array([-8.0, 0.0, 0.0])))
+        curve_of(simulated(12, np.array([-8.0, 0.0, 0.0, 0.0])))
 
 
 def test_the_shipped_curve_is_that_of_the_shipped_rows():

@@ -51,6 +51,17 @@ def test_noise_and_drift_are_no_physics(tmp_path, law):
     assert found.bayes < 0.5 * DEFAULT.evidence.minimum_first
 
 
+@pytest.mark.parametrize("ripple", [0.0, 1.0])
+def test_beside_a_named_effect_only_what_it_leaves_has_evidence(tmp_path, ripple):
+    """A force that is off is the effect; a ripple beside it is not."""
+    folder = write(tmp_path / "c", lambda e: curve(e) + NOISE * (8.0 + ripple * np.sin(28.0 * e)))
+    program, base = base_fit(Program.of(read_campaign(folder), "elastomer"))
+    named = Refitter(program).fit(("force_calibration",), start=base)
+    beside, about = (best_discrepancy(program, fit) for fit in (named, base))
+    assert (beside.bayes > DEFAULT.evidence.minimum_first) is bool(ripple)
+    assert about.bayes > beside.bayes
+
+
 def test_no_correction_bends_within_the_noise_of_a_driver_that_is_held():
     """Held at two values for four fifths of the rows: what a model predicts there follows its driver's noise."""
     rng = np.random.default_rng(1)

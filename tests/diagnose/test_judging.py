@@ -61,7 +61,7 @@ def test_drift_excuses_what_passes_for_noise_and_no_more():
 
 @pytest.mark.parametrize(("left", "told"), [(1.3, False), (1.6, False), (5.0, True), (9.0, True)])
 def test_a_name_that_leaves_half_of_a_misfit_is_told_with_something_unknown(left, told):
-    signs = signs_of(named(validated=True), None, [9.0, 9.0], [1.0, left], [1.0, 1.0])
+    signs = signs_of(named(validated=True), None, None, [9.0, 9.0], [1.0, left], [1.0, 1.0])
     assert (probability_of_unknown(signs) >= DEFAULT.verdict.beside_unknown) is told
 
 
@@ -73,9 +73,9 @@ def test_a_name_that_leaves_half_of_a_misfit_is_told_with_something_unknown(left
     ([3.0, 0.9], [1.0, 0.9], 0.0),
 ])  # fmt: skip
 def test_the_share_that_names_keep_is_what_chance_does_not_leave(before, after, kept):
-    signs = signs_of(named(validated=True), None, before, after, [1.0, 1.0])
+    signs = signs_of(named(validated=True), None, None, before, after, [1.0, 1.0])
     assert signs.kept == pytest.approx(kept, abs=0.002) and signs.outdone == 0.0
-    assert signs_of(named(validated=True), None, before, after, [2.0, 2.4]).kept <= signs.kept  # as neighbouring rows differ
+    assert signs_of(named(validated=True), None, None, before, after, [2.0, 2.4]).kept <= signs.kept  # as neighbouring rows differ
 
 
 @pytest.mark.parametrize(("discrepancy", "left_out", "share"), [
@@ -83,14 +83,26 @@ def test_the_share_that_names_keep_is_what_chance_does_not_leave(before, after, 
 ])  # fmt: skip
 def test_a_discrepancy_that_predicts_better_counts_by_its_share_of_the_misfit(discrepancy, left_out, share):
     rival = DiscrepancyEvidence("length", "time", 9.0, discrepancy, 1.0)
-    assert signs_of(named(left_out=left_out), rival, [3.0, 3.0], [1.0, 1.0], [1.0, 1.0]).outdone == pytest.approx(share)
+    assert signs_of(named(left_out=left_out), rival, None, [3.0, 3.0], [1.0, 1.0], [1.0, 1.0]).outdone == pytest.approx(share)
 
 
 def test_no_sign_makes_something_unknown_less_likely_and_none_leaves_it_unlikely():
     shares = np.linspace(0.0, 1.0, 21)
-    for signs in ([Signs(s, 0.2) for s in shares], [Signs(0.2, s) for s in shares]):
+    for signs in (
+        [Signs(s, 0.2, 5.0) for s in shares],
+        [Signs(0.2, s, 5.0) for s in shares],
+        [Signs(0.2, 0.2, 100.0 * s) for s in shares],
+    ):
         assert np.all(np.diff([probability_of_unknown(s) for s in signs]) >= 0.0)
-    assert probability_of_unknown(Signs(0.0, 0.0)) < 0.05 and probability_of_unknown(Signs(1.0, 1.0)) > 0.9
+    assert probability_of_unknown(Signs(0.0, 0.0, 0.0)) < 0.05 and probability_of_unknown(Signs(1.0, 1.0, 100.0)) > 0.9
+
+
+@pytest.mark.parametrize(("bayes", "sign"), [(25.0, 25.0), (-3.0, 0.0)])
+def test_evidence_of_a_discrepancy_beside_the_names_is_a_sign_of_its_own(bayes, sign):
+    """Even where names leave no more than noise, by any reduced chi-square."""
+    beside = DiscrepancyEvidence("stress", "time", bayes, 1.0, 1.0)
+    signs = signs_of(named(validated=True), None, beside, [9.0, 9.0], [1.0, 1.0], [1.0, 1.0])
+    assert signs == Signs(0.0, 0.0, sign)
 
 
 def imperfect(strength):
@@ -170,9 +182,19 @@ def test_a_discrepancy_that_predicts_better_speaks_against_a_name(discrepancy, l
 
 def test_what_is_said_where_a_discrepancy_predicts_better():
     explanation, rival = named(), DiscrepancyEvidence("length", "pressure_rate", 9.0, 1.0, 1.0)
-    judged = Assessment(True, True, 0.25, True, (), [0.9, 0.9], Signs(0.0, 0.3), 12.0, rival, None)
+    judged = Assessment(True, True, 0.25, True, (), [0.9, 0.9], Signs(0.0, 0.3, 0.0), 12.0, rival, None, None)
     found = _left_over(explanation, 0.25, judged, effects_found(explanation, 0.25))
     assert found.bayes == 12.0 and "function of pressure rate without a name predicts" in found.text
+
+
+@pytest.mark.parametrize(("bayes", "told"), [(25.0, True), (5.0, False)])
+def test_a_discrepancy_beside_the_names_is_said_with_its_evidence(bayes, told):
+    further = DiscrepancyEvidence("silicone_stiffness", "time", bayes, 1.0, 1.0)
+    judged = Assessment(True, True, 0.25, True, (), [1.2, 1.2], Signs(0.1, 0.0, bayes), 0.0, None, further, None)
+    found = _left_over(named(), 0.25, judged, effects_found(named(), 0.25))
+    said = f"Beside {CONSTANT}, a change of silicone stiffness with time has a log Bayes factor of 25"
+    assert found.text.startswith(said) is told and ("leaves more than noise" in found.text) is not told
+    assert found.bayes >= (bayes if told else 0.0)
 
 
 @pytest.mark.parametrize(("second", "least", "most"), [(200.0, 0.45, 0.55), (700.0, 0.6, 0.8), (2500.0, 0.95, 1.0)])

@@ -1,6 +1,6 @@
 """`python -m validation.blind.calibrate`: how likely it is that something unknown acts beside named effects.
 
-Simulated campaigns of the independent generator are diagnosed, their truth known. Each gives two signs
+Simulated campaigns of the independent generator are diagnosed, their truth known. Each gives the signs
 (`fitting.diagnose.verdict.unknown`) and whether something acted that the diagnosis did not tell of. A logistic
 curve through all of them becomes the table that the diagnosis reads. Seeds are development seeds, below 1000:
 no campaign of the blind trial takes part.
@@ -39,7 +39,8 @@ from .proof.run import chosen_cases
 ROWS = Path(__file__).with_name("calibration.csv")
 CURVE = Path(unknown.__file__).with_name(unknown.TABLE)
 GROUPS = ("single", "masked", "pair", "outside")
-COLUMNS = ("seed", "case", "kind", "group", "kept", "outdone", "unknown_acts", "commit")
+SIGNS = tuple(Signs.__annotations__)
+COLUMNS = ("seed", "case", "kind", "group", *SIGNS, "unknown_acts", "commit")
 MINIMUM_EVIDENCE = 8.0
 """Minimum log Bayes factor of a concealed effect for it to act: below it, nothing could be named."""
 RIDGE = 0.1
@@ -88,7 +89,7 @@ def _diagnosed(cases, minutes):
             conclusion = diagnose(read_campaign(folder), seed=1)
         signs = conclusion.signs
         told = set(conclusion.explanation_set).union(*({f.slug, *f.confusable} for f in conclusion.found))
-        numbers = ("", "") if signs is None else (f"{signs.kept:.4g}", f"{signs.outdone:.4g}")
+        numbers = ["" if signs is None else f"{getattr(signs, name):.4g}" for name in SIGNS]
         acts = int(unknown_acts(truth, told))
         rows.append(dict(zip(COLUMNS, (seed, case.name, case.kind, case.group, *numbers, acts, code), strict=True)))
         write_rows(rows)
@@ -127,7 +128,7 @@ def curve_of(rows):
         ValueError: fewer than ten campaigns of either answer.
     """
     named = [row for row in rows if row["kept"]]
-    x = np.array([Signs(float(row["kept"]), float(row["outdone"])).scaled for row in named])
+    x = np.array([Signs(*(float(row[name]) for name in SIGNS)).scaled for row in named])
     y = np.array([float(row["unknown_acts"]) for row in named])
     if min(y.sum(), (1.0 - y).sum()) < 10:
         raise ValueError(f"{len(y)} campaigns with names, {int(y.sum())} with something unknown: ten of each are needed")
@@ -145,7 +146,7 @@ def curve_of(rows):
         f"log_loss_left_out = {log_loss(np.array(other), y, weight):.4f}",
         "",
         "[odds]",
-        *(f"{name} = {value:.4f}" for name, value in zip(("constant", "kept", "outdone"), odds, strict=True)),
+        *(f"{name} = {value:.4f}" for name, value in zip(("constant", *SIGNS), odds, strict=True)),
         "",
     ])  # fmt: skip
 

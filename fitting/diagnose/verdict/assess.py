@@ -33,6 +33,7 @@ class Assessment:
         signs: what speaks for something unknown beside effects; None where none is named.
         lost: held-out log-likelihood by which a discrepancy predicts better than the effects.
         discrepancy: discrepancy of largest evidence about the base model.
+        further: the one beside the effects; None where none is named.
         rest: discrepancy beside the effects.
     """
 
@@ -45,6 +46,7 @@ class Assessment:
     signs: Signs | None
     lost: float
     discrepancy: DiscrepancyEvidence | None
+    further: DiscrepancyEvidence | None
     rest: Discrepancy | None
 
     @property
@@ -72,7 +74,8 @@ def assess(explanation: Explanation) -> Assessment:
         explanation.p_value = tail(program, base[0])
     discrepancy = best_discrepancy(program, explanation.base)
     mismatch = named or contradicted(explanation, base, discrepancy, floors)
-    signs = signs_of(explanation, discrepancy, base, last, floors) if named else None
+    further = best_discrepancy(program, explanation.final) if named else None
+    signs = signs_of(explanation, discrepancy, further, base, last, floors) if named else None
     unknown, lost, over, beyond, mimicked = 0.0, 0.0, None, False, ()
     if signs is not None:
         unknown, lost = probability_of_unknown(signs), outdone(explanation, discrepancy)
@@ -95,4 +98,6 @@ def assess(explanation: Explanation) -> Assessment:
     left = over if rest is None else left_of(program, explanation.final, rest)
     if left is not None and not left.trusted:
         unknown = max(unknown, VERDICT.refuted_unknown)
-    return Assessment(named, mismatch, unknown, beyond, mimicked, last, signs, lost, discrepancy, rest)
+    return Assessment(
+        named, mismatch, unknown, beyond, mimicked, last, signs, lost, discrepancy, further, rest
+    )

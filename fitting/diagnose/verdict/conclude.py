@@ -177,6 +177,12 @@ def _left_over(explanation: Explanation, unknown: float, judged: Assessment, fou
         f"{' and '.join(names)} {'leaves' if len(names) == 1 else 'leave'} more than noise: the form is not "
         "quite nature's, or something else acts as well or instead."
     )
+    if by_discrepancy(judged.further):
+        text = (
+            f"Beside {' and '.join(names)}, {_function_of(judged.further)} has a log Bayes factor of "
+            f"{judged.further.bayes:.3g}: the form is not quite nature's, or something else acts as well or "
+            "instead."
+        )
     if judged.rival is not None:
         text = (
             f"A smooth function of {judged.rival.driver.replace('_', ' ')} without a name predicts "
@@ -184,8 +190,14 @@ def _left_over(explanation: Explanation, unknown: float, judged: Assessment, fou
             "else."
         )
     text = " ".join([text, *([_looks_like(judged.mimicked)] if judged.mimicked else ())])
-    log_bayes = max(judged.lost, float(0.5 * max(excess)), 0.0)
+    further = 0.0 if judged.further is None else judged.further.bayes
+    log_bayes = max(judged.lost, further, float(0.5 * max(excess)), 0.0)
     return Found(UNMODELLED, float(unknown), log_bayes, {}, names, text)
+
+
+def _function_of(one: DiscrepancyEvidence) -> str:
+    """A discrepancy in words."""
+    return f"a change of {one.quantity.replace('_', ' ')} with {one.driver.replace('_', ' ')}"
 
 
 def _share_with_lookalikes(

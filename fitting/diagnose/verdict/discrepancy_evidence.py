@@ -16,7 +16,7 @@ from ..evaluate.noise import correlation_factor
 from ..evaluate.program import Program
 from ..fit.cross_validation import deciding
 from ..fit.instrument_drift import drift_columns
-from ..fit.refit import Fit
+from ..fit.refit import Fit, prior_sd
 from ..settings import DEFAULT
 from .discrepancy_places import acts, hats, responses
 from .locate import drivers_of, knots_of
@@ -32,7 +32,7 @@ class DiscrepancyEvidence:
     Attributes:
         quantity: output that it adds to, or the stiffness whose relative change it is.
         driver: quantity that it is a function of; the pair is that of largest evidence.
-        bayes: log Bayes factor over the base model, deflated, less the logarithm of the number tried.
+        bayes: log Bayes factor over the model without it, deflated, less the logarithm of the number tried.
         left_out: cross-validated reduced chi-square.
         left_by_drift: reduced chi-square of fitted recordings with drift alone, of the best size.
     """
@@ -61,21 +61,26 @@ class _Best:
     left_by_drift: np.ndarray
 
 
-def best_discrepancy(program: Program, base: Fit) -> DiscrepancyEvidence | None:
-    """The discrepancy of largest evidence about a refitted base model; None where no driver varies.
+def best_discrepancy(program: Program, fit: Fit) -> DiscrepancyEvidence | None:
+    """The discrepancy of largest evidence beside a fitted model; None where no driver varies.
 
     Args:
         program: program of the campaign.
-        base: the base fit.
+        fit: fit of the base model, or of a model with effects. Base constants have their priors. The numbers
+            of effects are as likely anywhere within their bounds.
     """
-    here = program.evaluate(base.u, base.free, near=base.evaluation)
+    here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
     r, A = here.joined([np.ones(len(m)) for m in here.misfit])
-    columns, drift = _columns(program, base, here)
+    columns, drift = _columns(program, fit, here)
     if not columns:
         return None
+    precision = prior_sd(program.unknowns, fit.free) ** -2
+    own = np.isin(fit.free, program.unknowns.of(fit.slugs))
+    span = (program.unknowns.high - program.unknowns.low)[fit.free]
+    nominal = r - A @ np.where(own, 0.0, fit.u[fit.free])
+    A = A / np.sqrt(np.where(precision > 0.0, precision, 12.0 / span**2))
     sizes = [len(m) for m in here.misfit]
     fitted = np.concatenate([np.full(n, float(f)) for n, f in zip(sizes, program.fitted, strict=True)])
-    nominal = r - A @ base.u[base.free]
 
     total = 0.0
     for out in deciding(program, sizes):

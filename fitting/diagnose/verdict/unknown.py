@@ -1,7 +1,8 @@
-"""Probability that something unknown acts beside or for named effects: two signs and a calibrated curve.
+"""Probability that something unknown acts beside or for named effects: three signs and a calibrated curve.
 
-Both signs are shares of the base model's misfit, so that neither the number of rows nor the size of the noise
-decides. An imperfect form of a right effect leaves a small share. The curve was fitted to simulated campaigns
+Two signs are shares of the base model's misfit, so that neither the number of rows nor the size of the noise
+decides. An imperfect form of a right effect leaves a small share. The third is the evidence of a discrepancy
+beside the names: what they leave may be little, and yet no chance. The curve was fitted to simulated campaigns
 whose truth is known: `python -m validation.blind.calibrate`.
 """
 
@@ -29,20 +30,24 @@ class Signs:
         kept: share of the base model's misfit that the effects leave beyond chance, of fitted or of unseen
             recordings, whichever is larger; 0 to 1.
         outdone: share of the left-out misfit by which a function of one driver predicts better; 0 to 1.
+        beside: log Bayes factor of a function of one driver beside the effects [nat]; 0 where it is negative.
     """
 
     kept: float
     outdone: float
+    beside: float
 
     @property
     def scaled(self) -> np.ndarray:
-        """1 and both signs as decades of hundredths, (3,): 0 for none, 2 for all."""
-        return np.array([1.0, *np.log10(1.0 + 100.0 * np.array([self.kept, self.outdone]))])
+        """1 and the signs, (4,): shares as decades of hundredths, 0 for none and 2 for all; evidence as decades."""
+        shares = np.log10(1.0 + 100.0 * np.array([self.kept, self.outdone]))
+        return np.array([1.0, *shares, np.log10(1.0 + self.beside)])
 
 
 def signs_of(
     explanation: Explanation,
     discrepancy: DiscrepancyEvidence | None,
+    beside: DiscrepancyEvidence | None,
     base: list[float],
     last: list[float],
     floors: list[float],
@@ -52,6 +57,7 @@ def signs_of(
     Args:
         explanation: result of the search.
         discrepancy: discrepancy of largest evidence about the base model; None if there is none.
+        beside: the one beside the effects.
         base, last: predictive reduced chi-squares without and with the effects, of fitted and of unseen
             recordings.
         floors: chi-square of noise of both, see `misfit.floor`.
@@ -61,7 +67,8 @@ def signs_of(
         beyond = after - noise - VERDICT.chance_deviations * spread(program, mask)
         kept = max(kept, _share(beyond, before - noise))
     alone, named = explanation.left_out
-    return Signs(kept, 0.0 if discrepancy is None else _share(named - discrepancy.left_out, alone - 1.0))
+    outdone = 0.0 if discrepancy is None else _share(named - discrepancy.left_out, alone - 1.0)
+    return Signs(kept, outdone, 0.0 if beside is None else max(beside.bayes, 0.0))
 
 
 def _share(part: float, whole: float) -> float:
@@ -79,6 +86,6 @@ def probability_of_unknown(signs: Signs) -> float:
 
 @cache
 def curve() -> np.ndarray:
-    """Coefficients of the logarithm of the odds, (3,): constant, and by each of `Signs.scaled`."""
+    """Coefficients of the logarithm of the odds, (4,): constant, and by each of `Signs.scaled`."""
     table = tomllib.loads(files(__package__).joinpath(TABLE).read_text(encoding="utf-8"))
-    return np.array([table["odds"][name] for name in ("constant", "kept", "outdone")])
+    return np.array([table["odds"][name] for name in ("constant", *Signs.__annotations__)])
