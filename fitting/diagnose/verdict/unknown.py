@@ -2,8 +2,8 @@
 
 Two signs are shares of the base model's misfit, so that neither the number of rows nor the size of the noise
 decides. An imperfect form of a right effect leaves a small share. The third is the evidence of a discrepancy
-beside the names: what they leave may be little, and yet no chance. The curve was fitted to simulated campaigns
-whose truth is known: `python -m validation.blind.calibrate`.
+beside the names: what they leave may be little, and yet no chance. The curve was fitted to simulated
+campaigns whose truth is known: `python -m validation.blind.calibrate`.
 """
 
 import tomllib
@@ -39,7 +39,7 @@ class Signs:
 
     @property
     def scaled(self) -> np.ndarray:
-        """1 and the signs, (4,): shares as decades of hundredths, 0 for none and 2 for all; evidence as decades."""
+        """1 and the signs, (4,): shares as decades of hundredths (2 for all), evidence as decades of nats."""
         shares = np.log10(1.0 + 100.0 * np.array([self.kept, self.outdone]))
         return np.array([1.0, *shares, np.log10(1.0 + self.beside)])
 
