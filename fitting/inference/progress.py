@@ -35,27 +35,29 @@ class PlainLines:
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._ended.set()
+        with self._lock:  # so that no line is on its way
+            self._ended.set()
 
     def say(self, text: str) -> None:
         """Write a line, unless one was written within the interval."""
         self._text, self._since = text, time.monotonic()
         self._write(text)
 
-    def _write(self, text: str) -> None:
-        now = time.monotonic()
+    def _write(self, text: str, again: bool = False) -> None:
+        """Write a line unless it is too early, or, of one that is said again, too late."""
         with self._lock:
-            if not self.shown or now - self._last < self._every:
+            now = time.monotonic()
+            if not self.shown or now - self._last < self._every or (again and self._ended.is_set()):
                 return
             self._last = now
-        print(f"{self._subject}, {duration(now - self._began)}: {text}", file=sys.stderr, flush=True)
+            print(f"{self._subject}, {duration(now - self._began)}: {text}", file=sys.stderr, flush=True)
 
     def _watch(self) -> None:
         """Write the last text again, and how long ago it was said, where none follows for an interval."""
         while not self._ended.wait(self._every / _LOOKS):
             lasts = time.monotonic() - self._since
             if lasts >= self._every:
-                self._write(f"{self._text}, for {duration(lasts)}")
+                self._write(f"{self._text}, for {duration(lasts)}", again=True)
 
 
 class Steps:

@@ -1,5 +1,6 @@
 """What long commands say: nothing but the bar at a terminal, a plain line now and then in a log."""
 
+import threading
 import time
 
 import pytest
@@ -34,6 +35,26 @@ def test_a_long_step_is_said_again_in_a_log(capsys):
     assert lines[0].endswith("joint fit (step 1), for 0 s")
     time.sleep(0.3)
     assert capsys.readouterr().err == ""  # nothing once it has ended
+
+
+def test_no_line_is_written_once_the_work_has_ended(capsys):
+    """Not even by a watch that had found a step too long just before."""
+    with told.PlainLines("fitting", shown=True, every=0.0) as lines:
+        pass
+    capsys.readouterr()
+    lines._write("joint fit, for 31 s", again=True)
+    assert capsys.readouterr().err == ""
+    lines.say("done")
+    assert capsys.readouterr().err.endswith("done\n")
+
+
+def test_the_watch_ends_with_the_work_even_where_that_fails():
+    watching = {thread for thread in threading.enumerate() if thread.name == "progress"}
+    with pytest.raises(ZeroDivisionError), told.Steps("fitting", every=0.05):
+        raise ZeroDivisionError
+    for thread in {thread for thread in threading.enumerate() if thread.name == "progress"} - watching:
+        thread.join(5.0)
+        assert not thread.is_alive()
 
 
 def test_work_before_the_first_step_is_said_in_a_log(capsys):
