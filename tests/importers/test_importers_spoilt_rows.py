@@ -42,6 +42,24 @@ def test_a_row_in_which_the_file_was_cut_off_is_left_out_and_named(put, rest, wo
     assert len(recording) == 24 and recording.columns["time_s"][-1] == pytest.approx(4.6)
 
 
+@pytest.mark.parametrize("rest", ["7.000e+0", "7.000e+", "7.000e", "7.000", "7.0", "7"])
+def test_a_number_that_was_cut_off_in_its_exponent_is_left_out(put, rest):
+    rows = [f"{0.2 * k:.1f},{a:.4f},{s:.3e}" for k, (a, s) in enumerate(zip(STRAIN, STRESS, strict=True))]
+    recording = import_file(put("a.csv", text(*rows, f"4.8,61.0000,{rest}")))
+    (said,) = checks(recording)
+    assert "row 26, the last one," in said and "digits of an exponent" in said and len(recording) == 24
+    whole = import_file(put("b.csv", text(*rows, "4.8,61.0000,1.300e-01")))
+    assert len(whole) == 25 and not checks(whole)
+
+
+def test_a_number_with_fewer_decimals_than_any_other_is_left_out(put):
+    """Others have four to six decimals, as programs write that round and drop zeros."""
+    rows = [f"{0.2 * k:.1f},{a:.4f},{s:.{4 + k % 3}f}" for k, (a, s) in enumerate(zip(STRAIN, STRESS, strict=True))]
+    recording = import_file(put("a.csv", text(*rows, "4.8,61.0000,0.1")))
+    (said,) = checks(recording)
+    assert "fewer decimals than all others" in said and len(recording) == 24
+
+
 def test_a_last_field_that_is_blank_is_named_and_the_rest_of_its_row_kept(put):
     recording = import_file(put("a.csv", text(*ROWS, "4.8,61.0000,")))
     (said,) = checks(recording)

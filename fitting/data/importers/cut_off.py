@@ -9,6 +9,7 @@ from .separators import LEAST_ROWS
 from .words import heading_of, meaning
 
 _DECIMALS = re.compile(r"[+-]?\d*[.,](\d*)")
+_EXPONENT = re.compile(r"[+-]?\d+(?:[.,]\d*)?[eE][+-]?(\d*)")
 
 
 class CutOff(NamedTuple):
@@ -28,8 +29,8 @@ def cut_off(
 ) -> CutOff | None:
     """Find a last row that ends earlier than every other one; None if there is none.
 
-    It has fewer fields than all others, or fewer decimals in its last field where all others have the same
-    number of them. A last field that is blank here alone spoils nothing, but is said.
+    It has fewer fields than all others, or fewer decimals in its last field, or fewer digits in an exponent
+    that all others have. A last field that is blank here alone spoils nothing, but is said.
 
     Args:
         page: the page; the cells of a sheet are never cut off.
@@ -57,9 +58,9 @@ def cut_off(
         return None
     if any(len(other) != len(last) for other in others):
         return None
-    decimals = {_decimals(other[-1]) for other in others}
-    if len(decimals) == 1 and _decimals(last[-1]) < min(decimals):
-        return CutOff(f"{row} ends with fewer decimals than all others ({end}): {asked}", True)
+    for count, what in (_decimals, "decimals"), (_exponent_digits, "digits of an exponent"):
+        if count(last[-1]) < min(count(other[-1]) for other in others):
+            return CutOff(f"{row} ends with fewer {what} than all others ({end}): {asked}", True)
     return None
 
 
@@ -73,4 +74,10 @@ def _side_by_side(header: Sequence[str], there: int) -> bool:
 def _decimals(text: str) -> int:
     """Number of decimals of a field; 0 of one without a decimal mark, or of any other text."""
     found = _DECIMALS.fullmatch(text)
+    return len(found[1]) if found else 0
+
+
+def _exponent_digits(text: str) -> int:
+    """Number of digits of a field's exponent; 0 of one without an exponent, or of any other text."""
+    found = _EXPONENT.fullmatch(text)
     return len(found[1]) if found else 0
