@@ -6,7 +6,7 @@ from answers import refusal
 
 from fitting.data.importers import import_file, make_options
 from fitting.data.importers.other_headings import quantity_by_word
-from fitting.data.importers.words import heading_of
+from fitting.data.importers.words import heading_of, meaning
 
 X = np.linspace(0.0, 40.0, 30)
 COLUMNS = (0.5 * np.arange(30.0), X, 0.012 * X, 2.1 + 0.003 * X)
@@ -37,7 +37,7 @@ def test_ordinary_headings_of_a_spring_are_recognised(put, heads):
 def test_what_a_word_decided_is_said(put):
     recording = import_file(put("a.csv", table("Time (s)", "Extension (mm)", "Pull force (N)", "R_spring (ohm)")))
     notes = "\n".join(recording.notices)
-    assert "'Pull force (N)' taken as force by one of its words (--map force=... to correct)" in notes
+    assert "check: 'Pull force (N)' taken as force by one of its words (--map force=... to correct)" in notes
     assert "'R_spring (ohm)' taken as resistance" in notes and "'Extension (mm)' taken" not in notes
 
 
@@ -54,10 +54,26 @@ def test_set_points_and_other_parts_of_a_rig_are_not_taken(heading):
     assert quantity_by_word(heading_of(heading)) is None
 
 
+@pytest.mark.parametrize("words", ["{} SP", "{} goal", "{} cmd", "{} threshold", "Alarm {}", "Trigger {}", "Programmed {}", "Ziel {}", "Consigne {}", "Rated {}", "{} uncertainty", "{} drift", "Breaking {}", "{} step", "Delta {}", "Side {}", "Normal {}", "Nominal {}"])
+def test_a_column_of_what_was_wished_or_computed_is_no_measured_force(put, words):
+    said = refusal(put("a.csv", table("Time (s)", "Extension (mm)", f"{words.format('force')} (N)", "Resistance (ohm)")), kind="spring")
+    assert "needs force_N" in said and repr(f"{words.format('force')} (N)") in said
+
+
+@pytest.mark.parametrize(("written", "quantity"), [("F_cmd (N)", None), ("F_goal (N)", None), ("F_lim (N)", None), ("F_pull (N)", "force")])
+def test_a_symbol_of_a_set_point_is_not_taken(written, quantity):
+    assert quantity_by_word(heading_of(written)) == quantity
+
+
+def test_a_word_that_begins_like_a_number_of_a_test_is_none():
+    assert meaning(heading_of("Normal force (N)")) is None and meaning(heading_of("Running force (N)")) is None
+    assert meaning(heading_of("no 2 force (N)")).tag == "no 2" and meaning(heading_of("testA force (N)")).tag == "testa"
+
+
 def test_two_headings_of_one_quantity_are_not_taken_and_named(put):
-    said = refusal(put("a.csv", table("Time (s)", "Pull force (N)", "Side force (N)", "R_spring (ohm)")), kind="spring")
+    said = refusal(put("a.csv", table("Time (s)", "Pull force (N)", "Spring force (N)", "R_spring (ohm)")), kind="spring")
     assert "needs force_N, elongation_mm" in said.replace("elongation_mm, force_N", "force_N, elongation_mm")
-    assert "not recognised: 'Pull force (N)', 'Side force (N)'" in said and "--map force='Pull force (N)'" in said
+    assert "not recognised: 'Pull force (N)', 'Spring force (N)'" in said and "--map force='Pull force (N)'" in said
 
 
 def test_a_known_heading_comes_before_one_with_a_further_word(put):

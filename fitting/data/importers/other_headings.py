@@ -24,10 +24,15 @@ _OF_SPECIMEN = ("temperature", "current")
 """Quantities that other parts of a rig have as often as the specimen, so that a word must name it."""
 _SPECIMEN = re.compile(rf"\b(?:{'|'.join(SPECIMEN_WORDS)}|spring|coil|wire|sma|nitinol|niti|feder|draht)\b")
 _NOT_MEASURED = re.compile(
-    r"\b(?:set ?point|set|target|command(?:ed)?|demand(?:ed)?|desired|nominal|reference|ref|sollwert|soll|"
-    r"limit|max(?:imum)?|min(?:imum)?|peak|mean|average|avg|std|sd|error|deviation|offset|zero|tare|"
+    r"\b(?:set ?point|set|sp|target|command(?:ed)?|cmd|demand(?:ed)?|desired|des|nominal|reference|ref|"
+    r"sollwert|soll|ziel|vorgabe|consigne|goal|wanted|required|planned|programmed|control|input|rated|"
+    r"limit|lim|threshold|trigger|alarm|tolerance|capacity|resolution|upper|lower|high|low|full scale|"
+    r"f?max(?:imum)?|f?min(?:imum)?|peak|break(?:ing)?|failure|yield|mean|average|avg|rms|amplitude|std|sd|"
+    r"error|uncertainty|deviation|drift|bias|offset|zero|tare|change|difference|delta|increment|step|"
+    r"cumulative|relative|normali[sz]ed|ratio|uncorrected|old|last|start|frame|normal|side|"
     r"previous|initial|pre ?load|pre|rate|speed|velocity|range|lateral|transverse|shear|radial|friction|"
-    r"noise|model(?:led)?|predicted|simulated|calculated|fit(?:ted)?|expected|contact|lead|shunt|series|"
+    r"fric|noise|model(?:led)?|predict(?:ed|ion)|theor(?:y|etical)|simulated|calculated|fit(?:ted)?|"
+    r"expected|contact|lead|shunt|series|"
     r"sense|thermal|motor|heater|supply|internal|ambient|room|valve|grip|clamp|cell)\b"
 )
 """Words for what was wished, reduced or measured elsewhere."""

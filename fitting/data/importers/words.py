@@ -129,7 +129,7 @@ TEST_WORDS = (
 )
 # What else heads a column that tells specimens apart.
 LOT_WORDS = ("material", "batch", "lot", "prüfling", "prüfkörper", "probekörper", "muster", "lot de matière")
-_TAGGED = "|".join((*SPECIMEN_WORDS, *TEST_WORDS))
+_TAGGED = "|".join((*SPECIMEN_WORDS, *(rf"(?:{word})(?![a-z]{{2}})" for word in TEST_WORDS)))  # no `normal`
 _TAG_PATTERNS = (
     # `Stress Specimen 2`, `Stress - sample B`, `Stress_test_3`, `Stress #2`
     re.compile(rf"^(?P<name>.+?)[\s\-:,_]+(?P<tag>(?:{_TAGGED})[\s.#_]*(?:no\.?|nr\.?)?\s*[\w.]{{1,12}})$"),
