@@ -32,14 +32,60 @@ def test_pulls_are_joined_in_the_order_given_and_the_clock_goes_on(put):
     np.testing.assert_allclose([recording.columns["strain"][k : k + 21].max() for k in (0, 21, 42)], [0.4, 0.6, 0.5])
     text = "\n".join(recording.notices)
     assert "check: 3 files were joined in this order" in text and "z.csv (21 rows), a.csv (21 rows), m.csv (21 rows)" in text
-    assert "check: a.csv has a clock of its own: its times were counted on from 10 s, one step of 0.5 s later" in text
+    assert "check: a.csv begins at 0 s, and the one before ends at 10 s: its times were counted on from there, one step of 0.5 s later" in text
     assert recording.source["raw_file"] == "z.csv; a.csv; m.csv" and recording.source["notes"] == recording.notices
 
 
 def test_a_clock_that_goes_on_from_file_to_file_is_kept(put):
     recording = joined([pull(put, "a.csv", 20.0, 100.0), pull(put, "b.csv", 20.0, 140.0)])
     assert recording.columns["time_s"][21] == 140.0
-    assert any("b.csv begins at 140 s, after the end of the one before: kept" in note for note in recording.notices)
+    assert any("check: b.csv begins at 140 s, 30 s after the end of the one before: kept" in note for note in recording.notices)
+
+
+def dated(put, name, hour, mark="2024-05-01 {:02d}:00:{:02d}"):
+    """A pull of 21 rows of one second each, with the date in every row."""
+    x = 20.0 * (1.0 - np.abs(np.linspace(-1.0, 1.0, 21)))
+    rows = "".join(f"{mark.format(hour, k)},{a:.4f},{0.05 * a:.4f}\n" for k, a in enumerate(x))
+    return put(name, "Gauge length (mm),50\nCross-section (mm2),20\n\nDate time,Extension (mm),Load (N)\n" + rows)
+
+
+def test_the_pause_between_files_with_dates_is_theirs(put):
+    recording = joined([dated(put, "a.csv", 12), dated(put, "b.csv", 13), dated(put, "c.csv", 15)])
+    np.testing.assert_allclose(recording.columns["time_s"][[0, 20, 21, 42]], [0.0, 20.0, 3600.0, 10800.0])
+    assert any("check: b.csv begins at 3600 s, 3580 s after the end" in note for note in recording.notices)
+
+
+def test_files_whose_dates_contradict_the_order_given_are_refused(put):
+    with pytest.raises(InputError, match="b.csv: by its dates it begins 3620 s before the end of the file before"):
+        joined([dated(put, "a.csv", 13), dated(put, "b.csv", 12)])
+
+
+def test_a_date_whose_day_and_month_cannot_be_told_states_no_pause(put):
+    paths = [dated(put, name, hour, "01/02/2024 {:02d}:00:{:02d}") for name, hour in (("a.csv", 13), ("b.csv", 12))]
+    assert joined(paths).columns["time_s"][21] == 21.0
+
+
+def test_a_clock_that_begins_before_the_end_of_the_file_before_is_said_with_both_times(put):
+    recording = joined([pull(put, "a.csv", 20.0), pull(put, "b.csv", 20.0, 8.0)])
+    assert any("check: b.csv begins at 8 s, and the one before ends at 10 s" in note for note in recording.notices)
+
+
+def test_another_cross_section_in_other_sizes_is_refused(put):
+    other = pull(put, "b.csv", 20.0, preamble="Gauge length (mm),50\nWidth (mm),6\nThickness (mm),3\n\n")
+    with pytest.raises(InputError, match="b.csv: it states a cross-section of 18 mm2, and .*a.csv states one of 20 mm2"):
+        joined([pull(put, "a.csv", 20.0), other])
+    same = pull(put, "c.csv", 20.0, preamble="Gauge length (mm),50\nWidth (mm),5\nThickness (mm),4\n\n")
+    assert len(joined([pull(put, "a.csv", 20.0), same])) == 42
+
+
+def test_an_option_that_one_file_asks_for_is_said_to_act_on_all(put):
+    odd = pull(put, "b.csv", 20.0)
+    odd.write_text("".join(
+        f"{line.rpartition(',')[0]},{float(line.rpartition(',')[2]) + 0.5:.4f}\n" if line[:1].isdigit() else line
+        for line in odd.read_text().splitlines(keepends=True)
+    ))
+    (said,) = (note for note in joined([pull(put, "a.csv", 20.0), odd]).notices if "--subtract" in note)
+    assert said.startswith("check: b.csv: ") and said.endswith("(which acts on every file that is joined)")
 
 
 def test_a_specimen_that_is_stated_names_the_joined_recording(put):

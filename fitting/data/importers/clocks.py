@@ -10,6 +10,8 @@ from typing import NamedTuple
 from .numerals import is_blank
 
 DAY_S, HOUR_S = 86400.0, 3600.0
+EPOCH = datetime(1899, 12, 30)
+"""Day 0 of the days that spreadsheets count."""
 _MONTHS = {
     word: number
     for number, words in enumerate(
@@ -36,11 +38,13 @@ class Clock(NamedTuple):
             where blank.
         said: interpretation, in words; empty where there is only one.
         remedy: advice for those to whom another interpretation, which gives other numbers, is the right one.
+        origin: moment of 0 seconds, since `EPOCH` [s]; None where no date states it, or two dates may be meant.
     """
 
     seconds: list[float]
     said: str = ""
     remedy: str = ""
+    origin: float | None = None
 
 
 def like_a_clock(text: str) -> bool:
@@ -191,14 +195,18 @@ def _dated(texts: list[str]) -> Clock | None:
     rows = [_DATED.fullmatch(text) for text in texts]
     if not all(rows):
         return None
-    formats = []
+    formats, origins = [], set()
     for order, name in _ORDERS.items():
         moments = [_moment(row, order) for row in rows if row is not None]
         if all(moment is not None for moment in moments):
             first = moments[0]
             formats.append(_Format(name, [_apart(moment, first) for moment in moments]))
+            origins.add(_apart(first, (EPOCH, 0.0)))
     clock = _picked(formats, "if not, write the dates as 2024-05-31")
-    return clock if clock is None or clock.remedy else clock._replace(said="")
+    if clock is None:
+        return None
+    origin = origins.pop() if len(origins) == 1 else None
+    return clock._replace(said=clock.said if clock.remedy else "", origin=origin)
 
 
 def _apart(moment: tuple[datetime, float] | None, first: tuple[datetime, float] | None) -> float:

@@ -23,6 +23,7 @@ class Grid:
         doubt: reason why no column can be told from another; empty where there is none.
         breaks: lines of text between the rows, by the position of the row below them.
         by_row: columns whose unit a column beside them stated row by row.
+        origins: moment of 0 s of the columns that hold a dated clock, by column (`clocks.EPOCH`) [s].
     """
 
     headings: list[Heading]
@@ -35,6 +36,7 @@ class Grid:
     doubt: str = ""
     breaks: dict[int, list[list[str]]] = field(default_factory=dict)
     by_row: set[int] = field(default_factory=set)
+    origins: dict[int, float] = field(default_factory=dict)
 
     def part(self, rows: Sequence[int] | slice, columns: Sequence[int] | None = None) -> "Grid":
         """Some rows and columns, as a table of their own."""
@@ -49,6 +51,7 @@ class Grid:
             cells=[[self.cells[i][c] if c < len(self.cells[i]) else "" for c in chosen] for i in picked],
             doubt=self.doubt,
             by_row={k for k, c in enumerate(chosen) if c in self.by_row},
+            origins={k: self.origins[c] for k, c in enumerate(chosen) if c in self.origins},
             troubles={k: self.troubles[c] for k, c in enumerate(chosen) if c in self.troubles},
         )
 

@@ -22,7 +22,7 @@ from . import (
     tensile_database,
 )
 from .assemble import slug
-from .channels import named_channels
+from .channels import mapped_channels, named_channels
 from .format import Format
 from .no_table import few_numbers, words_for_numbers
 from .options import QUANTITIES, Options
@@ -309,8 +309,17 @@ def _one_of_all(paths: Sequence[Path], recordings: Sequence[Recording], options:
                 path, f"this file holds {counted(count, 'test')}, and --successive joins files of one test"
                 " each; choose one with --sheet",
             )  # fmt: skip
-    samples = [_selected_test(samples_of(open_raw(path), options.sheet), options)[0] for path in paths]
-    return joined(recordings, [of_file[0].sizes for of_file in samples], options.specimen)
+    samples = [_selected_test(samples_of(open_raw(path), options.sheet), options)[0][0] for path in paths]
+    origins = [_clock_origin(sample, options) for sample in samples]
+    return joined(recordings, [sample.sizes for sample in samples], options.specimen, origins)
+
+
+def _clock_origin(sample: Sample, options: Options) -> float | None:
+    """Moment of 0 s of a test's clock (`clocks.EPOCH`) [s]; None where no date states it."""
+    if sample.grid is None or options.interval_s or "time" in {*options.units, *options.scales}:
+        return None
+    clock = {**named_channels(sample.grid), **mapped_channels(sample, options)}.get("time")
+    return None if clock is None else sample.grid.origins.get(clock.column)
 
 
 def _refuse_twice(paths: Sequence[Path]) -> None:

@@ -10,8 +10,8 @@ from .sizes import SAME
 AREAS = (("area_mm2",), ("diameter_mm",), ("width_mm", "thickness_mm"))
 """Dimensions that make a cross-section; the first set that is known is taken."""
 
-ROUNDING = 1e-6
-"""Maximum relative difference of one size that is stated twice."""
+ROUNDING = 1e-4
+"""Maximum relative difference of one size that is stated twice, in two units for example."""
 _OF_THE_FILE = {
     "gauge_length_mm": ("gauge_length_mm", "length"), "length_mm": ("length", "gauge_length_mm"),
     "free_length_mm": ("length",), "wire_diameter_mm": ("diameter_mm",),
@@ -43,7 +43,7 @@ def area_mm2(making: Making, quiet: bool = False) -> float | None:
         if set(names) <= sizes.keys():
             for name in names:
                 making.use("--dimension", name)
-            return _area(names, [sizes[name] for name in names])
+            return area_by(names, [sizes[name] for name in names])
     found = {key: size.value for key, size in making.sizes.items()} | sizes
     if not quiet:
         _compare_areas(making, found)
@@ -54,7 +54,7 @@ def area_mm2(making: Making, quiet: bool = False) -> float | None:
                     making.use("--dimension", name)
                 else:
                     _notice_dimension(making, name, "the " + name.rpartition("_")[0], quiet)
-            return _area(names, [found[name] for name in names])
+            return area_by(names, [found[name] for name in names])
     return None
 
 
@@ -71,8 +71,8 @@ def say_other_sizes(making: Making) -> None:
     by_user = next((names for names in AREAS if set(names) <= stated.keys()), None)
     by_file = next((names for names in AREAS if set(names) <= making.sizes.keys()), None)
     if by_user and by_file and not compared & {*by_file}:
-        areas = [_area(by_user, [stated[n] for n in by_user])]
-        areas.append(_area(by_file, [making.sizes[n].value for n in by_file]))
+        areas = [area_by(by_user, [stated[n] for n in by_user])]
+        areas.append(area_by(by_file, [making.sizes[n].value for n in by_file]))
         _say_other(making, by_user, areas[0], areas[1], by_file, "mm2")
 
 
@@ -93,7 +93,7 @@ def _say_other(
 
 def _compare_areas(making: Making, found: Mapping[str, float]) -> None:
     """Report two cross-sections of a file, by its area, diameter, or width and thickness, that differ."""
-    areas = {names: _area(names, [found[n] for n in names]) for names in AREAS if set(names) <= found.keys()}
+    areas = {names: area_by(names, [found[n] for n in names]) for names in AREAS if set(names) <= found.keys()}
     for names, area in list(areas.items())[1:]:
         first, taken = next(iter(areas.items()))
         if abs(area / taken - 1.0) > SAME:
@@ -110,7 +110,8 @@ def _worded(names: tuple[str, ...]) -> str:
     return " and ".join(name.rpartition("_")[0] for name in names)
 
 
-def _area(names: tuple[str, ...], values: list[float]) -> float:
+def area_by(names: tuple[str, ...], values: list[float]) -> float:
+    """Cross-section of a set of `AREAS` [mm2], from its sizes [mm, or mm2]."""
     if names == ("diameter_mm",):
         return math.pi * values[0] ** 2 / 4.0
     return math.prod(values)

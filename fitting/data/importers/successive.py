@@ -14,9 +14,18 @@ from pneusma_jax.errors import InputError, counted
 from ..recordings import Recording, check_recording, schema
 from ..recordings.table import refuse
 from .sizes import SAME, Sizes
+from .specimen_sizes import AREAS, area_by
+
+_FOR_ONE_FILE = ("--subtract", "--scale")
+"""Options that a notice proposes for the numbers of one file."""
 
 
-def joined(recordings: Sequence[Recording], sizes: Sequence[Sizes], specimen: str | None) -> Recording:
+def joined(
+    recordings: Sequence[Recording],
+    sizes: Sequence[Sizes],
+    specimen: str | None,
+    origins: Sequence[float | None] = (),
+) -> Recording:
     """One recording of several, one after the other in the order given.
 
     The clock goes on where a file begins later than the one before ends. Else it is counted on from there, a
@@ -26,12 +35,15 @@ def joined(recordings: Sequence[Recording], sizes: Sequence[Sizes], specimen: st
         recordings: one of each file.
         sizes: dimensions of the specimen that each file states.
         specimen: name of the specimen; None takes the one that all files name, else the first one's.
+        origins: moment of 0 s of each file's clock, on one calendar [s]; None where no date states it. Empty
+            if no file has a date.
 
     Returns:
         The recording. Its notices say what was joined, and how the times go on.
 
     Raises:
-        InputError: if there are fewer than two files, or if their kinds, columns or dimensions disagree.
+        InputError: if there are fewer than two files, if their kinds, columns or dimensions disagree, or if
+            their dates contradict the order given.
     """
     if len(recordings) < 2:
         raise InputError("--successive joins two files or more; name them in the order of the tests")
@@ -39,10 +51,11 @@ def joined(recordings: Sequence[Recording], sizes: Sequence[Sizes], specimen: st
     for other, of_other in zip(recordings[1:], sizes[1:], strict=True):
         _refuse_unlike(first, other)
         _refuse_other_sizes(first, other, sizes[0], of_other)
+        _refuse_other_areas(first, other, sizes[0], of_other)
     columns = {name: np.concatenate([r.columns[name] for r in recordings]) for name in first.columns}
     said = [_order(recordings)]
     if "time_s" in columns:
-        columns["time_s"], how = _counted_on(recordings)
+        columns["time_s"], how = _counted_on(recordings, origins or [None] * len(recordings))
         said += how
     if "cycle" in columns:
         columns["cycle"] = _cycles(recordings)
@@ -108,11 +121,28 @@ def _refuse_other_sizes(first: Recording, other: Recording, known: Sizes, sizes:
             )  # fmt: skip
 
 
+def _refuse_other_areas(first: Recording, other: Recording, known: Sizes, sizes: Sizes) -> None:
+    """Refuse a coupon or wire whose file states another cross-section in other sizes: an area, a diameter."""
+    if first.kind not in ("elastomer", "wire"):
+        return
+    by = [next((names for names in AREAS if set(names) <= one.keys()), None) for one in (known, sizes)]
+    if by[0] is None or by[1] is None:
+        return
+    one = area_by(by[0], [known[name].value for name in by[0]])
+    two = area_by(by[1], [sizes[name].value for name in by[1]])
+    if abs(one - two) > SAME * one:
+        raise refuse(
+            _place(other), f"it states a cross-section of {two:.6g} mm2, and {_place(first)} states one of"
+            f" {one:.6g} mm2: --successive joins tests of one specimen; mend the size in the file, or import"
+            " each by itself",
+        )  # fmt: skip
+
+
 def _order(recordings: Sequence[Recording]) -> str:
     parts = ", ".join(f"{_name(r)} ({counted(len(r), 'row')})" for r in recordings)
     return (
-        f"check: {len(recordings)} files were joined in this order, as tests of one specimen without rest"
-        f" between them: {parts}"
+        f"check: {len(recordings)} files were joined in this order, as tests of one specimen, one after"
+        f" the other: {parts}"
     )
 
 
@@ -120,23 +150,42 @@ def _name(recording: Recording) -> str:
     return recording.path.name if recording.path else recording.name
 
 
-def _counted_on(recordings: Sequence[Recording]) -> tuple[np.ndarray, list[str]]:
-    """Times of all files on one clock [s], and notices about each seam."""
+def _counted_on(
+    recordings: Sequence[Recording], origins: Sequence[float | None]
+) -> tuple[np.ndarray, list[str]]:
+    """Times of all files on one clock [s], and notices about each seam.
+
+    Raises:
+        InputError: if a file's date is before the end of the file before.
+    """
     parts, said = [recordings[0].columns["time_s"]], []
-    for recording in recordings[1:]:
+    zero = origins[0]  # moment of 0 s of the joined clock, as far as dates state it
+    for recording, origin in zip(recordings[1:], origins[1:], strict=True):
         time, end = recording.columns["time_s"], float(np.nanmax(parts[-1]))
+        dated = zero is not None and origin is not None
+        if zero is not None and origin is not None:
+            time = time + (origin - zero)
         begin = float(time[np.isfinite(time)][0])
         if begin > end:
-            said.append(f"{_name(recording)} begins at {begin:g} s, after the end of the one before: kept")
+            said.append(
+                f"check: {_name(recording)} begins at {begin:g} s, {begin - end:.4g} s after the end of the"
+                " one before: kept"
+            )
             parts.append(time)
             continue
+        if dated and begin < end:
+            raise refuse(
+                _place(recording), f"by its dates it begins {end - begin:.4g} s before the end of the file"
+                " before; name the files in the order of the tests",
+            )  # fmt: skip
         steps = np.diff(time[np.isfinite(time)])
         step = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
         said.append(
-            f"check: {_name(recording)} has a clock of its own: its times were counted on from {end:g} s, one"
-            f" step of {step:.3g} s later; a longer pause is not in the files, and nothing that heals in it"
-            " can be judged"
+            f"check: {_name(recording)} begins at {begin:g} s, and the one before ends at {end:g} s: its"
+            f" times were counted on from there, one step of {step:.3g} s later; the true pause is not known,"
+            " and nothing that heals in it can be judged"
         )
+        zero = None  # times after this seam are no longer those of any calendar
         parts.append(time - begin + end + step)
     return np.concatenate(parts), said
 
@@ -157,7 +206,9 @@ def _notices(recordings: Sequence[Recording]) -> list[str]:
     for recording in recordings:
         for text in (text for text in recording.notices if text not in shared):
             mark, plain = ("check: ", text[7:]) if text.startswith("check: ") else ("", text)
-            own.append(f"{mark}{_name(recording)}: {plain}")
+            all_files = " (which acts on every file that is joined)"
+            every = all_files if any(option in plain for option in _FOR_ONE_FILE) else ""
+            own.append(f"{mark}{_name(recording)}: {plain}{every}")
     return [*own, *shared]
 
 

@@ -118,6 +118,8 @@ def _may_be_clock(heading: Heading) -> bool:
 def _take_clock(grid: Grid, column: int, clock: Clock, label: str, example: str) -> None:
     """Put the seconds of a clock in the place of its texts, and report how they were read."""
     grid.values[:, column] = clock.seconds
+    if clock.origin is not None:
+        grid.origins[column] = clock.origin
     if grid.headings:
         old = grid.headings[column]
         grid.headings[column] = Heading(old.text, "time" if meaning(old) is None else old.name, "s")
@@ -135,6 +137,7 @@ def _serial_dates(grid: Grid) -> None:
             continue
         dates = (SERIAL[0] <= there.min()) and (there.max() <= SERIAL[1]) and np.ptp(there) <= YEAR_DAYS
         if dates and 2 * np.sum(there % 1.0 > 0.0) > there.size:
-            days = Clock([float(x) for x in DAY_S * (values - np.floor(there[0]))])
+            first = float(np.floor(there[0]))
+            days = Clock([float(x) for x in DAY_S * (values - first)], origin=DAY_S * first)
             _take_clock(grid, column, days, repr(heading.text), f"{there[0]:.15g}")
             grid.notices[-1] += ": days since 1900, as spreadsheets count"
