@@ -67,6 +67,21 @@ def test_only_a_pressure_has_an_absolute_unit(quantity):
         make_options(units=[f"{quantity}=MPaa"])
 
 
+@pytest.mark.parametrize("unit", ["MPaa", "MPa abs", "MPag", "psia"])
+def test_a_heading_of_a_stress_has_no_absolute_unit(put, unit):
+    path = put("a.csv", table(f"Strain (-),Stress ({unit})", STRAIN, STRESS / 1e3))
+    meant = "psi" if unit == "psia" else "MPa"
+    said = refusal(path)
+    assert repr(unit) in said and f"--unit stress={meant}" in said
+    np.testing.assert_allclose(import_file(path, make_options(units=["stress=MPa"])).columns["stress_kPa"], STRESS, rtol=1e-6)
+
+
+@pytest.mark.parametrize("head", ["Strain,stress_mPa", "Strain,Stress\n-,mPa"])
+def test_the_other_prefix_is_named_wherever_the_unit_stands(put, head):
+    said = refusal(put("a.csv", table(head, STRAIN, STRESS / 1e3)))
+    assert "did you mean 'MPa'" in said and "--unit stress=" in said
+
+
 def test_an_absolute_unit_of_a_pressure_is_less_an_atmosphere(put):
     pressure = np.linspace(101.325, 131.325, 41)
     path = put("a.csv", table("Time (s),Pressure,Length (mm)", np.arange(41.0), pressure, 80.0 + 0.1 * np.arange(41.0)))
@@ -124,6 +139,11 @@ def test_a_size_that_contradicts_the_file_is_said_with_both_values(put, stated, 
 def test_a_size_that_repeats_the_file_is_no_contradiction(put):
     options = make_options(dimensions=["area_mm2=20", "gauge_length_mm=50"], kind="elastomer")
     assert not checks(import_file(pulled(put), options))
+
+
+def test_a_size_that_repeats_the_file_in_another_unit_is_no_contradiction(put):
+    path = pulled(put, "Gauge length: 0.98425 in\nWidth: 0.23622 in\nThickness: 3 mm\n\n")
+    assert not checks(import_file(path, make_options(dimensions=["gauge_length_mm=25", "area_mm2=18"], kind="elastomer")))
 
 
 def test_one_side_of_a_section_that_contradicts_the_file_is_said(put):

@@ -10,7 +10,14 @@ from pneusma_jax.errors import counted
 from ..recordings import NOT_STATED, Recording, check_recording, resistance_range, schema
 from ..recordings.nominal import nominal_geometry
 from ..recordings.table import refuse
-from .channels import UnitMissing, canonical, say_other_units, units_missing, with_options
+from .channels import (
+    UnitMissing,
+    canonical,
+    refuse_absolute_stress,
+    say_other_units,
+    units_missing,
+    with_options,
+)
 from .compression import About
 from .derive import derive, question_stress
 from .making import Channel, Making
@@ -77,6 +84,7 @@ def assemble(
         raw=frozenset(channels),
         unrecognised=unrecognised(grid.headings, {c.column for c in channels.values()}, channels),
     )  # fmt: skip
+    refuse_absolute_stress(making, grid)
     say_other_units(making, grid)
     columns = _quantities(making)
     mark_used(making, columns)

@@ -116,7 +116,8 @@ def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[st
     for quantity, channel in recognised.items():
         if quantity != "time" and meaning(grid.headings[channel.column]) is None:
             notices.append(
-                f"{channel.label!r} taken as {quantity} by one of its words (--map {quantity}=... to correct)"
+                f"check: {channel.label!r} taken as {quantity} by one of its words (--map {quantity}=... to"
+                " correct)"
             )
     for quantity in (q for q in options.units if q in found and found[q].by_row):
         raise refuse(
@@ -192,6 +193,24 @@ def say_other_units(making: Making, grid: Grid) -> None:
                 f"{channel.label!r} states {stated}, and --unit {quantity}={unit} another unit: {unit} was"
                 " used"
             )
+
+
+def refuse_absolute_stress(making: Making, grid: Grid) -> None:
+    """Refuse a stress whose heading has the unit of a pressure with a zero: `Stress (MPaa)`.
+
+    Raises:
+        InputError: with the unit that may be meant.
+    """
+    for quantity in ("stress", "true_stress"):
+        channel = making.channels.get(quantity)
+        if channel is None or not grid.headings or channel.column < 0 or quantity in making.options.units:
+            continue
+        heading = grid.headings[channel.column]
+        if heading.written and dimension(heading.unit) == "pressure":
+            raise refuse(
+                making.place, f"column {channel.label!r}: {heading.written!r} says from which zero a pressure"
+                f" counts, and a stress is none; if {heading.unit} is meant: --unit {quantity}={heading.unit}",
+            )  # fmt: skip
 
 
 def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.ndarray:

@@ -5,11 +5,9 @@ import math
 import re
 from typing import NamedTuple
 
-from pneusma_jax.units import UNITS
-
 from .numerals import like_a_number
 from .separators import LEAST_ROWS
-from .spelling import unit_name
+from .spelling import may_be_unit
 from .words import heading_of, meaning
 
 # Names of columns, though units are called so, too.
@@ -137,4 +135,4 @@ def _is_unit(text: str) -> bool:
     """True if a field is a unit alone: `(kPa)`, `[-]`, `mm`, or nothing."""
     if text.casefold() in _NAMES_TOO:
         return False
-    return not text or bool(re.fullmatch(r"[(\[].*[)\]]", text)) or unit_name(text) in UNITS
+    return not text or bool(re.fullmatch(r"[(\[].*[)\]]", text)) or may_be_unit(text)

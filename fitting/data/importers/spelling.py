@@ -78,12 +78,14 @@ class Heading:
         name: name without its unit, in lower case, without brackets and repeated spaces.
         unit: unit in the header; None where it has none.
         zero: reference of a pressure: `"absolute"`, `"gauge"`, or empty where the header is silent.
+        written: unit as the header writes it, where it names the zero (`MPaa`); else empty.
     """
 
     text: str
     name: str
     unit: str | None
     zero: str = ""
+    written: str = ""
 
 
 def unit_name(text: str) -> str:
@@ -158,17 +160,14 @@ def parse_heading(text: str) -> Heading:
         content = found[1].strip()
         if may_be_unit(content):
             rest = text[: found.start()] + " " + text[found.end() :]
-            zero = pressure_zero(content) or pressure_zero(rest)
-            return Heading(text, plain(rest), unit_name(content), zero)
+            return _heading(text, rest, content)
     for pattern in (r"^(.+?)\s*[,;:]\s*(\S.*)$", r"^(.+?)\s+(?:/|in)\s+(\S.*)$", r"^(.+?)\s*/\s*(\S+)$"):
         found = re.match(pattern, text)
         if found and found[2].strip() and may_be_unit(found[2].strip(" ()[]")):
             unit = found[2].strip(" ()[]")
-            return Heading(
-                text, plain(found[1]), unit_name(unit), pressure_zero(unit) or pressure_zero(found[1])
-            )
+            return _heading(text, found[1], unit)
     stem, underscore, suffix = text.rpartition("_")
-    if underscore and stem and suffix in UNITS and not suffix.isdigit():
+    if underscore and stem and (suffix in UNITS or _has_other_prefix(suffix)) and not suffix.isdigit():
         return Heading(text, plain(stem), suffix, pressure_zero(stem))
     stem, _, suffix = text.rpartition(" ")
     if (
@@ -177,11 +176,17 @@ def parse_heading(text: str) -> Heading:
         and suffix.lower() not in _LETTERS
         and any(c.isalpha() or c == "%" for c in suffix)
     ):
-        return Heading(text, plain(stem), unit_name(suffix), pressure_zero(suffix) or pressure_zero(stem))
+        return _heading(text, stem, suffix)
     if brackets and brackets[-1].end() == len(text.rstrip()) and _like_a_unit(brackets[-1][1]):
         # A unit that is not known: the name without it, and the error about it when the column is needed.
         return Heading(text, plain(text[: brackets[-1].start()]), brackets[-1][1].strip())
     return Heading(text, plain(text), None, pressure_zero(text))
+
+
+def _heading(text: str, name: str, unit: str) -> Heading:
+    """A heading of a name and a unit, either of which may say from which zero a pressure counts."""
+    zero = pressure_zero(unit)
+    return Heading(text, plain(name), unit_name(unit), zero or pressure_zero(name), unit if zero else "")
 
 
 def _like_a_unit(text: str) -> bool:
