@@ -168,14 +168,14 @@ def _counted_on(
         begin = float(time[np.isfinite(time)][0])
         if begin > end:
             said.append(
-                f"check: {_name(recording)} begins at {begin:g} s, {begin - end:.4g} s after the end of the"
+                f"check: {_name(recording)} begins at {begin:g} s, {begin - end:.6g} s after the end of the"
                 " one before: kept"
             )
             parts.append(time)
             continue
         if dated and begin < end:
             raise refuse(
-                _place(recording), f"by its dates it begins {end - begin:.4g} s before the end of the file"
+                _place(recording), f"by its dates it begins {end - begin:.6g} s before the end of the file"
                 " before; name the files in the order of the tests",
             )  # fmt: skip
         steps = np.diff(time[np.isfinite(time)])

@@ -66,8 +66,9 @@ def best_discrepancy(program: Program, fit: Fit) -> DiscrepancyEvidence | None:
 
     Args:
         program: program of the campaign.
-        fit: fit of the base model, or of a model with effects. Base constants have their priors. The numbers
-            of effects are as likely anywhere within their bounds.
+        fit: fit of the base model, or of a model with effects. Base constants have their priors. Numbers of
+            effects have Gaussian ones about their fitted values. A shape's is as wide as its prior in the fit,
+            and a strength's as wide as an even distribution between its bounds.
     """
     here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
     r, A = here.joined([np.ones(len(m)) for m in here.misfit])
@@ -108,8 +109,8 @@ def _best(
     """The discrepancy of largest evidence on values of weight 1.
 
     Args:
-        nominal: misfit of the nominal base model, to first order, (values,).
-        A: its derivatives by base constants, whose priors are of unit size, (values, constants).
+        nominal: misfit with every number at the mean of its prior, to first order, (values,).
+        A: its derivatives by these numbers, whose priors are of unit size, (values, numbers).
         drift: drift of unit size, (values, cosines).
         columns: derivatives by values at the knots, (values, knots), by place and driver.
         w: 1 where a value counts, 0 elsewhere.
