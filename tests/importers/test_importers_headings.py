@@ -54,7 +54,7 @@ def test_set_points_and_other_parts_of_a_rig_are_not_taken(heading):
     assert quantity_by_word(heading_of(heading)) is None
 
 
-@pytest.mark.parametrize("words", ["{} SP", "{} goal", "{} cmd", "{} threshold", "Alarm {}", "Trigger {}", "Programmed {}", "Ziel {}", "Consigne {}", "Rated {}", "{} uncertainty", "{} drift", "Breaking {}", "{} step", "Delta {}", "Side {}", "Normal {}", "Nominal {}"])
+@pytest.mark.parametrize("words", ["{} SP", "{} goal", "{} cmd", "{} threshold", "Alarm {}", "Trigger {}", "Programmed {}", "Ziel {}", "Consigne {}", "Rated {}", "{} uncertainty", "{} drift", "Breaking {}", "{} step", "Delta {}", "Maximale {}", "Grenzwert {}", "Residual {}", "Side {}", "Normal {}", "Nominal {}"])
 def test_a_column_of_what_was_wished_or_computed_is_no_measured_force(put, words):
     said = refusal(put("a.csv", table("Time (s)", "Extension (mm)", f"{words.format('force')} (N)", "Resistance (ohm)")), kind="spring")
     assert "needs force_N" in said and repr(f"{words.format('force')} (N)") in said

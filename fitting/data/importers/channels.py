@@ -209,7 +209,8 @@ def refuse_absolute_stress(making: Making, grid: Grid) -> None:
         if heading.written and dimension(heading.unit) == "pressure":
             raise refuse(
                 making.place, f"column {channel.label!r}: {heading.written!r} says from which zero a pressure"
-                f" counts, and a stress is none; if {heading.unit} is meant: --unit {quantity}={heading.unit}",
+                f" counts, and a stress is none; if {heading.unit} is meant: --unit"
+                f" {quantity}={heading.unit}",
             )  # fmt: skip
 
 

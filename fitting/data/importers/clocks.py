@@ -38,7 +38,7 @@ class Clock(NamedTuple):
             where blank.
         said: interpretation, in words; empty where there is only one.
         remedy: advice for those to whom another interpretation, which gives other numbers, is the right one.
-        origin: moment of 0 seconds, since `EPOCH` [s]; None where no date states it, or two dates may be meant.
+        origin: moment of 0 seconds since `EPOCH` [s]; None where no date states it, or several might.
     """
 
     seconds: list[float]

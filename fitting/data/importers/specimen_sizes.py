@@ -93,7 +93,8 @@ def _say_other(
 
 def _compare_areas(making: Making, found: Mapping[str, float]) -> None:
     """Report two cross-sections of a file, by its area, diameter, or width and thickness, that differ."""
-    areas = {names: area_by(names, [found[n] for n in names]) for names in AREAS if set(names) <= found.keys()}
+    known = [names for names in AREAS if set(names) <= found.keys()]
+    areas = {names: area_by(names, [found[n] for n in names]) for names in known}
     for names, area in list(areas.items())[1:]:
         first, taken = next(iter(areas.items()))
         if abs(area / taken - 1.0) > SAME:

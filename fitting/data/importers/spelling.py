@@ -96,7 +96,7 @@ def unit_name(text: str) -> str:
     text = text.strip()
     if text in UNITS and text.casefold() not in _SPELLINGS:
         return text
-    exact = unicodedata.normalize("NFKC", text).replace("Ω", "ohm")
+    exact = re.sub("Ω|Ohms?", "ohm", unicodedata.normalize("NFKC", text))
     if exact in _EXACT or _has_other_prefix(exact):
         return _EXACT.get(exact, exact)
     folded = _normalised(text)

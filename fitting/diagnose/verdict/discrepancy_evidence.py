@@ -67,8 +67,8 @@ def best_discrepancy(program: Program, fit: Fit) -> DiscrepancyEvidence | None:
     Args:
         program: program of the campaign.
         fit: fit of the base model, or of a model with effects. Base constants have their priors. Numbers of
-            effects have Gaussian ones about their fitted values. A shape's is as wide as its prior in the fit,
-            and a strength's as wide as an even distribution between its bounds.
+            effects have Gaussian ones about their fitted values. A shape's is as wide as its prior in the
+            fit, and a strength's as wide as an even distribution between its bounds.
     """
     here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
     r, A = here.joined([np.ones(len(m)) for m in here.misfit])
