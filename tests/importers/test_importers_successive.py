@@ -88,6 +88,23 @@ def test_an_option_that_one_file_asks_for_is_said_to_act_on_all(put):
     assert said.startswith("check: b.csv: ") and said.endswith("(which acts on every file that is joined)")
 
 
+@pytest.mark.parametrize(("slack", "said"), [(None, True), ("auto", True), ("keep", False)])
+def test_a_flat_start_after_a_pull_may_be_its_permanent_set(put, slack, said):
+    x = np.linspace(0.0, 1.0, 61)
+    later = np.maximum(x - 0.15, 0.0) / 1.15
+    paths = []
+    for name, stretch in (("a.csv", 1.0 + x), ("b.csv", 1.0 + later)):
+        rows = zip(0.5 * np.arange(61), x, 40.0 * (stretch - stretch**-2), strict=True)
+        paths.append(put(name, "Time (s),Strain (-),Stress (kPa)\n" + "".join(",".join(f"{v:.4f}" for v in row) + "\n" for row in rows)))
+    notices = joined(paths, slack=slack).notices
+    assert any(note.startswith("check: b.csv:") and "permanent set" in note and "--slack keep" in note for note in notices) is said
+
+
+def test_a_zero_of_every_file_is_refused_with_what_would_do(put):
+    with pytest.raises(InputError, match="--slack fit leaves one zero to every recording.*--slack keep"):
+        joined([pull(put, "a.csv", 20.0), pull(put, "b.csv", 20.0)], slack="fit")
+
+
 def test_a_specimen_that_is_stated_names_the_joined_recording(put):
     assert joined([pull(put, "a.csv", 20.0), pull(put, "b.csv", 20.0)], specimen="S1").specimen == "S1"
 

@@ -18,6 +18,8 @@ from .specimen_sizes import AREAS, area_by
 
 _FOR_ONE_FILE = ("--subtract", "--scale")
 """Options that a notice proposes for the numbers of one file."""
+_FLAT = "is flat at"
+"""Words of a notice about slack, see `slack_treatment`."""
 
 
 def joined(
@@ -105,7 +107,7 @@ def _refuse_unlike(first: Recording, other: Recording) -> None:
     if other.zero or first.zero:
         raise refuse(
             place, "--slack fit leaves one zero to every recording, and joined files have one each;"
-            " take them off with --slack auto or --subtract",
+            " leave them with --slack keep, or take them off with --subtract",
         )  # fmt: skip
 
 
@@ -203,12 +205,15 @@ def _notices(recordings: Sequence[Recording]) -> list[str]:
     """Notices of all files: once if all have it, else with the name of the file."""
     shared = [text for text in recordings[0].notices if all(text in r.notices for r in recordings)]
     own = []
-    for recording in recordings:
+    for number, recording in enumerate(recordings):
         for text in (text for text in recording.notices if text not in shared):
             mark, plain = ("check: ", text[7:]) if text.startswith("check: ") else ("", text)
-            all_files = " (which acts on every file that is joined)"
-            every = all_files if any(option in plain for option in _FOR_ONE_FILE) else ""
-            own.append(f"{mark}{_name(recording)}: {plain}{every}")
+            if any(option in plain for option in _FOR_ONE_FILE):
+                plain += " (which acts on every file that is joined)"
+            if number and _FLAT in plain:
+                mark = "check: "
+                plain += ". After a pull a permanent set looks the same: --slack keep leaves it to the model"
+            own.append(f"{mark}{_name(recording)}: {plain}")
     return [*own, *shared]
 
 
