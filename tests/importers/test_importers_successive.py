@@ -100,6 +100,15 @@ def test_a_flat_start_after_a_pull_may_be_its_permanent_set(put, slack, said):
     assert any(note.startswith("check: b.csv:") and "permanent set" in note and "--slack keep" in note for note in notices) is said
 
 
+def test_tests_of_a_wire_under_several_stresses_are_joined(put):
+    """Each file states its own stress, which is no size of the wire."""
+    paths = []
+    for stress in (200, 400):
+        rows = "".join(f"{k},{1.0 + 0.1 * k:.2f},{90 - k}\n" for k in range(30))
+        paths.append(put(f"{stress}.csv", f"Constant stress: {stress} MPa\nDiameter: 0.3 mm\n\nTime (s),Strain (%),Temperature (C)\n{rows}"))
+    np.testing.assert_allclose(joined(paths).columns["stress_MPa"], np.repeat([200.0, 400.0], 30))
+
+
 def test_a_zero_of_every_file_is_refused_with_what_would_do(put):
     with pytest.raises(InputError, match="--slack fit leaves one zero to every recording.*--slack keep"):
         joined([pull(put, "a.csv", 20.0), pull(put, "b.csv", 20.0)], slack="fit")

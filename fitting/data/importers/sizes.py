@@ -73,7 +73,7 @@ _SYMBOLS = {
     "thickness_mm": "athds",
 }  # fmt: skip
 """Letters that machines write behind the name of a size, with or without a 0: `Probenbreite b0`."""
-_CONSTANTS = ("temperature_degC", "stress_MPa")
+CONSTANTS = ("temperature_degC", "stress_MPa")
 _NUMBER = r"[+-]?(?:\d[\d.,'’ ]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?"
 _IN_ONE = re.compile(
     rf"^#?\s*(?P<name>[^\d:=][^:=]*?)\s*[:=]\s*(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$"
@@ -177,7 +177,7 @@ def _size(name: str, number: str, unit: str | None, said: str) -> tuple[str, Siz
         return None
     wanted = "mm" if key == "length" else key.rpartition("_")[2]
     if unit is None or not unit:
-        if key in _CONSTANTS:
+        if key in CONSTANTS:
             return None  # a bare number beside the word may be a set point, a channel, anything
         return (key, Size(value, said, assumed=True)) if value > 0.0 else None
     try:
@@ -189,7 +189,7 @@ def _size(name: str, number: str, unit: str | None, said: str) -> tuple[str, Siz
     except InputError:
         return None
     converted = float(convert(value, unit_name(unit), wanted))
-    return (key, Size(converted, said)) if converted > 0.0 or key in _CONSTANTS else None
+    return (key, Size(converted, said)) if converted > 0.0 or key in CONSTANTS else None
 
 
 def sizes_in_a_name(name: str) -> Sizes:
@@ -218,7 +218,7 @@ def table_of_sizes(rows: Sequence[Sequence[str]]) -> dict[str, Sizes]:
     for at, header in enumerate(filled[:_MOST_ROWS]):
         names = [parse_heading(text) for text in header]
         keys = [_key_of(heading.name) for heading in names]
-        sized = [c for c, key in enumerate(keys) if key is not None and key not in _CONSTANTS]
+        sized = [c for c, key in enumerate(keys) if key is not None and key not in CONSTANTS]
         labels = [c for c, h in enumerate(names) if h.name and keys[c] is None and _names_specimens(h.name)]
         if len(header) < 2 or not sized or (len(sized) < 2 and not labels):
             continue

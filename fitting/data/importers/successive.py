@@ -13,7 +13,7 @@ from pneusma_jax.errors import InputError, counted
 
 from ..recordings import Recording, check_recording, schema
 from ..recordings.table import refuse
-from .sizes import SAME, Sizes
+from .sizes import CONSTANTS, SAME, Sizes
 from .specimen_sizes import AREAS, area_by
 
 _FOR_ONE_FILE = ("--subtract", "--scale")
@@ -112,8 +112,11 @@ def _refuse_unlike(first: Recording, other: Recording) -> None:
 
 
 def _refuse_other_sizes(first: Recording, other: Recording, known: Sizes, sizes: Sizes) -> None:
-    """Refuse a file that states another size of the specimen than the first one does."""
-    for key in sorted(known.keys() & sizes.keys()):
+    """Refuse a file that states another size of the specimen than the first one does.
+
+    A temperature or a stress is no size: each test may have its own.
+    """
+    for key in sorted((known.keys() & sizes.keys()) - {*CONSTANTS}):
         one, two = known[key], sizes[key]
         if abs(one.value - two.value) > SAME * abs(one.value):
             raise refuse(
