@@ -25,7 +25,8 @@ MOST_PANELS = 12
 def verdict(batch: Batch) -> list[str]:
     """The few most important sentences."""
     failed = [member for member in batch.members if member.result is None]
-    sentences = [f"{len(batch.done)} of {counted(len(batch.members), 'campaign')} were characterised."]
+    were = "was" if len(batch.done) == 1 else "were"
+    sentences = [f"{len(batch.done)} of {counted(len(batch.members), 'campaign')} {were} characterised."]
     sentences += [f"{member.name} was not: {member.problem}" for member in failed]
     sentences += [f"{member.name}: {member.problem}" for member in batch.done if member.problem]
     unlike = [name for name, p in batch.pooled.items() if p.differ < UNALIKE]

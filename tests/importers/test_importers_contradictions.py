@@ -90,6 +90,16 @@ def test_an_absolute_unit_of_a_pressure_is_less_an_atmosphere(put):
     assert any("atmosphere" in note for note in recording.notices)
 
 
+@pytest.mark.parametrize(
+    ("heading", "stated", "said"),
+    [("Pressure (kPaa)", "kPag", True), ("Absolute pressure (kPa)", "kPag", True), ("Pressure (kPag)", "kPaa", True), ("Pressure (kPaa)", "kPaa", False), ("Pressure (kPa)", "kPaa", False), ("Pressure (kPaa)", "kPa", False)],
+)
+def test_a_zero_of_a_pressure_that_contradicts_the_heading_is_said(put, heading, stated, said):
+    path = put("a.csv", table(f"Time (s),{heading},Length (mm)", np.arange(41.0), 110.0 + np.arange(41.0), 80.0 + 0.1 * np.arange(41.0)))
+    found = [check for check in checks(import_file(path, make_options(units=[f"pressure={stated}"]))) if "--unit" in check]
+    assert len(found) == said and all("absolute" in check and "gauge" in check for check in found)
+
+
 # A unit of the file and another one of the user.
 
 

@@ -182,12 +182,18 @@ def with_options(channels: dict[str, Channel], options: Options) -> dict[str, Ch
 
 
 def say_other_units(making: Making, grid: Grid) -> None:
-    """Warn of units that the user states and that contradict the file's headings."""
+    """Warn of units and zeros of a pressure that the user states, and that contradict the headings."""
     for quantity, unit in making.options.units.items():
         channel = making.channels.get(quantity)
         if channel is None or not grid.headings or channel.column < 0:
             continue
-        stated = grid.headings[channel.column].unit
+        heading, zero = grid.headings[channel.column], pressure_zero(unit)
+        if quantity == "pressure" and zero and heading.zero not in ("", zero):
+            making.warn(
+                f"{channel.label!r} states a pressure that is {heading.zero}, and --unit {quantity}={unit}"
+                f" one that is {zero}: {zero} was used"
+            )
+        stated = heading.unit
         if stated is not None and not same_unit(stated, unit):
             making.warn(
                 f"{channel.label!r} states {stated}, and --unit {quantity}={unit} another unit: {unit} was"

@@ -74,6 +74,7 @@ _SYMBOLS = {
 }  # fmt: skip
 """Letters that machines write behind the name of a size, with or without a 0: `Probenbreite b0`."""
 CONSTANTS = ("temperature_degC", "stress_MPa")
+"""What a file may state of a test; no size of the specimen."""
 _NUMBER = r"[+-]?(?:\d[\d.,'’ ]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?"
 _IN_ONE = re.compile(
     rf"^#?\s*(?P<name>[^\d:=][^:=]*?)\s*[:=]\s*(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$"

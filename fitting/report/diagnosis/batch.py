@@ -34,8 +34,9 @@ def verdict(result: Diagnoses) -> list[str]:
     """The few most important sentences."""
     done = [member for member in result.members if member.done]
     wrong = [member for member in done if member.content["verdict"] == "mismatch"]
+    were = "was" if len(done) == 1 else "were"
     said = [
-        f"{len(done)} of {counted(len(result.members), 'campaign')} were diagnosed; the model leaves "
+        f"{len(done)} of {counted(len(result.members), 'campaign')} {were} diagnosed; the model leaves "
         f"physics out in {len(wrong)} of them."
     ]
     counts = Counter(_effects(member)[0]["name"] for member in wrong if _effects(member))
