@@ -10,7 +10,7 @@ from .sizes import SAME
 AREAS = (("area_mm2",), ("diameter_mm",), ("width_mm", "thickness_mm"))
 """Dimensions that make a cross-section; the first set that is known is taken."""
 
-ROUNDING = 1e-4
+ROUNDING = 1e-3
 """Maximum relative difference of one size that is stated twice, in two units for example."""
 _OF_THE_FILE = {
     "gauge_length_mm": ("gauge_length_mm", "length"), "length_mm": ("length", "gauge_length_mm"),
