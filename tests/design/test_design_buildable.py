@@ -63,7 +63,7 @@ def test_a_wire_that_is_thicker_than_the_pitch_is_refused(wires, words, tmp_path
 
 
 @pytest.mark.parametrize("first", [True, False])
-@pytest.mark.parametrize(("thickest", "refused"), [(0.4, False), (0.6, True)])
+@pytest.mark.parametrize(("thickest", "refused"), [pytest.param(0.4, False, marks=pytest.mark.slow), (0.6, True)])
 def test_the_order_of_free_parameters_makes_no_difference(thickest, refused, first, tmp_path):
     """With `wall_thickness`, six are free; the thick wire can be made where the pitch is at its upper end."""
     wire = f'wire_diameter = {{made = "continuous", from = 0.15, to = {thickest}, unit = "mm"}}'

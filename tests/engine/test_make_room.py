@@ -8,7 +8,7 @@ from fitting.engine.memory import make_room, resident_gib
 
 
 @pytest.mark.parametrize("full", [False, True])
-def test_programs_are_dropped_where_memory_is_full(full):
+def test_programs_are_dropped_where_memory_is_full(full, monkeypatch):
     if not resident_gib():
         pytest.skip("the system does not tell the memory of a process")
     traced = []
@@ -18,6 +18,7 @@ def test_programs_are_dropped_where_memory_is_full(full):
         traced.append(x)
         return 2.0 * x
 
+    monkeypatch.setattr(jax, "clear_caches", twice.clear_cache)  # or the programs of all other tests would go, too
     twice(jnp.ones(3))
     make_room(0.0 if full else 1e3)
     assert float(twice(jnp.ones(3))[0]) == 2.0
