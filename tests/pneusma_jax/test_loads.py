@@ -102,6 +102,7 @@ def beam(*loads, length=56e-3):
     return body, MODULUS * np.pi / 4 * (5e-3**4 - 4e-3**4)
 
 
+@pytest.mark.slow
 def test_small_tip_force_gives_the_tip_slope_of_a_cantilever():
     """V = -F theta L / 2, so theta = F L^2 / (2 EI): exact beam theory, though the shape is an arc."""
     force, length = 1e-7, 56e-3
