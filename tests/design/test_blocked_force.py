@@ -11,7 +11,7 @@ from fitting.design.bodies import Body, Solved
 from fitting.design.quantities import blocking_force
 from pneusma_jax.actuator.balance import Problem, imbalance
 
-PRESSURE, FRACTIONS = 30e3, (0.4,)
+PRESSURE, FRACTIONS = 30e3, (1.0, 0.4)
 
 
 def force_at(actuator, pressure):
@@ -22,7 +22,7 @@ def force_at(actuator, pressure):
 
 
 def test_the_blocked_force_is_that_of_a_straight_balanced_segment():
-    actuator = pj.make_actuator("pneusma1")
+    actuator = pj.make_actuator("pneusma2")
     drives = tuple(pj.MartensiteFraction(jnp.asarray(one)) for one in FRACTIONS)
     problem = Problem(actuator, jnp.asarray(PRESSURE), drives, actuator.fresh_states())
     straight = jax.jit(lambda x: imbalance(problem, x, jnp.zeros(2)))
@@ -35,7 +35,7 @@ def test_the_blocked_force_is_that_of_a_straight_balanced_segment():
 
 
 def test_the_blocked_force_has_a_derivative():
-    actuator = pj.make_actuator("pneusma1")
+    actuator = pj.make_actuator("pneusma2")
     slope = float(jax.grad(lambda p: force_at(actuator, p))(jnp.asarray(PRESSURE)))
     step = 30.0
     sides = [float(force_at(actuator, jnp.asarray(PRESSURE + one))) for one in (-step, step)]
