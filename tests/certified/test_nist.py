@@ -42,7 +42,7 @@ def fit(problem, start):
     return fit_least_squares(residual_of(nist_strd.MODELS[problem.name]), parameters, data=data)
 
 
-FEW = ("DanWood", "Misra1a", "Misra1b", "Chwirut2", "MGH09", "Rat43", "Nelson", "Thurber")
+FEW = ("DanWood", "Misra1a", "MGH09", "Rat43", "Nelson")
 """Of every level of difficulty, with one predictor and with two."""
 
 

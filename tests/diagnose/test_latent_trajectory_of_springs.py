@@ -76,7 +76,7 @@ def test_the_course_is_that_of_generalised_least_squares():
     assert np.all((np.asarray(taken) > 0.0) & (np.asarray(taken) <= 1.0))
 
 
-@pytest.mark.parametrize("jump", [0.0, 1e-4, 0.02])
+@pytest.mark.parametrize("jump", [0.0, pytest.param(1e-4, marks=pytest.mark.slow), 0.02])
 def test_no_course_is_credited_with_a_slope_across_a_jump(jump):
     """A last small step over a jump of all later rows is made if that is better, and predicts what is there."""
     rows, _ = _rows(np.random.default_rng(4))
@@ -106,7 +106,7 @@ def test_the_course_follows_a_constant_of_the_law_as_the_implicit_function_does(
     assert slope == pytest.approx(apart, abs=0.05 * np.max(np.abs(apart)))
 
 
-@pytest.mark.parametrize("memory", [0.5, 2.0])
+@pytest.mark.parametrize("memory", [pytest.param(0.5, marks=pytest.mark.slow), 2.0])
 def test_the_course_follows_a_constant_through_what_rows_remember_and_noise_that_lasts(memory):
     rng = np.random.default_rng(7)
     rows, sigma = _rows(rng, process_noise=1e-3, correlation=(0.7, 0.3))

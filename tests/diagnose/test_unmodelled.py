@@ -75,6 +75,7 @@ def half(tmp_path_factory):
     return diagnose(read_campaign(write(folder, lambda e: softened(e, 0.2) + 3.0 * np.sin(28.0 * e))), seed=1)
 
 
+@pytest.mark.slow
 def test_what_is_doubtful_and_what_is_unexplained_are_in_the_model_that_was_scored(half, tmp_path):
     assert half.mismatch and half.found[0].slug == "unmodelled"
     assert [f.slug for f in half.found[1:]] == ["mullins_softening"] and half.found[1].probability < 0.5

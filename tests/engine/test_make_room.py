@@ -8,7 +8,19 @@ from fitting.engine.memory import make_room, resident_gib
 
 
 @pytest.mark.parametrize("full", [False, True])
-def test_programs_are_dropped_where_memory_is_full(full):
+def test_programs_are_dropped_where_memory_is_full(full, monkeypatch):
+    """Without doing so: the programs of all other tests in this process would go, too."""
+    if not resident_gib():
+        pytest.skip("the system does not tell the memory of a process")
+    dropped = []
+    monkeypatch.setattr(jax, "clear_caches", lambda: dropped.append(True))
+    make_room(0.0 if full else 1e3)
+    assert dropped == [True] * full
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("full", [False, True])
+def test_programs_are_traced_again_where_memory_was_full(full):
     if not resident_gib():
         pytest.skip("the system does not tell the memory of a process")
     traced = []

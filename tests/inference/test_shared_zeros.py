@@ -95,7 +95,7 @@ def test_clean_readings_leave_intervals_as_they_are_and_rows_for_themselves_do_n
     move the ends of intervals by a third of an error, and more."""
     random, together, apart = np.random.default_rng(1), [], []
     sd = np.sqrt(np.diag(np.linalg.inv(4 * (left()[0] @ SLOPES).T @ (left()[0] @ SLOPES))))
-    for _ in range(6):
+    for _ in range(3):
         reads = readings(random)
         z, said = fitted(reads)
         parts = [recording(r, z * sd) for r in reads]

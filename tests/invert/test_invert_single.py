@@ -21,6 +21,12 @@ def inverse():
     return Inverse("pneusma2", LIMITS)
 
 
+@pytest.fixture(scope="module")
+def tube():
+    """Of a design without springs."""
+    return Inverse("pneuflex_s", LIMITS)
+
+
 @pytest.mark.slow
 def test_reachable_curvatures_are_met_and_the_rest_is_held_by_bounds(inverse):
     random = np.random.default_rng(3)
@@ -62,8 +68,8 @@ def test_drives_reproduce_the_curvature_in_the_plain_solver(inverse):
 
 
 @pytest.mark.parametrize(("design", "goal"), [("pneuflex_s", "bend_angle"), pytest.param("pneuflex_t", "curvature", marks=pytest.mark.slow)])
-def test_pressure_alone_drives_a_design_without_springs(design, goal):
-    inverse = Inverse(design, LIMITS)
+def test_pressure_alone_drives_a_design_without_springs(request, design, goal):
+    inverse = request.getfixturevalue("tube") if design == "pneuflex_s" else Inverse(design, LIMITS)
     wanted = inverse.verified(np.array([[20e3]])).only
     found = inverse.solve((goal,), np.asarray(getattr(wanted, goal))[:, None])
     assert found.met.all() and found.fractions.shape == found.currents.shape == (1, 0)
@@ -174,9 +180,9 @@ def test_a_curvature_is_met_with_little_more_heat_than_a_grid_needs(inverse):
     assert heat[0] < 1.05 * least  # searches from the four nearest states took 1.5 times as much
 
 
-def test_few_targets_begin_where_many_do():
+def test_few_targets_begin_where_many_do(tube):
     """Up to `WITHOUT_TREE` targets are compared with all states, more go through a tree."""
-    atlas = Inverse("pneuflex_s", LIMITS).atlas
+    atlas = tube.atlas
     random = np.random.default_rng(3)
     wanted = np.column_stack([random.uniform(-60.0, 60.0, 40), random.uniform(0.05, 0.07, 40)])
     goals, sizes = ("curvature", "length"), np.array([1.0, 1e-3])

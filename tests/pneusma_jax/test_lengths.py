@@ -22,10 +22,13 @@ def test_a_clock_goes_on_at_its_last_interval():
     np.testing.assert_allclose(going_on(np.array([3.0]), 3), 3.0)
 
 
-@pytest.mark.parametrize("rows", [1, *(pytest.param(rows, marks=pytest.mark.slow) for rows in (5, 65))])
-def test_a_history_is_what_it_is_at_its_own_length(rows, monkeypatch):
-    body, pressure = pj.make_actuator("pneusma1"), np.linspace(1e3, 25e3, rows)
-    phases = (pj.MartensiteFraction(1.0 - 0.6 * np.linspace(0.0, 1.0, rows)),)
+@pytest.mark.parametrize(
+    ("design", "rows"),
+    [("pneuflex_s", 1), *(pytest.param("pneusma1", rows, marks=pytest.mark.slow) for rows in (1, 5, 65))],
+)
+def test_a_history_is_what_it_is_at_its_own_length(design, rows, monkeypatch):
+    body, pressure = pj.make_actuator(design), np.linspace(1e3, 25e3, rows)
+    phases = tuple(pj.MartensiteFraction(1.0 - 0.6 * np.linspace(0.0, 1.0, rows)) for _ in body.springs)
     found = pj.simulate_history(body, pressure, phases)
     monkeypatch.setattr(module, "fixed_length", lambda rows: rows)
     own = pj.simulate_history(body, pressure, phases)

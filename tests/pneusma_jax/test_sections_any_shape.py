@@ -40,12 +40,13 @@ def flat(load):
 
 
 _in_space = jax.jit(lambda section, law, x: flat(section.integrate(law, x[0], x[1:])))
+_moments = jax.jit(lambda figure: figure.moments())
 _in_plane = jax.jit(lambda section, law, x: flat(section.integrate_in_plane(law, x[0], x[1])))
 
 
 def test_rectangle_has_the_textbook_moments():
     b, h, t = 12e-3, 8e-3, 1e-3
-    area, first, second = pj.rectangle(b, h, t).moments()
+    area, first, second = _moments(pj.rectangle(b, h, t))
     bi, hi = b - 2 * t, h - 2 * t
     np.testing.assert_allclose(area, b * h - bi * hi, rtol=1e-14)
     np.testing.assert_allclose(first, 0.0, atol=1e-22)
@@ -55,7 +56,7 @@ def test_rectangle_has_the_textbook_moments():
 def test_half_disc_has_the_textbook_moments():
     r = 7e-3
     half = Outline([[-r, 0.0], [r, 0.0]], [1.0], (1,))
-    area, first, second = half.moments()
+    area, first, second = _moments(half)
     np.testing.assert_allclose(area, np.pi * r**2 / 2, rtol=1e-14)
     np.testing.assert_allclose(first, [0.0, 2 * r**3 / 3], rtol=1e-14, atol=1e-22)
     np.testing.assert_allclose(second, np.eye(2) * np.pi * r**4 / 8, rtol=1e-13, atol=1e-26)
@@ -85,7 +86,7 @@ def test_a_bulge_inwards_is_a_bite_out_of_the_figure():
     square, r = 1e-3 * np.array([[-3, -3], [3, -3], [3, 3], [-3, 3]]), 3e-3
     bitten = Outline(square, [-1.0], (0,))
     full, bite = Outline(square), Outline([[-r, -r], [r, -r]], [1.0], (1,))
-    for whole, part, left in zip(full.moments(), bite.moments(), bitten.moments(), strict=True):
+    for whole, part, left in zip(*map(_moments, (full, bite, bitten)), strict=True):
         np.testing.assert_allclose(left, whole - part, rtol=1e-12, atol=1e-20)
     assert float(bitten.reach(jnp.asarray([0.0, -1.0]))) == pytest.approx(3e-3)
     assert float(bitten.exit(jnp.asarray([0.0, 1.0]))) == pytest.approx(3e-3)
@@ -100,7 +101,7 @@ def chord_by_crossings(line, y):
     return np.sum(x[1::2] - x[::2]), 0.5 * np.sum(x[1::2] ** 2 - x[::2] ** 2)
 
 
-@pytest.mark.parametrize("name", ["star", "hexagon", "rectangle"])
+@pytest.mark.parametrize("name", ["star", *(pytest.param(name, marks=pytest.mark.slow) for name in ("hexagon", "rectangle"))])
 def test_force_and_moment_against_adaptive_integration(name):
     """Even-odd chords integrated by SciPy between every vertex and every cut, in a turned figure."""
     section, law = SECTIONS[name](), pj.load_silicone()
@@ -126,14 +127,14 @@ def test_force_and_moment_against_adaptive_integration(name):
 def test_polygon_converges_to_the_annulus_with_second_order():
     law, x = pj.load_silicone(), jnp.asarray([0.06, 37.0])
     exact = _in_plane(pj.annulus(10e-3, 1e-3), law, x)[jnp.asarray([0, 2])]
-    errors, counts = [], np.array([8, 16, 32, 64, 128])
+    errors, counts = [], np.array([32, 64, 128])
     for n in counts:
         ring = np.stack([np.cos(2 * np.pi * np.arange(n) / n), np.sin(2 * np.pi * np.arange(n) / n)], axis=-1)
         section = pj.polygon(5e-3 * ring, bore=4e-3 * ring)
         errors.append(np.abs(_in_plane(section, law, x)[jnp.asarray([0, 2])] - exact))
     order = np.log2(np.array(errors)[:-1] / np.array(errors)[1:])
     print("order of force and moment, polygon with twice the corners:", np.round(order, 3).tolist())
-    np.testing.assert_allclose(order[1:], 2.0, atol=0.1)
+    np.testing.assert_allclose(order, 2.0, atol=0.1)
     np.testing.assert_allclose(order[-1], 2.0, atol=0.01)
 
 
@@ -151,7 +152,8 @@ def test_curvature_of_a_polygonal_actuator_converges_to_the_round_one():
     assert gaps[1] < 0.02 * exact
 
 
-@pytest.mark.parametrize("shape", ["semicircle", pytest.param("rectangle", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("shape", ["semicircle", "rectangle"])
 def test_default_nodes_are_enough(shape):
     law, rng = pj.load_silicone(), np.random.default_rng(11)
     x = jnp.asarray(np.stack([rng.uniform(-0.3, 0.8, 400), rng.uniform(-120, 120, 400), rng.uniform(-120, 120, 400)], axis=1))

@@ -156,6 +156,7 @@ def test_values_and_gradients_are_finite_at_singular_points(xi0, sigma, strain_a
         assert np.all(np.isfinite([value, *slopes]))
 
 
+@pytest.mark.slow
 def test_histories_vmap_over_wires():
     wire = load_wire()
 

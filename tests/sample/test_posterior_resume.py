@@ -42,6 +42,7 @@ def run(file=None, resume=False, settings=SETTINGS, data=None, residual=line):
     return sample(target, line_parameters(), settings, file=file, resume=resume)
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on_where_it_was_and_ends_as_if_nothing_had_happened(tmp_path):
     path = tmp_path / "chain.h5"
     child = subprocess.Popen([sys.executable, "-c", CHILD, str(path), str(Path(__file__).parent)])
