@@ -5,6 +5,7 @@ Fits, samplers and reports see its constants and its effects' parameters.
 """
 
 import dataclasses
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -162,7 +163,7 @@ class Augmented(Model):
             return False
         known = {name: self._quantity(campaign, name) for name in base}
         pressures = {name for name in known if QUANTITIES["silicone"].get(name) == "pressure"}
-        own = {name for name, q in known.items() if q is not None and campaign.title in q.source}
+        own = {name for name, q in known.items() if q is not None and _is_from(campaign.title, q.source)}
         return bool(pressures) and pressures | {FACTOR} <= own
 
     def _quantity(self, campaign: Campaign, name: str) -> Quantity | None:
@@ -308,10 +309,15 @@ class Augmented(Model):
         ]
 
 
+def _is_from(title: str, source: str) -> bool:
+    """True if a source names a campaign: `S1` is not named by `S10`."""
+    return re.search(rf"(?<![\w-]){re.escape(title)}(?![\w-])", source) is not None
+
+
 def _start_from(entry: Parameter, quantity: Quantity, title: str) -> None:
     """A base constant at the model's value, with the prior that is known beside these recordings."""
     value, prior = float(quantity.value), entry.prior
-    if quantity.prior is not None and title in quantity.source:  # from these recordings: a start, no prior
+    if quantity.prior is not None and _is_from(title, quantity.source):  # a start, no prior
         entry.set(value=float(np.clip(value, entry.min, entry.max)))
         return
     sd = prior.sd if quantity.prior is None else quantity.prior.sd

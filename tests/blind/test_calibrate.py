@@ -90,3 +90,10 @@ def test_a_seed_of_the_blind_trial_is_refused(capsys):
     assert "take one below 1000" in capsys.readouterr().err
     assert main(["--seeds", "5", "--kinds", "rope"]) == 2
     assert "unknown kind 'rope'" in capsys.readouterr().err
+
+
+def test_rows_of_other_columns_are_refused_in_one_line(tmp_path):
+    """Rows of older code have no third sign."""
+    (tmp_path / "rows.csv").write_text("seed,case,kind,group,kept,outdone,unknown_acts,commit\n901,c0001,wire,pair,0,0,0,x\n")
+    with pytest.raises(ValueError, match="rows of older code cannot be used"):
+        read_rows(tmp_path / "rows.csv")

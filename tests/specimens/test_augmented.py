@@ -6,6 +6,7 @@ import pytest
 import pneusma_jax as pj
 from fitting.specimens.saved_models import AugmentedModel, add_effect, fitted, load_model, save_model
 from fitting.specimens.saved_models.files import render_model
+from fitting.specimens.with_saved_model import _is_from
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.pipeline import Known
 
@@ -139,3 +140,11 @@ def test_effects_act_as_they_were_written(model: AugmentedModel, tmp_path) -> No
     (again,) = load_model(path).effects
     assert float(again.resistance(jnp.asarray(3.0), Known(), None)) == pytest.approx(3.05, rel=1e-15)
     assert model.effects[0].slug == next(iter(CATALOGUE))
+
+
+@pytest.mark.parametrize(("title", "source", "is_from"), [
+    ("S1", "Fitted to S1", True), ("S1", "Fitted to S10", False), ("1", "Fitted on 2026-11-28", False), ("a.b", "Fitted to aXb", False),
+])  # fmt: skip
+def test_a_number_is_of_the_campaign_that_its_source_names(title, source, is_from):
+    """Not of one whose name is a part of that."""
+    assert _is_from(title, source) is is_from

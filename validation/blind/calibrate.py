@@ -61,6 +61,7 @@ def main(arguments=None):
         print(f"calibrate: seed {late[0]} is one of the blind trial; take one below {DEVELOPMENT}", file=sys.stderr)
         return 2
     try:
+        read_rows()
         cases = [
             (seed, case)
             for seed in chosen.seeds
@@ -109,11 +110,19 @@ def unknown_acts(truth, told):
 
 
 def read_rows(path=ROWS):
-    """Rows of the table, as text by column; none where there is no table."""
+    """Rows of the table, as text by column; none where there is no table.
+
+    Raises:
+        ValueError: the table has other columns.
+    """
     if not path.exists():
         return []
     with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
+        table = csv.DictReader(file)
+        rows = list(table)
+    if tuple(table.fieldnames or ()) != COLUMNS:
+        raise ValueError(f"{path}: its columns are not {', '.join(COLUMNS)}: rows of older code cannot be used")
+    return rows
 
 
 def write_rows(rows, path=ROWS):
