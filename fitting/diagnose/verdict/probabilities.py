@@ -83,18 +83,18 @@ def weights_of(logs: np.ndarray) -> np.ndarray:
     No form is exactly nature's. A right one may leave a small share of the misfit, which is no evidence for
     another. So differences count in units of that share, where it is more than one.
     """
-    weights = np.exp((logs - np.max(logs)) / _unit(np.max(logs)))
+    weights = np.exp((logs - np.max(logs)) / imperfection_of(np.max(logs)))
     return weights / weights.sum()
 
 
-def _unit(best: float) -> float:
+def imperfection_of(best: float) -> float:
     """Log Bayes factor by which the form of the best explanation may be off."""
     return max(1.0, VERDICT.imperfect_share * float(best))
 
 
 def told_apart(best: float, other: float) -> bool:
     """True if the best of two log Bayes factors is so much larger that recordings tell explanations apart."""
-    return best - other >= max(EVIDENCE.minimum_difference, 2.0 * _unit(best))
+    return best - other >= max(EVIDENCE.minimum_difference, 2.0 * imperfection_of(best))
 
 
 def effects_found(explanation: Explanation, unknown: float) -> list[Found]:

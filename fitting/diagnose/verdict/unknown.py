@@ -2,8 +2,8 @@
 
 Two signs are shares of the base model's misfit, so that neither the number of rows nor the size of the noise
 decides. An imperfect form of a right effect leaves a small share. The third is the evidence of a discrepancy
-beside the names: what they leave may be little, and yet no chance. The curve was fitted to simulated
-campaigns whose truth is known: `python -m validation.blind.calibrate`.
+beside the names, in units of that by which their forms may be off: what they leave may be little, and yet no
+chance. The curve was fitted to simulated campaigns whose truth is known: `python -m validation.blind.calibrate`.
 """
 
 import tomllib
@@ -13,10 +13,12 @@ from importlib.resources import files
 
 import numpy as np
 
+from ..fit.evidence import evidence, inflation_of
 from ..fit.misfit import scored, spread
 from ..search.steps import Explanation
 from ..settings import DEFAULT
 from .discrepancy_evidence import DiscrepancyEvidence
+from .probabilities import imperfection_of
 
 VERDICT = DEFAULT.verdict
 TABLE = "calibration.toml"
@@ -30,7 +32,8 @@ class Signs:
         kept: share of the base model's misfit that the effects leave beyond chance, of fitted or of unseen
             recordings, whichever is larger; 0 to 1.
         outdone: share of the left-out misfit by which a function of one driver predicts better; 0 to 1.
-        beside: log Bayes factor of a function of one driver beside the effects [nat]; 0 where it is negative.
+        beside: log Bayes factor of a function of one driver beside the effects, in units of that by which the
+            forms of the effects may be off; 0 where it is negative.
     """
 
     kept: float
@@ -39,7 +42,7 @@ class Signs:
 
     @property
     def scaled(self) -> np.ndarray:
-        """1 and the signs, (4,): shares as decades of hundredths (2 for all), evidence as decades of nats."""
+        """1 and the signs, (4,): shares as decades of hundredths, evidence as decades of its units."""
         shares = np.log10(1.0 + 100.0 * np.array([self.kept, self.outdone]))
         return np.array([1.0, *shares, np.log10(1.0 + self.beside)])
 
@@ -68,7 +71,9 @@ def signs_of(
         kept = max(kept, _share(beyond, before - noise))
     alone, named = explanation.left_out
     outdone = 0.0 if discrepancy is None else _share(named - discrepancy.left_out, alone - 1.0)
-    return Signs(kept, outdone, 0.0 if beside is None else max(beside.bayes, 0.0))
+    worth = evidence(program, explanation.base, explanation.final, inflation_of(program, explanation.final))
+    further = 0.0 if beside is None else max(beside.bayes, 0.0) / imperfection_of(worth)
+    return Signs(kept, outdone, further)
 
 
 def _share(part: float, whole: float) -> float:
