@@ -3,7 +3,7 @@
 Two signs are shares of the base model's misfit, so that neither the number of rows nor the size of the noise
 decides. An imperfect form of a right effect leaves a small share. The third is the evidence of a discrepancy
 beside the names, in units of that by which their forms may be off: what they leave may be little, and yet no
-chance. The curve was fitted to simulated campaigns whose truth is known: `python -m validation.blind.calibrate`.
+chance. The curve was fitted to simulated campaigns whose truth is known: `make calibrate`.
 """
 
 import tomllib
