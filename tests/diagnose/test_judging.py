@@ -12,6 +12,7 @@ from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.steps import Explanation, LeaveOneOutEvidence, Named, Step
 from fitting.diagnose.settings import DEFAULT
+from fitting.diagnose.verdict import unknown
 from fitting.diagnose.verdict.assess import Assessment
 from fitting.diagnose.verdict.conclude import _left_over, conclude
 from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
@@ -59,7 +60,7 @@ def test_drift_excuses_what_passes_for_noise_and_no_more():
     assert steady(3.9, None) == 3.9
 
 
-@pytest.mark.parametrize(("left", "told"), [(1.3, False), (1.6, False), (5.0, True), (9.0, True)])
+@pytest.mark.parametrize(("left", "told"), [(1.3, False), (1.6, False), (5.5, True), (9.0, True)])
 def test_a_name_that_leaves_half_of_a_misfit_is_told_with_something_unknown(left, told):
     signs = signs_of(named(validated=True), None, None, [9.0, 9.0], [1.0, left], [1.0, 1.0])
     assert (probability_of_unknown(signs) >= DEFAULT.verdict.beside_unknown) is told
@@ -98,11 +99,13 @@ def test_no_sign_makes_something_unknown_less_likely_and_none_leaves_it_unlikely
 
 
 @pytest.mark.parametrize(("bayes", "sign"), [(25.0, 25.0), (-3.0, 0.0)])
-def test_evidence_of_a_discrepancy_beside_the_names_is_a_sign_of_its_own(bayes, sign):
+def test_evidence_of_a_discrepancy_beside_the_names_is_a_sign_of_its_own(monkeypatch, bayes, sign):
     """Even where names leave no more than noise, by any reduced chi-square."""
     beside = DiscrepancyEvidence("stress", "time", bayes, 1.0, 1.0)
-    signs = signs_of(named(validated=True), None, beside, [9.0, 9.0], [1.0, 1.0], [1.0, 1.0])
-    assert signs == Signs(0.0, 0.0, sign)
+    for worth, unit in ((60.0, 3.0), (2000.0, 100.0), (10.0, 1.0)):  # a right form may leave a twentieth
+        monkeypatch.setattr(unknown, "evidence", lambda *_, worth=worth: worth)
+        signs = signs_of(named(validated=True), None, beside, [9.0, 9.0], [1.0, 1.0], [1.0, 1.0])
+        assert (signs.kept, signs.outdone, signs.beside) == (0.0, 0.0, pytest.approx(sign / unit))
 
 
 def imperfect(strength):

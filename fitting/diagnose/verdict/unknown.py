@@ -84,9 +84,13 @@ def _share(part: float, whole: float) -> float:
 
 
 def probability_of_unknown(signs: Signs) -> float:
-    """Calibrated probability that something unknown acts."""
+    """Calibrated probability that something unknown acts.
+
+    Effects that keep too much of the misfit to help have something unknown beside them in any case.
+    """
     odds = float(curve() @ signs.scaled)
-    return float(np.clip(1.0 / (1.0 + np.exp(-odds)), VERDICT.least_unknown, VERDICT.most_unknown))
+    least = VERDICT.beside_unknown if signs.kept > VERDICT.maximum_kept else VERDICT.least_unknown
+    return float(np.clip(1.0 / (1.0 + np.exp(-odds)), least, VERDICT.most_unknown))
 
 
 @cache
