@@ -32,8 +32,8 @@ class Signs:
         kept: share of the base model's misfit that the effects leave beyond chance, of fitted or of unseen
             recordings, whichever is larger; 0 to 1.
         outdone: share of the left-out misfit by which a function of one driver predicts better; 0 to 1.
-        beside: log Bayes factor of a function of one driver beside the effects, in units of that by which the
-            forms of the effects may be off; 0 where it is negative.
+        beside: log Bayes factor of a function of one driver beside the effects; 0 where it is negative. Its
+            unit is that by which the forms of the effects may be off.
     """
 
     kept: float
