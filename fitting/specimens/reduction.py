@@ -68,7 +68,7 @@ def reduced(recording: Recording, most: int) -> Recording:
             f"within none of them a channel moves by more than {100 * PART:.0f} % of its range, noise aside"
         )
         if left:
-            rest = counted(left, "row", "rows") + " left over before a turn or the end"
+            rest = counted(left, "row") + " left over before a turn or the end"
             text += f"; {rest} {'is' if left == 1 else 'are'} left out"
         how = Reduction(recording, None, block, text)
         return dataclasses.replace(recording, columns=means, reduction=how)

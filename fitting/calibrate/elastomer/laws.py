@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pneusma_jax.errors import counted
 from pneusma_jax.silicone.hyperelastic import (
     GENT_LIMIT,
     gent_stress,
@@ -241,7 +242,7 @@ def _ogden(terms: int) -> CurveLaw:
         for constant in (Constant(f"mu_{k}", "kPa"), Constant(f"alpha_{k}", "1"))
     ]
     return CurveLaw(
-        f"ogden_{terms}", "ogden", f"Ogden with {terms} term{'s' * (terms > 1)}", tuple(constants),
+        f"ogden_{terms}", "ogden", f"Ogden with {counted(terms, 'term')}", tuple(constants),
         _ogden_stress, _ogden_grid(terms), _ogden_basis, _interleave,
     )  # fmt: skip
 

@@ -46,7 +46,7 @@ def with_clock(
     if back.size:
         where = ", ".join(str(rows[i + 1]) for i in back[:5])
         making.warn(
-            f"the clock goes back {back.size} time{'s' * (back.size > 1)} (row {where}): kept as"
+            f"the clock goes back {counted(back.size, 'time')} (row {where}): kept as"
             f" {LOGGED_CLOCK}, which nothing uses; the order of rows is taken as the order of time"
         )
         others = {name: values for name, values in columns.items() if name != "time_s"}

@@ -22,7 +22,7 @@ def refuse(path: Path | str, what: str, row: int | None = None, column: str | No
 def first_of(errors: list[InputError]) -> InputError:
     """The first of several files' errors, with the number of the others, in one line."""
     more = len(errors) - 1
-    return InputError(f"{errors[0]}" + (f" (and {more} more file{'s' * (more > 1)})" if more else ""))
+    return InputError(f"{errors[0]}" + (f" (and {counted(more, 'more file')})" if more else ""))
 
 
 @dataclass
@@ -135,7 +135,7 @@ def _fill(table: Table, records: list[tuple[int, list[str]]]) -> None:
         raise refuse(table.path, "there is a header but no row of data below it")
     table.cells = dict(zip(table.header, columns, strict=True))
     if blank:
-        table.notices.append(f"{blank} blank line{'s' * (blank > 1)} between the rows skipped")
+        table.notices.append(f"{counted(blank, 'blank line')} between the rows skipped")
 
 
 def _drop_nameless(table: Table) -> None:

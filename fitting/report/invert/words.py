@@ -6,6 +6,7 @@ from fitting.invert.goals import GOALS
 from fitting.invert.passage import CLOSE, Passage
 from fitting.invert.result import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
+from pneusma_jax.errors import counted
 from pneusma_jax.units import from_si, unit_of_column
 
 from ..cells import joined, number
@@ -30,7 +31,7 @@ def _goals(result: Inversion) -> str:
 def subtitle(result: Inversion) -> str:
     """Subtitle: targets and actuator."""
     count = result.met.size
-    return f"Drives for {count} target{'s' * (count != 1)} of {_goals(result)}"
+    return f"Drives for {counted(count, 'target')} of {_goals(result)}"
 
 
 def verdict(result: Inversion) -> list[str]:
@@ -77,7 +78,7 @@ def _without_heat(result: Inversion) -> list[str]:
         what = joined([f"xi0_{result.spring_name(j)} {result.fractions[0, j]:.3f}" for j in springs])
     else:
         names = joined([f"xi0_{result.spring_name(j)}" for j in springs])
-        what = f"{names} of {rows.size} target{'s' * (rows.size != 1)}"
+        what = f"{names} of {counted(rows.size, 'target')}"
     air = joined(sorted({f"{result.unheated[j]:.3f}" for j in springs}))
     return [f"No heating gives {what}: a spring without a current is at {air} in air of 22 degC, and what "
             "lies between that and 1 needs cooling or less stress."]  # fmt: skip

@@ -160,7 +160,7 @@ def rare_sentences(rare: RareResult) -> list[str]:
     if rare.form is not None:
         low, high = rare.form.interval
         points = len(rare.form.betas)
-        points_text = f"{points} design point{'s' * (points != 1)}" if points else "no design point"
+        points_text = counted(points, "design point") if points else "no design point"
         by = "" if rare.form.by_form is None else f"; FORM alone {rare.form.by_form:.3g}"
         sentences.append(
             f"{rare.limit}: {rare.form.probability:.3g} by importance sampling ({points_text}), "
