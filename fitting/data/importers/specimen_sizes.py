@@ -39,23 +39,23 @@ def area_mm2(making: Making, quiet: bool = False) -> float | None:
     if making.kind == "wire" and "wire_diameter_mm" in sizes:
         sizes.setdefault("diameter_mm", sizes["wire_diameter_mm"])
         making.use("--dimension", "wire_diameter_mm")
-    for names in AREAS:
-        if set(names) <= sizes.keys():
-            for name in names:
-                making.use("--dimension", name)
-            return area_by(names, [sizes[name] for name in names])
+    by_user = area_of(sizes)
+    if by_user:
+        for name in by_user[0]:
+            making.use("--dimension", name)
+        return by_user[1]
     found = {key: size.value for key, size in making.sizes.items()} | sizes
     if not quiet:
         _compare_areas(making, found)
-    for names in AREAS:
-        if set(names) <= found.keys():
-            for name in names:
-                if name in sizes:
-                    making.use("--dimension", name)
-                else:
-                    _notice_dimension(making, name, "the " + name.rpartition("_")[0], quiet)
-            return area_by(names, [found[name] for name in names])
-    return None
+    known = area_of(found)
+    if known is None:
+        return None
+    for name in known[0]:
+        if name in sizes:
+            making.use("--dimension", name)
+        else:
+            _notice_dimension(making, name, "the " + name.rpartition("_")[0], quiet)
+    return known[1]
 
 
 def say_other_sizes(making: Making) -> None:
@@ -68,12 +68,10 @@ def say_other_sizes(making: Making) -> None:
         if key is not None:
             compared.add(key)
             _say_other(making, (name,), size, making.sizes[key].value, (key,))
-    by_user = next((names for names in AREAS if set(names) <= stated.keys()), None)
-    by_file = next((names for names in AREAS if set(names) <= making.sizes.keys()), None)
-    if by_user and by_file and not compared & {*by_file}:
-        areas = [area_by(by_user, [stated[n] for n in by_user])]
-        areas.append(area_by(by_file, [making.sizes[n].value for n in by_file]))
-        _say_other(making, by_user, areas[0], areas[1], by_file, "mm2")
+    by_user = area_of(stated)
+    by_file = area_of({key: size.value for key, size in making.sizes.items()})
+    if by_user and by_file and not compared & {*by_file[0]}:
+        _say_other(making, by_user[0], by_user[1], by_file[1], by_file[0], "mm2")
 
 
 def _say_other(
@@ -94,7 +92,7 @@ def _say_other(
 def _compare_areas(making: Making, found: Mapping[str, float]) -> None:
     """Report two cross-sections of a file, by its area, diameter, or width and thickness, that differ."""
     known = [names for names in AREAS if set(names) <= found.keys()]
-    areas = {names: area_by(names, [found[n] for n in names]) for names in known}
+    areas = {names: _area(names, [found[n] for n in names]) for names in known}
     for names, area in list(areas.items())[1:]:
         first, taken = next(iter(areas.items()))
         if abs(area / taken - 1.0) > SAME:
@@ -111,7 +109,13 @@ def _worded(names: tuple[str, ...]) -> str:
     return " and ".join(name.rpartition("_")[0] for name in names)
 
 
-def area_by(names: tuple[str, ...], values: list[float]) -> float:
+def area_of(sizes: Mapping[str, float]) -> tuple[tuple[str, ...], float] | None:
+    """The first set of `AREAS` that is known, and the cross-section that it makes [mm2]; None without one."""
+    names = next((names for names in AREAS if set(names) <= sizes.keys()), None)
+    return None if names is None else (names, _area(names, [sizes[name] for name in names]))
+
+
+def _area(names: tuple[str, ...], values: list[float]) -> float:
     """Cross-section of a set of `AREAS` [mm2], from its sizes [mm, or mm2]."""
     if names == ("diameter_mm",):
         return math.pi * values[0] ** 2 / 4.0

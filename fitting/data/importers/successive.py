@@ -14,7 +14,7 @@ from pneusma_jax.errors import InputError, counted
 from ..recordings import Recording, check_recording, schema
 from ..recordings.table import refuse
 from .sizes import CONSTANTS, SAME, Sizes
-from .specimen_sizes import AREAS, area_by
+from .specimen_sizes import area_of
 
 _FOR_ONE_FILE = ("--subtract", "--scale")
 """Options that a notice proposes for the numbers of one file."""
@@ -130,11 +130,12 @@ def _refuse_other_areas(first: Recording, other: Recording, known: Sizes, sizes:
     """Refuse a coupon or wire whose file states another cross-section in other sizes: an area, a diameter."""
     if first.kind not in ("elastomer", "wire"):
         return
-    by = [next((names for names in AREAS if set(names) <= one.keys()), None) for one in (known, sizes)]
-    if by[0] is None or by[1] is None:
+    of_first, of_other = (
+        area_of({name: size.value for name, size in part.items()}) for part in (known, sizes)
+    )
+    if of_first is None or of_other is None:
         return
-    one = area_by(by[0], [known[name].value for name in by[0]])
-    two = area_by(by[1], [sizes[name].value for name in by[1]])
+    one, two = of_first[1], of_other[1]
     if abs(one - two) > SAME * one:
         raise refuse(
             _place(other), f"it states a cross-section of {two:.6g} mm2, and {_place(first)} states one of"
