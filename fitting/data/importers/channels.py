@@ -17,7 +17,7 @@ from .making import Channel, Making
 from .options import Options
 from .other_headings import columns_by_word
 from .parts import Sample
-from .spelling import WEIGHTS, dimension, pressure_zero, same_unit, unit_name
+from .spelling import WEIGHTS, Heading, dimension, pressure_zero, same_unit, unit_name
 from .words import meaning
 
 # Quantities from which the strain or the stress of a coupon or wire can be derived, itself first.
@@ -181,22 +181,30 @@ def with_options(channels: dict[str, Channel], options: Options) -> dict[str, Ch
     return changed
 
 
+def _heading_of(quantity: str, making: Making, grid: Grid) -> Heading | None:
+    """Heading of the column that a quantity is taken from; None if it has none."""
+    channel = making.channels.get(quantity)
+    if channel is None or not grid.headings or channel.column < 0:
+        return None
+    return grid.headings[channel.column]
+
+
 def say_other_units(making: Making, grid: Grid) -> None:
     """Warn of units and zeros of a pressure that the user states, and that contradict the headings."""
     for quantity, unit in making.options.units.items():
-        channel = making.channels.get(quantity)
-        if channel is None or not grid.headings or channel.column < 0:
+        heading, zero = _heading_of(quantity, making, grid), pressure_zero(unit)
+        if heading is None:
             continue
-        heading, zero = grid.headings[channel.column], pressure_zero(unit)
+        label = making.channels[quantity].label
         if quantity == "pressure" and zero and heading.zero not in ("", zero):
             making.warn(
-                f"{channel.label!r} states a pressure that is {heading.zero}, and --unit {quantity}={unit}"
+                f"{label!r} states a pressure that is {heading.zero}, and --unit {quantity}={unit}"
                 f" one that is {zero}: {zero} was used"
             )
         stated = heading.unit
         if stated is not None and not same_unit(stated, unit):
             making.warn(
-                f"{channel.label!r} states {stated}, and --unit {quantity}={unit} another unit: {unit} was"
+                f"{label!r} states {stated}, and --unit {quantity}={unit} another unit: {unit} was"
                 " used"
             )
 
@@ -208,15 +216,14 @@ def refuse_absolute_stress(making: Making, grid: Grid) -> None:
         InputError: with the unit that may be meant.
     """
     for quantity in ("stress", "true_stress"):
-        channel = making.channels.get(quantity)
-        if channel is None or not grid.headings or channel.column < 0 or quantity in making.options.units:
+        heading = _heading_of(quantity, making, grid)
+        if heading is None or quantity in making.options.units:
             continue
-        heading = grid.headings[channel.column]
         if heading.written and dimension(heading.unit) == "pressure":
+            label = making.channels[quantity].label
             raise refuse(
-                making.place, f"column {channel.label!r}: {heading.written!r} says from which zero a pressure"
-                f" counts, and a stress is none; if {heading.unit} is meant: --unit"
-                f" {quantity}={heading.unit}",
+                making.place, f"column {label!r}: {heading.written!r} says from which zero a pressure counts,"
+                f" and a stress is none; if {heading.unit} is meant: --unit {quantity}={heading.unit}",
             )  # fmt: skip
 
 

@@ -27,9 +27,11 @@ _NOT_MEASURED = re.compile(
     r"\b(?:set ?point|set|sp|target|command(?:ed)?|cmd|demand(?:ed)?|desired|des|nominal|reference|ref|"
     r"sollwert|soll|ziel|vorgabe|consigne|goal|wanted|required|planned|programmed|control|input|rated|"
     r"limit|lim|threshold|trigger|alarm|tolerance|capacity|resolution|upper|lower|high|low|full scale|"
-    r"f?max(?:imum|imale?r?)?|f?min(?:imum|imale?r?)?|grenz\w*|mittel\w*|peak|break(?:ing)?|failure|yield|mean|average|avg|rms|amplitude|std|sd|"
+    r"f?max(?:imum|imale?r?)?|f?min(?:imum|imale?r?)?|grenz\w*|mittel\w*|peak|break(?:ing)?|"
+    r"failure|yield|mean|average|avg|rms|amplitude|std|sd|"
     r"error|uncertainty|deviation|drift|bias|offset|zero|tare|change|difference|delta|increment|step|"
-    r"cumulative|relative|remaining|residual|permanent|plastic|recovered|normali[sz]ed|ratio|uncorrected|old|last|start|frame|normal|side|"
+    r"cumulative|relative|remaining|residual|permanent|plastic|recovered|normali[sz]ed|ratio|"
+    r"uncorrected|old|last|start|frame|normal|side|"
     r"previous|initial|pre ?load|pre|rate|speed|velocity|range|lateral|transverse|shear|radial|friction|"
     r"fric|noise|model(?:led)?|predict(?:ed|ion)|theor(?:y|etical)|simulated|calculated|fit(?:ted)?|"
     r"expected|contact|lead|shunt|series|"
@@ -40,10 +42,7 @@ _EXAMPLES = {
     "force": "Force (N)", "elongation": "Extension (mm)", "resistance": "Resistance (ohm)",
     "temperature": "Temperature (degC)", "current": "Current (A)",
 }  # fmt: skip
-_BY_DIMENSION = {
-    "force": "force", "mass": "force", "length": "elongation", "resistance": "resistance",
-    "temperature": "temperature", "current": "current",
-}  # fmt: skip
+_BY_DIMENSION = {one: quantity for quantity, dimensions in _DIMENSIONS.items() for one in dimensions}
 
 
 def quantity_by_word(heading: Heading) -> str | None:
