@@ -44,10 +44,14 @@ def test_nothing_is_found_where_nothing_is(null):
 
 @pytest.mark.parametrize(
     ("left", "less", "said"),
-    [(1.3, 1.3, ""), (9.0, 1.1, "explains (1.1"), (9.0, 8.0, "does not explain that (8")],
-)
+    [
+        (1.3, 1.3, ""), (9.0, 1.1, "explains (1.1"), (9.0, 4.0, "explains a part (4"),
+        (9.0, 8.0, "does not explain that (8"),
+    ],
+)  # fmt: skip
 def test_an_agreement_says_what_it_is_worth_on_recordings_not_fitted(null, monkeypatch, left, less, said):
     monkeypatch.setattr(text, "predictive_chi_square", lambda *_: less)
+    monkeypatch.setattr(text, "missed_beyond_drift", lambda *_: less > 5.0)
     missed = dataclasses.replace(null, before=dataclasses.replace(null.before, reduced_chi2=left))
     sentence = " ".join(text.verdict_sentences(missed)[2:])
     assert said in sentence if said else not sentence

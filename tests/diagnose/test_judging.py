@@ -8,6 +8,7 @@ from linear_world import ANOTHER, CONSTANT, DELAY, World, smooth, tubes
 
 from fitting.diagnose.fit.candidates import CandidateFit
 from fitting.diagnose.fit.evidence import inflation_of
+from fitting.diagnose.fit.prediction import predictive_chi_square
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.steps import Explanation, LeaveOneOutEvidence, Named, Step
@@ -18,7 +19,7 @@ from fitting.diagnose.verdict.conclude import _left_over, conclude
 from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
 from fitting.diagnose.verdict.probabilities import effects_found, probabilities
 from fitting.diagnose.verdict.text import verdict_sentences
-from fitting.diagnose.verdict.unexplained import contradicted, discrepancy_probability, outdone, steady
+from fitting.diagnose.verdict.unexplained import contradicted, discrepancy_probability, missed_beyond_drift, outdone, steady
 from fitting.diagnose.verdict.unknown import Signs, probability_of_unknown, signs_of
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.pipeline import mimicked_in
@@ -270,6 +271,24 @@ def test_fitted_recordings_alone_decide_where_no_simulated_null_comes_near(is_bo
     explanation = named((), 300.0, 300.0, stated=stated)
     explanation.p_value, explanation.p_is_bound = 0.001, is_bound
     assert contradicted(explanation, [fitted, 0.99], None, [1.0, 1.0]) == said
+
+
+@pytest.mark.parametrize(("shape", "stated", "p_value", "said"), [
+    ("fast", True, 0.001, True), ("slow", True, 0.001, False), ("fast", False, 0.001, False), ("fast", True, 0.2, False), ("none", True, 0.001, False),
+])  # fmt: skip
+def test_validation_recordings_alone_decide_where_open_numbers_and_drift_do_not_explain_them(shape, stated, p_value, said):
+    """Of the fitted recordings, drift explains all that stands out. A slow misfit of one noise may be a drift, too."""
+    world = dataclasses.replace(tubes(roles=("fit", "fit", "validation", "validation")), stated=stated)
+    y = world.truth(np.random.default_rng(2))
+    y[2:] += {"fast": (-1.0) ** np.arange(y.shape[1]), "slow": 1.0, "none": 0.0}[shape]
+    program = world.program(y)
+    fit = Refitter(program).fit(())
+    left = predictive_chi_square(program, fit, program.unseen)
+    assert left < 1.3 if shape == "none" else left > 1.5
+    explanation = Explanation(program, fit, Named(fit), [], p_value, True)
+    drifting = DiscrepancyEvidence("length", "time", 1.0, 1.0, 1.0)
+    assert contradicted(explanation, [1.3, left], drifting, [1.0, 1.0]) == said
+    assert missed_beyond_drift(program, fit) == (shape == "fast")
 
 
 @pytest.mark.parametrize(("hidden", "together"), [(True, True), (False, False)])

@@ -86,6 +86,29 @@ def explained_by_drift(program: Program, current: Fit, further: Fit) -> float:
     return float(np.clip(before - after, 0.0, max(most, 0.0)))
 
 
+def drifted_chi_square(program: Program, fit: Fit, chosen: np.ndarray) -> float:
+    """Reduced chi-square of recordings that were not fitted, beside drift of the largest size, to first order.
+
+    It is in units of the errors of prediction: noise, drift, and the uncertainty of the fit's numbers. Chance
+    makes it about 1 where there is no more than these.
+
+    Args:
+        program: program of the campaign.
+        fit: model, fitted without these recordings.
+        chosen: mask of the recordings.
+    """
+    here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
+    counts = [np.full(len(m), float(one)) for m, one in zip(here.misfit, chosen, strict=True)]
+    r, A = here.joined(counts)
+    variances, axes = np.linalg.eigh(fit.covariance)
+    uncertain = A @ (axes * np.sqrt(np.maximum(variances, 0.0)))
+    drift = DRIFT.sizes[-1] * drift_columns(program, here) * np.concatenate(counts)[:, None]
+    wide = np.concatenate([uncertain, drift], axis=1)
+    pull = wide.T @ r
+    left = r @ r - pull @ np.linalg.solve(np.eye(wide.shape[1]) + wide.T @ wide, pull)
+    return float(left) / max(program.observations(chosen), 1)
+
+
 def instrument_parts(program: Program, current: Fit, further: Fit) -> tuple[float, float]:
     """Evidence of a further effect that drift explains, and that noise of inputs explains, both deflated."""
     inflation = inflation_of(program, further)

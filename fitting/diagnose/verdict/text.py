@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
 
+from ..fit.misfit import limit_of
 from ..fit.prediction import predictive_chi_square
 from ..settings import DEFAULT
 from .conclusion import Conclusion
+from .unexplained import missed_beyond_drift
 
 VERDICT = DEFAULT.verdict
 
@@ -225,11 +227,17 @@ def _not_fitted(conclusion: Conclusion) -> list[str]:
         return []
     less = predictive_chi_square(program, conclusion.explanation.base, program.unseen)
     missed = f"Recordings kept for validation are missed by more than noise (reduced chi-square {left:.3g}),"
-    if less - 1.0 < 0.5 * (left - 1.0):
-        return [f"{missed} which the uncertainty of the refitted constants explains ({less:.3g} without it)."]
+    without = f"({less:.3g} without it)"
+    if less <= limit_of(program, program.unseen):
+        return [f"{missed} which the uncertainty of the refitted constants explains {without}."]
+    if not missed_beyond_drift(program, conclusion.explanation.base):
+        return [
+            f"{missed} of which the uncertainty of the refitted constants explains a part {without}. "
+            "Instruments that drift within their noise would explain the rest."
+        ]
     return [
-        f"{missed} and the uncertainty of the refitted constants does not explain that ({less:.3g} without "
-        "it): fit one of them as well before you rely on this."
+        f"{missed} and the uncertainty of the refitted constants does not explain that {without}: "
+        "fit one of them as well before you rely on this."
     ]
 
 

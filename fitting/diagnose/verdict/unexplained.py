@@ -4,7 +4,10 @@ from fitting.inference.chance import chi_square_tail
 
 from ..evaluate.program import Program
 from ..fit.evidence import inflation_of, log_likelihood
-from ..fit.misfit import spread
+from ..fit.instrument_drift import drifted_chi_square
+from ..fit.misfit import limit_of, spread
+from ..fit.prediction import predictive_chi_square
+from ..fit.refit import Fit
 from ..search.steps import Explanation
 from ..settings import DEFAULT
 from .discrepancy_evidence import DiscrepancyEvidence
@@ -65,6 +68,8 @@ def _by_signature(
 
     Fitted recordings decide alone where their noise is stated and no simulated null has so large a score.
     For what is missing need not act in validation recordings. A faint misfit must show there, too.
+    Validation recordings decide alone where they are missed by more than chance, the open numbers and drift
+    explain.
     """
     program = explanation.program
     if explanation.p_value > SCORE_TEST.level:
@@ -74,7 +79,22 @@ def _by_signature(
     chance = 1.0 + VERDICT.sure_deviations * spread(program, program.fitted)
     sure = explanation.p_is_bound and program.noise_stated and left > chance
     shown = seen[1] > 1.0 or left > VERDICT.faint
-    return min(left, seen[1]) > VERDICT.faint or max(seen) > VERDICT.gross or (sure and shown)
+    missed = program.noise_stated and missed_beyond_drift(program, explanation.base)
+    return missed or min(left, seen[1]) > VERDICT.faint or max(seen) > VERDICT.gross or (sure and shown)
+
+
+def missed_beyond_drift(program: Program, fit: Fit) -> bool:
+    """True if recordings that were not fitted are missed by more than chance, open numbers and drift explain.
+
+    The uncertainty of the numbers is asked twice: by a fit to these recordings, and to first order beside
+    drift. It is false where every recording is fitted.
+    """
+    if program.fitted.all():
+        return False
+    limit = limit_of(program, program.unseen)
+    if predictive_chi_square(program, fit, program.unseen) <= limit:
+        return False
+    return drifted_chi_square(program, fit, program.unseen) > limit
 
 
 def steady(left: float, discrepancy: DiscrepancyEvidence | None) -> float:
