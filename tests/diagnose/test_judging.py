@@ -19,7 +19,13 @@ from fitting.diagnose.verdict.conclude import _left_over, conclude
 from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
 from fitting.diagnose.verdict.probabilities import effects_found, probabilities
 from fitting.diagnose.verdict.text import verdict_sentences
-from fitting.diagnose.verdict.unexplained import contradicted, discrepancy_probability, missed_beyond_drift, outdone, steady
+from fitting.diagnose.verdict.unexplained import (
+    contradicted,
+    discrepancy_probability,
+    missed_beyond_drift,
+    outdone,
+    steady,
+)
 from fitting.diagnose.verdict.unknown import Signs, probability_of_unknown, signs_of
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.pipeline import mimicked_in

@@ -87,7 +87,7 @@ def explained_by_drift(program: Program, current: Fit, further: Fit) -> float:
 
 
 def drifted_chi_square(program: Program, fit: Fit, chosen: np.ndarray) -> float:
-    """Reduced chi-square of recordings that were not fitted, beside drift of the largest size, to first order.
+    """Reduced chi-square of recordings that were not fitted, beside the largest drift, to first order.
 
     It is in units of the errors of prediction: noise, drift, and the uncertainty of the fit's numbers. Chance
     makes it about 1 where there is no more than these.
