@@ -308,3 +308,18 @@ def test_all_recordings_together_name_a_set_only_if_it_has_more_evidence_on_them
     found = explain(world.program(y), np.random.default_rng(0))
     assert found.together == together
     assert set(found.final.slugs) == ({CONSTANT, ANOTHER} if hidden else {CONSTANT})
+
+
+@pytest.mark.parametrize("far", [False, True])
+def test_all_recordings_are_not_searched_together_where_no_set_comes_near_the_noise_of_the_fitted_ones(far):
+    """The search would cost as much again, and no name is to be trusted in any case."""
+    rng = np.random.default_rng(3)
+    world = tubes(recordings=5, roles=("fit",) * 3 + ("validation",) * 2, effects=(CONSTANT, DELAY, ANOTHER))
+    world.effects[ANOTHER][:3] = 0.0
+    y = world.truth(rng, (0.5, 0.2), **{CONSTANT: 4.0, ANOTHER: [5.0, 4.0]})
+    y += 4.0 * np.sin(0.6 * np.arange(y.shape[1])) if far else 0.0
+    said = []
+    found = explain(world.program(y), np.random.default_rng(0), said.append)
+    assert CONSTANT in found.final.slugs
+    assert any("recordings for validation" in one for one in said) is not far
+    assert found.together is not far

@@ -5,7 +5,8 @@ out an effect that predicts them worse. All recordings are fitted together in tw
 fitted ones name nothing, or the model leaves most of the misfit of the validation recordings. In the second
 case both sets are compared by their evidence on all recordings. Every score is cross-validated then. Where
 they name nothing together, either, both searches are kept: the verdict may still find that only all
-recordings together contradict the base model.
+recordings together contradict the base model. Where no set comes near the noise of the fitted ones, there is
+no such second search.
 """
 
 from collections.abc import Callable, Sequence
@@ -60,7 +61,7 @@ def explain(
             return whole
         untried = False
     explanation = _whole(search, started, base, found)
-    if untried and _contradicted(explanation):
+    if untried and _contradicted(explanation) and not _far_from_noise(explanation):
         whole = _together(started, base, SCORE_TEST.level, search)
         if whole is not None and whole.final.slugs and _better(whole, explanation):
             return whole
@@ -103,6 +104,18 @@ def _better(whole: Explanation, explanation: Explanation) -> bool:
     inflation = inflation_of(program, min(named, other, key=lambda fit: fit.objective))
     worth = [evidence(program, whole.base, fit, inflation) for fit in (named, other)]
     return set(named.slugs) != set(other.slugs) and worth[0] > worth[1]
+
+
+def _far_from_noise(explanation: Explanation) -> bool:
+    """True if every set leaves so much of the fitted recordings that no name is to be trusted.
+
+    Further recordings would not change that, and a search on all of them costs as much as the first.
+    """
+    program, fit = explanation.program, explanation.nearest
+    if fit is None or not program.noise_stated:
+        return False
+    left = predictive_chi_square(program, fit, program.fitted) - floor(program, fit, program.fitted)
+    return left > VERDICT.clearly_left
 
 
 def _contradicted(explanation: Explanation) -> bool:

@@ -38,6 +38,11 @@ class Pool:
         """Fits of all sets of a size, the best first."""
         return sorted((f for s, f in self._fits.items() if len(s) == size), key=lambda fit: fit.objective)
 
+    @property
+    def nearest(self) -> Fit:
+        """The fit of least objective, whatever its effects."""
+        return min(self._fits.values(), key=lambda fit: fit.objective)
+
     def without(self, fit: Fit, slug: str) -> Fit:
         """The best fit of a set without one of its effects, begun from the set's own numbers as well."""
         rest = tuple(s for s in fit.slugs if s != slug)

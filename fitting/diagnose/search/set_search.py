@@ -84,6 +84,7 @@ class SetSearch:
         pool.add(candidate.fit for candidate in step.candidates)
         self._grow(program, pool)
         self._settle(explanation, pool)
+        explanation.nearest = pool.nearest
         return None
 
     def step(self, program: Program, current: Fit, rng: np.random.Generator | None = None) -> Step:

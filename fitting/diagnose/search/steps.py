@@ -96,6 +96,7 @@ class Explanation:
         second_look: a search on all recordings that named nothing, although a score stood out.
         contending: sets that explain and predict more than `final`, but no more than drift explains. They
             are pairs and triples where effects are named, and the one of most evidence where none is.
+        nearest: fit of least objective of all sets that were tried; None where none was.
         scores: cross-validation of models.
         weigh_effects: leave-one-effect-out evidence of another model of these recordings.
     """
@@ -109,6 +110,7 @@ class Explanation:
     together: bool = False
     second_look: "Explanation | None" = None
     contending: list[tuple[str, ...]] = field(default_factory=list)
+    nearest: Fit | None = None
     weigh_effects: "Callable[[Explanation, Fit], Named] | None" = field(default=None, repr=False)
     scores: HeldOutScores = field(init=False, repr=False)
 
