@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from answers import checks
 
-from fitting.data.importers import import_file, make_options
+from fitting.data.importers import import_file, import_files, make_options
 from fitting.data.importers.clocks import read_clock
 from pneusma_jax.errors import InputError
 
@@ -134,3 +134,71 @@ def test_a_long_column_has_one_reading_for_all_rows():
     texts = [(NOON + timedelta(seconds=k)).strftime("%d/%m/%Y %H:%M:%S") for k in range(5000)]
     clock = read_clock(texts)
     assert clock.seconds == [float(k) for k in range(5000)] and not clock.remedy
+
+
+@pytest.mark.parametrize("heading", ["Date", "Datum", "Logged at", "Recorded"])
+def test_a_clock_under_a_heading_that_names_no_time_is_read_and_said(put, heading):
+    times = [(NOON + timedelta(seconds=STEP * k)).isoformat(sep=" ") for k in range(30)]
+    recording = import_file(coupon(put, times, heading))
+    assert np.allclose(recording.columns["time_s"], STEP * np.arange(30))
+    assert any(f"check: column {heading!r} is a clock" in note for note in recording.notices)
+
+
+def test_dates_that_spreadsheets_count_are_a_clock_where_a_column_of_dates_holds_them(put):
+    times = [f"{45678.75 + 4 * k / 86400:.9f}" for k in range(30)]
+    recording = import_file(coupon(put, times, "Date"))
+    assert np.allclose(np.diff(recording.columns["time_s"]), 4.0, atol=1e-3)
+
+
+def day_and_time(put, moments, day="%Y-%m-%d", time="%H:%M:%S", name="a.csv"):
+    rows = [f"{m.strftime(day)},{m.strftime(time)},{0.01 * k:.4f},{2.0 * k:.4f}\n" for k, m in enumerate(moments)]
+    return put(name, "Date,Time,Strain (-),Stress (kPa)\n" + "".join(rows))
+
+
+def test_a_date_beside_a_time_of_day_is_one_clock(put):
+    """A night without a reading, from 23:00 to 23:01 of the next day, is a day and not a minute."""
+    first = datetime(2024, 5, 31, 23, 0)
+    moments = [first + timedelta(seconds=k) + (k > 14) * timedelta(days=1, minutes=1) for k in range(30)]
+    recording = import_file(day_and_time(put, moments))
+    assert np.ptp(recording.columns["time_s"]) == 86400.0 + 60.0 + 29.0
+    assert any("columns 'Date' and 'Time' are one clock" in note for note in recording.notices)
+    assert not any("aside" in note for note in recording.notices)
+
+
+def test_the_day_of_each_file_counts_where_files_are_joined(put):
+    """Tests of a Monday and a Tuesday are a day apart, though their times of day are an hour apart."""
+    paths = [
+        day_and_time(put, [datetime(2024, 6, 3 + day, 12 + day, 0, k) for k in range(30)], name=f"{day}.csv")
+        for day in (0, 1)
+    ]
+    (recording,) = import_files(paths, make_options(successive=True))
+    assert recording.columns["time_s"][30] == 25 * 3600.0
+
+
+def test_a_date_whose_order_is_open_leaves_the_time_of_day(put):
+    recording = import_file(day_and_time(put, [datetime(2024, 6, 5, 12, 0, k) for k in range(30)], "%d/%m/%Y"))
+    assert recording.columns["time_s"][0] == 43200.0
+
+
+def test_dates_that_last_another_time_than_the_clock_are_said(put):
+    """Times of minutes whose heading says seconds."""
+    first = datetime(2024, 5, 31, 12, 0)
+    rows = [
+        f"{first + timedelta(minutes=k)},{k},{0.01 * k:.4f},{2.0 * k:.4f}\n" for k in range(30)
+    ]
+    recording = import_file(put("a.csv", "Date,Time (s),Strain (-),Stress (kPa)\n" + "".join(rows)))
+    (said,) = [note for note in checks(recording) if "lasts" in note]
+    assert "by 'Time (s)' the test lasts 29 s, and by 'Date' 1740 s" in said and "--map time=1" in said
+    agreeing = put("b.csv", recording.path.read_text().replace("Time (s)", "Time (min)"))
+    assert not [note for note in checks(import_file(agreeing)) if "lasts" in note]
+
+
+@pytest.mark.parametrize(
+    ("heading", "text", "asked"), [("Date", "{:%d %B}", True), ("Temperature", "hot", True), ("Operator", "AB", False), ("Date", "31 May", False)]
+)
+def test_a_column_of_text_that_a_quantity_or_changing_dates_head_is_to_be_checked(put, heading, text, asked):
+    first = datetime(2024, 5, 31)
+    rows = [f"{text.format(first - timedelta(days=k))},{k},{0.01 * k:.4f},{2.0 * k:.4f}\n" for k in range(30)]
+    recording = import_file(put("a.csv", f"{heading},Time (s),Strain (-),Stress (kPa)\n" + "".join(rows)))
+    (left,) = [note for note in recording.notices if "is text and was left out" in note]
+    assert left.startswith("check: ") == asked and f"column {heading!r} is text and was left out (" in left

@@ -55,6 +55,17 @@ def like_a_clock(text: str) -> bool:
     )  # fmt: skip
 
 
+def has_time_of_day(text: str) -> bool:
+    """True if a field is a time of day, or an elapsed time, without a date."""
+    return ":" in text and bool(_UNDATED.fullmatch(text.strip()))
+
+
+def without_midnight(texts: Sequence[str]) -> list[str] | None:
+    """Dates without the midnight that spreadsheets write behind them; None if a field is no date alone."""
+    dates = [re.sub(r"[T ]00:00(?::00)?$", "", text.strip()) for text in texts]
+    return dates if all((row := _DATED.fullmatch(d)) and not row["parts"] for d in dates) else None
+
+
 def read_clock(texts: Sequence[str], heading: str = "") -> Clock | None:
     """Clock readings of a column, in one format for all of its fields.
 

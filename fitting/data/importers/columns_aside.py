@@ -21,7 +21,8 @@ def say_aside(grid: Grid, channels: dict[str, Channel]) -> list[str]:
     taken = {channel.column: quantity for quantity, channel in channels.items()}
     notices, aside = [], []
     for column, heading in enumerate(grid.headings):
-        if column in taken or column - 1 in grid.by_row or not heading.text.strip():
+        known = column in taken or column in grid.read_along or column - 1 in grid.by_row
+        if known or not heading.text.strip():
             continue
         twin = next((other for other in taken if other >= 0 and _same_name(grid, column, other)), None)
         if twin is None:

@@ -24,6 +24,7 @@ class Grid:
         breaks: lines of text between the rows, by the position of the row below them.
         by_row: columns whose unit a column beside them stated row by row.
         origins: moment of 0 s of the columns that hold a dated clock, by column (`clocks.EPOCH`) [s].
+        read_along: columns that are one with another one, such as the date beside a time of day.
     """
 
     headings: list[Heading]
@@ -37,6 +38,7 @@ class Grid:
     breaks: dict[int, list[list[str]]] = field(default_factory=dict)
     by_row: set[int] = field(default_factory=set)
     origins: dict[int, float] = field(default_factory=dict)
+    read_along: set[int] = field(default_factory=set)
 
     def part(self, rows: Sequence[int] | slice, columns: Sequence[int] | None = None) -> "Grid":
         """Some rows and columns, as a table of their own."""
@@ -51,6 +53,7 @@ class Grid:
             cells=[[self.cells[i][c] if c < len(self.cells[i]) else "" for c in chosen] for i in picked],
             doubt=self.doubt,
             by_row={k for k, c in enumerate(chosen) if c in self.by_row},
+            read_along={k for k, c in enumerate(chosen) if c in self.read_along},
             origins={k: self.origins[c] for k, c in enumerate(chosen) if c in self.origins},
             troubles={k: self.troubles[c] for k, c in enumerate(chosen) if c in self.troubles},
         )

@@ -8,6 +8,7 @@ from pneusma_jax.errors import counted
 
 from .grid import Grid
 from .separators import LEAST_ROWS
+from .spelling import Heading
 from .words import LOT_WORDS, SPECIMEN_WORDS, TEST_WORDS, meaning
 
 _LABEL = r"(?:label|name|id|i\.? ?d\.?|designation|no\.?|number|nr\.?|#)"
@@ -35,6 +36,11 @@ class Part(NamedTuple):
     title: str
     grid: Grid
     own_specimen: bool
+
+
+def names_specimens(heading: Heading) -> bool:
+    """True if a heading is that of a column of names of specimens or tests."""
+    return bool(_ID_COLUMN.match(heading.name))
 
 
 def too_short(title: str, count: int, row: int | None = None) -> str:

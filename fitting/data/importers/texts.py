@@ -1,12 +1,18 @@
 """Fields of a table that are no plain numbers: clocks, percent signs, grouped thousands, words."""
 
-import re
-
 import numpy as np
 
 from pneusma_jax.errors import counted
 
 from .clocks import DAY_S, Clock, read_clock
+from .dates import (
+    clock_under_another_heading,
+    day_and_time,
+    disagreement,
+    has_clock,
+    may_be_clock,
+    may_be_date,
+)
 from .grid import Grid
 from .grouped import doubt_groups, say_grouped
 from .marks import drop_marks
@@ -18,6 +24,8 @@ SERIAL = (36526.0, 73050.0)
 """Days since 1900, as spreadsheets count them, from the year 2000 to 2099."""
 MOST_LISTED = 6
 """Number of fields that a notice lists with their rows."""
+MOST_EXAMPLES = 3
+"""Number of texts that a notice about a column of text shows."""
 YEAR_DAYS = 366.0
 """Maximum length of a test whose clock counts days since 1900 [d]."""
 
@@ -33,9 +41,11 @@ def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".")
     say_grouped(grid, decimal)
     doubt_groups(grid, decimal)
     _percent_signs(grid)
-    _read_words(grid, parsed)
+    clockless = bool(grid.headings) and not has_clock(grid)
+    _take_day_and_time(grid)
+    _read_words(grid, parsed, clockless)
     drop_marks(grid)
-    _serial_dates(grid)
+    _serial_dates(grid, clockless)
 
 
 def _percent_signs(grid: Grid) -> None:
@@ -53,10 +63,31 @@ def _percent_signs(grid: Grid) -> None:
             grid.notices.append(f"fields of column {heading.text!r} end in a percent sign: taken as percent")
 
 
-def _read_words(grid: Grid, parsed: list[list[float | None]]) -> None:
+def _take_day_and_time(grid: Grid) -> None:
+    """Read a column of dates and one of times of day as one clock."""
+    pair = day_and_time(grid)
+    if pair is None:
+        return
+    day, time, clock = pair
+    label = " and ".join(repr(grid.headings[k].text) for k in (day, time))
+    example = " ".join(grid.cells[0][k] for k in (day, time) if k < len(grid.cells[0]))
+    _take_clock(grid, time, clock, label, example)
+    grid.read_along |= {day}
+    grid.notices[-1] = grid.notices[-1].replace("column ", "columns ", 1).replace(" is a ", " are one ", 1)
+
+
+def _read_words(grid: Grid, parsed: list[list[float | None]], clockless: bool) -> None:
     """Interpret columns of text: clocks, columns of words, and fields of number columns that are no
-    numbers."""
+    numbers.
+
+    Args:
+        grid: table with its cells as text; changed in place.
+        parsed: numbers of each row, None where a field is text.
+        clockless: true if no heading of the table names a time.
+    """
     for column in range(grid.values.shape[1]):
+        if column in grid.read_along or column in grid.origins:
+            continue
         texts = [
             (row, cells[column])
             for row, cells, numbers in zip(grid.rows, grid.cells, parsed, strict=True)
@@ -65,7 +96,7 @@ def _read_words(grid: Grid, parsed: list[list[float | None]]) -> None:
         if not texts:
             continue
         label = repr(grid.headings[column].text) if grid.headings else str(column + 1)
-        if not grid.headings or _may_be_clock(grid.headings[column]):
+        if not grid.headings or may_be_clock(grid.headings[column]):
             clock = read_clock(
                 [cells[column] if column < len(cells) else "" for cells in grid.cells],
                 grid.headings[column].text if grid.headings else "",
@@ -73,17 +104,20 @@ def _read_words(grid: Grid, parsed: list[list[float | None]]) -> None:
             if clock is not None:
                 _take_clock(grid, column, clock, label, texts[0][1])
                 continue
+        elif _read_other_clock(grid, column, clockless, label, texts[0][1]):
+            continue
         filled = int(np.isfinite(grid.values[:, column]).sum()) + len(texts)
         numberlike = [(row, text) for row, text in texts if like_a_number(text)]
         if 2 * len(texts) > filled:
-            if grid.headings and _may_be_clock(grid.headings[column]):
+            if grid.headings and may_be_clock(grid.headings[column]):
                 grid.notices.append(
                     f"check: column {label} cannot be read as a clock ({texts[0][1]!r} in row {texts[0][0]})"
                     " and was left out; write it as seconds or as 2024-05-31 12:00:05, or state the step with"
                     " --interval"
                 )
             else:
-                grid.notices.append(f"column {label} is text and was left out")
+                asked = "check: " if _matters(grid, column, texts) else ""
+                grid.notices.append(f"{asked}column {label} is text and was left out ({_examples(texts)})")
             grid.troubles[column] = (
                 f"{len(texts)} of {filled} fields of {label} are no numbers ({texts[0][1]!r} in row"
                 f" {texts[0][0]})"
@@ -102,17 +136,44 @@ def _read_words(grid: Grid, parsed: list[list[float | None]]) -> None:
             )
 
 
+def _matters(grid: Grid, column: int, texts: list[tuple[int, str]]) -> bool:
+    """True if a column of text is headed by a quantity, or by a date that changes."""
+    if not grid.headings:
+        return True
+    heading = grid.headings[column]
+    return meaning(heading) is not None or (may_be_date(heading) and len({text for _, text in texts}) > 1)
+
+
+def _examples(texts: list[tuple[int, str]]) -> str:
+    """The first texts of a column that differ, a few of them."""
+    different = list(dict.fromkeys(text for _, text in texts))
+    shown = ", ".join(repr(text[:20]) for text in different[:MOST_EXAMPLES])
+    return shown + (", ..." if len(different) > MOST_EXAMPLES else "")
+
+
 def _listed(texts: list[tuple[int, str]]) -> str:
     """Fields with their rows: all of them, or the first ones."""
     shown = ", ".join(f"{text[:40]!r} in row {row}" for row, text in texts[:MOST_LISTED])
     return shown + (f", and {len(texts) - MOST_LISTED} more" if len(texts) > MOST_LISTED else "")
 
 
-def _may_be_clock(heading: Heading) -> bool:
-    means = meaning(heading)
-    return (means is not None and means.quantity == "time") or bool(
-        re.search(r"time|zeit|clock|temps|uhr", heading.name)
-    )
+def _read_other_clock(grid: Grid, column: int, clockless: bool, label: str, example: str) -> bool:
+    """Take a clock under a heading that names no time, where a table has no other one; else compare them.
+
+    Returns:
+        True if the column is done with.
+    """
+    clock = clock_under_another_heading(grid, column)
+    if clock is None:
+        return False
+    if clockless and not any(heading.unit == "s" for heading in grid.headings):
+        _take_clock(grid, column, clock, label, example)
+        said = grid.notices[-1].removeprefix("check: ")
+        grid.notices[-1] = f"check: {said}; no heading names a time"
+        return True
+    said = disagreement(grid, column, clock)
+    grid.notices.append(said or f"column {label} is a clock, too ({example!r}), and was left out")
+    return True
 
 
 def _take_clock(grid: Grid, column: int, clock: Clock, label: str, example: str) -> None:
@@ -128,12 +189,13 @@ def _take_clock(grid: Grid, column: int, clock: Clock, label: str, example: str)
     grid.notices.append(f"check: {said}; {clock.remedy}" if clock.remedy else said)
 
 
-def _serial_dates(grid: Grid) -> None:
+def _serial_dates(grid: Grid, clockless: bool) -> None:
     """Read clocks that count the days since 1900, as spreadsheets do, in place of their dates."""
     for column, heading in enumerate(grid.headings):
         values = grid.values[:, column]
         there = values[np.isfinite(values)]
-        if heading.unit is not None or not _may_be_clock(heading) or there.size < 2:
+        named = may_be_clock(heading) or (clockless and may_be_date(heading))
+        if heading.unit is not None or not named or there.size < 2:
             continue
         dates = (SERIAL[0] <= there.min()) and (there.max() <= SERIAL[1]) and np.ptp(there) <= YEAR_DAYS
         if dates and 2 * np.sum(there % 1.0 > 0.0) > there.size:

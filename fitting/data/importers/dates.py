@@ -1,0 +1,123 @@
+"""Columns of dates: the day beside a time of day, and clocks whose heading names no time."""
+
+import math
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from .clocks import Clock, has_time_of_day, read_clock, without_midnight
+from .grid import Grid
+from .numerals import is_blank
+from .split_by_name import names_specimens
+from .spelling import Heading
+from .words import meaning
+
+ELAPSED_S = 60.0
+"""Minimum first reading of a time of day [s]. One that begins at midnight is an elapsed time."""
+APART = 0.02
+"""Minimum difference of the durations of two clocks that is reported, as part of the longer one."""
+_DATE = re.compile(r"\bdate|datum|fecha|日期")
+
+
+def may_be_clock(heading: Heading) -> bool:
+    """True if a heading names a time."""
+    means = meaning(heading)
+    return (means is not None and means.quantity == "time") or bool(
+        re.search(r"time|zeit|clock|temps|uhr", heading.name)
+    )
+
+
+def may_be_date(heading: Heading) -> bool:
+    """True if a heading names a date."""
+    return bool(_DATE.search(heading.name))
+
+
+def has_clock(grid: Grid) -> bool:
+    """True if a heading names a time, and its column is not empty."""
+    return any(
+        may_be_clock(heading) and any(_cell(cells, column) for cells in grid.cells)
+        for column, heading in enumerate(grid.headings)
+    )
+
+
+def day_and_time(grid: Grid) -> tuple[int, int, Clock] | None:
+    """The column of dates and that of the time of day which are one clock, and its readings.
+
+    None where a table has no such pair, or the order of day and month cannot be told.
+    """
+    days, times = [], []
+    for column, heading in enumerate(grid.headings):
+        texts = [_cell(cells, column) for cells in grid.cells]
+        filled = [text for text in texts if text and not is_blank(text)]
+        if not filled or names_specimens(heading):
+            continue
+        dates = without_midnight(filled)
+        if dates is not None:
+            days.append((column, _filled_down(texts)))
+        elif may_be_clock(heading) and all(map(has_time_of_day, filled)):
+            times.append((column, texts))
+    if len(days) != 1 or len(times) != 1:
+        return None
+    (day, dates_down), (time, texts) = days[0], times[0]
+    alone = read_clock(texts, grid.headings[time].text)
+    if alone is None or not np.nanmin(alone.seconds) >= ELAPSED_S:
+        return None
+    pairs = [f"{date} {text}" if date and text else "" for date, text in zip(dates_down, texts, strict=True)]
+    clock = read_clock(pairs)
+    return None if clock is None or clock.origin is None else (day, time, clock)
+
+
+def clock_under_another_heading(grid: Grid, column: int) -> Clock | None:
+    """Readings of a column that goes on like a clock, and whose heading names neither time nor specimen."""
+    heading = grid.headings[column]
+    if names_specimens(heading) or meaning(heading) is not None:
+        return None
+    clock = read_clock([_cell(cells, column) for cells in grid.cells], heading.text)
+    if clock is None:
+        return None
+    seconds = np.array(clock.seconds)
+    seconds = seconds[np.isfinite(seconds)]
+    return clock if seconds.size > 1 and np.all(np.diff(seconds) >= 0.0) and np.ptp(seconds) > 0.0 else None
+
+
+def disagreement(grid: Grid, column: int, clock: Clock) -> str:
+    """Notice about a column of dates that last another time than the clock of a table; empty where they agree.
+
+    Args:
+        grid: table whose clock has been read.
+        column: column of the dates.
+        clock: its readings.
+    """
+    dated = np.array(clock.seconds)
+    for other, heading in enumerate(grid.headings):
+        means, values = meaning(heading), grid.values[:, other]
+        both = np.isfinite(values) & np.isfinite(dated)
+        if means is None or means.quantity != "time" or heading.unit not in _SECONDS or both.sum() < 2:
+            continue
+        lasts, said = _SECONDS[heading.unit] * float(np.ptp(values[both])), float(np.ptp(dated[both]))
+        steps = np.diff(dated[both])
+        step = float(steps[steps > 0.0].min()) if (steps > 0.0).any() else math.inf
+        if abs(lasts - said) > max(APART * max(lasts, said), 2.0 * step):
+            return (
+                f"check: by {heading.text!r} the test lasts {lasts:.6g} s, and by {grid.headings[column].text!r}"
+                f" {said:.6g} s: is the unit of {heading.text!r} right? --unit time=... or --map"
+                f" time={column + 1} corrects it"
+            )
+    return ""
+
+
+_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
+
+
+def _cell(cells: Sequence[str], column: int) -> str:
+    return cells[column].strip() if column < len(cells) else ""
+
+
+def _filled_down(texts: Sequence[str]) -> list[str]:
+    """Texts in which an empty field repeats the one above; midnights are left out."""
+    found, last = [], ""
+    for text in texts:
+        last = (without_midnight([text]) or [""])[0] if text and not is_blank(text) else last
+        found.append(last)
+    return found
