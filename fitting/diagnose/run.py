@@ -62,7 +62,7 @@ def diagnose(
     notes = checked(campaign)
     start = start_of(campaign, kind, progress) if model is None else Start(f"the model {model.name}")
     progress("building the model of the campaign")
-    program = Program.of(campaign, kind, model=model, tables=start.tables)
+    program = Program.of(campaign, kind, model=model, tables=start.tables, held=start.held)
     _refuse_few_values(campaign, program)
     turned = _with_turning_points(campaign, program, model, start, progress)
     searched = _search(campaign, kind, seed, progress, model, thorough)
@@ -133,7 +133,7 @@ def _with_turning_points(
         return None
     progress("trying turning points between rows")
     whole = dataclasses.replace(campaign, recordings=turned)
-    other = Program.of(whole, program.kind, model=model, tables=start.tables)
+    other = Program.of(whole, program.kind, model=model, tables=start.tables, held=start.held)
     other.tally = program.tally  # a report counts all models that were fitted
     return other if gain_by_turns(program, other) else None
 

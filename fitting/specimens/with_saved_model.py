@@ -156,15 +156,16 @@ class Augmented(Model):
     def _factor_is_of_the_law(self, campaign: Campaign, base: Parameters) -> bool:
         """True if the factor on the stress of one specimen multiplies free constants of its silicone's law.
 
-        So it is where law and factor were fitted to these very recordings. A law from other recordings leaves
-        the factor as the difference of this specimen.
+        So it is where the law was fitted to these very recordings, and no other source states the factor. A
+        law from other recordings leaves the factor as the difference of this specimen.
         """
         if FACTOR not in base or any(r.geometry.get("material") != FIT for r in campaign.recordings):
             return False
         known = {name: self._quantity(campaign, name) for name in base}
         pressures = {name for name in known if QUANTITIES["silicone"].get(name) == "pressure"}
         own = {name for name, q in known.items() if q is not None and _is_from(campaign.title, q.source)}
-        return bool(pressures) and pressures | {FACTOR} <= own
+        stated = set() if known[FACTOR] is None else {FACTOR}
+        return bool(pressures) and pressures | stated <= own
 
     def _quantity(self, campaign: Campaign, name: str) -> Quantity | None:
         stem, mark, number = name.partition(MARK)

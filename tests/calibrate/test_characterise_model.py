@@ -251,3 +251,7 @@ def test_a_factor_that_multiplies_fitted_constants_is_held_and_that_is_said(pull
     assert ("multiplies the law" in why.get("silicone_stiffness", "")) == held
     if held:
         assert parameters["silicone_stiffness"].value == pytest.approx(1.3)
+    del numbers["silicone_stiffness"]  # as a diagnosis of one coupon leaves it
+    without = AugmentedModel(base={"silicone": numbers}, tables={"material": str(table)}, name="a model")
+    layout = Augmented("elastomer", without).parameters_for(campaign).layout()
+    assert ("silicone_stiffness" not in {name.partition("__")[0] for name in layout.free}) == held

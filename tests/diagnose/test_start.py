@@ -1,5 +1,6 @@
 """What recordings are compared with: tables that are named, a law that is fitted first, what `characterise` found."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +12,7 @@ from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.recordings import read_campaign
 from fitting.diagnose.check import with_tables
+from fitting.diagnose import diagnose
 from fitting.diagnose.evaluate import start
 from fitting.diagnose.evaluate.start import begun_at, characterised, identifies, start_of
 from fitting.specimens.saved_models import load_model
@@ -67,6 +69,26 @@ def test_a_law_that_was_fitted_is_as_open_as_one_that_nobody_knows(coupons, monk
     table = found.tables["material"]
     constants = [q for name, q in table.quantities.items() if name not in ("strain_min", "strain_max", "silicone_stiffness")]
     assert constants and all(q.prior.sd == pytest.approx(0.4 * abs(q.value)) for q in constants)
+
+
+@pytest.mark.parametrize(("specimens", "free"), [(1, False), (2, True)])
+def test_a_fitted_law_of_one_coupon_has_no_second_number_for_its_stiffness(coupons, monkeypatch, specimens, free):
+    """The moduli are as open as the factor on the stress. Between specimens the factor is the difference."""
+    monkeypatch.setattr(start, "characterise", lambda campaign: characterise(campaign, law="yeoh"))
+    campaign = read_campaign(coupons)
+    recordings = [replace(r, specimen=f"E{k % specimens}") for k, r in enumerate(campaign.recordings)]
+    campaign = replace(campaign, recordings=recordings)
+    programs = []
+
+    def refuse(campaign, program):
+        programs.append(program)
+        raise InputError("built")
+
+    monkeypatch.setattr("fitting.diagnose.run._refuse_few_values", refuse)
+    with pytest.raises(InputError, match="built"):
+        diagnose(campaign)
+    names = {item.name.partition("__")[0] for item in programs[0].unknowns.items if not item.effect}
+    assert {"c_10", "c_20", "c_30"} <= names and ("silicone_stiffness" in names) == free
 
 
 def test_a_law_that_cannot_be_fitted_leaves_the_sources(coupons, monkeypatch):

@@ -4,7 +4,7 @@ One evaluation gives the whitened misfit of all recordings, with latent trajecto
 derivatives by a few numbers. Everything else in a diagnosis is linear algebra on these results.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -15,6 +15,7 @@ import numpy as np
 from fitting.data.recordings import Campaign, Recording, require_fitted
 from fitting.inference.channels import Channel
 from fitting.inference.parallel import RUNS, Tally
+from fitting.inference.parameters import Parameters
 from fitting.specimens.reduction import thinned
 from fitting.specimens.registry import candidates, specimen_of, without_clock
 from fitting.specimens.rows import Rows, stack, with_numbers
@@ -85,6 +86,7 @@ class Program:
         slugs: list[str] | None = None,
         model: AugmentedModel | None = None,
         tables: Mapping[str, str | Path | Calibration] = MappingProxyType({}),
+        held: Collection[str] = (),
     ) -> "Program":
         """Build a program.
 
@@ -95,6 +97,7 @@ class Program:
             model: base model to start from: its numbers are nominal, its effects are always there.
             tables: tables to start from where an alloy or material is to be identified, as the kind's
                 `rows_for` takes them.
+            held: names of constants of the base model that are not free.
 
         Raises:
             InputError: if the recordings cannot be used together.
@@ -111,7 +114,9 @@ class Program:
         known = {name: q for table in model.base.values() for name, q in table.items()}
         rows = [with_numbers(r, known) for r in rows]
         stacked = stack(rows, coarse=True)
-        unknowns = Unknowns(specimen.parameters_for(campaign, **tables), tried, specimen.letter, known)
+        constants = specimen.parameters_for(campaign, **tables).items()
+        free = Parameters(*(entry for name, entry in constants if name not in held))
+        unknowns = Unknowns(free, tried, specimen.letter, known)
         size = stacked.mask.shape[1]
         nothing = [{}] * len(rows)
         high_frequency = high_frequency_readings(campaign.recordings, rows) if latent.present else nothing

@@ -18,7 +18,7 @@ from fitting.calibrate.result import Estimate
 from fitting.data.recordings import Campaign
 from fitting.specimens import specimen_of
 from fitting.specimens.priors import FIT
-from fitting.specimens.silicones import UNKNOWN
+from fitting.specimens.silicones import FACTOR, UNKNOWN
 from pneusma_jax.calibration.records import Calibration, Prior
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
@@ -36,11 +36,13 @@ class Start:
     Attributes:
         words: description of the base model, for a sentence; empty for the published model.
         tables: tables to start from, as `Program.of` takes them.
+        held: names of constants that are not free beside these tables.
         notes: cautions for the reader.
     """
 
     words: str = ""
     tables: Mapping[str, Calibration] = field(default_factory=dict)
+    held: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
 
@@ -52,6 +54,9 @@ def identifies(campaign: Campaign, kind: str) -> bool:
 
 def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = lambda _: None) -> Start:
     """The base model of a campaign. A coupon of an unknown silicone gets the law that predicts it best.
+
+    The law of one specimen has moduli as open as a factor on its stress, so the factor is held. Several
+    specimens differ by their factors.
 
     Args:
         campaign: recordings of one kind.
@@ -69,7 +74,9 @@ def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = la
     except InputError as problem:
         said = f"No law could be fitted to start from, so the source's silicone was taken ({problem})"
         return Start("the source's silicone, its stiffness identified from these recordings", notes=(said,))
-    return Start(f"a law fitted to these recordings: {found.best.law.label}", {"material": loosened(found)})
+    held = (FACTOR,) if len(campaign.specimens()) == 1 else ()
+    words = f"a law fitted to these recordings: {found.best.law.label}"
+    return Start(words, {"material": loosened(found)}, held)
 
 
 def loosened(found: ElastomerCharacterisation) -> Calibration:
