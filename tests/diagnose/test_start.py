@@ -11,8 +11,8 @@ from diagnosis_coupons import NOISE, course, write
 from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.recordings import read_campaign
-from fitting.diagnose.check import with_tables
 from fitting.diagnose import diagnose
+from fitting.diagnose.check import with_tables
 from fitting.diagnose.evaluate import start
 from fitting.diagnose.evaluate.start import begun_at, characterised, identifies, start_of
 from fitting.specimens.saved_models import load_model

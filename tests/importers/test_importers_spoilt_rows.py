@@ -85,6 +85,39 @@ def test_tests_of_unequal_length_side_by_side_are_no_cut(put):
 
 
 def test_numbers_without_a_fixed_count_of_decimals_are_no_cut(put):
-    rows = [f"{0.2 * k:.4g},{a:.4g},{s:.4g}" for k, (a, s) in enumerate(zip(STRAIN, STRESS, strict=True))] + ["4.8,61,0.1"]
+    rows = [f"{0.2 * k:.4g},{a:.4g},{s:.4g}" for k, (a, s) in enumerate(zip(STRAIN, STRESS, strict=True))] + ["4.8,61,0.18"]
     recording = import_file(put("a.csv", text(*rows)))
     assert len(recording) == 25 and not checks(recording)
+
+
+WHOLE = [f"{0.2 * k:.1f},{a:.4f},{57 * k}" for k, a in enumerate(STRAIN)]
+
+
+@pytest.mark.parametrize("rest", ["12", "1", "13", "131"])
+def test_a_whole_number_whose_last_digits_are_cut_off_is_left_out(put, rest):
+    """The rows above lead to expect about 1368; these are first digits of it, and no end of line follows."""
+    options = make_options(slack="keep", units=["stress=kPa"])
+    recording = import_file(put("a.csv", text(*WHOLE, f"4.8,61.0000,{rest}")), options)
+    (said,) = [note for note in checks(recording) if "cut off" in note]
+    assert said.startswith("check: row 26, the last one,") and "without an end of line" in said and "left out" in said
+    assert len(recording) == 24
+    ended = import_file(put("b.csv", text(*WHOLE, f"4.8,61.0000,{rest}", "")), options)
+    assert len(ended) == 25  # a written end of line: the row is whole, and the specimen broke
+
+
+@pytest.mark.parametrize("rest", ["1368", "1309", "0", "7", "900"])
+def test_a_last_whole_number_that_is_no_part_of_the_one_expected_is_kept(put, rest):
+    recording = import_file(put("a.csv", text(*WHOLE, f"4.8,61.0000,{rest}")), make_options(units=["stress=kPa"]))
+    assert len(recording) == 25 and not any("end of line" in note for note in recording.notices)
+
+
+@pytest.mark.parametrize(("mark", "decimal"), [(",", "."), (";", ",")])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_number_without_fixed_decimals_whose_last_ones_are_cut_off_is_left_out(put, mark, decimal, sign):
+    numbers = [f"{sign * 0.0121 * k:.4g}" for k in range(24)]
+    numbers[3] = f"{0.1 * sign:g}"  # others have as few decimals
+    rows = [f"{0.2 * k:.4g},{sign * 0.7 * k:.4g},{x}" for k, x in enumerate(numbers)]
+    whole = text(*rows, f"4.8,{sign * 16.8:.4g},{0.2 * sign:g}").replace(",", mark).replace(".", decimal)
+    recording = import_file(put("a.csv", whole), make_options(kind="elastomer"))
+    (said,) = [note for note in checks(recording) if "cut off" in note]
+    assert "without an end of line" in said and len(recording) == 24

@@ -4,10 +4,19 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
+from .numerals import to_number
 from .raw import Page
 from .separators import LEAST_ROWS
 from .words import heading_of, meaning
 
+RECENT = 8
+"""Number of rows above the last one that tell what it may be."""
+NEAR, FAR = 2.0, 4.0
+"""Distances from the row above, in the largest step of those rows, within which a number goes on and beyond
+which it does not."""
+_PLAIN = re.compile(r"[+-]?(\d+)(?:\.(\d*))?")
 _DECIMALS = re.compile(r"[+-]?\d*[.,](\d*)")
 _EXPONENT = re.compile(r"[+-]?\d+(?:[.,]\d*)?[eE][+-]?(\d*)")
 
@@ -25,12 +34,18 @@ class CutOff(NamedTuple):
 
 
 def cut_off(
-    page: Page, fields: Sequence[list[str]], keep: Sequence[int], delimiter: str, header: Sequence[str]
+    page: Page,
+    fields: Sequence[list[str]],
+    keep: Sequence[int],
+    delimiter: str,
+    header: Sequence[str],
+    decimal: str = ".",
 ) -> CutOff | None:
     """Find a last row that ends earlier than every other one; None if there is none.
 
     It has fewer fields than all others, or fewer decimals in its last field, or fewer digits in an exponent
-    that all others have. A last field that is blank here alone spoils nothing, but is said.
+    that all others have. Where no end of a line follows, its last number may also be the first digits of the
+    one that the rows above lead to expect. A last field that is blank here alone spoils nothing, but is said.
 
     Args:
         page: the page; the cells of a sheet are never cut off.
@@ -38,6 +53,7 @@ def cut_off(
         keep: indices of the rows of a table.
         delimiter: character between the fields.
         header: headings of the columns; empty if there are none.
+        decimal: decimal mark.
     """
     if page.is_sheet or len(keep) <= LEAST_ROWS:
         return None
@@ -61,7 +77,36 @@ def cut_off(
     for count, what in (_decimals, "decimals"), (_exponent_digits, "digits of an exponent"):
         if count(last[-1]) < min(count(other[-1]) for other in others):
             return CutOff(f"{row} ends with fewer {what} than all others ({end}): {asked}", True)
+    above = [to_number(other[-1], decimal) for other in others[-RECENT:]]
+    if not page.lines[keep[-1] + 1 :] and _first_digits(last[-1], above, decimal):
+        said = f"{row} ends without an end of line in {last[-1]!r}, and the rows above it lead to expect more"
+        return CutOff(f"{said} digits ({end}): {asked}", True)
     return None
+
+
+def _first_digits(text: str, above: Sequence[float | None], decimal: str) -> bool:
+    """True if a number is far from those above it, and may be the first digits of one that is near them.
+
+    Args:
+        text: last field of a file.
+        above: numbers of the same column in the rows above it, in order.
+        decimal: decimal mark.
+    """
+    found = _PLAIN.fullmatch(text.replace(decimal, "."))
+    before = np.array([x for x in above if x is not None and np.isfinite(x)])
+    if found is None or before.size < LEAST_ROWS:
+        return False
+    value, last, step = abs(float(found[0])), before[-1], float(np.abs(np.diff(before)).max())
+    sign = -1.0 if text.startswith("-") else 1.0
+    if abs(sign * value - last) <= FAR * step:
+        return False
+    low, high = sorted((sign * (last - NEAR * step), sign * (last + NEAR * step)))
+    if found[2] is not None:  # decimals may be missing alone
+        ranges = [(value, value + 10.0 ** -len(found[2]))]
+    else:
+        longer = range(1 + (len(f"{abs(last):.0f}") if value else 0))
+        ranges = [(10.0**k * value, 10.0**k * (value + 1.0)) for k in longer]
+    return any(begin <= high and low < end for begin, end in ranges)
 
 
 def _side_by_side(header: Sequence[str], there: int) -> bool:

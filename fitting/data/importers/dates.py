@@ -9,8 +9,8 @@ import numpy as np
 from .clocks import Clock, has_time_of_day, read_clock, without_midnight
 from .grid import Grid
 from .numerals import is_blank
-from .split_by_name import names_specimens
 from .spelling import Heading
+from .split_by_name import names_specimens
 from .words import meaning
 
 ELAPSED_S = 60.0
@@ -82,7 +82,7 @@ def clock_under_another_heading(grid: Grid, column: int) -> Clock | None:
 
 
 def disagreement(grid: Grid, column: int, clock: Clock) -> str:
-    """Notice about a column of dates that last another time than the clock of a table; empty where they agree.
+    """Notice about dates that last another time than the clock of a table; empty where they agree.
 
     Args:
         grid: table whose clock has been read.
@@ -99,9 +99,10 @@ def disagreement(grid: Grid, column: int, clock: Clock) -> str:
         steps = np.diff(dated[both])
         step = float(steps[steps > 0.0].min()) if (steps > 0.0).any() else math.inf
         if abs(lasts - said) > max(APART * max(lasts, said), 2.0 * step):
+            dates = repr(grid.headings[column].text)
             return (
-                f"check: by {heading.text!r} the test lasts {lasts:.6g} s, and by {grid.headings[column].text!r}"
-                f" {said:.6g} s: is the unit of {heading.text!r} right? --unit time=... or --map"
+                f"check: by {heading.text!r} the test lasts {lasts:.6g} s, and by {dates} {said:.6g} s:"
+                f" is the unit of {heading.text!r} right? --unit time=... or --map"
                 f" time={column + 1} corrects it"
             )
     return ""

@@ -137,7 +137,7 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     if counts_columns(fields, keep):
         notices.append(f"check: row {keep[0] + 1} only counts the columns and was left out")
         keep = keep[1:]
-    if cut := cut_off(lines.page, fields, keep, lines.delimiter, header):
+    if cut := cut_off(lines.page, fields, keep, lines.delimiter, header, lines.decimal):
         notices.append(cut.said)
         keep = keep[:-1] if cut.spoilt else keep
     values = np.full((len(keep), width), math.nan)
