@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from fitting.cli.import_ import import_command
-from fitting.data.importers import import_files, make_options
+from fitting.data.importers import import_files, make_options, open_raw, registry
 from fitting.data.recordings import read_campaign
 from pneusma_jax.errors import InputError
 
@@ -169,3 +169,23 @@ def test_the_command_refuses_a_folder_whose_order_nobody_stated(put, tmp_path):
     result = CliRunner().invoke(import_command, [str(folder), "--successive", "--out", str(tmp_path / "out")])
     assert result.exit_code == 2 and "name its files in the order of the tests" in result.output
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("begin", "asked"), [(20.0, False), (5.0, True)])
+def test_a_strain_that_goes_on_from_the_file_before_is_no_other_zero(put, begin, asked):
+    """A pull in two halves: the second one begins where the first one ends. Another start is asked about."""
+    paths = []
+    for name, x in (("a.csv", np.linspace(0.0, 20.0, 21)), ("b.csv", np.linspace(begin, 40.0, 21))):
+        rows = zip(0.5 * np.arange(21), x, 0.05 * x, strict=True)
+        text = "".join(",".join(f"{value:.4f}" for value in row) + "\n" for row in rows)
+        paths.append(put(name, f"Gauge length (mm),50\nCross-section (mm2),20\n\n{HEAD}{text}"))
+    said = [note for note in joined(paths).notices if "counted from another zero" in note]
+    assert bool(said) == asked and all(note.startswith("check: b.csv: strain begins at 0.1") for note in said)
+
+
+def test_each_file_is_opened_once(put, monkeypatch):
+    opened = []
+    monkeypatch.setattr(registry, "open_raw", lambda path: opened.append(path) or open_raw(path))
+    paths = [pull(put, name, 20.0) for name in ("a.csv", "b.csv")]
+    joined(paths)
+    assert opened == paths

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -45,6 +46,20 @@ FORMATS: tuple[Format, ...] = (
 )
 MOST_TITLES = 12
 """Number of tests of a file whose names a notice lists."""
+
+
+class Made(NamedTuple):
+    """A recording that was made of a test.
+
+    Attributes:
+        recording: the recording.
+        options: statements of the user, with the record of those that it used.
+        sample: the test.
+    """
+
+    recording: Recording
+    options: Options
+    sample: Sample
 
 
 def detect(sample: Sample) -> Format:
@@ -122,12 +137,12 @@ def import_tests(path: str | Path, options: Options | None = None) -> list[Recor
         InputError: as `import_file`, and if the person states something that no test uses.
     """
     options = options or Options()
-    recordings = _tests_of(path, options)
-    _refuse_unused(recordings, options)
-    return [recording for recording, _ in recordings]
+    made = _tests_of(path, options)
+    _refuse_unused(made, options)
+    return [one.recording for one in made]
 
 
-def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Options]]:
+def _tests_of(path: str | Path, options: Options) -> list[Made]:
     """Recordings of a file, each with its own record of used options."""
     samples, options = _selected_test(samples_of(open_raw(path), options.sheet), options)
     formats: list[Format | InputError] = [_format_or_error(sample, options) for sample in samples]
@@ -138,7 +153,7 @@ def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Optio
         if isinstance(first, InputError):
             raise first
         _read(first, samples[0], options.alone())
-    made: list[tuple[Recording, Options]] = []
+    made: list[Made] = []
     aside = []
     for sample, found in zip(samples, formats, strict=True):
         if isinstance(found, InputError) or found.refuses:
@@ -147,9 +162,9 @@ def _tests_of(path: str | Path, options: Options) -> list[tuple[Recording, Optio
             continue
         _refuse_doubtful([sample])
         own = options.alone()
-        made.append((_read(found, sample, own), own))
-    for recording, _ in made:
-        _add_notices(recording, [*aside, *_several_tests_notice(recording, made)])
+        made.append(Made(_read(found, sample, own), own, sample))
+    for one in made:
+        _add_notices(one.recording, [*aside, *_several_tests_notice(one.recording, made)])
     return made
 
 
@@ -219,11 +234,11 @@ def _format_or_error(sample: Sample, options: Options) -> Format | InputError:
         return error
 
 
-def _several_tests_notice(recording: Recording, made: list[tuple[Recording, Options]]) -> list[str]:
+def _several_tests_notice(recording: Recording, made: list[Made]) -> list[str]:
     """Notice that a file holds several tests, with their names."""
     if len(made) < 2:
         return []
-    titles = ", ".join(repr(other.source["raw_part"]) for other, _ in made[:MOST_TITLES])
+    titles = ", ".join(repr(other.recording.source["raw_part"]) for other in made[:MOST_TITLES])
     titles += ", ..." if len(made) > MOST_TITLES else ""
     own = recording.source["raw_part"]
     return [
@@ -243,21 +258,21 @@ def _columns_of(sample: Sample) -> str:
     )
 
 
-def _refuse_unused(made: list[tuple[Recording, Options]], options: Options) -> None:
+def _refuse_unused(made: list[Made], options: Options) -> None:
     """Refuse statements of the user that no recording uses. Report those that only some recordings use.
 
     Raises:
         InputError: with the reason, and the option that is meant.
     """
     for pair in options.stated():
-        without = [(recording, own) for recording, own in made if pair not in own.used.names]
+        without = [one for one in made if pair not in one.options.used.names]
         if len(without) == len(made):
-            recording, own = made[0]
+            recording, own, _ = made[0]
             raise refuse(
                 recording.path or recording.name,
                 own.used.why.get(pair, f"{' '.join(pair).strip()} is of no use here"),
             )
-        for recording, own in without:
+        for recording, own, _ in without:
             _add_notices(recording, [f"check: not used here: {own.used.why[pair]}"])
 
 
@@ -282,7 +297,7 @@ def import_files(paths: Iterable[str | Path], options: Options | None = None) ->
             uses an option.
     """
     options, paths = options or Options(), list(map(Path, paths))
-    made: list[tuple[Recording, Options]] = []
+    made: list[Made] = []
     errors: list[InputError] = []
     for path in paths:
         try:
@@ -292,26 +307,26 @@ def import_files(paths: Iterable[str | Path], options: Options | None = None) ->
     if errors:
         raise first_of(errors)
     _refuse_unused(made, options)
-    recordings = [recording for recording, _ in made]
+    recordings = [one.recording for one in made]
     _refuse_twice(paths)
     if options.successive:
-        return [_one_of_all(paths, recordings, options)]
+        return [_one_of_all(paths, made, options)]
     _separate_names(recordings)
     return recordings
 
 
-def _one_of_all(paths: Sequence[Path], recordings: Sequence[Recording], options: Options) -> Recording:
+def _one_of_all(paths: Sequence[Path], made: Sequence[Made], options: Options) -> Recording:
     """The recordings of files that hold one test each, joined in the order of the files."""
     for path in paths:
-        count = sum(recording.path == path for recording in recordings)
+        count = sum(one.recording.path == path for one in made)
         if count != 1:
             raise refuse(
                 path, f"this file holds {counted(count, 'test')}, and --successive joins files of one test"
                 " each; choose one with --sheet",
             )  # fmt: skip
-    samples = [_selected_test(samples_of(open_raw(path), options.sheet), options)[0][0] for path in paths]
-    origins = [_clock_origin(sample, options) for sample in samples]
-    return joined(recordings, [sample.sizes for sample in samples], options.specimen, origins)
+    origins = [_clock_origin(one.sample, options) for one in made]
+    recordings, sizes = [one.recording for one in made], [one.sample.sizes for one in made]
+    return joined(recordings, sizes, options.specimen, origins)
 
 
 def _clock_origin(sample: Sample, options: Options) -> float | None:

@@ -14,6 +14,8 @@ PRELOAD = 0.01
 ACROSS = 0.05
 """Minimum share of rows with opposite signs of strain and stress, both beyond `AT_START`, that indicates a
 shifted zero. A loop of a rubber has fewer."""
+BEGINS = "strain begins at"
+"""First words of a notice about a strain that may be counted from another zero."""
 NOISES = 5.0
 """Number of standard deviations of its noise, below which a stress at the start counts as none."""
 
@@ -40,7 +42,7 @@ def _begins_elsewhere(x: np.ndarray, making: Making) -> bool:
     if not (abs(x[0]) > AT_START * float(np.ptp(x)) and abs(x[0]) == float(np.abs(x).min())):
         return False
     making.warn(
-        f"strain begins at {x[0]:.4g}, not at 0: was it counted from another zero? --subtract"
+        f"{BEGINS} {x[0]:.4g}, not at 0: was it counted from another zero? --subtract"
         f" strain={x[0]:.4g}"
     )
     return True

@@ -15,6 +15,7 @@ from ..recordings import Recording, check_recording, schema
 from ..recordings.table import refuse
 from .sizes import CONSTANTS, SAME, Sizes
 from .specimen_sizes import area_of
+from .starts import AT_START, BEGINS
 
 _FOR_ONE_FILE = ("--subtract", "--scale")
 """Options that a notice proposes for the numbers of one file."""
@@ -210,7 +211,10 @@ def _notices(recordings: Sequence[Recording]) -> list[str]:
     shared = [text for text in recordings[0].notices if all(text in r.notices for r in recordings)]
     own = []
     for number, recording in enumerate(recordings):
+        goes_on = number > 0 and _goes_on(recordings[number - 1], recording)
         for text in (text for text in recording.notices if text not in shared):
+            if goes_on and text.startswith(f"check: {BEGINS}"):
+                continue  # it is the strain at which the file before ends
             mark, plain = ("check: ", text[7:]) if text.startswith("check: ") else ("", text)
             if any(option in plain for option in _FOR_ONE_FILE):
                 plain += " (which acts on every file that is joined)"
@@ -219,6 +223,16 @@ def _notices(recordings: Sequence[Recording]) -> list[str]:
                 plain += ". After a pull a permanent set looks the same: --slack keep leaves it to the model"
             own.append(f"{mark}{_name(recording)}: {plain}")
     return [*own, *shared]
+
+
+def _goes_on(before: Recording, recording: Recording) -> bool:
+    """True if the strain of a file begins where that of the file before ends."""
+    strains = [r.columns.get("strain", np.zeros(0)) for r in (before, recording)]
+    strains = [values[np.isfinite(values)] for values in strains]
+    if not all(map(len, strains)):
+        return False
+    reach = max(map(np.ptp, strains))
+    return bool(abs(strains[1][0] - strains[0][-1]) <= AT_START * reach)
 
 
 def _source(recordings: Sequence[Recording]) -> dict[str, object]:
