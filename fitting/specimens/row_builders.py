@@ -15,7 +15,7 @@ from .specimen import FITTED, RowOptions
 
 
 def columns_of(
-    recording: Recording, drivers: Sequence[str], outputs: Iterable[str], options: RowOptions = FITTED
+    recording: Recording, drivers: Sequence[str], outputs: Sequence[str], options: RowOptions = FITTED
 ) -> tuple[dict[str, np.ndarray], int]:
     """Time, drivers and outputs of the rows that have all drivers. Long recordings are reduced.
 
@@ -31,7 +31,7 @@ def columns_of(
         the row's number.
 
     Raises:
-        InputError: if fewer than `options.fewest` rows have all drivers.
+        InputError: if fewer than `options.fewest` rows have all drivers, or none has an output besides.
     """
     recording = recording if options.most is None else reduced(recording, options.most)
     count = len(recording)
@@ -45,6 +45,12 @@ def columns_of(
         raise InputError(
             f"{recording.path or recording.name}: {counted(int(complete.sum()), 'row')} with all of "
             f"{', '.join(dict.fromkeys(('time', *drivers)))}, and a fit needs {options.fewest} or more"
+        )
+    recorded = [name for name in outputs if recording.has(name)]
+    if options.compared and recorded and not any(np.isfinite(columns[n][complete]).any() for n in recorded):
+        raise InputError(
+            f"{recording.path or recording.name}: no row has both {' or '.join(recorded)} and"
+            f" {', '.join(drivers)}; if each was logged at moments of its own, bring them to one clock"
         )
     return {name: values[complete] for name, values in columns.items()}, recording.block
 

@@ -1,5 +1,6 @@
 """The last steps that every import shares: clock, empty rows, provenance, and the checks of the format."""
 
+import itertools
 import re
 from dataclasses import dataclass, field
 
@@ -103,6 +104,7 @@ def assemble(
             "it. State one that did not change with --constant temperature_degC=..."
         )
     question_stress(columns, making)
+    _question_rows(columns, making)
     name, specimen = _names(sample, options, facts)
     recording = Recording(
         name=name,
@@ -187,6 +189,20 @@ def _notice_preload(sample: Sample, making: Making) -> None:
         if re.search(r"pre-?\s?load|pre-?tension|vorkraft|pr[ée]charge", line, re.IGNORECASE):
             making.say(
                 f"the file speaks of a preload ({line[:60]!r}): strain is counted from there, if at all"
+            )
+            return
+
+
+def _question_rows(columns: dict[str, np.ndarray], making: Making) -> None:
+    """Ask about columns that were logged at moments of their own, so that no row has both."""
+    rules = schema.KINDS[making.kind].columns
+    needed = [name for name in rules.required if name in columns and name != "time_s"]
+    others = [name for name in (*rules.one_of, "temperature_degC") if name in columns and name not in needed]
+    for first, second in (*itertools.combinations(needed, 2), *itertools.product(needed, others)):
+        if not (np.isfinite(columns[first]) & np.isfinite(columns[second])).any():
+            making.warn(
+                f"no row has both {first} and {second}: where each was logged at moments of its own, bring"
+                " them to one clock in the file; a fit needs both in a row"
             )
             return
 

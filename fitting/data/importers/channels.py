@@ -82,7 +82,7 @@ def _channel(grid: Grid, column: int) -> Channel:
     return Channel(
         values=grid.values[:, column],
         unit=heading.unit if heading else None,
-        label=heading.text if heading else f"column {column + 1}",
+        label=heading.text if heading and heading.text else f"column {column + 1}",
         zero=heading.zero if heading else "",
         trouble=grid.troubles.get(column, ""),
         by_row=column in grid.by_row,

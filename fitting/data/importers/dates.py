@@ -3,10 +3,11 @@
 import math
 import re
 from collections.abc import Sequence
+from datetime import datetime
 
 import numpy as np
 
-from .clocks import Clock, has_time_of_day, read_clock, without_midnight
+from .clocks import EPOCH, Clock, has_time_of_day, read_clock, without_midnight
 from .grid import Grid
 from .numerals import is_blank
 from .spelling import Heading
@@ -17,6 +18,12 @@ ELAPSED_S = 60.0
 """Minimum first reading of a time of day [s]. One that begins at midnight is an elapsed time."""
 APART = 0.02
 """Minimum difference of the durations of two clocks that is reported, as part of the longer one."""
+YEAR_S = 366.0 * 86400.0
+"""Maximum length of a test whose clock counts since 1970 [s]."""
+_UNIX = datetime(1970, 1, 1)
+_EPOCHS = (946684800.0, 4102444800.0)  # the years 2000 to 2099 [s]
+_PARTS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+_FRACTION = re.compile(r"fraction|milliseconds?$|\bmsecs?$")
 _DATE = re.compile(r"\bdate|datum|fecha|日期")
 
 
@@ -69,7 +76,10 @@ def day_and_time(grid: Grid) -> tuple[int, int, Clock] | None:
 
 
 def clock_under_another_heading(grid: Grid, column: int) -> Clock | None:
-    """Readings of a column that goes on like a clock, and whose heading names neither time nor specimen."""
+    """Readings of a column that goes on like a clock, and whose heading names neither time nor specimen.
+
+    They may go back in every row: some logs begin with the newest one.
+    """
     heading = grid.headings[column]
     if names_specimens(heading) or meaning(heading) is not None:
         return None
@@ -78,7 +88,43 @@ def clock_under_another_heading(grid: Grid, column: int) -> Clock | None:
         return None
     seconds = np.array(clock.seconds)
     seconds = seconds[np.isfinite(seconds)]
-    return clock if seconds.size > 1 and np.all(np.diff(seconds) >= 0.0) and np.ptp(seconds) > 0.0 else None
+    steps = np.diff(seconds)
+    return clock if np.any(steps != 0.0) and (np.all(steps >= 0.0) or np.all(steps <= 0.0)) else None
+
+
+def since_1970(values: np.ndarray) -> tuple[Clock, str] | None:
+    """Readings of numbers that count seconds, or parts of one, since 1970; None of others.
+
+    Returns:
+        The clock, and the unit that the numbers count.
+    """
+    there = values[np.isfinite(values)]
+    for unit, parts in _PARTS.items():
+        if there.size > 1 and np.all((parts * _EPOCHS[0] <= there) & (there <= parts * _EPOCHS[1])):
+            if 0.0 < np.ptp(there) <= parts * YEAR_S:
+                first = float(there[0])
+                seconds = [float(x) for x in (values - first) / parts]
+                return Clock(seconds, origin=(_UNIX - EPOCH).total_seconds() + first / parts), unit
+    return None
+
+
+def add_fractions(grid: Grid) -> None:
+    """Add parts of a second that stand in a column of their own to the clock. Changes the grid in place."""
+    clocks = [c for c, h in enumerate(grid.headings) if may_be_clock(h) and h.unit == "s"]
+    for column, heading in enumerate(grid.headings):
+        values = grid.values[:, column]
+        part = _FRACTION.search(heading.name)
+        if part is None or column in clocks or len(clocks) != 1 or not np.isfinite(values).all():
+            continue
+        time = grid.values[:, clocks[0]]
+        scale = 1e-3 if "milli" in heading.name or "msec" in heading.name or heading.unit == "ms" else 1.0
+        added = time + scale * values
+        fits = np.all((values >= 0.0) & (scale * values < 1.0)) and np.all(time % 1.0 == 0.0)
+        if fits and np.all(np.diff(added) >= 0.0):
+            grid.values[:, clocks[0]] = added
+            grid.read_along |= {column}
+            clock = repr(grid.headings[clocks[0]].text)
+            grid.notices.append(f"{heading.text!r} is the part of a second of {clock}")
 
 
 def disagreement(grid: Grid, column: int, clock: Clock) -> str:

@@ -155,6 +155,9 @@ def _nearest(available: set[str]) -> str:
 def _most_stress_MPa(sample: Sample, channels: dict[str, Channel], options: Options) -> float | None:
     """Largest stress, measured or as load over the cross-section [MPa]; None where neither is known."""
     stress, force = channels.get("stress"), channels.get("force")
+    if "stress" in options.constants:
+        value, unit = options.constants["stress"]
+        return abs(float(convert(value, unit_name(unit), "MPa")))
     if stress is not None and dimension(stress.unit) == "pressure":
         return float(np.nanmax(np.abs(convert(stress.values, unit_name(str(stress.unit)), "MPa"))))
     making = Making(channels, "wire", options.alone(), sample.sizes, str(sample.raw.path), [])

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field, replace
 
 from ..recordings.table import refuse
 from .grid import Grid
+from .labview import with_stated_units
+from .pages import joined_pages, oldest_first, states_a_specimen
 from .raw import Page, RawFile
 from .separators import LEAST_ROWS
 from .sizes import Sizes, may_hold_sizes, sizes_in, sizes_in_a_name, table_of_sizes
@@ -145,7 +147,8 @@ def _sheet_description(page: Page, sizes: Sizes, table: dict[str, Sizes], select
 
 def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     """Tests on one page: its tables, each split where it holds several specimens or a test restarts."""
-    grids = [with_units_of_rows(grid) for grid in find_grids(page)]
+    grids = [oldest_first(with_stated_units(with_units_of_rows(grid))) for grid in find_grids(page)]
+    grids = joined_pages(grids, [states_a_specimen(grid, _label(grid)) for grid in grids])
     texts = [[[h.text for h in grid.headings], *grid.cells] for grid in grids]
     tables = [
         table_of_sizes(rows) if grid.headings and may_hold_sizes(len(grid.rows)) else {}

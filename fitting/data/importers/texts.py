@@ -6,12 +6,14 @@ from pneusma_jax.errors import counted
 
 from .clocks import DAY_S, Clock, read_clock
 from .dates import (
+    add_fractions,
     clock_under_another_heading,
     day_and_time,
     disagreement,
     has_clock,
     may_be_clock,
     may_be_date,
+    since_1970,
 )
 from .grid import Grid
 from .grouped import doubt_groups, say_grouped
@@ -46,6 +48,7 @@ def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".")
     _read_words(grid, parsed, clockless)
     drop_marks(grid)
     _serial_dates(grid, clockless)
+    add_fractions(grid)
 
 
 def _percent_signs(grid: Grid) -> None:
@@ -95,7 +98,8 @@ def _read_words(grid: Grid, parsed: list[list[float | None]], clockless: bool) -
         ]
         if not texts:
             continue
-        label = repr(grid.headings[column].text) if grid.headings else str(column + 1)
+        text = grid.headings[column].text if grid.headings else ""
+        label = repr(text) if text else str(column + 1)
         if not grid.headings or may_be_clock(grid.headings[column]):
             clock = read_clock(
                 [cells[column] if column < len(cells) else "" for cells in grid.cells],
@@ -203,3 +207,6 @@ def _serial_dates(grid: Grid, clockless: bool) -> None:
             days = Clock([float(x) for x in DAY_S * (values - first)], origin=DAY_S * first)
             _take_clock(grid, column, days, repr(heading.text), f"{there[0]:.15g}")
             grid.notices[-1] += ": days since 1900, as spreadsheets count"
+        elif (found := since_1970(values)) is not None:
+            _take_clock(grid, column, found[0], repr(heading.text), f"{there[0]:.15g}")
+            grid.notices[-1] += f": {found[1]} since 1970"

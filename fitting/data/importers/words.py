@@ -43,7 +43,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "crosshead displacement", "crosshead extension", "crosshead travel", "axial displacement",
         "actuator displacement",
         "deflection", "disp", "disp.", "stroke", "travel", "crosshead", "crosshead position", "position",
-        "weg",
+        "weg", "kolbenweg", "prüfweg", "maschinenweg",
         "standardweg", "traversenweg",
         "course traverse", "course", "verlängerung", "course standard", "allongement", "déplacement",
         "deplacement",
@@ -178,7 +178,7 @@ def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
     for written in (
         name,
         name.replace("-", " "),
-        re.sub(r"\s+(filtered|raw|corrected|measured|absolute|gauge|abs)$", "", name),
+        re.sub(r"\s+(filtered|raw|corrected|measured|absolute|absolut|gauge|abs|ave)$", "", name),
         re.sub(r"(?<=ss)es$|(?<=ch)es$|(?<=[^s])s$", "", name),
     ):
         if written in _QUANTITY:
@@ -200,6 +200,8 @@ def _dimensions(written: str, quantity: str) -> tuple[str, ...]:
 def heading_of(text: str) -> Heading:
     """Heading of a text. A letter at its end is a unit where the rest names a quantity (`Temperature C`)."""
     heading = parse_heading(text)
+    if heading.name in ("microstrain", "millistrain"):
+        return Heading(text, "strain", heading.unit or heading.name)
     percent = re.match(r"(?:percent|per cent|pct\.?|%)\s+(.+)$", text.strip(), re.IGNORECASE)
     if heading.unit is None and percent and plain(percent[1]) in _QUANTITY:
         return Heading(text, plain(percent[1]), "percent")

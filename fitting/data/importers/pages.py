@@ -1,0 +1,119 @@
+"""Tables below each other that are one test: pages of a log that repeats its headings, and logs that begin
+with the newest row."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pneusma_jax.errors import counted
+
+from .grid import Grid
+from .sizes import sizes_in
+from .words import meaning
+
+MOST_STEPS = 3.0
+"""Maximum time between two pages of one log, in steps of its clock."""
+
+
+def clock_column(grid: Grid) -> int | None:
+    """Column of the clock that a table's headings name; None without one."""
+    found = [(m.rank, c) for c, m in enumerate(map(meaning, grid.headings)) if m and m.quantity == "time"]
+    filled = [(rank, c) for rank, c in found if np.isfinite(grid.values[:, c]).sum() > 1]
+    return min(filled)[1] if filled else None
+
+
+def oldest_first(grid: Grid) -> Grid:
+    """A table in the order of its clock, where that goes back in every row."""
+    column = clock_column(grid)
+    if column is None:
+        return grid
+    time = grid.values[:, column]
+    steps = np.diff(time[np.isfinite(time)])
+    if steps.size < 2 or not (np.all(steps <= 0.0) and np.any(steps < 0.0)):
+        return grid
+    label = grid.headings[column].text
+    values, origins = grid.values[::-1].copy(), dict(grid.origins)
+    if column in origins:
+        first = float(np.nanmin(values[:, column]))
+        values[:, column] -= first
+        origins[column] += first
+    said = f"check: {label!r} goes back in every row, so the rows were read from the last to the first"
+    return replace(
+        grid, values=values, rows=grid.rows[::-1], cells=grid.cells[::-1], origins=origins, breaks={},
+        notices=[*grid.notices, said],
+    )  # fmt: skip
+
+
+def joined_pages(grids: Sequence[Grid], named: Sequence[bool]) -> list[Grid]:
+    """Tables in which one with the headings of the table above, whose clock goes on, is added to that one.
+
+    Args:
+        grids: tables of a page, in order.
+        named: true for each table above which a specimen or its sizes are stated.
+    """
+    found: list[Grid] = []
+    starts: list[list[int]] = []
+    for grid, other in zip(grids, named, strict=True):
+        if found and not other and _goes_on(found[-1], grid):
+            found[-1] = _both(found[-1], grid)
+            starts[-1].append(grid.rows[0])
+        else:
+            found.append(grid)
+            starts.append([])
+    return [_said(grid, rows) if rows else grid for grid, rows in zip(found, starts, strict=True)]
+
+
+def states_a_specimen(grid: Grid, label: str) -> bool:
+    """True if a label or sizes of a specimen stand above a table."""
+    return bool(label or sizes_in(grid.preamble))
+
+
+def _moved(grid: Grid, first: Grid, column: int) -> np.ndarray:
+    """Times of a table on the clock of the first one."""
+    apart = 0.0
+    if column in grid.origins and column in first.origins:
+        apart = grid.origins[column] - first.origins[column]
+    return grid.values[:, column] + apart
+
+
+def _goes_on(first: Grid, grid: Grid) -> bool:
+    column = clock_column(first)
+    texts = [[heading.text for heading in g.headings] for g in (first, grid)]
+    same = texts[0] == texts[1] and first.values.shape[1] == grid.values.shape[1]
+    if column is None or not same:
+        return False
+    before, after = first.values[:, column], _moved(grid, first, column)
+    before, after = before[np.isfinite(before)], after[np.isfinite(after)]
+    if before.size < 2 or after.size < 1:
+        return False
+    step = float(np.median(np.abs(np.diff(before))))
+    return bool(0.0 < after[0] - before[-1] <= MOST_STEPS * step)
+
+
+def _both(first: Grid, grid: Grid) -> Grid:
+    column = clock_column(first)
+    values = grid.values.copy()
+    if column is not None:
+        values[:, column] = _moved(grid, first, column)
+    moved = {place + len(first.rows): lines for place, lines in grid.breaks.items()}
+    return replace(
+        first,
+        values=np.vstack([first.values, values]),
+        rows=[*first.rows, *grid.rows],
+        cells=[*first.cells, *grid.cells],
+        troubles={**grid.troubles, **first.troubles},
+        doubt=first.doubt or grid.doubt,
+        breaks={**first.breaks, **moved},
+        notices=[*first.notices, *(text for text in grid.notices[1:] if text not in first.notices)],
+    )
+
+
+def _said(grid: Grid, starts: Sequence[int]) -> Grid:
+    rows = ", ".join(map(str, starts[:6])) + (", ..." if len(starts) > 6 else "")
+    count, _, rest = grid.notices[0].partition(" of ")
+    said = (
+        f"check: {counted(len(starts) + 1, 'table')} with the same headings were read as one test, because"
+        f" its clock goes on from one to the next (row {rows})"
+    )
+    return replace(grid, notices=[f"{counted(len(grid.rows), 'row')} of {rest}", *grid.notices[1:], said])

@@ -1,0 +1,136 @@
+"""Logs of instruments: pages with repeated headings, newest rows first, parts of a second, moments of their own."""
+
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+from answers import checks
+
+from fitting.characterise import characterise
+from fitting.data.importers import import_file, import_tests, make_options
+from fitting.data.recordings import write_recording
+from pneusma_jax.errors import InputError
+
+N = 90
+TIME = 0.5 * np.arange(N)
+STRAIN = 0.6 * (1.0 - np.abs(np.linspace(-1.0, 1.0, N)))
+STRESS = 90.0 * (1.0 + STRAIN - (1.0 + STRAIN) ** -2)
+HEAD = "Time (s),Strain (-),Stress (kPa)\n"
+ROWS = [f"{t:.1f},{e:.6f},{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+NOON = datetime(2024, 5, 31, 12)
+
+
+def right(recording):
+    """True if time from the first row, strain and stress are those of the test."""
+    wanted = {"time_s": TIME, "strain": STRAIN, "stress_kPa": STRESS}
+    found = {name: recording.columns[name] - (recording.columns[name][0] if name == "time_s" else 0.0) for name in wanted}
+    return all(len(found[n]) == N and np.allclose(found[n], wanted[n], atol=2e-4) for n in wanted)
+
+
+def pages(between, rows=ROWS, head=HEAD):
+    return between.join(head + "".join(rows[k : k + 30]) for k in range(0, N, 30))
+
+
+@pytest.mark.parametrize("between", ["\n", "\nPage 2\n\n", "\nData Acquisition: Timed\n"])
+def test_pages_of_one_log_are_one_test_and_that_is_said(put, between):
+    recording = import_file(put("a.csv", pages(between)))
+    assert right(recording)
+    (said,) = [note for note in checks(recording) if "read as one test" in note]
+    assert "3 tables with the same headings" in said and "row 3" in said
+    assert recording.notices[0] == "90 rows of 3 columns, separated by commas"
+
+
+def test_pages_with_dates_are_one_test(put):
+    rows = [f"{NOON + timedelta(seconds=float(t))},{e:.6f},{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    assert right(import_file(put("a.csv", pages("\n", rows, "Time stamp,Strain (-),Stress (kPa)\n"))))
+
+
+@pytest.mark.parametrize(
+    ("between", "shift"), [("\nSpecimen B\n", 0.0), ("\nWidth (mm),6\n", 0.0), ("\n", 20.0), ("\n", -15.0)]
+)
+def test_tables_of_other_specimens_or_with_a_pause_stay_apart(put, between, shift):
+    rows = [f"{t + shift * (k // 30):.1f},{e:.6f},{s:.4f}\n" for k, (t, e, s) in enumerate(zip(TIME, STRAIN, STRESS, strict=True))]
+    assert len(import_tests(put("a.csv", pages(between, rows)))) == 3
+
+
+@pytest.mark.parametrize("heading", ["Time (s)", "Time stamp", "Date"])
+def test_a_log_that_begins_with_the_newest_row_is_turned(put, heading):
+    times = [f"{t:.1f}" if heading == "Time (s)" else str(NOON + timedelta(seconds=float(t))) for t in TIME]
+    rows = [f"{t},{e:.6f},{s:.4f}\n" for t, e, s in zip(times, STRAIN, STRESS, strict=True)]
+    recording = import_file(put("a.csv", f"{heading},Strain (-),Stress (kPa)\n" + "".join(rows[::-1])))
+    assert right(recording) and recording.columns["time_s"][0] == 0.0
+    assert any("goes back in every row, so the rows were read from the last to the first" in note for note in checks(recording))
+
+
+@pytest.mark.parametrize("heading", ["timestamp", "unix_time", "Epoch time"])
+@pytest.mark.parametrize(("parts", "said"), [(1.0, "seconds"), (1e3, "milliseconds"), (1e6, "microseconds")])
+def test_seconds_since_1970_are_a_clock(put, heading, parts, said):
+    rows = [f"{parts * (1717156800.0 + t):.3f},{e:.6f},{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    recording = import_file(put("a.csv", f"{heading},Strain (-),Stress (kPa)\n" + "".join(rows)))
+    assert right(recording) and any(f"{said} since 1970" in note for note in recording.notices)
+
+
+@pytest.mark.parametrize(("heading", "scale", "digits"), [("Fractional Seconds", 1.0, 6), ("Milliseconds", 1e3, 0)])
+def test_parts_of_a_second_in_a_column_of_their_own_count(put, heading, scale, digits):
+    rows = [
+        f"{NOON + timedelta(seconds=int(t)):%m/%d/%Y,%H:%M:%S},{scale * (t % 1.0):.{digits}f},{e:.6f},{s:.4f}\n"
+        for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)
+    ]
+    recording = import_file(put("a.csv", f"Date,Time,{heading},Strain (-),Stress (kPa)\n" + "".join(rows)))
+    assert right(recording) and any("is the part of a second of 'Time'" in note for note in recording.notices)
+    assert not any("aside" in note or "spread" in note for note in recording.notices)
+
+
+def test_units_and_clock_of_a_labview_file_are_its_own(put):
+    above = (
+        "LabVIEW Measurement\t\nDecimal_Separator\t,\nDate\t2024/05/31\n***End_of_Header***\t\n\t\nChannels\t2\n"
+        "Y_Unit_Label\t%\tMPa\nX_Dimension\tTime\tTime\nDelta_X\t0,5\t0,5\n***End_of_Header***\t\t\nX_Value\tStrain\tStress\tComment\n"
+    )
+    rows = [f"{t:.6f}\t{100 * e:.6f}\t{s / 1e3:.8f}\t\n".replace(".", ",") for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    recording = import_file(put("a.lvm", above + "".join(rows)))
+    assert right(recording) and any("as the LabVIEW file states" in note for note in recording.notices)
+
+
+def test_a_clock_without_a_heading_is_named_by_its_number(put):
+    rows = [f"{NOON + timedelta(seconds=float(t))},{20 + t:.2f},{e:.6f},200\n" for t, e in zip(TIME, STRAIN / 12.0, strict=True)]
+    recording = import_file(put("a.csv", ",Thermocouple Ave. (C),Strain Ave. (-),Stress (MPa)\n" + "".join(rows)))
+    assert recording.kind == "wire" and recording.columns["temperature_degC"][1] == 20.5
+    assert any("column 1 is a clock" in note for note in checks(recording)) and "time_s from 'column 1'" in recording.notices
+
+
+def test_a_clock_that_is_not_understood_is_said(put):
+    rows = [f"{e:.6f},{s:.4f},{k % 7}\n" for k, (e, s) in enumerate(zip(STRAIN, STRESS, strict=True))]
+    recording = import_file(put("a.csv", "Strain (-),Stress (kPa),Clock tick\n" + "".join(rows)))
+    assert any("'Clock tick' was left aside, and nothing else is a clock" in note for note in checks(recording))
+
+
+def test_the_second_of_two_gauges_is_said_with_its_difference(put):
+    rows = [f"{t},{100 * e:.4f},{103 * e:.4f},{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    recording = import_file(put("a.csv", "Time (s),Strain 1 (%),Strain 2 (%),Stress (kPa)\n" + "".join(rows)))
+    (said,) = checks(recording)
+    assert "'Strain 2 (%)' was left aside, and 'Strain 1 (%)' taken, from which it differs by up to 1.7" in said
+    other = import_file(recording.path, make_options(columns=["strain=3"]))
+    np.testing.assert_allclose(other.columns["strain"], 1.03 * STRAIN, atol=1e-5)
+
+
+def test_columns_that_were_logged_at_moments_of_their_own_are_said_and_refused_in_one_line(put, tmp_path):
+    rows = [f"{2 * t},,{20 + t:.2f}\n{2 * t + 0.4:.1f},{4 - 8 * e:.4f},\n" for t, e in zip(TIME, STRAIN / 12.0, strict=True)]
+    options = make_options(constants=["stress_MPa=200"])
+    recording = import_file(put("a.csv", "Time (s),Strain (%),Temperature (C)\n" + "".join(rows)), options)
+    assert any("no row has both strain and temperature_degC" in note for note in checks(recording))
+    write_recording(recording, tmp_path / "out")
+    with pytest.raises(InputError, match="no row has both strain and .*temperature.* bring them to one clock"):
+        characterise(tmp_path / "out")
+
+
+@pytest.mark.parametrize(("heading", "unit"), [("Microstrain", 1e6), ("Strain (µε)", 1e6)])
+def test_a_heading_that_is_a_unit_of_strain_is_strain(put, heading, unit):
+    rows = [f"{t},{20 + t:.2f},{unit * e:.1f},200\n" for t, e in zip(TIME, STRAIN / 12.0, strict=True)]
+    recording = import_file(put("a.csv", f"Time (s),Temp (C),{heading},Stress (MPa)\n" + "".join(rows)))
+    np.testing.assert_allclose(recording.columns["strain"], STRAIN / 12.0, atol=1e-6)
+
+
+def test_a_stated_stress_that_no_rubber_bears_is_that_of_a_wire(put):
+    rows = [f"{t},{4 - 8 * e:.4f}\n" for t, e in zip(TIME, STRAIN / 12.0, strict=True)]
+    path = put("a.csv", "Time (s),Strain (%)\n" + "".join(rows))
+    assert import_file(path, make_options(constants=["stress_MPa=200"])).kind == "wire"
