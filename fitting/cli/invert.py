@@ -60,6 +60,7 @@ def invert_command(**options: Any) -> None:
     design = design_argument(options["design"])
     prepare()
     from fitting.data.publish import check_free
+    from fitting.inference.progress import Steps
     from fitting.invert import Inverse, Limits
     from fitting.invert.lumen import read_lumen
     from fitting.invert.passage import pass_through
@@ -81,16 +82,18 @@ def invert_command(**options: Any) -> None:
     tables = [
         None if name is None else table_argument(name) for name in (options["alloy"], options["material"])
     ]
-    inverse = Inverse(design, limits, *tables, options["seed"])
-    if lumen is not None:
-        result = pass_through(inverse, lumen, 1e-3 * (options["clearance_mm"] or 0.0))
-        good = result.passes
-    elif targets.time is not None:
-        result = follow(inverse, targets.goals, targets.wanted, targets.time)
-        good = bool(result.inversion.met.all())
-    else:
-        result = inverse.solve(targets.goals, targets.wanted, all_ways=len(targets.wanted) <= 20)
-        good = bool(result.met.all())
+    with Steps("inverting", plain=True) as told:
+        told("compiling, which takes longest the first time, and solving")
+        inverse = Inverse(design, limits, *tables, options["seed"])
+        if lumen is not None:
+            result = pass_through(inverse, lumen, 1e-3 * (options["clearance_mm"] or 0.0))
+            good = result.passes
+        elif targets.time is not None:
+            result = follow(inverse, targets.goals, targets.wanted, targets.time)
+            good = bool(result.inversion.met.all())
+        else:
+            result = inverse.solve(targets.goals, targets.wanted, all_ways=len(targets.wanted) <= 20)
+            good = bool(result.met.all())
     click.echo(text(result))
     if options["out"] is not None:
         done(save(result, options["out"], options["force"]))

@@ -38,6 +38,7 @@ def plan_command(specimen, out, geometry, tests, wanted, noise, misfit, draws, s
 
     from fitting.cli._common import done, prepare
     from fitting.data.publish import check_free
+    from fitting.inference.progress import PlainLines
     from fitting.plan import plan_campaign
     from fitting.plan.specimen import described
     from fitting.report.results import save, text
@@ -45,9 +46,11 @@ def plan_command(specimen, out, geometry, tests, wanted, noise, misfit, draws, s
     check_free(out, force)
     alloy, dimensions = described(specimen, geometry)
     prepare()
-    with tqdm(desc="planning", total=5, leave=False, disable=None) as bar:
+    bar = tqdm(desc="planning", total=5, leave=False, disable=None)
+    with PlainLines("planning") as lines, bar:
 
         def progress(label: str) -> None:
+            lines.say(label)
             bar.set_postfix_str(label)
             bar.update()
 

@@ -18,15 +18,18 @@ def reproduce_command(out: Path, force: bool) -> None:
 
     from fitting.cli._common import done, prepare
     from fitting.data.publish import check_free
+    from fitting.inference.progress import PlainLines
     from fitting.report.table import Table, table_text
 
     check_free(out, force)
     prepare()
     from validation.reproduction import ENTRIES, Verdict, reproduce, verdict_sentences
 
-    with tqdm(desc="reproducing", total=len(ENTRIES), unit=" figures", leave=False, disable=None) as bar:
+    bar = tqdm(desc="reproducing", total=len(ENTRIES), unit=" figures", leave=False, disable=None)
+    with PlainLines("reproducing") as lines, bar:
 
         def progress(label: str) -> None:
+            lines.say(label)
             bar.set_postfix_str(label)
             bar.update()
 

@@ -95,6 +95,7 @@ def _computed(designs: list[str], chains: list, options: dict[str, Any], model: 
     import numpy as np
     from tqdm import tqdm
 
+    from fitting.inference.progress import PlainLines
     from fitting.simulate.workspace import compute_chain_reach, compute_workspace
 
     pressure = 1e3 * np.linspace(options["pressure_min"], options["pressure_max"], options["pressures"])
@@ -103,14 +104,16 @@ def _computed(designs: list[str], chains: list, options: dict[str, Any], model: 
     tables = [table_argument(name) if name is not None else None for name in names]
     for key, place in (("alloy", 0), ("material", 1)):
         tables[place] = tables[place] or model.tables.get(key)
-    with tqdm(desc="solving", unit=" states", leave=False, disable=None) as bar:
-        spaces = [compute_workspace(name, pressure, xi0, *tables, model, bar.update) for name in designs]
-        reaches = [
-            compute_chain_reach(
-                chain, pressure, xi0, options["samples"], options["seed"], *tables, model, bar.update
-            )
-            for chain in chains
-        ]
+    shown = {"desc": "solving", "unit": " states", "leave": False, "disable": None}
+    with PlainLines("workspace") as lines, tqdm(**shown) as bar:
+        spaces, reaches = [], []
+        for name in designs:
+            lines.say(f"states of {Path(name).stem}")
+            spaces.append(compute_workspace(name, pressure, xi0, *tables, model, bar.update))
+        for chain in chains:
+            lines.say(f"tips of {chain.name}")
+            shares = options["samples"], options["seed"]
+            reaches.append(compute_chain_reach(chain, pressure, xi0, *shares, *tables, model, bar.update))
     return spaces, reaches
 
 

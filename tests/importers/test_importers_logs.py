@@ -134,3 +134,54 @@ def test_a_stated_stress_that_no_rubber_bears_is_that_of_a_wire(put):
     rows = [f"{t},{4 - 8 * e:.4f}\n" for t, e in zip(TIME, STRAIN / 12.0, strict=True)]
     path = put("a.csv", "Time (s),Strain (%)\n" + "".join(rows))
     assert import_file(path, make_options(constants=["stress_MPa=200"])).kind == "wire"
+
+
+def test_a_row_of_units_that_contradicts_the_headings_is_said(put):
+    rows = [f"{t},{25 * e:.4f},{0.02 * s:.5f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    sizes = make_options(dimensions=["gauge_length_mm=25", "area_mm2=20"])
+    head = "Time (s),Extension (mm),Load ({})\n(s),(mm),({})\n"
+    both = import_file(put("a.csv", head.format("N", "mN") + "".join(rows)), sizes)
+    (said,) = [note for note in checks(both) if "row of units" in note]
+    assert "'Load (N)' states N, and mN stands after it" in said and "--unit QUANTITY=N" in said
+    once = import_file(put("b.csv", head.format("N", "N") + "".join(rows)), sizes)
+    assert right(once) and not checks(once) and any("'Extension (mm)' over" in note for note in once.notices)
+
+
+def test_a_number_in_brackets_behind_a_unit_is_no_unit(put):
+    rows = [f"{t},{100 * e:.4f},{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    assert right(import_file(put("a.csv", "Time (s),Strain (%) (1),Stress (kPa) (1)\n" + "".join(rows))))
+
+
+@pytest.mark.parametrize("spoilt", ["0.0,---,OVLD\n", "0.0,---,OVLD\n0.2,---,OVLD\n"])
+def test_an_overload_in_the_first_rows_hides_no_heading(put, spoilt):
+    recording = import_file(put("a.csv", HEAD + spoilt + "".join(ROWS[1:])))
+    assert recording.columns["strain"].max() == pytest.approx(STRAIN.max(), abs=1e-5) and len(recording) == N - 1
+    assert any("below the header" in note and "'---' (row 2)" in note for note in checks(recording))
+
+
+def test_what_was_wished_is_never_advised_for_what_was_measured(put):
+    rows = [f"{t},{25 * e + 1:.4f},{25 * e:.4f},{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    path = put("a.csv", "Zeit [s];Weg Soll [mm];{} [mm];Spannung [kPa]\n".format("Weg Ist").replace(";", ",") + "".join(rows))
+    recording = import_file(path, make_options(dimensions=["gauge_length_mm=25"]))
+    assert right(recording)
+    other = put("b.csv", path.read_text().replace("Weg Ist", "Kanal 7"))
+    with pytest.raises(InputError) as refused:
+        import_file(other, make_options(dimensions=["gauge_length_mm=25"]))
+    assert "--map elongation='Kanal 7 [mm]'" in str(refused.value) and "elongation='Weg Soll" not in str(refused.value)
+
+
+@pytest.mark.parametrize(("unit", "zero"), [("bar rel.", 0.0), ("bar relativ", 0.0), ("bar abs", 101.325)])
+def test_a_pressure_says_its_zero_in_german_too(put, unit, zero):
+    rows = [f"{t};{t / 100:.4f};{t:.2f}\n" for t in TIME]
+    recording = import_file(put("a.csv", f"Zeit [s];Druck ({unit});Biegewinkel (°)\n" + "".join(rows)), make_options(kind="actuator"))
+    np.testing.assert_allclose(recording.columns["pressure_kPa"], TIME - zero, atol=1e-9)
+
+
+def test_a_resistance_is_voltage_over_current_where_both_are_measured(put):
+    ohms = 3.2 + 0.1 * STRAIN
+    rows = [f"{t},{10 * e:.4f},{e:.4f},{0.05 * r:.6f},{50 if k else 0}\n" for k, (t, e, r) in enumerate(zip(TIME, STRAIN, ohms, strict=True))]
+    path = put("a.csv", "Time (s),Displacement (mm),Force (N),Voltage (V),Current (mA)\n" + "".join(rows))
+    recording = import_file(path, make_options(kind="spring", dimensions=["wire_diameter_mm=0.5", "active_coils=10", "mandrel_diameter_mm=4"]))
+    found = recording.columns["resistance_ohm"]
+    assert np.isnan(found[0]) and np.allclose(found[1:], ohms[1:], atol=1e-4)
+    assert any("resistance is 'Voltage (V)' over 'Current (mA)'" in note for note in checks(recording))

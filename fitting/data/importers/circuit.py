@@ -13,6 +13,8 @@ from .making import Channel, Making
 
 VOLTAGES = ("voltage", "voltage_1", "voltage_2", "voltage_3")
 NEEDED = ("adjust_V", "set_ohm")
+LEAST_CURRENT = 0.02
+"""Minimum current that a resistance is computed with, as part of the largest one."""
 
 
 def resistance_named(voltage: str) -> str:
@@ -40,7 +42,8 @@ def add_resistances(making: Making) -> None:
     """Add the resistance for each measured voltage of a spring or actuator that has none.
 
     Raises:
-        InputError: if the circuit was not stated, or the voltage's unit is unknown.
+        InputError: if neither the circuit was stated nor a current measured, or the voltage's unit is
+            unknown.
     """
     channels, place, circuit = making.channels, making.place, making.options.circuit
     if making.kind not in ("spring", "actuator"):
@@ -50,6 +53,10 @@ def add_resistances(making: Making) -> None:
         if name not in channels or wanted in channels:
             continue
         channel = channels[name]
+        current = channels.get(name.replace("voltage", "current"))
+        if not circuit and current is not None and current.unit is not None:
+            _add_ratio(making, name, channel, current)
+            continue
         missing = [key for key in NEEDED if key not in circuit]
         if missing:
             raise refuse(
@@ -68,3 +75,18 @@ def add_resistances(making: Making) -> None:
         making.sources.add(name)
         for key in circuit:
             making.use("--circuit", key)
+
+
+def _add_ratio(making: Making, name: str, voltage: Channel, current: Channel) -> None:
+    """Add the resistance that is a measured voltage over a measured current, where that flows."""
+    volts, amperes = in_unit(voltage, "V", name, making.place), in_unit(current, "A", "current", making.place)
+    flows = np.abs(amperes) > LEAST_CURRENT * np.nanmax(np.abs(amperes))
+    ohms = np.full(len(volts), np.nan)
+    ohms[flows] = volts[flows] / amperes[flows]
+    made = f"{voltage.label!r} over {current.label!r}"
+    making.channels[resistance_named(name)] = Channel(ohms, "ohm", voltage.label, made=made)
+    making.sources.add(name)
+    making.warn(
+        f"{resistance_named(name)} is {made}; it includes leads and contacts if the voltage was measured"
+        " there. For the circuit of Eq. 2.50 state it with --circuit"
+    )

@@ -7,12 +7,14 @@ from typing import NamedTuple
 
 from .numerals import like_a_number
 from .separators import LEAST_ROWS
-from .spelling import may_be_unit
+from .spelling import may_be_unit, parse_heading, same_unit
 from .words import heading_of, meaning
 
 # Names of columns, though units are called so, too.
 _NAMES_TOO = ("strain", "ratio", "t", "f", "r", "i", "temp")
 
+MOST_SPOILT = 5
+"""Maximum number of rows with words among their numbers right below the headings."""
 Rows = list[list[str]]
 Parsed = list[list | None]
 
@@ -45,6 +47,9 @@ def first_table(fields: Rows, parsed: Parsed, begin: int) -> Start | None:
         earlier = _rows_above_remarks(fields, parsed, run, begin)
         header, top = header_above(fields, earlier[0], named, begin) if earlier else (header, top)
         run = [*earlier, *run] if header else run
+    if not header and (spoilt := _spoilt_rows(fields, run[0], begin)):
+        header, top = header_above(fields, spoilt[0], named, begin)
+        run = [*spoilt, *run] if header else run
     return Start(run, header, top)
 
 
@@ -89,6 +94,19 @@ def _rows_above_remarks(fields: Rows, parsed: Parsed, run: list[int], floor: int
     return []
 
 
+def _spoilt_rows(fields: Rows, start: int, floor: int) -> list[int]:
+    """Rows of numbers and words, such as marks of an overload, between a row of headings and the first row of
+    numbers; empty where there are none."""
+    found: list[int] = []
+    for i in range(start - 1, max(floor, start - 1 - MOST_SPOILT) - 1, -1):
+        if names_quantities(fields[i]) >= 2:
+            return found
+        if len(fields[i]) != len(fields[start]) or not any(map(like_a_number, fields[i])):
+            return []
+        found.insert(0, i)
+    return []
+
+
 def _last_number(row: list[float | None] | None) -> int:
     """Number of fields up to the last one that is a number."""
     return max(i + 1 for i, x in enumerate(row or []) if x is not None and not math.isnan(x))
@@ -121,7 +139,27 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> tuple[list
     if quantities < 2 and (len(names) < max(named, 2) or any(t and like_a_number(t) for t in names)):
         return [], start
     pairs = itertools.zip_longest(names, units, fillvalue="")
-    return [f"{name} ({unit.strip('()[]')})" if unit else name for name, unit in pairs], top
+    return [_with_unit(name, unit.strip("()[]")) for name, unit in pairs], top
+
+
+def _with_unit(name: str, unit: str) -> str:
+    """A name with the unit below it, unless it states that unit itself."""
+    own = parse_heading(name).unit
+    return name if not unit or (own is not None and same_unit(own, unit)) else f"{name} ({unit})"
+
+
+def two_units(header: list[str]) -> list[str]:
+    """Notices about headings that state one unit, and another one after it, as in a row of units below."""
+    said = []
+    for text in header:
+        name, _, unit = text.rstrip(")").rpartition(" (")
+        own = parse_heading(name).unit
+        if name and own is not None and may_be_unit(unit) and not same_unit(own, unit):
+            said.append(
+                f"check: the heading {name!r} states {own}, and {unit} stands after it or in the row of"
+                f" units: {unit} was taken; --unit QUANTITY={own} takes the other"
+            )
+    return said
 
 
 def _uncommented(names: list[str]) -> list[str]:

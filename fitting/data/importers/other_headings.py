@@ -111,7 +111,7 @@ def advised(headings: Sequence[Heading], taken: Collection[int], found: Collecti
     advice: dict[str, str] = {}
     for heading in _others(headings, taken):
         quantity = _BY_DIMENSION.get(str(dimension(heading.unit)))
-        if quantity and quantity not in found:
+        if quantity and quantity not in found and not _NOT_MEASURED.search(heading.name):
             advice.setdefault(quantity, f"--map {quantity}={shlex.quote(heading.text)}")
     names = ", ".join(repr(_EXAMPLES[quantity]) for quantity in advice)
     return f"by their units perhaps {' '.join(advice.values())}, or head them {names}" if advice else ""

@@ -58,7 +58,7 @@ _EXACT = {"Nm": "N m", "Nmm": "N mm"}  # spellings in which capitals tell units 
 # A pressure's zero, written with its unit: `psia`, `bar(g)`, `kPa abs`.
 _REFERENCE = re.compile(
     r"^(?P<unit>k?pa|mpa|hpa|m?bar|psi|torr|kgf/cm2|atm)\s*[-_."
-    r" ]?\(?(?P<zero>a|abs|abs\.|absolute|g|ga|gauge|gage)\)?$",
+    r" ]?\(?(?P<zero>a|abs|abs\.|absolute|absolut|g|ga|gauge|gage|rel|rel\.|relative?|ü)\)?$",
     re.IGNORECASE,
 )
 # Masses that stand for forces, as many load cells display them.
@@ -156,9 +156,10 @@ def pressure_zero(text: str) -> str:
 def parse_heading(text: str) -> Heading:
     """Split `Load (N)`, `Strain [-]`, `Force / kN`, `Strain %`, `Load, N`, `force_mN` into name and unit."""
     brackets = list(_BRACKETS.finditer(text))
+    several = sum(may_be_unit(found[1].strip()) for found in brackets) > 1
     for found in reversed(brackets):
         content = found[1].strip()
-        if may_be_unit(content):
+        if may_be_unit(content) and not (several and content.isdigit()):  # `Strain (%) (1)` counts columns
             rest = text[: found.start()] + " " + text[found.end() :]
             return _heading(text, rest, content)
     for pattern in (r"^(.+?)\s*[,;:]\s*(\S.*)$", r"^(.+?)\s+(?:/|in)\s+(\S.*)$", r"^(.+?)\s*/\s*(\S+)$"):

@@ -9,7 +9,7 @@ from pneusma_jax.errors import counted
 
 from .cut_off import cut_off
 from .grid import Grid
-from .headers import Parsed, Rows, Start, first_table, names_quantities
+from .headers import Parsed, Rows, Start, first_table, names_quantities, two_units
 from .numerals import like_a_number
 from .raw import Page
 from .separators import LEAST_ROWS, best_reading, numeric_row
@@ -133,7 +133,7 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     dropped = sorted(set(filled) - set(keep))
     if len(dropped) > len(keep):
         return None
-    notices = []
+    notices = two_units(header)
     if counts_columns(fields, keep):
         notices.append(f"check: row {keep[0] + 1} only counts the columns and was left out")
         keep = keep[1:]

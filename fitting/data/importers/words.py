@@ -178,7 +178,7 @@ def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
     for written in (
         name,
         name.replace("-", " "),
-        re.sub(r"\s+(filtered|raw|corrected|measured|absolute|absolut|gauge|abs|ave)$", "", name),
+        re.sub(r"\s+(filtered|raw|corrected|measured|absolute|absolut|gauge|abs|ave|ist|actual)$", "", name),
         re.sub(r"(?<=ss)es$|(?<=ch)es$|(?<=[^s])s$", "", name),
     ):
         if written in _QUANTITY:
