@@ -81,8 +81,11 @@ def read_text(place: Path | Traversable, path: Path | str) -> str:
         return place.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise InputError(f"{path}: there is no such file") from None
+    except IsADirectoryError:
+        raise InputError(f"{path}: this is a folder, and a file is needed") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as a text file ({error})") from None
+        why = (error.strerror or "no text") if isinstance(error, OSError) else f"not UTF-8: {error.reason}"
+        raise InputError(f"{path}: cannot be read as a text file ({why})") from None
 
 
 def shipped_names(folder: Traversable) -> list[str]:

@@ -221,7 +221,8 @@ def test_a_missing_file(tmp_path):
 def test_a_file_that_is_not_text(tmp_path):
     path = tmp_path / "binary.toml"
     path.write_bytes(b"\xff\xfe\x00")
-    assert "cannot be read as a text file" in refusal(path)
+    assert refusal(path).endswith("cannot be read as a text file (not UTF-8: invalid start byte)")
+    assert refusal(tmp_path).endswith("this is a folder, and a file is needed")
 
 
 def test_a_file_that_is_not_toml(tmp_path):

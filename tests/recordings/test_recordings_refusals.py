@@ -44,7 +44,7 @@ def refusal(call, *args):
         ("time_s,strain,stress_kpa\n0,0,0\n", ["column stress_kpa", "did you mean 'kPa'"]),
         ("time_s,strain,stress_mm\n0,0,0\n", ["a unit of length, not of pressure", "write stress_kPa"]),
         ("time_s,strain,stress\n0,0,0\n", ["column stress", "the unit is missing; write stress_kPa"]),
-        ("time_s,strain\n0,0\n", ["kind of recording cannot be told", "kind = "]),
+        ("time_s,strain\n0,0\n", ["kind of recording cannot be told", "`pneusma import`", "kind = "]),
         (COUPON + "0,0,0\n2,0.1,5\n1,0.2,9\n", ["row 4, column time_s", "time goes backwards, 1 s after 2 s"]),
         (COUPON + "0,0,0\n,0.1,5\n", ["row 3, column time_s", "time is missing"]),
         (COUPON + "0,0,0\n,,\n1,0.1,5\n", ["row 3", "every field is empty"]),

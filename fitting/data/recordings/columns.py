@@ -40,7 +40,8 @@ def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
     raise refuse(
         table.path,
         f"the kind of recording cannot be told from the columns {', '.join(table.header)}; "
-        "state it in the sidecar: kind = " + " | ".join(f'"{kind}"' for kind in schema.KINDS),
+        "bring a laboratory's file in with `pneusma import`, or state in the sidecar: kind = "
+        + " | ".join(f'"{kind}"' for kind in schema.KINDS),
     )
 
 
