@@ -185,3 +185,19 @@ def test_a_resistance_is_voltage_over_current_where_both_are_measured(put):
     found = recording.columns["resistance_ohm"]
     assert np.isnan(found[0]) and np.allclose(found[1:], ohms[1:], atol=1e-4)
     assert any("resistance is 'Voltage (V)' over 'Current (mA)'" in note for note in checks(recording))
+
+
+@pytest.mark.parametrize(("gap", "decimal", "mark"), [(" ", ".", ","), ("", ".", "\t"), (" ", ",", ";")])
+def test_units_behind_every_number_are_those_of_their_column(put, gap, decimal, mark):
+    rows = [f"{t:.1f}{gap}s|{1000 * e:.4f}{gap}mm|{0.02 * s:.6f}{gap}N\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    path = put("a.csv", ("Time|Displacement|Force (N)\n" + "".join(rows)).replace(".", decimal).replace("|", mark))
+    recording = import_file(path, make_options(dimensions=["gauge_length_mm=1000", "area_mm2=20"]))
+    assert right(recording) and any("numbers with their unit: 'Time' in s, 'Displacement' in mm, 'Force (N)' in N" in n for n in recording.notices)
+
+
+@pytest.mark.parametrize(("head", "unit"), [("Force", "N mN"), ("Force (kN)", "N N"), ("Force", "Zug Zug")])
+def test_units_that_change_or_contradict_behind_the_numbers_are_refused(put, head, unit):
+    first, second = unit.split()
+    rows = [f"{t},{25 * e:.4f},{0.02 * s:.5f} {first if k % 2 else second}\n" for k, (t, e, s) in enumerate(zip(TIME, STRAIN, STRESS, strict=True))]
+    with pytest.raises(InputError, match="no numbers"):
+        import_file(put("a.csv", f"Time (s),Extension (mm),{head}\n" + "".join(rows)), make_options(dimensions=["gauge_length_mm=25", "area_mm2=20"]))

@@ -11,7 +11,7 @@ from .separators import LEAST_ROWS
 from .words import heading_of, meaning
 
 
-def _headers(page: Page) -> Iterator[tuple[list[list[str]], int]]:
+def headers_of(page: Page) -> Iterator[tuple[list[list[str]], int]]:
     """Rows of a page in every division into fields, with each row that names two quantities."""
     for delimiter in ("",) if page.is_sheet else (",", ";", "\t", "|"):
         fields = page.fields(delimiter)
@@ -20,7 +20,7 @@ def _headers(page: Page) -> Iterator[tuple[list[list[str]], int]]:
 
 def words_for_numbers(page: Page) -> str:
     """Reason that a column of words stands below the headings. Empty otherwise."""
-    for fields, at in _headers(page):
+    for fields, at in headers_of(page):
         header = fields[at]
         body = [(i + 1, row) for i, row in enumerate(fields) if i > at and len(row) == len(header)]
         if len(body) < LEAST_ROWS:
@@ -39,7 +39,7 @@ def words_for_numbers(page: Page) -> str:
 
 def few_numbers(page: Page) -> str:
     """Reason that too few rows of numbers stand below the headings. Empty otherwise."""
-    for fields, at in _headers(page):
+    for fields, at in headers_of(page):
         named = [text for text in fields[at] if text and meaning(heading_of(text)) is not None]
         count = sum(any(to_number(t, ".") is not None and t for t in row) for row in fields[at + 1 :])
         if count < LEAST_ROWS:

@@ -13,6 +13,7 @@ from .sizes import Sizes, may_hold_sizes, sizes_in, sizes_in_a_name, table_of_si
 from .spelling import plain
 from .splits import split
 from .tables import find_grids
+from .unit_cells import without_units
 from .unit_columns import with_units_of_rows
 from .words import SPECIMEN_WORDS
 
@@ -147,7 +148,10 @@ def _sheet_description(page: Page, sizes: Sizes, table: dict[str, Sizes], select
 
 def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     """Tests on one page: its tables, each split where it holds several specimens or a test restarts."""
-    grids = [oldest_first(with_stated_units(with_units_of_rows(grid))) for grid in find_grids(page)]
+    plain_page, said = without_units(page)
+    grids = [oldest_first(with_stated_units(with_units_of_rows(grid))) for grid in find_grids(plain_page)]
+    for grid in grids:
+        grid.notices += said
     grids = joined_pages(grids, [states_a_specimen(grid, _label(grid)) for grid in grids])
     texts = [[[h.text for h in grid.headings], *grid.cells] for grid in grids]
     tables = [
