@@ -202,3 +202,12 @@ def test_a_column_of_text_that_a_quantity_or_changing_dates_head_is_to_be_checke
     recording = import_file(put("a.csv", f"{heading},Time (s),Strain (-),Stress (kPa)\n" + "".join(rows)))
     (left,) = [note for note in recording.notices if "is text and was left out" in note]
     assert left.startswith("check: ") == asked and f"column {heading!r} is text and was left out (" in left
+
+
+def test_a_date_and_a_time_of_day_in_cells_are_one_clock(put_sheet):
+    """Spreadsheets hold a date as its midnight."""
+    moments = [datetime(2024, 5, 31, 23, 59, 50) + timedelta(seconds=k) for k in range(30)]
+    rows = [[m.replace(hour=0, minute=0, second=0), m.time(), 0.01 * k, 2.0 * k] for k, m in enumerate(moments)]
+    recording = import_file(put_sheet("a.xlsx", [["Date", "Time", "Strain (-)", "Stress (kPa)"], *rows]))
+    np.testing.assert_allclose(recording.columns["time_s"], np.arange(30.0))
+    assert any("columns 'Date' and 'Time' are one clock" in note for note in recording.notices)
