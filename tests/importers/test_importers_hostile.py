@@ -174,7 +174,7 @@ def test_formulas_that_nobody_computed_are_said(tmp_path):
         ('{"strain": [0, 1]}', "this is a JSON file"),
         ("<html><table><tr><td>Time</td></tr></table></html>", "this is a web page"),
         (b"PK\x03\x04" + b"\0" * 300, "not an Excel workbook that can be read"),
-        ("Time,Extension,Load\n" + "".join(f"{k} {'ms' if k % 2 else 's'},{k} mm,{k} N\n" for k in range(20)), "are no numbers ('0 s' in row 2)"),
+        ("Time,Extension,Load\n" + "".join(f"{k} s,{k} mm,{k} {'mN' if k % 2 else 'N'}\n" for k in range(20)), "are no numbers ('0 N' in row 2)"),
     ],
 )
 def test_it_is_refused_in_one_line(tmp_path, content, said):
