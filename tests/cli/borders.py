@@ -35,7 +35,7 @@ def cut_pictures(folder: Path) -> dict[str, list[str]]:
 
 UNIT = re.compile(r"\[[^\]]+\]( |$)")
 """A unit in brackets at the end of a label, or before a remark."""
-WITHOUT_UNIT = re.compile(r"^(step|draws of|heated segment|selected segment|input or group|iteration)\b")
+WITHOUT_UNIT = re.compile(r"^(step|draws of|(?:heated|selected) spring|input or group|iteration)\b")
 """Labels of counts and of names."""
 
 
