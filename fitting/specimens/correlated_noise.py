@@ -37,6 +37,15 @@ class Whitening(eqx.Module):
         """Residuals in standard deviations of the stated noise, made independent."""
         return (residual - self.shrunk @ (self.modes.T @ residual)) / self.scale
 
+    @property
+    def taken(self) -> Float[Array, "rows modes"]:
+        """Modes times the root of the part that the zero takes off their precision.
+
+        The precision of the noise is `(I - taken taken') / scale^2`.
+        """
+        part = jnp.sum(self.modes * self.shrunk, axis=0)
+        return self.modes * jnp.sqrt(part * (2.0 - part))
+
 
 def whitening(rows: Rows, output: str, size: Size) -> Whitening:
     """Transformation of one output, for zeros of this size."""

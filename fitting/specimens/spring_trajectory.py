@@ -12,6 +12,7 @@ is overweighted.
 
 import dataclasses
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 import equinox as eqx
@@ -340,9 +341,23 @@ def evidence(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
     `residual`.
     """
     found = trajectory(values, rows)
-    weight = jnp.stack([rows.weight[name] for name in OUTPUTS])
-    curvature = smoother.hessian(found.local, weight, _walk(rows), found.xi0)
-    return -0.5 * (jnp.sum(_misfit(found, rows) ** 2) + smoother.log_determinant(*curvature))
+    return -0.5 * (jnp.sum(_misfit(found, rows) ** 2) + _log_determinant(found, rows))
+
+
+def _log_determinant(found: Trajectory, rows: Rows) -> Float[Array, ""]:
+    """Log-determinant of the trajectory's second derivative, also where the noise is correlated."""
+    known = rows.extra.get(KEY, {})
+    scaled = jnp.stack([rows.weight[n] / (known[n].scale if n in known else 1.0) for n in OUTPUTS])
+    curvature = smoother.hessian(found.local, scaled, _walk(rows), found.xi0)
+    if not known:
+        return smoother.log_determinant(*curvature)
+
+    def felt(place: int, mode: Array) -> Array:
+        """What the trajectory of each row feels of one mode of an output."""
+        return found.local.back(jnp.zeros_like(scaled).at[place].set(scaled[place] * mode))
+
+    columns = [jax.vmap(partial(felt, OUTPUTS.index(n)), 1, 1)(one.taken) for n, one in known.items()]
+    return smoother.log_determinant_less(*curvature, jnp.concatenate(columns, axis=1))
 
 
 def _sd(found: Trajectory, rows: Rows, share: Array | float = 1.0) -> Array:

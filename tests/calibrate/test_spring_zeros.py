@@ -113,6 +113,31 @@ def test_a_fit_beside_zeros_has_the_squares_of_generalised_least_squares(problem
 
 
 @pytest.mark.slow
+def test_a_zero_that_drifts_is_no_walk_of_the_fraction(problem):
+    """The resistance of a cold wire, whose fraction is steady, with a drift of four noises."""
+    truth = synthesise("spring", seed=39520, interval_s=16.0, tests=1).truth["parameters"]
+    values = {name: float(to_si(x["value"], x["unit"])) for name, x in truth.items() if name in problem.parameters}
+    cold = [test.name for test in problem.tests].index("cold")
+    read, weight = problem.stacked.measured["resistance"], problem.stacked.weight["resistance"]
+    rows = int(np.sum(np.asarray(weight[cold]) > 0.0))
+    course = 4.0 * jnp.sin(jnp.linspace(0.0, np.pi, rows)) / weight[cold, :rows]
+    drifting = replace(
+        problem,
+        stacked=eqx.tree_at(
+            lambda r: r.measured["resistance"], problem.stacked, read.at[cold, :rows].add(course)
+        ),
+    )
+
+    def implied(problem):
+        return float(problem.with_process_noise(values).stacked.extra["implied_process_noise"][cold])
+
+    zeros = {"force": (0.0, 0.0, 1.0), "resistance": (4.0, 0.0, 1.0)}
+    assert implied(problem) == STEADY
+    assert implied(drifting) > 100.0 * STEADY
+    assert implied(drifting.beside(zeros)) == STEADY
+
+
+@pytest.mark.slow
 def test_settled_recordings_keep_their_correlated_noise(problem):
     """One by one, without padding, they have the residuals of the stack: a sampler starts from them."""
     beside = problem.beside({"force": (1.0, 0.5, 1.1), "resistance": (2.0, 0.25, 1.1)})

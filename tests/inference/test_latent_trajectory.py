@@ -108,3 +108,30 @@ def test_a_search_whose_steps_would_go_round_in_circles_comes_down():
     seen, weight = jnp.zeros((1, ROWS)), jnp.full((1, ROWS), 50.0)
     course = smoother.profile(_steep, jnp.asarray(0.5), seen, weight, walk, jnp.full(ROWS, 0.75))
     np.testing.assert_allclose(course, 0.5, atol=1e-3)
+
+
+def test_the_determinant_beside_correlated_noise_is_that_of_the_full_matrix():
+    """Two outputs of a trajectory, one with a zero that drifts, one of a wrong scale; against dense matrices."""
+    rng, rows, sizes = np.random.default_rng(3), 12, ((2.0, 0.5, 1.0), (0.0, 0.0, 1.3))
+    time, slopes = np.arange(float(rows)), rng.uniform(0.5, 2.0, (2, rows))
+    walk = smoother.Walk.over(time, np.ones(rows, bool), jnp.asarray(0.03), jnp.asarray(0.5), jnp.asarray(0.4))
+    local = smoother.Local(
+        jnp.zeros((2, rows)), jnp.asarray(slopes), jnp.zeros((2, rows)), jnp.zeros(rows, int)
+    )
+    dense, columns, scaled = np.zeros((rows, rows)), [], []
+    for slope, (drift, offset, scale) in zip(slopes, sizes, strict=True):
+        modes, width = (x[..., :rows] for x in modes_of(time, np.ones(rows), drift, offset))
+        part = 1.0 - scale / np.sqrt(scale**2 + width)
+        noise = Whitening(jnp.asarray(modes), jnp.asarray(modes * part), jnp.asarray(scale))
+        covariance = scale**2 * np.eye(rows) + (modes * width) @ modes.T
+        dense += slope[:, None] * np.linalg.inv(covariance) * slope
+        columns.append(slope[:, None] / scale * np.asarray(noise.taken))
+        scaled.append(np.full(rows, 1.0 / scale))
+    diagonal, upper = walk.curvature(jnp.full(rows, 0.5))
+    upper = np.asarray(upper)[:-1]
+    dense += np.diag(np.asarray(diagonal)) + np.diag(upper, 1) + np.diag(upper, -1)
+    found = smoother.log_determinant_less(
+        *smoother.hessian(local, jnp.asarray(np.stack(scaled)), walk, jnp.full(rows, 0.5)),
+        jnp.asarray(np.concatenate(columns, axis=1)),
+    )
+    assert found == pytest.approx(np.linalg.slogdet(dense)[1], rel=1e-12)

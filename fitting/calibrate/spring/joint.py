@@ -194,22 +194,30 @@ def decided_anew(joint: Joint, progress: Callable[[str], None] = lambda _: None)
 
 
 def beside_zeros(
-    joint: Joint, sizes: Mapping[str, Size], progress: Callable[[str], None] = lambda _: None
+    joint: Joint,
+    sizes: Mapping[str, Size],
+    progress: Callable[[str], None] = lambda _: None,
+    steady: bool = False,
 ) -> Joint:
     """The fit with noise that zeros of these sizes correlate; the same where they do not explain it.
 
-    Each end of the fit goes on by itself, as the order of two may change.
+    Each end of the fit goes on by itself, as the order of two may change. The variances of the walks are
+    found anew beside these zeros: a fraction that walked as a zero drifts would take its place. All ends have
+    those of the best one, so that their chi-squares compare.
 
     Args:
         joint: joint fit with all its starts.
         sizes: sizes of the zeros by output.
         progress: called with a word for each fit that begins.
+        steady: true if the fractions of cold wires are taken as steady.
     """
     starts, how = [], ", beside zeros"
+    walks = joint.problem.beside(sizes).with_process_noise(joint.values)
+    walks = walks.with_steady_cold_tests() if steady else walks
     for start in _ends(joint):
         name = start.name.removesuffix(how) + how
         progress(f"start from {name}")
-        problem = start.problem.inflated(1.0).beside(sizes).at(start.result.values)
+        problem = start.problem.inflated(1.0).beside(sizes).with_walks_of(walks).at(start.result.values)
         starts.append(Start(name, *problem.fitted_with()))
     starts = _ranked(starts)
     if not (starts[0].result.reduced_chi_square or np.inf) <= MISFIT:

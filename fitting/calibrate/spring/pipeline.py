@@ -17,7 +17,8 @@ from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end
 from fitting.calibrate.quoted import estimates
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, all_real
-from fitting.inference.lasting_noise import SURE, Lasting, levels_by_name
+from fitting.inference.lasting_noise import SURE, Lasting, Size, levels_by_name
+from fitting.inference.lasting_noise.sizes import DRIFTS
 from fitting.inference.parameters import Parameters
 from fitting.specimens import priors
 from fitting.specimens.specimen import EVERY
@@ -217,15 +218,31 @@ def _beside_zeros(joint: Joint, progress: Callable[[str], None]) -> Joint:
 
     Their sizes follow from a linearised fit. The first is that of white noise, which may be far off, so they
     are estimated again beside themselves.
+
+    A zero of the resistance that drifts looks like a fraction that walks, and both hide constants that are
+    off. A walk that was found beside a steady zero keeps itself: the zero is then found too small, and the
+    constants stay where they are. So the first fit has a zero that drifts far and cold wires that are steady.
+    From there both are found in turn.
     """
     if joint.problem.zeros:
         return joint
+    last = _lasting(joint)
+    if last.steady >= SURE:
+        return joint
+    joint = beside_zeros(joint, _drifting(last.sizes), progress, steady=True)
     for _ in range(ZEROS):
-        last = zeros(joint.problem, joint.parameters, information(joint.problem, joint.parameters))
-        if last.steady >= SURE:
-            return joint
-        joint = beside_zeros(joint, last.sizes, progress)
+        joint = beside_zeros(joint, _lasting(joint).sizes, progress)
     return decided_anew(joint, progress) if joint.problem.zeros else joint
+
+
+def _lasting(joint: Joint) -> Lasting:
+    """Zeros that last, from the residuals of a fit."""
+    return zeros(joint.problem, joint.parameters, information(joint.problem, joint.parameters))
+
+
+def _drifting(sizes: Mapping[str, Size]) -> dict[str, Size]:
+    """The sizes with a zero of the resistance that drifts as far as any candidate does."""
+    return {n: (max(DRIFTS), *size[1:]) if n == "resistance" else size for n, size in sizes.items()}
 
 
 def _profiled(

@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PyTree
 
-from .gauss_newton import banded, ended, largest, settle, solve_coupled
+from .gauss_newton import banded, banded_side_by_side, ended, largest, settle, solve_coupled
 
 ROUNDS = 20
 """Maximum number of candidate states."""
@@ -211,6 +211,16 @@ def log_determinant(diagonal: Array, upper: Array) -> Array:
 
     coupled = jnp.concatenate([jnp.zeros(1), upper[:-1] ** 2])
     return jnp.sum(jax.lax.scan(pivot, jnp.ones(()), (diagonal, coupled))[1])
+
+
+def log_determinant_less(diagonal: Array, upper: Array, taken: Float[Array, "rows columns"]) -> Array:
+    """Log-determinant of a symmetric positive tridiagonal matrix less `taken taken'`.
+
+    It is that of the matrix plus that of `I - taken' inverse taken` (the matrix determinant lemma).
+    """
+    inverse = jax.vmap(banded_side_by_side(diagonal, upper), in_axes=1, out_axes=1)
+    left = jnp.eye(taken.shape[1]) - taken.T @ inverse(taken)
+    return log_determinant(diagonal, upper) + jnp.linalg.slogdet(left)[1]
 
 
 def variances(diagonal: Array, upper: Array) -> Array:
