@@ -12,6 +12,7 @@ import pytest
 
 from fitting.characterise import characterise
 from fitting.report.elastomer.figures import MOST_MARKS, fit_figure
+from fitting.report.elastomer.text import verdict
 from fitting.synthesise.elastomer import TRUTH, true_law, write_example
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.silicone import load_silicone
@@ -80,6 +81,13 @@ def test_words_say_that_one_constant_cannot_do_it(stiffening, report):
     entry = stiffening.whole.drifts["neo_hookean"][0]
     assert entry.drifts and entry.errors > 3.0 and entry.values[-1] > 1.3 * entry.values[0]
     assert entry.reaches == pytest.approx([1.25, 1.5, 2.0, 3.0, 4.0])
+
+
+def test_a_law_that_leaves_more_than_noise_leads_to_the_diagnosis(stiffening):
+    choice = dataclasses.replace(stiffening.whole.choice, chosen="neo_hookean")
+    poor = dataclasses.replace(stiffening, whole=dataclasses.replace(stiffening.whole, choice=choice))
+    leads = [any("`pneusma diagnose` looks for the cause" in s for s in verdict(one)) for one in (stiffening, poor)]
+    assert leads == [False, True]
 
 
 def test_held_out_errors_are_at_the_noise_for_the_true_law_and_far_above_for_one_constant(stiffening):

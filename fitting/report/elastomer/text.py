@@ -21,6 +21,8 @@ CORRELATED = 0.3
 """Minimum lag-1 correlation of residuals that are called correlated."""
 MOST_IN_A_SENTENCE = 4
 """Maximum number of constants of a law in a sentence; more are left to the table."""
+SHAPED = 2.0
+"""Minimum mean square of correlated residuals, in squares of the noise, that are no noise but a shape."""
 MANY_PAIRS = 2
 """Maximum number of strongly correlated pairs that are listed singly."""
 LARGE_HYSTERESIS = 0.03
@@ -45,6 +47,10 @@ def kilopascal(value: float) -> str:
 def verdict(result: ElastomerCharacterisation) -> list[str]:
     """The few most important sentences."""
     sentences = [_which_law(result.whole)]
+    fit = result.whole.best
+    if _shaped(fit):
+        left = math.sqrt(fit.mean_square)
+        sentences.append(f"It leaves {left:.2g} times the noise. `pneusma diagnose` looks for the cause.")
     one_constant = {name: d for name, d in result.whole.drifts.items() if len(d) == 1}
     sentences += drift.verdict(result.whole.held, one_constant)
     sentences += _past_the_range(result.whole)
@@ -259,10 +265,15 @@ def _noise(result: ElastomerCharacterisation) -> list[str]:
     return sentences
 
 
+def _shaped(fit: LawFit) -> bool:
+    """True if a law leaves more than noise, even noise that is correlated."""
+    return fit.lag_one >= CORRELATED and fit.mean_square > SHAPED
+
+
 def _errors(fit: LawFit) -> str:
     if fit.lag_one < CORRELATED:
         kind = "the residuals look independent"
-    elif fit.mean_square > 2.0:
+    elif _shaped(fit):
         kind = "what is left is mostly the shape of the law, not noise"
     else:
         kind = "the noise is serially correlated"

@@ -39,7 +39,8 @@ def verdict(result: SpringCharacterisation) -> list[str]:
         sentences += [f"The specimen may be another one. {text}." for text in taken]
         sentences.append(
             f"The law leaves more than noise (reduced chi-square {reduced:.2g}). The numbers are the nearest "
-            f"that it comes, and standard errors were multiplied by {result.joint.inflation:.2g}."
+            f"that it comes, and standard errors were multiplied by {result.joint.inflation:.2g}. "
+            "`pneusma diagnose` looks for the cause."
             + (OTHER_RULE if result.identify and "c" not in result.fitted else "")
             + (ORDER.format(result.softer, _other(result)) if result.softer else "")
         )
