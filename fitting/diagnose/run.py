@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from fitting.calibrate.result import Estimate
-from fitting.data.recordings import Campaign, schema
+from fitting.data.recordings import Campaign, require_fitted, schema
 from fitting.inference.parallel import small_matrices
 from fitting.inference.readings import cautions
 from fitting.specimens.reduction import said
@@ -60,10 +60,12 @@ def diagnose(
     kind = kind_of(campaign)
     asked = asked_effects(asked, kind)
     notes = checked(campaign)
+    require_fitted(campaign.recordings, campaign.path)
+    _refuse_few_values(campaign, _readings(campaign))
     start = start_of(campaign, kind, progress) if model is None else Start(f"the model {model.name}")
     progress("building the model of the campaign")
     program = Program.of(campaign, kind, model=model, tables=start.tables, held=start.held)
-    _refuse_few_values(campaign, program)
+    _refuse_few_values(campaign, program.observations(program.fitted))
     turned = _with_turning_points(campaign, program, model, start, progress)
     searched = _search(campaign, kind, seed, progress, model, thorough)
     explanation = searched(turned or program)
@@ -84,8 +86,15 @@ def diagnose(
     return conclusion
 
 
-def _refuse_few_values(campaign: Campaign, program: Program) -> None:
-    count, least = program.observations(program.fitted), CAMPAIGNS.minimum_values
+def _readings(campaign: Campaign) -> int:
+    """Readings of outputs in the recordings that are fitted. A program may count fewer values."""
+    fitted = [recording for recording in campaign.recordings if recording.role == "fit"]
+    return sum(int(np.isfinite(r.columns[name]).sum()) for r in fitted for name in r.outputs)
+
+
+def _refuse_few_values(campaign: Campaign, count: int) -> None:
+    """Refuse a campaign with too few values to fit."""
+    least = CAMPAIGNS.minimum_values
     if count < least:
         raise InputError(
             f"{campaign.path}: {count} values to fit are too few to diagnose; {least} are needed"

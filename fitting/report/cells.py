@@ -7,27 +7,8 @@ never silent: it reads `n/a` or `infinite`.
 import math
 from collections.abc import Sequence
 
+from fitting.inference.numbers import number
 from fitting.inference.parameters import format_estimate
-
-UNKNOWN = "n/a"
-"""Text of an unknown number (NaN)."""
-LARGE = 1e6
-"""Minimum of numbers that are written with a power of ten."""
-
-
-def number(value: float | None, form: str = ".3g") -> str:
-    """Text of a number.
-
-    Args:
-        value: number, or None for an empty text.
-        form: Python format; three significant digits by default.
-    """
-    if value is None:
-        return ""
-    if math.isfinite(value):
-        text = format(value, form)
-        return format(float(text), ".0f") if "e+" in text and abs(value) < LARGE else text
-    return UNKNOWN if math.isnan(value) else ("infinite" if value > 0.0 else "-infinite")
 
 
 def percent(fraction: float | None) -> str:

@@ -12,10 +12,12 @@ from linear_world import CONSTANT, tubes
 
 from fitting.cli import main
 from fitting.data.recordings import read_campaign
+from fitting.diagnose import diagnose as compared
 from fitting.diagnose.check import checked
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.verdict.conclude import conclude
 from fitting.diagnose.verdict.text import unstated
+from pneusma_jax.errors import InputError
 
 
 def diagnose(campaign, out, *more):
@@ -110,6 +112,15 @@ def test_too_few_values(tmp_path, pulled):
     assert "12 values to fit are too few to diagnose; 20 are needed" in refusal(
         put(tmp_path / "few", "pull", strain, stress), tmp_path
     )
+
+
+def test_too_few_values_are_refused_before_a_law_is_fitted(tmp_path, pulled):
+    strain, stress = (x[::8] for x in pulled)
+    sidecar = SIDECAR.format(role="fit", noise=NOISE) + '[geometry]\nmaterial = "fit"\n'
+    campaign, said = read_campaign(put(tmp_path / "few", "pull", strain, stress, sidecar)), []
+    with pytest.raises(InputError, match="12 values to fit are too few"):
+        compared(campaign, progress=said.append)
+    assert said == []
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.inference.numbers import number
+
 from ..evaluate.program import Program
 from ..fit.misfit import floor, scored
 from ..fit.prediction import predictive_chi_square, with_shown
@@ -56,10 +58,10 @@ class Left:
     def text(self) -> str:
         """Size and place, as a part of a sentence."""
         among = "recordings that were not fitted" if self.held_out else "fitted recordings"
-        noise = f"noise leaves {self.noise:.2g}"
-        text = f"a reduced chi-square of {self.reduced_chi2:.3g} is left in {among} ({noise})"
+        noise = f"noise leaves {number(self.noise, '.2g')}"
+        text = f"a reduced chi-square of {number(self.reduced_chi2)} is left in {among} ({noise})"
         if self.explained is not None:
-            least = f"the model leaves {self.explained:.2g} if it is fitted to these, too"
+            least = f"the model leaves {number(self.explained, '.2g')} if it is fitted to these, too"
             return f"{text}, which the uncertainty of fitted numbers explains ({least})"
         if self.regime is None:
             return text

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
 
@@ -123,7 +124,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
             lead = (
                 f"The recordings may contradict {whole}, but no known effect explains them. A smooth "
                 f"function of {rival.driver.replace('_', ' ')} does, with a log Bayes factor of "
-                f"{rival.bayes:.2g}, which is little."
+                f"{number(rival.bayes, '.2g')}, which is little."
             )
     else:
         lead = _named(conclusion, names)
@@ -139,7 +140,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
             return [
                 lead,
                 "Nothing that was recorded goes with what is left closely enough to be modelled: the misfit "
-                f"of {held} stays at a reduced chi-square of {base.reduced_chi2:.3g}.",
+                f"of {held} stays at a reduced chi-square of {number(base.reduced_chi2)}.",
                 _by_chance(chance),
             ]
         with_it = f"With {' and '.join(terms)}"
@@ -214,7 +215,7 @@ def refused(slugs: Sequence[str], how: str, before: float, after: float) -> str:
 
 def went(before: float, after: float) -> str:
     """Change of a reduced chi-square in words, from the numbers as they are shown."""
-    first, then = f"{before:.3g}", f"{after:.3g}"
+    first, then = number(before), number(after)
     if first == then:
         return f"stays at a reduced chi-square of {first}"
     return f"{'rises' if after > before else 'falls'} from a reduced chi-square of {first} to {then}"
@@ -226,8 +227,9 @@ def _not_fitted(conclusion: Conclusion) -> list[str]:
     if program.fitted.all() or not left > VERDICT.faint:
         return []
     less = predictive_chi_square(program, conclusion.explanation.base, program.unseen)
-    missed = f"Recordings kept for validation are missed by more than noise (reduced chi-square {left:.3g}),"
-    without = f"({less:.3g} without it)"
+    size = f"reduced chi-square {number(left)}"
+    missed = f"Recordings kept for validation are missed by more than noise ({size}),"
+    without = f"({number(less)} without it)"
     if less <= limit_of(program, program.unseen):
         return [f"{missed} which the uncertainty of the refitted constants explains {without}."]
     if not missed_beyond_drift(program, conclusion.explanation.base):
