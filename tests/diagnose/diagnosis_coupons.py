@@ -53,3 +53,14 @@ def write(folder, law, seed=3, courses=COURSES):
         role = "validation" if k == 4 else "fit"
         (folder / f"pull_{k}.toml").write_text(SIDECAR.format(role=role, noise=NOISE))
     return folder
+
+
+def put(folder, name, strain, stress, sidecar=None, time=None):
+    """A recording; empty fields where a number is NaN."""
+    folder.mkdir(parents=True, exist_ok=True)
+    time = np.linspace(0.0, 120.0, len(strain)) if time is None else time
+    text = lambda x: "" if np.isnan(x) else f"{x:.6f}"  # noqa: E731
+    rows = (",".join(map(text, row)) for row in zip(time, strain, stress, strict=True))
+    (folder / f"{name}.csv").write_text("\n".join(["time_s,strain,stress_kPa", *rows]) + "\n")
+    (folder / f"{name}.toml").write_text(sidecar or SIDECAR.format(role="fit", noise=NOISE))
+    return folder

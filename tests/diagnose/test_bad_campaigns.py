@@ -7,7 +7,7 @@ import shutil
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from diagnosis_coupons import NOISE, SIDECAR, course, curve, softened, write
+from diagnosis_coupons import NOISE, SIDECAR, course, curve, put, softened, write
 from linear_world import CONSTANT, tubes
 
 from fitting.cli import main
@@ -32,17 +32,6 @@ def refusal(campaign, tmp_path, *more):
     assert len(lines) == 1 and lines[0].startswith("pneusma: ") and run.stdout == ""
     assert not (tmp_path / "out").exists()
     return lines[0]
-
-
-def put(folder, name, strain, stress, sidecar=None, time=None):
-    """A recording; empty fields where a number is NaN."""
-    folder.mkdir(parents=True, exist_ok=True)
-    time = np.linspace(0.0, 120.0, len(strain)) if time is None else time
-    text = lambda x: "" if np.isnan(x) else f"{x:.6f}"  # noqa: E731
-    rows = (",".join(map(text, row)) for row in zip(time, strain, stress, strict=True))
-    (folder / f"{name}.csv").write_text("\n".join(["time_s,strain,stress_kPa", *rows]) + "\n")
-    (folder / f"{name}.toml").write_text(sidecar or SIDECAR.format(role="fit", noise=NOISE))
-    return folder
 
 
 @pytest.fixture

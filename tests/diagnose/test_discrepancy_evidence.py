@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from diagnosis_coupons import NOISE, curve, write
+from diagnosis_coupons import NOISE, course, curve, put, write
 from linear_world import tubes
 
 from fitting.data.recordings import read_campaign
@@ -14,7 +14,7 @@ from fitting.diagnose.search.steps import Explanation, Named
 from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.discrepancy import fitted_discrepancy
 from fitting.diagnose.verdict.discrepancy_evidence import best_discrepancy
-from fitting.diagnose.verdict.locate import Place, knots_of
+from fitting.diagnose.verdict.locate import Place, distinct_drivers, drivers_of, knots_of, like_time
 from fitting.diagnose.verdict.unexplained import contradicted
 from pneusma_jax.model_discrepancy import unmodelled
 from pneusma_jax.silicone import load_silicone
@@ -109,3 +109,17 @@ def test_a_silicone_that_cures_is_a_stiffness_that_goes_with_time(tmp_path):
     change = np.interp(late, rest.knots, rest.values)
     assert np.allclose(seen["stress"], plain(np.full(3, 0.4)) * (1.0 + change), rtol=1e-12)
     assert np.allclose(seen["unmodelled_silicone_stiffness"], change, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("levels", "rate", "like"), [([], 1.0, "strain"), ([], 2.0, ""), ([0.4], 1.0, "")])
+def test_time_is_no_driver_of_its_own_where_strain_says_the_same(tmp_path, levels, rate, like):
+    """Steady pulls at one rate. A second rate, or a way back, tells strain from time."""
+    rng = np.random.default_rng(3)
+    for k in range(2):
+        strain = course(levels) if levels else np.linspace(0.0, 0.5, 90)
+        time = np.linspace(0.0, 60.0 * (rate if k else 1.0), 90)
+        stress = curve(strain) * (1.0 + 2.0 * strain**2) + NOISE * rng.standard_normal(90)
+        put(tmp_path / "pulls", f"pull_{k}", strain, stress, time=time)
+    program, base = base_fit(Program.of(read_campaign(tmp_path / "pulls"), "elastomer"))
+    assert like_time(program, drivers_of(program, base)) == like
+    assert ("time" in distinct_drivers(program, base)) is (like == "")

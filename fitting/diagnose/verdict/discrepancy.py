@@ -16,7 +16,7 @@ from ..fit.cross_validation import Masks, deciding
 from ..fit.refit import Fit
 from ..settings import DEFAULT
 from .discrepancy_places import Response, acts, hats, responses
-from .locate import Place, drivers_of, knots_of
+from .locate import Place, distinct_drivers, drivers_of, knots_of
 
 DISCREPANCY = DEFAULT.discrepancy
 
@@ -113,7 +113,7 @@ def beside(program: Program, fit: Fit) -> Discrepancy | None:
     None where it removes too little of what the effects leave of left-out parts.
     """
     return _described(
-        program, fit, (_first(program),), tuple(drivers_of(program, fit)), DISCREPANCY.maximum_kept
+        program, fit, (_first(program),), tuple(distinct_drivers(program, fit)), DISCREPANCY.maximum_kept
     )
 
 

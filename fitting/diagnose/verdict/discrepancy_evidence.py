@@ -19,7 +19,7 @@ from ..fit.instrument_drift import drift_columns
 from ..fit.refit import Fit, prior_sd
 from ..settings import DEFAULT
 from .discrepancy_places import acts, hats, responses
-from .locate import drivers_of, knots_of
+from .locate import distinct_drivers, knots_of
 
 DRIFT = DEFAULT.drift
 DISCREPANCY = DEFAULT.discrepancy
@@ -163,7 +163,7 @@ def _columns(
         cosines).
     """
     followed, places = program.followed(here), responses(program, base)
-    drivers, found = drivers_of(program, base), {}
+    drivers, found = distinct_drivers(program, base), {}
 
     def seen(columns: Callable[[int, int], np.ndarray]) -> np.ndarray:
         """Columns by number of recording and channel, of all recordings."""

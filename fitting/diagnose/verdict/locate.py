@@ -26,12 +26,14 @@ class Place:
         shares: share of the misfit's variance that a smooth function of each driver explains.
         regions: sentences.
         rows: recording, first and last row of the window with most misfit.
+        like_time: driver that time goes with in every row, so that nothing tells them apart; empty if none.
     """
 
     drivers: list[str]
     shares: dict[str, float]
     regions: list[str]
     rows: tuple[str, int, int] | None
+    like_time: str = ""
 
     def led_by(self, driver: str) -> "Place":
         """The same with another driver first."""
@@ -41,7 +43,7 @@ class Place:
 def locate(explanation: Explanation) -> Place:
     """Find the drivers, the region and the rows of the base model's misfit."""
     program, fit = explanation.program, explanation.base
-    drivers = drivers_of(program, fit)
+    drivers = distinct_drivers(program, fit)
     misfit, valid = _misfit(program, fit)
     shares = {}
     for name, values in drivers.items():
@@ -53,7 +55,7 @@ def locate(explanation: Explanation) -> Place:
     rows = _window(program, misfit, valid)
     if rows is not None and regions:
         regions[0] += f"; the stretch of one recording that holds most is {rows[0]} rows {rows[1]}-{rows[2]}"
-    return Place(ranked, shares, regions, rows)
+    return Place(ranked, shares, regions, rows, like_time(program, drivers_of(program, fit)))
 
 
 def knots_of(values: np.ndarray, count: int) -> np.ndarray | None:
@@ -85,6 +87,33 @@ def drivers_of(program: Program, fit: Fit) -> dict[str, np.ndarray]:
             found = found | {"max_strain": np.maximum.accumulate(np.nan_to_num(values), axis=1)}
             break
     return found
+
+
+def distinct_drivers(program: Program, fit: Fit) -> dict[str, np.ndarray]:
+    """`drivers_of` without time where another driver says the same, as the strain of steady pulls does."""
+    found = drivers_of(program, fit)
+    return {name: x for name, x in found.items() if name != "time" or not like_time(program, found)}
+
+
+def like_time(program: Program, drivers: dict[str, np.ndarray]) -> str:
+    """Driver of which time is a function in fitted rows, to within two knots of a discrepancy; or nothing.
+
+    A discrepancy over one of them is then one over the other. What drives the model is the likelier cause.
+    """
+    rows = np.asarray(program.stacked.mask)[: len(program.recordings)].astype(bool)
+    rows &= program.fitted[:, None]
+    time = drivers["time"][rows]
+    recorded = program.recordings[0].has
+    for name in sorted(drivers, key=lambda one: not recorded(one)):
+        x = np.nan_to_num(drivers[name][rows])
+        edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, DISCREPANCY.knots + 1)))
+        if name == "time" or len(edges) <= DISCREPANCY.knots:
+            continue
+        place = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, DISCREPANCY.knots - 1)
+        spans = [np.ptp(time[place == bin]) for bin in range(DISCREPANCY.knots)]
+        if max(spans) <= 2.0 * np.ptp(time) / DISCREPANCY.knots:
+            return name
+    return ""
 
 
 def _misfit(program: Program, fit: Fit) -> tuple[np.ndarray, np.ndarray]:

@@ -15,7 +15,7 @@ from pneusma_jax.late import Late
 from ..evaluate.program import Program
 from ..fit.refit import Fit
 from ..settings import DEFAULT
-from .locate import drivers_of
+from .locate import distinct_drivers
 
 stats = Late("scipy.stats")
 PLACE = DEFAULT.place
@@ -85,7 +85,7 @@ def _share(square: np.ndarray, inside: np.ndarray) -> float:
 
 def _stretches(program: Program, fit: Fit) -> _Stretches:
     """Every recording in stretches, with the regimes that their rows are in."""
-    drivers, squares, members, texts = drivers_of(program, fit), [], [], []
+    drivers, squares, members, texts = distinct_drivers(program, fit), [], [], []
     regimes = [*_regimes(drivers), *_recordings(program)]
     for k in range(len(program.channels)):
         row_squares, first = np.zeros(program.stacked.mask.shape[1]), 0

@@ -271,4 +271,7 @@ def place_text(conclusion: Conclusion) -> str:
     text = f"The misfit of the refitted base model goes with {drivers} (strongest first). "
     if place.regions:
         text += f"It is where {place.regions[0]}. "
+    if place.like_time:
+        also = place.like_time.replace("_", " ")
+        text += f"Time goes with {also} in these recordings: a change with time would look the same. "
     return text + f"The part of the model that is concerned: {conclusion.component.replace('_', ' ')}."
