@@ -4,6 +4,7 @@ state."""
 from collections.abc import Sequence
 
 from fitting.data.recordings import Recording
+from fitting.inference.notes import of_several
 from fitting.inference.readings import cautions
 from fitting.specimens.reduction import said
 from fitting.specimens.rows import MOST_ROWS
@@ -25,7 +26,8 @@ def notices_of(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[s
         most: rows that were taken of each.
     """
     own = [f"{r.name}: {notice}" for r in recordings for notice in r.notices]
-    return [*assumed(recordings), *cautions(recordings), *said(recordings, most), *own]
+    notes = [*assumed(recordings), *cautions(recordings), *said(recordings, most), *own]
+    return of_several(notes, [recording.name for recording in recordings])
 
 
 def assumed(recordings: Sequence[Recording]) -> list[str]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.calibrate.result import Estimate
 from fitting.data.recordings import Campaign, require_fitted, schema
+from fitting.inference.notes import of_several
 from fitting.inference.parallel import small_matrices
 from fitting.inference.readings import cautions
 from fitting.specimens.reduction import said
@@ -176,7 +177,7 @@ def _notes(
             "Recordings for validation were fitted, too: only they contradict the base model, or they "
             "contradict what the others say; all scores are of recordings left out in turn"
         )
-    return notes
+    return of_several(notes, [recording.name for recording in program.recordings])
 
 
 def _at_bounds(conclusion: Conclusion) -> list[str]:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from fitting.data.recordings import schema
 from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
+from pneusma_jax.units import from_si
 
 from ..fit.misfit import limit_of
 from ..fit.prediction import predictive_chi_square
@@ -131,7 +135,8 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     held = not_fitted(base.how)
     rest = conclusion.remainder
     smooth = f"a smooth function of {rest.driver} added to {rest.quantity}" if rest is not None else ""
-    with_it, allowed = f"With {'it' if len(names) == 1 else 'them'}", ""
+    it = "it" if len(names) == 1 else "them"
+    with_it, allowed = f"With {it}", ""
     if names[0] == "unmodelled":
         terms = [f"{name}, which is doubtful," for name in names[1:]]
         if smooth:
@@ -141,9 +146,10 @@ def _verdict(conclusion: Conclusion) -> list[str]:
                 lead,
                 "Nothing that was recorded goes with what is left closely enough to be modelled: the misfit "
                 f"of {held} stays at a reduced chi-square of {number(base.reduced_chi2)}.",
+                *_in_units(conclusion),
                 _by_chance(chance),
             ]
-        with_it = f"With {' and '.join(terms)}"
+        it, with_it = "it" if len(terms) == 1 else "them", f"With {' and '.join(terms)}"
     elif went(base.reduced_chi2, after.reduced_chi2).startswith("rises"):
         allowed = ", no more than chance and the other recordings allow"
     if smooth and names[0] != "unmodelled":
@@ -153,8 +159,37 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         *_not_told_apart(conclusion),
         *(f.text for f in over),
         f"{with_it} the misfit of {held} {went(base.reduced_chi2, after.reduced_chi2)}{allowed}.",
+        *_in_units(conclusion, it),
         _by_chance(chance),
     ]
+
+
+def _in_units(conclusion: Conclusion, found: str = "") -> list[str]:
+    """A sentence with the errors on values that were not fitted, in the units of the recordings.
+
+    Args:
+        conclusion: the conclusion.
+        found: pronoun for what was found; empty where nothing was.
+    """
+    program, said = conclusion.explanation.program, []
+    outputs = {schema.quantity_and_unit(c)[0]: c for c in schema.KINDS[program.kind].columns.outputs}
+    for quantity, before in conclusion.before.rmse.items():
+        if quantity not in outputs:
+            continue
+        unit = schema.quantity_and_unit(outputs[quantity])[1]
+        first, then = (number(float(from_si(x, unit))) for x in (before, conclusion.after.rmse[quantity]))
+        share = before / max(_range_of(program, quantity), np.finfo(float).tiny)
+        size = f"{first} {unit} ({number(100.0 * share, '.2g')} % of its range)"
+        both = f"{size} without {found} and {then} {unit} with {found}" if found else size
+        said.append(f"of {quantity.replace('_', ' ')} is {both}")
+    return [f"The root mean square error {', that '.join(said)}."] if said else []
+
+
+def _range_of(program: Program, quantity: str) -> float:
+    """Range of an output over all recordings, SI; 0 where none has it."""
+    read = [c.measured for channels in program.channels for c in channels if c.quantity == quantity]
+    every = np.concatenate([values[np.isfinite(values)] for values in read])
+    return float(np.ptp(every)) if every.size else 0.0
 
 
 def _unexplained(conclusion: Conclusion, whole: str) -> str:

@@ -1,0 +1,17 @@
+"""Sentences about several recordings: one for all that share it, no recording forgotten."""
+
+from fitting.inference.notes import of_several
+
+
+def test_what_several_recordings_share_is_said_once():
+    notes = ["a: reduced from 9 rows to 4", "the law is Yeoh", "b: reduced from 9 rows to 4", "b: its clock stops"]
+    assert of_several(notes, ["a", "b"]) == ["a, b: reduced from 9 rows to 4", "the law is Yeoh", "b: its clock stops"]
+
+
+def test_many_recordings_are_counted():
+    names = [f"r{k}" for k in range(5)]
+    assert of_several([f"{name}: no noise" for name in names], names) == ["r0, r1, r2, ... (5 recordings): no noise"]
+
+
+def test_a_colon_does_not_make_a_recording():
+    assert of_several(["check: two clocks", "check: two clocks"], ["a"]) == ["check: two clocks"]
