@@ -88,6 +88,14 @@ def _only_readings(recording: Recording, rows: np.ndarray) -> Recording:
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, ""))
 
 
+def chosen_readings(recording: Recording) -> np.ndarray | None:
+    """Number of each row among the original's readings, ascending; None where no reading was left out."""
+    how = recording.reduction
+    if how is None or how.rows is None or not how.text:
+        return None
+    return np.searchsorted(read_rows(how.source), how.rows)
+
+
 def said(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[str]:
     """Sentences that say how each recording was reduced.
 

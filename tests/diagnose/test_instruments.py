@@ -1,5 +1,7 @@
 """The noise of an instrument from all of its recordings: its size, its growth with the signal, its memory."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -113,3 +115,22 @@ def test_samples_beside_a_row_that_does_not_count_do_not_count():
     assert len(fine.errors) == 11 and fine.block == 1
     assert np.isnan(fine.errors[2:7]).all() and np.isfinite(fine.errors[7:]).all()
     np.testing.assert_allclose(fine.inputs, 3.0)
+
+
+def test_the_misfit_of_rows_that_were_chosen_far_apart_is_no_noise():
+    """Of many cycles every 25th reading was kept: what the model misses of a cycle bends from row to row."""
+    readings = 25 * np.arange(400)
+    missed = np.sin(2.0 * np.pi * readings / 260.0)
+    errors = missed + 1e-3 * np.random.default_rng(1).normal(size=400)
+    apart = Series(errors, np.ones(400), np.zeros(400), None, 1)
+    assert instrument_of([apart]).scale > 0.1
+    assert instrument_of([replace(apart, readings=readings)]) is None  # its first estimate stays
+
+
+def test_neighbours_among_chosen_rows_tell_the_noise():
+    """Runs of ten neighbouring readings between gaps, as where readings change fast."""
+    readings = np.concatenate([100 * k + np.arange(10) for k in range(40)])
+    slow = np.sin(2.0 * np.pi * readings / 2000.0)
+    errors = slow + 0.02 * np.random.default_rng(1).normal(size=400)
+    found = instrument_of([Series(errors, np.ones(400), np.zeros(400), None, 1, readings=readings)])
+    assert found.scale == pytest.approx(0.02, rel=0.1)

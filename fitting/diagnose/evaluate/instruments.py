@@ -70,6 +70,8 @@ class Series:
         block: samples in a row.
         rounding: 1-sigma of the rounding of a row, SI; `errors` and `inputs` hold half as much again, see
             `dithered`.
+        readings: number of each row among the readings that it was chosen from, (rows,); None where every
+            reading is in a row.
     """
 
     errors: np.ndarray
@@ -78,6 +80,7 @@ class Series:
     stated: float | None
     block: int
     rounding: float = 0.0
+    readings: np.ndarray | None = None
 
     def dithered(self, rounding: float) -> "Series":
         """The same with random errors of half a rounding step: rounded rows have differences of 0.
@@ -114,10 +117,19 @@ class Series:
         return replace(self, errors=errors, signal=signal, inputs=inputs * block / each, block=each)
 
     def bends(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Second differences by distance, and the rows in their middle."""
+        """Second differences by distance, and the rows in their middle.
+
+        Of chosen rows only neighbouring readings count. Over rows that lie further apart a model's own misfit
+        is no straight line, and would pass for noise.
+        """
         found = []
         for lag in NOISE.lags:
             bend = self.errors[2 * lag :] - 2.0 * self.errors[lag:-lag] + self.errors[: -2 * lag]
+            if self.readings is not None:
+                apart = np.full(len(bend), np.inf)
+                whole = self.readings[2 * lag :] - self.readings[: -2 * lag]
+                apart[: len(whole)] = whole
+                bend = np.where(apart == 2 * lag, bend, np.nan)
             there = np.flatnonzero(np.isfinite(bend))
             found.append((bend[there], there + lag))
         return found

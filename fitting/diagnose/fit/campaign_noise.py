@@ -6,6 +6,7 @@ import numpy as np
 
 from fitting.inference.noise import rounding_noise
 from fitting.inference.readings import read_values
+from fitting.specimens.reduction import chosen_readings
 
 from ..evaluate.evaluation import Evaluation, row_count
 from ..evaluate.instruments import Series, instrument_of, series_of
@@ -34,6 +35,8 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
             one = series_of(channel, bare[k][j], here.predicted[k][j], stated, recording.block)
             rounding = rounding_noise(read_values(recording, channel.quantity)) / np.sqrt(recording.block)
             one = one.dithered(rounding)
+            if stated is None:
+                one = replace(one, readings=chosen_readings(recording))
             key = channel.quantity, stated is None
             groups.setdefault(key, []).append((k, j, one.less(taken[j])))
     for members in groups.values():

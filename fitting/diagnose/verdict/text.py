@@ -177,10 +177,11 @@ def _in_units(conclusion: Conclusion, found: str = "") -> list[str]:
         if quantity not in outputs:
             continue
         unit = schema.quantity_and_unit(outputs[quantity])[1]
-        first, then = (number(float(from_si(x, unit))) for x in (before, conclusion.after.rmse[quantity]))
+        errors = before, conclusion.after.rmse[quantity]
+        first, then = (f"{number(float(from_si(x, unit)))} {unit}".removesuffix(" 1") for x in errors)
         share = before / max(_range_of(program, quantity), np.finfo(float).tiny)
-        size = f"{first} {unit} ({number(100.0 * share, '.2g')} % of its range)"
-        both = f"{size} without {found} and {then} {unit} with {found}" if found else size
+        size = f"{first} ({number(100.0 * share, '.2g')} % of its range)"
+        both = f"{size} without {found} and {then} with {found}" if found else size
         said.append(f"of {quantity.replace('_', ' ')} is {both}")
     return [f"The root mean square error {', that '.join(said)}."] if said else []
 
