@@ -1,9 +1,14 @@
-"""Sentences about recordings, put together where several recordings have the same one."""
+"""Lists of names in sentences, and sentences that several recordings share."""
 
 from collections.abc import Sequence
 
 MOST_NAMES = 3
 """Maximum number of recordings that a sentence names."""
+
+
+def joined(names: Sequence[str], last: str = "and") -> str:
+    """Names as a sentence lists them: `a, b and c`."""
+    return "".join(names[:1]) if len(names) < 2 else f"{', '.join(names[:-1])} {last} {names[-1]}"
 
 
 def of_several(notes: Sequence[str], names: Sequence[str]) -> list[str]:

@@ -5,7 +5,6 @@ never silent: it reads `n/a` or `infinite`.
 """
 
 import math
-from collections.abc import Sequence
 
 from fitting.inference.numbers import number
 from fitting.inference.parameters import format_estimate
@@ -43,8 +42,3 @@ def relative(value: float, sd: float | None) -> str:
 def with_unit(name: str, unit: str) -> str:
     """A name with its unit in brackets; a pure number (`1`) has none."""
     return name if unit in ("1", "") else f"{name} [{unit}]"
-
-
-def joined(names: Sequence[str], last: str = "and") -> str:
-    """Names as a sentence lists them: `a, b and c`."""
-    return "".join(names[:1]) if len(names) < 2 else f"{', '.join(names[:-1])} {last} {names[-1]}"

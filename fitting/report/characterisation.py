@@ -9,9 +9,10 @@ from fitting.calibrate.quoted import MERELY_PRIOR, merely_prior
 from fitting.calibrate.result import SCHEMA, Estimate
 from fitting.data.csv_text import csv_rows
 from fitting.inference.lasting_noise import Lasting
+from fitting.inference.notes import joined
 from pneusma_jax.errors import counted
 
-from .cells import joined, number, percent, relative, with_error
+from .cells import number, percent, relative, with_error
 from .table import Table
 
 ERRORS = "± one standard error."

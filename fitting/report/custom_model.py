@@ -6,10 +6,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fitting.diagnose.custom_model import Explained
+from fitting.inference.notes import joined
 from pneusma_jax.errors import counted
 
 from . import figures as house
-from .cells import joined, number
+from .cells import number
 from .report import Picture, Points, Report, Section
 from .table import Table
 

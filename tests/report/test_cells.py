@@ -7,7 +7,8 @@ import pytest
 
 from fitting.calibrate.result import Estimate
 from fitting.data.csv_text import csv_rows, csv_text
-from fitting.report.cells import joined, number, percent, relative, with_error, with_unit
+from fitting.inference.notes import joined
+from fitting.report.cells import number, percent, relative, with_error, with_unit
 from fitting.report.characterisation import parameter_table, parameters_csv, subtitle
 from fitting.report.elastomer.payload import estimates_json
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fitting.inference.notes import joined
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.model_discrepancy import WALL
 
@@ -174,19 +175,19 @@ def _left_over(explanation: Explanation, unknown: float, judged: Assessment, fou
         (left - 1.0) * program.observations(mask) for left, mask in zip(judged.last, masks, strict=True)
     ]
     text = (
-        f"{' and '.join(names)} {'leaves' if len(names) == 1 else 'leave'} more than noise: the form is not "
+        f"{joined(names)} {'leaves' if len(names) == 1 else 'leave'} more than noise: the form is not "
         "quite nature's, or something else acts as well or instead."
     )
     if by_discrepancy(judged.further):
         text = (
-            f"Beside {' and '.join(names)}, {_function_of(judged.further)} has a log Bayes factor of "
+            f"Beside {joined(names)}, {_function_of(judged.further)} has a log Bayes factor of "
             f"{judged.further.bayes:.3g}: the form is not quite nature's, or something else acts as well or "
             "instead."
         )
     if judged.rival is not None:
         text = (
             f"A smooth function of {judged.rival.driver.replace('_', ' ')} without a name predicts "
-            f"recordings that are left out better than {' and '.join(names)}: that may stand for something "
+            f"recordings that are left out better than {joined(names)}: that may stand for something "
             "else."
         )
     text = " ".join([text, *([_looks_like(judged.mimicked)] if judged.mimicked else ())])

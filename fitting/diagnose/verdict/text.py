@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.data.recordings import schema
+from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
@@ -81,12 +82,12 @@ def _or_without_turns(conclusion: Conclusion, sentences: list[str]) -> list[str]
     rival = conclusion.without_turns
     if rival is None:
         return sentences
-    whole, names = base_named(conclusion), " and ".join(f.slug for f in rival.found)
+    whole, names = base_named(conclusion), joined([f.slug for f in rival.found])
     told = (
         f"Turning points have a log Bayes factor of {rival.turns:.0f}, {names} without them of "
         f"{rival.effects:.0f}: these recordings do not tell which of the two acts."
     )
-    effects = " and ".join(f"{f.slug} ({f.probability:.2f})" for f in rival.found)
+    effects = joined([f"{f.slug} ({f.probability:.2f})" for f in rival.found])
     if conclusion.mismatch:
         acts = "acts" if len(rival.found) == 1 else "act"
         other = f"Or the drive did not turn between rows, and {effects} {acts}."
@@ -149,7 +150,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
                 *_in_units(conclusion),
                 _by_chance(chance),
             ]
-        it, with_it = "it" if len(terms) == 1 else "them", f"With {' and '.join(terms)}"
+        it, with_it = "it" if len(terms) == 1 else "them", f"With {joined(terms)}"
     elif went(base.reduced_chi2, after.reduced_chi2).startswith("rises"):
         allowed = ", no more than chance and the other recordings allow"
     if smooth and names[0] != "unmodelled":
@@ -197,7 +198,7 @@ def _unexplained(conclusion: Conclusion, whole: str) -> str:
     """The first sentence where nothing that has a name explains the recordings."""
     left, what = conclusion.left, "no effect that is known here explains them"
     if left is not None and left.names and not left.trusted:
-        what = f"no name is to be trusted: with {' and '.join(left.names)}, {left.text}"
+        what = f"no name is to be trusted: with {joined(left.names)}, {left.text}"
     elif left is not None:
         what += f": {left.text}"
     return f"The recordings contradict {whole}, and {what}."
@@ -206,7 +207,7 @@ def _unexplained(conclusion: Conclusion, whole: str) -> str:
 def _named(conclusion: Conclusion, names: Sequence[str]) -> str:
     """The first sentence where effects are named; with what they leave beyond noise."""
     left = "" if conclusion.left is None else f"; {conclusion.left.text}"
-    lead = f"{_capital(base_named(conclusion))} leaves out {' and '.join(names)}"
+    lead = f"{_capital(base_named(conclusion))} leaves out {joined(names)}"
     if len(names) > 1:
         return f"{lead}{left}."
     return f"{lead}{left}: {CATALOGUE[names[0]].sentence}"
@@ -244,7 +245,7 @@ def refused(slugs: Sequence[str], how: str, before: float, after: float) -> str:
     """A sentence about effects that fit better and predict worse."""
     it = "it" if len(slugs) == 1 else "them"
     return (
-        f"{' and '.join(slugs)} would fit the recordings better, but with {it} the misfit of "
+        f"{joined(slugs)} would fit the recordings better, but with {it} the misfit of "
         f"{not_fitted(how)} {went(before, after)}: not accepted"
     )
 
@@ -293,7 +294,7 @@ def contended(slugs: tuple[str, ...], named: bool) -> str:
     explain = "together explain and predict" if len(slugs) > 1 else "explains and predicts"
     less = "what is named" if named else "the base model"
     return (
-        f"{' and '.join(slugs)} {explain} the recordings better than {less}, "
+        f"{joined(slugs)} {explain} the recordings better than {less}, "
         "but drift or noise of the instruments explains the difference as well"
     )
 

@@ -10,10 +10,11 @@ from fitting.design.neighbours import DISTANCES, jumps
 from fitting.design.optimise import ALLOWED
 from fitting.design.result import Design, DesignResult
 from fitting.design.study import Free, Objective
+from fitting.inference.notes import joined
 from pneusma_jax.errors import counted
 from pneusma_jax.units import UNITS, from_si, to_si
 
-from ..cells import joined, with_unit
+from ..cells import with_unit
 from ..table import Table
 
 STEPS = {"length": (0.1, "mm"), "pressure": (1.0, "kPa")}

@@ -7,11 +7,12 @@ from typing import Any
 from fitting.data.csv_text import csv_rows
 from fitting.diagnose.batch import Diagnosed, Diagnoses
 from fitting.diagnose.verdict.conclusion import Conclusion
+from fitting.inference.notes import joined
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.errors import counted
 
 from .. import render
-from ..cells import joined, number
+from ..cells import number
 from ..report import Points, Report, Section
 from ..table import Table
 from .report import report_of as diagnosis_report

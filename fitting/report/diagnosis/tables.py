@@ -7,11 +7,12 @@ from fitting.diagnose.fit.misfit import reduced
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.held_out import HeldOut
 from fitting.diagnose.verdict.probabilities import Found
+from fitting.inference.notes import joined
 from fitting.specimens.rows import MARK
 from pneusma_jax.model_discrepancy import unit_of
 from pneusma_jax.units import from_si
 
-from ..cells import joined, number, with_unit
+from ..cells import number, with_unit
 from ..table import Table
 
 NONE = "-"

@@ -12,9 +12,10 @@ from fitting.calibrate.elastomer.model import Zero
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, estimates
 from fitting.calibrate.elastomer.samples import RELATIVE_SPREAD
 from fitting.calibrate.identifiability import identifiability
+from fitting.inference.notes import joined
 from pneusma_jax.units import from_si
 
-from ..cells import joined, percent, with_error
+from ..cells import percent, with_error
 from ..characterisation import estimate_text
 
 CORRELATED = 0.3

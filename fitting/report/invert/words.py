@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fitting.inference.notes import joined
 from fitting.invert.goals import GOALS
 from fitting.invert.passage import CLOSE, Passage
 from fitting.invert.result import Inversion, spring_name
@@ -9,7 +10,7 @@ from fitting.invert.trajectory import Trajectory
 from pneusma_jax.errors import counted
 from pneusma_jax.units import from_si, unit_of_column
 
-from ..cells import joined, number
+from ..cells import number
 from ..table import Table
 
 SHOWN = 20

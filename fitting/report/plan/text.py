@@ -3,13 +3,14 @@
 import numpy as np
 
 from fitting.calibrate.spring.reach import HOT_STEPS
+from fitting.inference.notes import joined
 from fitting.plan.candidates import LEG_ROWS
 from fitting.plan.plan import KNOWN, Plan
 from fitting.synthesise.controller import rest_resistances
 from fitting.synthesise.spring import COLD_WIDTHS
 from pneusma_jax.errors import counted
 
-from ..cells import joined, percent
+from ..cells import percent
 
 UNTOLD = 0.7
 """1-sigma after a test over that before, from which prior and test weigh alike: it says next to nothing."""
