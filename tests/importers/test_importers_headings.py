@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from answers import refusal
 
-from fitting.data.importers import import_file, make_options
+from fitting.data.importers import import_file, make_options, words
 from fitting.data.importers.other_headings import quantity_by_word
-from fitting.data.importers.words import heading_of, meaning
+from fitting.data.importers.spelling import parse_heading as heading_of_spelling
+from fitting.data.importers.words import WORDS, heading_of, meaning, meaning_of
+from pneusma_jax.errors import InputError
 
 X = np.linspace(0.0, 40.0, 30)
 COLUMNS = (0.5 * np.arange(30.0), X, 0.012 * X, 2.1 + 0.003 * X)
@@ -95,3 +97,32 @@ def test_a_refusal_names_the_columns_that_were_not_recognised_and_names_that_wou
 def test_a_file_with_one_known_heading_names_the_others(put):
     said = refusal(put("a.csv", table("Time (s)", "Weg der Bühne (mm)", "Zug [N]", "Spule [Ohm]")))
     assert "name its columns ('Time (s)', 'Weg der Bühne (mm)', 'Zug [N]', 'Spule [Ohm]')" in said and "--map elongation='Weg der Bühne (mm)'" in said
+
+
+DECORATED = [
+    "{}", "{} (N)", "{} [-]", "{}_mm", "{} %", "{}, kPa", "{}s", "{}es", "{} 2", "{}2", "{} #3", "Specimen 2 {}", "s1 {}",
+    "{} - sample B", "{} measured", "max {}", "5 {}", "-{}", "[1] {}", "percent {}", "{} C", "({})", "{}-a (s)", "x{}", "{}x",
+]  # fmt: skip
+
+
+def test_a_text_has_the_meaning_of_its_heading():
+    """The guards against long tables pass over no heading, in any decoration of a known word."""
+    texts = [form.format(write(w)) for ws in WORDS.values() for w in ws for form in DECORATED for write in (str, str.title)]
+    assert sum(meaning_of(text) is not None for text in texts) > len(texts) // 3
+    assert [text for text in texts if meaning_of(text) != meaning(heading_of(text))] == []
+
+
+@pytest.mark.parametrize(
+    "row", ["{0},{1:.5f},{1:.4e}", "2024-05-31 12:00:00.{0:06d},{1:.5f},ok", "{0}x,{1:.3f}%,high;low|far", "note {0},valve {0};next {0}"]
+)
+def test_the_rows_of_a_long_file_are_not_parsed_as_headings(put, monkeypatch, row):
+    """A long file would take minutes otherwise."""
+    asked = []
+    words._meaning_of.cache_clear()
+    monkeypatch.setattr(words, "parse_heading", lambda text: asked.append(text) or heading_of_spelling(text))
+    path = put("a.csv", "Time (s),Strain (%),Stress (kPa)\n" + "".join(row.format(k, 0.01 * k) + "\n" for k in range(3000)))
+    try:
+        import_file(path)
+    except InputError:
+        pass
+    assert 0 < len(asked) < 100

@@ -62,8 +62,14 @@ def has_time_of_day(text: str) -> bool:
 
 def without_midnight(texts: Sequence[str]) -> list[str] | None:
     """Dates without the midnight that spreadsheets write behind them; None if a field is no date alone."""
-    dates = [re.sub(r"[T ]00:00(?::00)?$", "", text.strip()) for text in texts]
-    return dates if all((row := _DATED.fullmatch(d)) and not row["parts"] for d in dates) else None
+    dates = []
+    for text in texts:
+        date = re.sub(r"[T ]00:00(?::00)?$", "", text.strip())
+        found = _DATED.fullmatch(date)
+        if found is None or found["parts"]:
+            return None
+        dates.append(date)
+    return dates
 
 
 def read_clock(texts: Sequence[str], heading: str = "") -> Clock | None:

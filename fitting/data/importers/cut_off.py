@@ -9,7 +9,7 @@ import numpy as np
 from .numerals import to_number
 from .raw import Page
 from .separators import LEAST_ROWS
-from .words import heading_of, meaning
+from .words import meaning_of
 
 RECENT = 8
 """Number of rows above the last one that tell what it may be."""
@@ -111,7 +111,7 @@ def _first_digits(text: str, above: Sequence[float | None], decimal: str) -> boo
 
 def _side_by_side(header: Sequence[str], there: int) -> bool:
     """True if headings beyond a column repeat a quantity before it: tests of unequal length stand there."""
-    found = [meaning(heading_of(text)) for text in header]
+    found = [meaning_of(text) for text in header]
     before, beyond = ({means.quantity for means in part if means} for part in (found[:there], found[there:]))
     return bool(before & beyond)
 

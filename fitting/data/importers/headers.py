@@ -8,7 +8,7 @@ from typing import NamedTuple
 from .numerals import like_a_number
 from .separators import LEAST_ROWS
 from .spelling import may_be_unit, parse_heading, same_unit
-from .words import heading_of, meaning
+from .words import meaning_of
 
 # Names of columns, though units are called so, too.
 _NAMES_TOO = ("strain", "ratio", "t", "f", "r", "i", "temp")
@@ -55,7 +55,7 @@ def first_table(fields: Rows, parsed: Parsed, begin: int) -> Start | None:
 
 def names_quantities(row: list[str]) -> int:
     """Number of fields that name a quantity."""
-    return sum(bool(text) and meaning(heading_of(text)) is not None for text in row)
+    return sum(bool(text) and meaning_of(text) is not None for text in row)
 
 
 def _first_run(parsed: Parsed, fields: Rows, begin: int) -> list[int]:
@@ -108,8 +108,9 @@ def _spoilt_rows(fields: Rows, start: int, floor: int) -> list[int]:
 
 
 def _last_number(row: list[float | None] | None) -> int:
-    """Number of fields up to the last one that is a number."""
-    return max(i + 1 for i, x in enumerate(row or []) if x is not None and not math.isnan(x))
+    """Number of fields up to the last one that is a number; 0 without any."""
+    filled = (i + 1 for i, x in reversed([*enumerate(row or [])]) if x is not None and not math.isnan(x))
+    return next(filled, 0)
 
 
 def header_above(fields: Rows, start: int, named: int, floor: int) -> tuple[list[str], int]:

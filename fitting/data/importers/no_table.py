@@ -1,21 +1,35 @@
 """Reasons why a page with headings of quantities holds no table of numbers."""
 
+import re
 from collections.abc import Iterator
 
 from pneusma_jax.errors import counted
 
 from .headers import names_quantities
 from .numerals import to_number
-from .raw import Page
+from .raw import Page, split_line
 from .separators import LEAST_ROWS
-from .words import heading_of, meaning
+from .words import meaning_of
+
+_LETTER = re.compile(r"[^\W\d_]")
 
 
 def headers_of(page: Page) -> Iterator[tuple[list[list[str]], int]]:
-    """Rows of a page in every division into fields, with each row that names two quantities."""
-    for delimiter in ("",) if page.is_sheet else (",", ";", "\t", "|"):
-        fields = page.fields(delimiter)
-        yield from ((fields, at) for at, row in enumerate(fields) if names_quantities(row) >= 2)
+    """Rows of a page in every division into fields, with each row that names two quantities.
+
+    A line is divided only where it has the mark between fields and a letter, since numbers name nothing.
+    """
+    if page.rows is not None:
+        yield from ((page.rows, at) for at, row in enumerate(page.rows) if names_quantities(row) >= 2)
+        return
+    lettered = [at for at, line in enumerate(page.lines) if _LETTER.search(line)]
+    for delimiter in (",", ";", "\t", "|"):
+        fields: list[list[str]] = []
+        for at in lettered:
+            line = page.lines[at]
+            if delimiter in line and names_quantities(split_line(line, delimiter)) >= 2:
+                fields = fields or page.fields(delimiter)
+                yield fields, at
 
 
 def words_for_numbers(page: Page) -> str:
@@ -26,7 +40,7 @@ def words_for_numbers(page: Page) -> str:
         if len(body) < LEAST_ROWS:
             continue
         for column, text in enumerate(header):
-            if not text or meaning(heading_of(text)) is None:
+            if not text or meaning_of(text) is None:
                 continue
             texts = [(i, row[column]) for i, row in body if to_number(row[column], ".") is None]
             texts = [(i, text) for i, text in texts if to_number(text, ",") is None]
@@ -40,7 +54,7 @@ def words_for_numbers(page: Page) -> str:
 def few_numbers(page: Page) -> str:
     """Reason that too few rows of numbers stand below the headings. Empty otherwise."""
     for fields, at in headers_of(page):
-        named = [text for text in fields[at] if text and meaning(heading_of(text)) is not None]
+        named = [text for text in fields[at] if text and meaning_of(text) is not None]
         count = sum(any(to_number(t, ".") is not None and t for t in row) for row in fields[at + 1 :])
         if count < LEAST_ROWS:
             what = f"{counted(count, 'row')} of numbers" if count else "no numbers"

@@ -98,9 +98,11 @@ def numeric_row(row: list[str], decimal: str, spaced: str = "any") -> list[float
     A field of digits with unreadable marks, or of a date, is no text: its row is data.
     """
     numbers = [to_number(text, decimal, spaced) for text in row]
-    texts = sum(
-        x is None and not like_a_number(text) and not like_a_clock(text)
-        for x, text in zip(numbers, row, strict=True)
-    )
+    texts = 0
+    if None in numbers:
+        texts = sum(
+            x is None and not like_a_number(text) and not like_a_clock(text)
+            for x, text in zip(numbers, row, strict=True)
+        )
     real = sum(x is not None and not math.isnan(x) for x in numbers)
     return None if real == 0 or 2 * texts >= len(row) or (texts and real < 2) else numbers

@@ -35,6 +35,8 @@ def _warn_of_restart(grid: Grid) -> None:
     near_start = np.abs(driver - driver[0]) <= _RESTART * span
     jumped = np.abs(np.diff(driver, prepend=driver[0])) > 0.5 * span
     restarts = np.flatnonzero(near_start & jumped)
+    if not restarts.size:
+        return
     for i in restarts:
         if grid.rows[i] - grid.rows[i - 1] > 1:
             lines = [" ".join(filter(None, line)) for line in grid.breaks.get(int(i), [])]

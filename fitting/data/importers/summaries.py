@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from .separators import LEAST_ROWS
 from .spelling import plain
-from .words import heading_of, meaning
+from .words import meaning_of
 
 _WORDS = re.compile(
     r"(mean|average|avg|ave|arithmetic mean|median|max|maximum|min|minimum|peak|std|st dev|std dev|stdev|sd|"
@@ -79,7 +79,7 @@ def _sections(fields: Sequence[list[str]], parsed: Sequence[list | None]) -> dic
         filled = [text for text in fields[i] if text]
         if len(filled) <= 2 and above >= LEAST_ROWS and _SECTIONS.match(_words(filled[0])):
             title = filled[0]
-        elif sum(meaning(heading_of(text)) is not None for text in filled) >= 2:
+        elif sum(meaning_of(text) is not None for text in filled) >= 2:
             above, title = 0, ""
     return found
 

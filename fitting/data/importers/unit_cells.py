@@ -1,5 +1,6 @@
 """Columns whose every field is a number with its unit, as handheld instruments write them: `3.214 Ω`."""
 
+import itertools
 import re
 from dataclasses import replace
 
@@ -7,7 +8,7 @@ from .no_table import headers_of
 from .raw import Page
 from .separators import LEAST_ROWS
 from .spelling import is_unit, parse_heading, same_unit, unit_name
-from .words import heading_of, meaning
+from .words import meaning_of
 
 _NUMBER = r"(?P<number>[+-]?[\d.,' \u00a0\u202f]*\d(?:[eE][+-]?\d+)?)"
 _WITH_UNIT = re.compile(_NUMBER + r"\s*(?P<unit>[^\d\s.,+'-][^\s,]{0,8})")
@@ -23,9 +24,11 @@ def without_units(page: Page) -> tuple[Page, list[str]]:
     """
     for fields, at in headers_of(page):
         header = fields[at]
-        body = [row for row in fields[at + 1 :] if len(row) == len(header)]
-        if len(body) < LEAST_ROWS or not any(map(_parts, (t for row in body[:SEARCHED] for t in row))):
+        below = (row for row in itertools.islice(fields, at + 1, None) if len(row) == len(header))
+        first = list(itertools.islice(below, SEARCHED))
+        if len(first) < LEAST_ROWS or not any(_parts(text) for row in first for text in row):
             continue
+        body = [*first, *below]
         units = {c: _unit_of([row[c] for row in body], text) for c, text in enumerate(header)}
         if any(units.values()):
             return _stripped(page, fields, at, {c: unit for c, unit in units.items() if unit})
@@ -48,7 +51,7 @@ def _unit_of(texts: list[str], heading: str) -> str:
     (unit,) = units
     fits = own is None or same_unit(own, unit)
     named = heading if own is not None else f"{heading} ({unit})"
-    return unit if fits and meaning(heading_of(named)) is not None else ""
+    return unit if fits and meaning_of(named) is not None else ""
 
 
 def _stripped(page: Page, fields: list[list[str]], at: int, units: dict[int, str]) -> tuple[Page, list[str]]:

@@ -1,7 +1,9 @@
 """Vocabulary of headings: words of machines and laboratories for quantities, and for specimens."""
 
 import re
+import unicodedata
 from dataclasses import dataclass
+from functools import lru_cache
 
 from .spelling import Heading, dimension, is_unit, parse_heading, plain, unit_name
 
@@ -141,6 +143,16 @@ _TAG_PATTERNS = (
     re.compile(r"^(?P<name>.+?)[\s\-:,_]+(?P<tag>[a-h])$"),  # `stress a`
 )  # fmt: skip
 
+_LETTERS = re.compile(r"[^\W\d_]+")
+_DIGIT_FIRST = re.compile(r"[+-]?[.,]?\d")
+_FIRST_WORDS = {
+    f"{_LETTERS.findall(word)[0]}{ending}"
+    for word in (*_QUANTITY, "microstrain", "millistrain")
+    for ending in ("", "s", "es")
+}
+CACHED = 4096
+"""Number of texts whose meaning is kept."""
+
 
 @dataclass(frozen=True)
 class Meaning:
@@ -172,6 +184,18 @@ def meaning(heading: Heading) -> Meaning | None:
     if clock and dimension(heading.unit) == "time":
         return Meaning("time", len(WORDS["time"]), tag=clock["tag"])
     return None
+
+
+def meaning_of(text: str) -> Meaning | None:
+    """Quantity and specimen that the text of a heading names; None if it names none."""
+    return None if not text or _DIGIT_FIRST.match(text) else _meaning_of(text)
+
+
+@lru_cache(maxsize=CACHED)
+def _meaning_of(text: str) -> Meaning | None:
+    """As `meaning_of`. Texts in which no name of a quantity begins are told at once."""
+    words = _LETTERS.findall(unicodedata.normalize("NFKC", text).lower())
+    return None if _FIRST_WORDS.isdisjoint(words) else meaning(heading_of(text))
 
 
 def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
