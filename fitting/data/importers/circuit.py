@@ -54,7 +54,8 @@ def add_resistances(making: Making) -> None:
             continue
         channel = channels[name]
         current = channels.get(name.replace("voltage", "current"))
-        if not circuit and current is not None and current.unit is not None:
+        flows = current is not None and current.unit is not None and np.nan_to_num(current.values).any()
+        if current is not None and flows and not circuit:
             _add_ratio(making, name, channel, current)
             continue
         missing = [key for key in NEEDED if key not in circuit]

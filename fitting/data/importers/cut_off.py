@@ -76,11 +76,13 @@ def cut_off(
         return None
     for count, what in (_decimals, "decimals"), (_exponent_digits, "digits of an exponent"):
         if count(last[-1]) < min(count(other[-1]) for other in others):
-            return CutOff(f"{row} ends with fewer {what} than all others ({end}): {asked}", True)
+            keep_it = f"; if it is whole, write it with as many {what}"
+            return CutOff(f"{row} ends with fewer {what} than all others ({end}): {asked}{keep_it}", True)
     above = [to_number(other[-1], decimal) for other in others[-RECENT:]]
     if not page.lines[keep[-1] + 1 :] and _first_digits(last[-1], above, decimal):
         said = f"{row} ends without an end of line in {last[-1]!r}, and the rows above it lead to expect more"
-        return CutOff(f"{said} digits ({end}): {asked}", True)
+        keep_it = "; if it is whole, end the file with an end of line"
+        return CutOff(f"{said} digits ({end}): {asked}{keep_it}", True)
     return None
 
 

@@ -18,8 +18,8 @@ from .unit_columns import with_units_of_rows
 from .words import SPECIMEN_WORDS
 
 _LABEL = re.compile(
-    rf"^(?:{'|'.join((*SPECIMEN_WORDS, 'test', 'run', 'versuch'))})\s*(?:label|name|id|i\."
-    rf" ?d\.|designation|no\.?|number|nr\.?|#)?"
+    rf"^(?:{'|'.join((*SPECIMEN_WORDS, 'test', 'run', 'versuch'))})(?:körper|n(?=nr|nummer|name|bez))?\s*"
+    r"(?:label|name|id|i\. ?d\.|designation|no\.?|number|nr\.?|nummer|bezeichnung|#)?(?![^\W\d_])"
     r"\s*[:=,;#]?\s*(?P<label>\S.{0,60})$",
     re.IGNORECASE,
 )
