@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from .numerals import like_a_number
 from .separators import LEAST_ROWS
-from .spelling import may_be_unit, parse_heading, same_unit
+from .spelling import first_unit, may_be_unit, parse_heading, same_unit
 from .words import meaning_of
 
 # Names of columns, though units are called so, too.
@@ -146,6 +146,7 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> tuple[list
 def _with_unit(name: str, unit: str) -> str:
     """A name with the unit below it, unless it states that unit itself."""
     own = parse_heading(name).unit
+    unit = "-" if unit == "1" else unit  # a number behind a unit would count columns
     return name if not unit or (own is not None and same_unit(own, unit)) else f"{name} ({unit})"
 
 
@@ -153,12 +154,11 @@ def two_units(header: list[str]) -> list[str]:
     """Notices about headings that state one unit, and another one after it, as in a row of units below."""
     said = []
     for text in header:
-        name, _, unit = text.rstrip(")").rpartition(" (")
-        own = parse_heading(name).unit
-        if name and own is not None and may_be_unit(unit) and not same_unit(own, unit):
+        before, taken = first_unit(text), parse_heading(text).unit
+        if before is not None and taken is not None and not same_unit(str(before.unit), taken):
             said.append(
-                f"check: the heading {name!r} states {own}, and {unit} stands after it or in the row of"
-                f" units: {unit} was taken; --unit QUANTITY={own} takes the other"
+                f"check: the heading {before.text!r} states {before.unit}, and {taken} stands after it or in"
+                f" the row of units: {taken} was taken; --unit QUANTITY={before.unit} takes the other"
             )
     return said
 

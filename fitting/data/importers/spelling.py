@@ -52,6 +52,10 @@ for _known in UNITS:
     _FOLDED.setdefault(_known.casefold(), set()).add(_known)
 
 _BRACKETS = re.compile(r"[(\[{]([^()\[\]{}]*)[)\]}]")
+# A letter or number that may name a specimen, not a unit: `Specimen (A) strain (%)`, `Stress S (MPa)`.
+_TAG = re.compile(r"[(\[{]\s*[a-hA-H\d]\s*[)\]}](?=.*\w)|(?<![\s,;:/])[\s_]+[^\W_]$|[(\[{]\s*\d\s*[)\]}]$")
+# A letter that is one where the unit behind it is of another dimension: `Strain (A) (%)`, not `Temp (C) (K)`.
+_LETTER_LAST = re.compile(r"[(\[{]\s*[a-hA-H]\s*[)\]}]$")
 # Symbols with which m is milli and M is mega. A unit that differs in its prefix alone is another one.
 _PREFIXED = re.compile(r"[mM](?=(?:Pa|N|V|A|W|g|s|m|rad|bar|ohm)(?![A-Za-oq-z0-9]))")
 _EXACT = {"Nm": "N m", "Nmm": "N mm"}  # spellings in which capitals tell units apart
@@ -161,7 +165,8 @@ def parse_heading(text: str) -> Heading:
         content = found[1].strip()
         if may_be_unit(content) and not (several and content.isdigit()):  # `Strain (%) (1)` counts columns
             rest = text[: found.start()] + " " + text[found.end() :]
-            return _heading(text, rest, content)
+            before = first_unit(text)
+            return _heading(text, rest if before is None else before.name, content)
     for pattern in (r"^(.+?)\s*[,;:]\s*(\S.*)$", r"^(.+?)\s+(?:/|in)\s+(\S.*)$", r"^(.+?)\s*/\s*(\S+)$"):
         found = re.match(pattern, text)
         if found and found[2].strip() and may_be_unit(found[2].strip(" ()[]")):
@@ -182,6 +187,22 @@ def parse_heading(text: str) -> Heading:
         # A unit that is not known: the name without it, and the error about it when the column is needed.
         return Heading(text, plain(text[: brackets[-1].start()]), brackets[-1][1].strip())
     return Heading(text, plain(text), None, pressure_zero(text))
+
+
+def first_unit(text: str) -> Heading | None:
+    """The heading before a unit in brackets that states a unit itself: `Strain %` of `Strain % (-)`, or None.
+
+    A single letter or number may be the name of a specimen. It is no such unit.
+    """
+    last = re.search(r"[(\[{]([^()\[\]{}]*)[)\]}]\s*$", text)
+    if last is None or last[1].strip().isdigit() or not may_be_unit(last[1].strip()):
+        return None
+    rest = text[: last.start()].strip()
+    before = parse_heading(rest)
+    if before.unit is None or not may_be_unit(before.unit) or _TAG.search(rest):
+        return None
+    letter = _LETTER_LAST.search(rest)
+    return before if letter is None or dimension(before.unit) == dimension(last[1].strip()) else None
 
 
 def _heading(text: str, name: str, unit: str) -> Heading:
