@@ -4,10 +4,10 @@ from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
-from answers import checks
+from answers import checks, refusal
 
 from fitting.characterise import characterise
-from fitting.data.importers import import_file, import_tests, make_options
+from fitting.data.importers import import_file, import_files, import_tests, make_options
 from fitting.data.recordings import write_recording
 from pneusma_jax.errors import InputError
 
@@ -149,7 +149,8 @@ def test_a_row_of_units_that_contradicts_the_headings_is_said(put):
 
 def test_a_number_in_brackets_behind_a_unit_is_no_unit(put):
     rows = [f"{t},{100 * e:.4f},{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
-    assert right(import_file(put("a.csv", "Time (s),Strain (%) (1),Stress (kPa) (1)\n" + "".join(rows))))
+    recording = import_file(put("a.csv", "Time (s),Strain (%) (1),Stress (kPa) (1)\n" + "".join(rows)))
+    assert right(recording) and not checks(recording)
 
 
 @pytest.mark.parametrize("spoilt", ["0.0,---,OVLD\n", "0.0,---,OVLD\n0.2,---,OVLD\n"])
@@ -187,6 +188,12 @@ def test_a_resistance_is_voltage_over_current_where_both_are_measured(put):
     assert any("resistance is 'Voltage (V)' over 'Current (mA)'" in note for note in checks(recording))
 
 
+def test_a_current_that_never_flows_makes_no_resistance(put):
+    rows = [f"{t},{10 * e:.4f},{e:.4f},{2 + e:.6f},0\n" for t, e in zip(TIME, STRAIN, strict=True)]
+    path = put("a.csv", "Time (s),Displacement (mm),Force (N),Voltage (V),Current (A)\n" + "".join(rows))
+    assert "needs the circuit: state it with --circuit adjust_V=... --circuit set_ohm=..." in refusal(path)
+
+
 @pytest.mark.parametrize(("gap", "decimal", "mark"), [(" ", ".", ","), ("", ".", "\t"), (" ", ",", ";")])
 def test_units_behind_every_number_are_those_of_their_column(put, gap, decimal, mark):
     rows = [f"{t:.1f}{gap}s|{1000 * e:.4f}{gap}mm|{0.02 * s:.6f}{gap}N\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
@@ -201,3 +208,155 @@ def test_units_that_change_or_contradict_behind_the_numbers_are_refused(put, hea
     rows = [f"{t},{25 * e:.4f},{0.02 * s:.5f} {first if k % 2 else second}\n" for k, (t, e, s) in enumerate(zip(TIME, STRAIN, STRESS, strict=True))]
     with pytest.raises(InputError, match="no numbers"):
         import_file(put("a.csv", f"Time (s),Extension (mm),{head}\n" + "".join(rows)), make_options(dimensions=["gauge_length_mm=25", "area_mm2=20"]))
+
+
+def dated(moment, form):
+    return [(moment + timedelta(seconds=float(t))).strftime(form) for t in TIME]
+
+
+@pytest.mark.parametrize("clock", [dated(NOON.replace(microsecond=0), "%Y-%m-%d %H:%M:%S"), [f"{t:.0f}" for t in range(N)]])
+@pytest.mark.parametrize("heading", ["Martensite fraction", "Fraction", "Volume fraction (-)"])
+def test_another_fraction_is_no_part_of_a_second(put, clock, heading):
+    rows = [f"{c},{e:.6f},{s:.4f},{k / N:.4f}\n" for k, (c, e, s) in enumerate(zip(clock, STRAIN, STRESS, strict=True))]
+    recording = import_file(put("a.csv", f"Time{' (s)' if '-' not in clock[0] else ''},Strain (-),Stress (kPa),{heading}\n" + "".join(rows)))
+    assert not any("part of a second" in note for note in recording.notices)
+    assert any("columns left aside" in note and heading in note for note in recording.notices)
+
+
+@pytest.mark.parametrize("heading", ["Fraction of a second", "Fraction (s)", "time_ms", "msec", "Sekundenbruchteil"])
+def test_other_names_of_parts_of_a_second_count(put, heading):
+    scale = 1e3 if "ms" in heading else 1.0
+    rows = [
+        f"{NOON + timedelta(seconds=int(t)):%H:%M:%S},{scale * (t % 1.0):.1f},{e:.6f},{s:.4f}\n"
+        for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)
+    ]
+    for order in (1, -1):
+        recording = import_file(put("a.csv", f"Time,{heading},Strain (-),Stress (kPa)\n" + "".join(rows[::order])))
+        assert right(recording) and any("is the part of a second of 'Time'" in note for note in recording.notices)
+
+
+MIDNIGHT = datetime(2024, 5, 31, 23, 59, 50)
+
+
+@pytest.mark.parametrize("moment", [NOON, MIDNIGHT, datetime(2024, 5, 31), datetime(2024, 6, 13, 23, 59, 59)])
+@pytest.mark.parametrize("form", ["%Y-%m-%d,%H:%M:%S.%f", "%d.%m.%Y,%I:%M:%S.%f %p"])
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_date_and_a_time_of_day_are_a_clock_over_midnight_in_either_order(put, moment, form, order):
+    rows = [f"{c},{e:.6f},{s:.4f}\n" for c, e, s in zip(dated(moment, form), STRAIN, STRESS, strict=True)]
+    recording = import_file(put("a.csv", "Date,Time,Strain (-),Stress (kPa)\n" + "".join(rows[::order])))
+    assert right(recording)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_time_of_day_alone_goes_on_over_midnight_in_either_order(put, order):
+    rows = [f"{c},{e:.6f},{s:.4f}\n" for c, e, s in zip(dated(MIDNIGHT, "%H:%M:%S.%f"), STRAIN, STRESS, strict=True)]
+    recording = import_file(put("a.csv", "Time,Strain (-),Stress (kPa)\n" + "".join(rows[::order])))
+    assert right(recording) and recording.columns["time_s"][0] == 86390.0
+
+
+@pytest.mark.parametrize("first_only", [False, True])
+def test_a_date_that_stays_that_of_the_start_is_counted_on_over_midnight(put, first_only):
+    dates = ["2024-05-31" if not k or not first_only else "" for k in range(N)]
+    rows = [f"{d},{c},{e:.6f},{s:.4f}\n" for d, c, e, s in zip(dates, dated(MIDNIGHT, "%H:%M:%S.%f"), STRAIN, STRESS, strict=True)]
+    first = put("a.csv", "Date,Time,Strain (-),Stress (kPa)\n" + "".join(rows))
+    recording = import_file(first)
+    assert right(recording) and any("stays the same past midnight" in note for note in checks(recording))
+    second = put("b.csv", "Date,Time,Strain (-),Stress (kPa)\n" + "".join(f"2024-06-01,0{k % 10}:10:00,0,0\n" for k in range(1, 9)))
+    both = import_files([first, second], make_options(successive=True))[0]
+    assert both.columns["time_s"][N] - both.columns["time_s"][0] == 10.0 + 4200.0
+
+
+def test_an_elapsed_time_beside_the_date_of_every_row_is_no_time_of_day(put):
+    rows = [f"2024-0{5 if t < 10 else 6}-{31 if t < 10 else 1:02d},00:00:{t:06.3f},{e:.6f},{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    recording = import_file(put("a.csv", "Date,Time,Strain (-),Stress (kPa)\n" + "".join(rows)))
+    assert right(recording) and recording.columns["time_s"][0] == 0.0
+
+
+@pytest.mark.parametrize("rows_back", [False, True])
+def test_pages_of_which_the_newest_is_the_first_are_one_test(put, rows_back):
+    parts = ["".join(ROWS[k : k + 30][:: -1 if rows_back else 1]) for k in (60, 30, 0)]
+    recording = import_file(put("a.csv", "Width (mm),6\n" + "\n".join(HEAD + part for part in parts)))
+    assert right(recording) and recording.notices[0] == "90 rows of 3 columns, separated by commas"
+    assert any("3 tables with the same headings" in note for note in checks(recording))
+
+
+def lvm(units, dimensions, heads, columns="One", samples="90\t90"):
+    return (
+        f"LabVIEW Measurement\t\nX_Columns\t{columns}\n***End_of_Header***\t\nChannels\t2\nSamples\t{samples}\n"
+        f"Y_Unit_Label\t{units}\nX_Dimension\t{dimensions}\n***End_of_Header***\t\t\n{heads}\tComment\n"
+    )
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.2])
+def test_the_clocks_of_a_labview_file_with_one_for_each_channel_are_compared(put, shift):
+    head = lvm("%\t\tkPa", "Time\t\tTime", "X_Value\tStrain\tX_Value\tStress", "Multi")
+    rows = [f"{t}\t{100 * e:.6f}\t{t + shift}\t{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    recording = import_file(put("a.lvm", head + "".join(rows)))
+    assert right(recording)
+    said = [note for note in recording.notices if "'X_Value' (column 3) is named as column 1" in note]
+    assert len(said) == 1 and ("differs from it by up to 0.2" if shift else "repeats it") in said[0]
+
+
+@pytest.mark.parametrize(("dimensions", "clock"), [("Time\tTime", True), ("Time\tFrequency", False), ("Frequency\tFrequency", False)])
+def test_the_first_column_of_a_labview_file_is_a_clock_where_its_dimension_is_time(put, dimensions, clock):
+    rows = [f"{t}\t{100 * e:.6f}\t{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    recording = import_file(put("a.lvm", lvm("%\tkPa", dimensions, "X_Value\tStrain\tStress") + "".join(rows)))
+    assert ("time_s" in recording.columns) == clock
+    assert any("'X_Value' is of several dimensions (frequency, time)" in note for note in checks(recording)) == (dimensions == "Time\tFrequency")
+
+
+def test_a_unit_of_a_labview_file_that_contradicts_a_heading_is_said(put):
+    rows = [f"{t}\t{100 * e:.6f}\t{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    recording = import_file(put("a.lvm", lvm("%\tN", "Time\tTime", "X_Value\tStrain\tStress (kPa)") + "".join(rows)))
+    assert right(recording) and any("states kPa, and the row Y_Unit_Label N: kPa was taken" in note for note in checks(recording))
+    (said,) = [note for note in recording.notices if "as the LabVIEW file states" in note]
+    assert "kPa" not in said and "'Strain' in percent" in said
+
+
+def test_segments_of_a_labview_file_are_not_named_by_their_number_of_samples(put):
+    rows = [f"{t}\t{100 * e:.6f}\t{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    segment = lvm("%\tkPa", "Time\tTime", "X_Value\tStrain\tStress") + "".join(rows)
+    recordings = import_tests(put("a.lvm", "\n".join([segment, segment])))
+    assert [one.source["raw_part"] for one in recordings] == ["test 1", "test 2"]
+
+
+@pytest.mark.parametrize("line", ["Specimen name: B-7", "Probenname: B-7", "Probekörper B-7", "Test no. 7"])
+def test_tables_are_named_by_the_lines_above_them(put, line):
+    recordings = import_tests(put("a.csv", f"{line}\n" + HEAD + "".join(ROWS) + f"\n{line}x\n" + HEAD + "".join(ROWS)))
+    assert [one.source["raw_part"] for one in recordings] == [line, f"{line}x"]
+
+
+def test_columns_of_one_name_in_units_that_cannot_be_compared_are_said(put):
+    clock = dated(NOON, "%H:%M:%S.%f")
+    rows = [f"{c},{e:.6f},{t},{s:.4f}\n" for c, t, e, s in zip(clock, TIME, STRAIN, STRESS, strict=True)]
+    recording = import_file(put("a.csv", "Time,Strain (-),Time,Stress (kPa)\n" + "".join(rows)))
+    assert right(recording)
+    (said,) = checks(recording)
+    assert "column 1 is in s and column 3 states no unit: column 1 was taken; --map time=3 takes the other" in said
+
+
+@pytest.mark.parametrize(("parts", "option"), [(1e3, "--map time=ts --unit time=ms"), (1.0, "--map time=ts --unit time=s")])
+def test_numbers_that_may_count_since_1970_are_pointed_to(put, parts, option):
+    rows = [f"{parts * (1717156800.0 + t):.3f},{e:.6f},{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    path = put("a.csv", "ts,Strain (-),Stress (kPa)\n" + "".join(rows))
+    (said,) = checks(import_file(path))
+    assert said.endswith(option) and "may count" in said and "since 1970" in said
+    assert right(import_file(path, make_options(columns=["time=ts"], units=[option.split()[-1]])))
+
+
+@pytest.mark.parametrize("own", ["Strain (%)", "Strain %", "Strain, %"])
+@pytest.mark.parametrize("below", ["(s),(-),(kPa)", "s,1,kPa"])
+def test_a_row_of_units_that_contradicts_the_headings_is_taken(put, own, below):
+    rows = [f"{t};{e:.6f};{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    recording = import_file(put("a.csv", f"Time (s);{own};Stress (MPa)\n{below.replace(',', ';')}\n" + "".join(rows)))
+    assert right(recording)
+    said = [note for note in checks(recording) if "row of units" in note]
+    assert len(said) == 2 and "states percent" in said[0] and "1 was taken" in said[0] and "kPa was taken" in said[1]
+
+
+def test_a_letter_behind_a_name_is_no_unit_that_contradicts(put):
+    head = "Time (s),Strain (A) (%),Stress (A) (kPa),Strain (B) (%),Stress (B) (kPa)\n"
+    rows = [f"{t},{100 * e:.6f},{s:.4f},{100 * e:.6f},{s:.4f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    recordings = import_tests(put("a.csv", head + "".join(rows)))
+    assert [one.source["raw_part"] for one in recordings] == ["a", "b"]
+    assert not any("row of units" in note for one in recordings for note in one.notices)

@@ -100,6 +100,7 @@ def test_a_whole_number_whose_last_digits_are_cut_off_is_left_out(put, rest):
     recording = import_file(put("a.csv", text(*WHOLE, f"4.8,61.0000,{rest}")), options)
     (said,) = [note for note in checks(recording) if "cut off" in note]
     assert said.startswith("check: row 26, the last one,") and "without an end of line" in said and "left out" in said
+    assert said.endswith("if it is whole, end the file with an end of line")
     assert len(recording) == 24
     ended = import_file(put("b.csv", text(*WHOLE, f"4.8,61.0000,{rest}", "")), options)
     assert len(ended) == 25  # a written end of line: the row is whole, and the specimen broke

@@ -123,9 +123,19 @@ def _picked(formats: list[_Format], remedy: str = "") -> Clock | None:
 
 
 def _continued(seconds: list[float], period: float) -> list[float]:
-    """Readings of a clock that begins anew after a period, such as midnight, counted on."""
+    """Readings of a clock that begins anew after a period, such as midnight, counted on.
+
+    Where most of them fall, the last one is the first in time.
+    """
     if math.isinf(period):
         return seconds
+    steps = [b - a for a, b in zip(seconds[:-1], seconds[1:], strict=True) if abs(b - a) <= period / 2.0]
+    if sum(step < 0.0 for step in steps) > sum(step > 0.0 for step in steps):
+        return _counted_on(seconds[::-1], period)[::-1]
+    return _counted_on(seconds, period)
+
+
+def _counted_on(seconds: list[float], period: float) -> list[float]:
     turns, counted = 0, []
     for k, value in enumerate(seconds):
         turns += k > 0 and value - seconds[k - 1] < -period / 2.0

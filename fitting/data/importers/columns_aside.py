@@ -6,7 +6,7 @@ import numpy as np
 
 from pneusma_jax.units import UNITS
 
-from .dates import may_be_clock
+from .dates import in_order, may_be_clock, since_1970
 from .grid import Grid
 from .making import Channel
 from .spelling import unit_name
@@ -21,32 +21,39 @@ def say_aside(grid: Grid, channels: dict[str, Channel]) -> list[str]:
 
     A column whose heading names the same as that of a taken one is compared with it.
     """
-    taken = {channel.column: quantity for quantity, channel in channels.items()}
+    taken = {channel.column: quantity for quantity, channel in channels.items() if channel.column >= 0}
     notices, aside = [], []
     for column, heading in enumerate(grid.headings):
         known = column in taken or column in grid.read_along or column - 1 in grid.by_row
         if known or not heading.text.strip():
             continue
-        twin = next((other for other in taken if other >= 0 and _same_name(grid, column, other)), None)
-        other = next((one for one in taken if one >= 0 and _numbered_like(grid, column, one)), None)
-        if twin is None and other is not None:
-            notices.append(_one_of_two(grid, column, other, taken[other]))
-            continue
-        if twin is None:
-            aside.append(repr(heading.text))
-        else:
+        if (twin := next((one for one in taken if _same_name(grid, column, one)), None)) is not None:
             notices.append(_compared(grid, column, twin, taken[twin]))
-    if "time" not in channels:
-        clocks = [h for h in grid.headings if may_be_clock(h) and repr(h.text) in aside]
-        notices += [
-            f"check: {h.text!r} was left aside, and nothing else is a clock: if it is one, --map"
-            f" time={shlex.quote(h.text)}"
-            for h in clocks
-        ]
-        aside = [text for text in aside if text not in {repr(h.text) for h in clocks}]
-    if aside:
-        notices.append(f"columns left aside: {', '.join(aside)} (--map QUANTITY=COLUMN takes one)")
+        elif (other := next((one for one in taken if _numbered_like(grid, column, one)), None)) is not None:
+            notices.append(_one_of_two(grid, column, other, taken[other]))
+        else:
+            aside.append(column)
+    clocks = {} if "time" in channels else {c: said for c in aside if (said := _perhaps_clock(grid, c))}
+    notices += clocks.values()
+    if rest := [repr(grid.headings[c].text) for c in aside if c not in clocks]:
+        notices.append(f"columns left aside: {', '.join(rest)} (--map QUANTITY=COLUMN takes one)")
     return notices
+
+
+def _perhaps_clock(grid: Grid, column: int) -> str:
+    """Notice about a column that may be the missing clock, by its heading or its numbers; empty otherwise."""
+    heading, values = grid.headings[column], grid.values[:, column]
+    since = since_1970(values)
+    since = since if since is not None and in_order(values) else None
+    if not since and not may_be_clock(heading):
+        return ""
+    counted = unit_name(since[1]) if since else "?"
+    unit = f" --unit time={counted}" if counted in UNITS and heading.unit is None else ""
+    counts = f" (its numbers may count {since[1]} since 1970)" if since else ""
+    return (
+        f"check: {heading.text!r} was left aside, and nothing else is a clock{counts}: if it is one, --map"
+        f" time={shlex.quote(heading.text)}{unit}"
+    )
 
 
 def _same_name(grid: Grid, column: int, other: int) -> bool:
@@ -95,18 +102,20 @@ def _compared(grid: Grid, column: int, other: int, quantity: str) -> str:
     """Notice about two columns with one heading."""
     first, second = grid.values[:, other], grid.values[:, column]
     units = [grid.headings[c].unit for c in (other, column)]
-    if units[0] != units[1]:
-        second = second * _factor(*units)
     both = f"{grid.headings[column].text!r} (column {column + 1}) is named as column {other + 1}"
     there = np.isfinite(first) & np.isfinite(second)
     if not np.isfinite(second).any():
         return f"{both}, but has no number in it, and was left aside"
+    took = f"column {other + 1} was taken; --map {quantity}={column + 1} takes the other"
+    factor = 1.0 if units[0] == units[1] else _factor(*units)
+    if factor is None:
+        stated = [f"column {c + 1} is in {u}" if u else f"column {c + 1} states no unit"
+                  for c, u in zip((other, column), units, strict=True)]  # fmt: skip
+        return f"check: {both} and was not compared, since {' and '.join(stated)}: {took}"
+    second = factor * second
     apart = float(np.abs(first - second)[there].max()) if there.any() else float("nan")
     rounding = ROUNDING * float(np.abs(first[there]).max()) if there.any() and units[0] != units[1] else 0.0
     if apart <= rounding and np.array_equal(np.isfinite(first), np.isfinite(second)):
         return f"{both} and repeats it: left aside"
     how = f"differs from it by up to {apart:.4g}" if there.any() else "is filled in other rows"
-    return (
-        f"check: {both} and {how}: column {other + 1} was taken; --map {quantity}={column + 1} takes the"
-        " other"
-    )
+    return f"check: {both} and {how}: {took}"

@@ -7,15 +7,16 @@ from datetime import datetime
 
 import numpy as np
 
-from .clocks import EPOCH, Clock, has_time_of_day, read_clock, without_midnight
+from ..recordings.columns import convert
+from .clocks import DAY_S, EPOCH, Clock, has_time_of_day, read_clock, without_midnight
 from .grid import Grid
 from .numerals import is_blank
-from .spelling import Heading
+from .spelling import Heading, dimension, plain, unit_name
 from .split_by_name import names_specimens
 from .words import meaning
 
 ELAPSED_S = 60.0
-"""Minimum first reading of a time of day [s]. One that begins at midnight is an elapsed time."""
+"""Minimum reading of a time of day beside one date [s]. One that begins at midnight is an elapsed time."""
 APART = 0.02
 """Minimum difference of the durations of two clocks that is reported, as part of the longer one."""
 YEAR_S = 366.0 * 86400.0
@@ -23,7 +24,13 @@ YEAR_S = 366.0 * 86400.0
 _UNIX = datetime(1970, 1, 1)
 _EPOCHS = (946684800.0, 4102444800.0)  # the years 2000 to 2099 [s]
 _PARTS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
-_FRACTION = re.compile(r"fraction|milliseconds?$|\bmsecs?$")
+_SECOND = r"(?:seconds?|secs?|s)"
+_FRACTION = re.compile(
+    rf"(?:time )?(?:fraction(?:al|s)?(?: part)?|parts?)(?: of)?(?: an?| the)?,? {_SECOND}|"
+    r"(?:time )?(?:milliseconds?|millis|msecs?|ms|millisekunden?|millisecondes?|milisegundos?)|"
+    r"sekundenbruchteile?|fractions? de secondes?"
+)
+"""Headings of the part of a second beside a clock of whole ones."""
 _DATE = re.compile(r"\bdate|datum|fecha|日期")
 
 
@@ -43,7 +50,7 @@ def may_be_date(heading: Heading) -> bool:
 def has_clock(grid: Grid) -> bool:
     """True if a heading names a time, and its column is not empty."""
     return any(
-        may_be_clock(heading) and any(_cell(cells, column) for cells in grid.cells)
+        may_be_clock(heading) and any(grid.texts(column))
         for column, heading in enumerate(grid.headings)
     )
 
@@ -55,7 +62,7 @@ def day_and_time(grid: Grid) -> tuple[int, int, Clock] | None:
     """
     days, times = [], []
     for column, heading in enumerate(grid.headings):
-        texts = [_cell(cells, column) for cells in grid.cells]
+        texts = grid.texts(column)
         filled = [text for text in texts if text and not is_blank(text)]
         if not filled or names_specimens(heading):
             continue
@@ -67,12 +74,26 @@ def day_and_time(grid: Grid) -> tuple[int, int, Clock] | None:
     if len(days) != 1 or len(times) != 1:
         return None
     (day, dates_down), (time, texts) = days[0], times[0]
-    alone = read_clock(texts, grid.headings[time].text)
-    if alone is None or not np.nanmin(alone.seconds) >= ELAPSED_S:
-        return None
     pairs = [f"{date} {text}" if date and text else "" for date, text in zip(dates_down, texts, strict=True)]
-    clock = read_clock(pairs)
-    return None if clock is None or clock.origin is None else (day, time, clock)
+    alone, clock = read_clock(texts, grid.headings[time].text), read_clock(pairs)
+    if alone is None or clock is None or clock.origin is None:
+        return None
+    moments, counted_on = np.array(clock.seconds), np.array(alone.seconds)
+    changes = len({date for date in dates_down if date}) > 1
+    jumps = np.any(np.abs(np.diff(moments[np.isfinite(moments)])) >= DAY_S)
+    if (jumps or not changes) and not np.nanmin(counted_on) >= ELAPSED_S:
+        return None
+    if not in_order(moments) and in_order(counted_on):
+        seconds = counted_on - counted_on[np.isfinite(moments)][0]
+        said = "the date stays the same past midnight, so the time of day was counted on"
+        clock = clock._replace(seconds=[float(x) for x in seconds], remedy=said)
+    return day, time, clock
+
+
+def in_order(values: np.ndarray) -> bool:
+    """True if numbers never fall, or never rise."""
+    steps = np.diff(values[np.isfinite(values)])
+    return bool(np.all(steps >= 0.0) or np.all(steps <= 0.0))
 
 
 def clock_under_another_heading(grid: Grid, column: int) -> Clock | None:
@@ -83,13 +104,12 @@ def clock_under_another_heading(grid: Grid, column: int) -> Clock | None:
     heading = grid.headings[column]
     if names_specimens(heading) or meaning(heading) is not None:
         return None
-    clock = read_clock([_cell(cells, column) for cells in grid.cells], heading.text)
+    clock = read_clock(grid.texts(column), heading.text)
     if clock is None:
         return None
     seconds = np.array(clock.seconds)
     seconds = seconds[np.isfinite(seconds)]
-    steps = np.diff(seconds)
-    return clock if np.any(steps != 0.0) and (np.all(steps >= 0.0) or np.all(steps <= 0.0)) else None
+    return clock if np.any(np.diff(seconds) != 0.0) and in_order(seconds) else None
 
 
 def since_1970(values: np.ndarray) -> tuple[Clock, str] | None:
@@ -109,22 +129,25 @@ def since_1970(values: np.ndarray) -> tuple[Clock, str] | None:
 
 
 def add_fractions(grid: Grid) -> None:
-    """Add parts of a second that stand in a column of their own to the clock. Changes the grid in place."""
-    clocks = [c for c, h in enumerate(grid.headings) if may_be_clock(h) and h.unit == "s"]
+    """Add parts of a second that stand in a column of their own to a clock that was read from times of day.
+
+    The grid is changed in place.
+    """
     for column, heading in enumerate(grid.headings):
-        values = grid.values[:, column]
-        part = _FRACTION.search(heading.name)
-        if part is None or column in clocks or len(clocks) != 1 or not np.isfinite(values).all():
+        values, named = grid.values[:, column], _FRACTION.fullmatch(plain(heading.text))
+        if not named or column in grid.clocks or len(grid.clocks) != 1 or np.isnan(values).any():
             continue
-        time = grid.values[:, clocks[0]]
-        scale = 1e-3 if "milli" in heading.name or "msec" in heading.name or heading.unit == "ms" else 1.0
-        added = time + scale * values
-        fits = np.all((values >= 0.0) & (scale * values < 1.0)) and np.all(time % 1.0 == 0.0)
-        if fits and np.all(np.diff(added) >= 0.0):
-            grid.values[:, clocks[0]] = added
+        (clock,) = grid.clocks
+        time = grid.values[:, clock]
+        milli = re.search(r"mill?i|msec|\bms$", named[0])
+        parts = (1e-3 if milli else 1.0) * values
+        fits = np.all((parts >= 0.0) & (parts < 1.0)) and np.all(time % 1.0 == 0.0)
+        if fits and in_order(time + parts):
+            grid.values[:, clock] = time + parts
             grid.read_along |= {column}
-            clock = repr(grid.headings[clocks[0]].text)
-            grid.notices.append(f"{heading.text!r} is the part of a second of {clock}")
+            grid.notices.append(
+                f"{heading.text!r} is the part of a second of {grid.headings[clock].text!r}"
+            )
 
 
 def disagreement(grid: Grid, column: int, clock: Clock) -> str:
@@ -139,9 +162,10 @@ def disagreement(grid: Grid, column: int, clock: Clock) -> str:
     for other, heading in enumerate(grid.headings):
         means, values = meaning(heading), grid.values[:, other]
         both = np.isfinite(values) & np.isfinite(dated)
-        if means is None or means.quantity != "time" or heading.unit not in _SECONDS or both.sum() < 2:
+        if means is None or means.quantity != "time" or dimension(heading.unit) != "time" or both.sum() < 2:
             continue
-        lasts, said = _SECONDS[heading.unit] * float(np.ptp(values[both])), float(np.ptp(dated[both]))
+        lasts = float(convert(np.ptp(values[both]), unit_name(str(heading.unit)), "s"))
+        said = float(np.ptp(dated[both]))
         steps = np.diff(dated[both])
         step = float(steps[steps > 0.0].min()) if (steps > 0.0).any() else math.inf
         if abs(lasts - said) > max(APART * max(lasts, said), 2.0 * step):
@@ -152,13 +176,6 @@ def disagreement(grid: Grid, column: int, clock: Clock) -> str:
                 f" time={column + 1} corrects it"
             )
     return ""
-
-
-_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
-
-
-def _cell(cells: Sequence[str], column: int) -> str:
-    return cells[column].strip() if column < len(cells) else ""
 
 
 def _filled_down(texts: Sequence[str]) -> list[str]:

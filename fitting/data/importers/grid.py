@@ -19,12 +19,14 @@ class Grid:
         preamble: fields of the lines before the header.
         notices: sentences about delimiter, decimal mark and dropped rows.
         cells: the fields of each row as text.
+        described: words about the columns and what separates them, with which the first notice ends.
         troubles: reason why a column's numbers are doubtful, by column; a sentence without subject.
         doubt: reason why no column can be told from another; empty where there is none.
         breaks: lines of text between the rows, by the position of the row below them.
         by_row: columns whose unit a column beside them stated row by row.
         origins: moment of 0 s of the columns that hold a dated clock, by column (`clocks.EPOCH`) [s].
         read_along: columns that are one with another one, such as the date beside a time of day.
+        clocks: columns whose seconds were read from dates or times of day.
     """
 
     headings: list[Heading]
@@ -39,6 +41,12 @@ class Grid:
     by_row: set[int] = field(default_factory=set)
     origins: dict[int, float] = field(default_factory=dict)
     read_along: set[int] = field(default_factory=set)
+    clocks: set[int] = field(default_factory=set)
+    described: str = ""
+
+    def texts(self, column: int) -> list[str]:
+        """The fields of a column as text, empty where a row ends before it."""
+        return [cells[column] if column < len(cells) else "" for cells in self.cells]
 
     def part(self, rows: Sequence[int] | slice, columns: Sequence[int] | None = None) -> "Grid":
         """Some rows and columns, as a table of their own."""
@@ -54,6 +62,8 @@ class Grid:
             doubt=self.doubt,
             by_row={k for k, c in enumerate(chosen) if c in self.by_row},
             read_along={k for k, c in enumerate(chosen) if c in self.read_along},
+            clocks={k for k, c in enumerate(chosen) if c in self.clocks},
+            described=self.described,
             origins={k: self.origins[c] for k, c in enumerate(chosen) if c in self.origins},
             troubles={k: self.troubles[c] for k, c in enumerate(chosen) if c in self.troubles},
         )

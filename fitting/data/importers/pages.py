@@ -48,6 +48,8 @@ def oldest_first(grid: Grid) -> Grid:
 def joined_pages(grids: Sequence[Grid], named: Sequence[bool]) -> list[Grid]:
     """Tables in which one with the headings of the table above, whose clock goes on, is added to that one.
 
+    The newest page may be the first one.
+
     Args:
         grids: tables of a page, in order.
         named: true for each table above which a specimen or its sizes are stated.
@@ -55,9 +57,10 @@ def joined_pages(grids: Sequence[Grid], named: Sequence[bool]) -> list[Grid]:
     found: list[Grid] = []
     starts: list[list[int]] = []
     for grid, other in zip(grids, named, strict=True):
-        if found and not other and _goes_on(found[-1], grid):
-            found[-1] = _both(found[-1], grid)
-            starts[-1].append(grid.rows[0])
+        both = None if other or not found else _one_test(found[-1], grid)
+        if both is not None:
+            found[-1] = both
+            starts[-1].append(min(grid.rows))
         else:
             found.append(grid)
             starts.append([])
@@ -77,13 +80,22 @@ def _moved(grid: Grid, first: Grid, column: int) -> np.ndarray:
     return grid.values[:, column] + apart
 
 
-def _goes_on(first: Grid, grid: Grid) -> bool:
-    column = clock_column(first)
-    texts = [[heading.text for heading in g.headings] for g in (first, grid)]
-    same = texts[0] == texts[1] and first.values.shape[1] == grid.values.shape[1]
-    if column is None or not same:
-        return False
-    before, after = first.values[:, column], _moved(grid, first, column)
+def _one_test(above: Grid, below: Grid) -> Grid | None:
+    """Two tables as one, in the order of their clock; None where it does not go on from one to the other."""
+    column = clock_column(above)
+    texts = [[heading.text for heading in grid.headings] for grid in (above, below)]
+    if column is None or texts[0] != texts[1] or above.values.shape[1] != below.values.shape[1]:
+        return None
+    for first, second in ((above, below), (below, above)):
+        times = _moved(second, first, column)
+        if _goes_on(first.values[:, column], times):
+            both = _both(first, second, column, times)
+            return replace(both, preamble=above.preamble, notices=_notices(above, below))
+    return None
+
+
+def _goes_on(before: np.ndarray, after: np.ndarray) -> bool:
+    """True if times go on from others within a few of their steps."""
     before, after = before[np.isfinite(before)], after[np.isfinite(after)]
     if before.size < 2 or after.size < 1:
         return False
@@ -91,29 +103,32 @@ def _goes_on(first: Grid, grid: Grid) -> bool:
     return bool(0.0 < after[0] - before[-1] <= MOST_STEPS * step)
 
 
-def _both(first: Grid, grid: Grid) -> Grid:
-    column = clock_column(first)
-    values = grid.values.copy()
-    if column is not None:
-        values[:, column] = _moved(grid, first, column)
-    moved = {place + len(first.rows): lines for place, lines in grid.breaks.items()}
+def _both(first: Grid, second: Grid, column: int, times: np.ndarray) -> Grid:
+    """Rows of one table and of another one, whose times in a column are on the clock of the first."""
+    values = second.values.copy()
+    values[:, column] = times
+    moved = {place + len(first.rows): lines for place, lines in second.breaks.items()}
     return replace(
         first,
         values=np.vstack([first.values, values]),
-        rows=[*first.rows, *grid.rows],
-        cells=[*first.cells, *grid.cells],
-        troubles={**grid.troubles, **first.troubles},
-        doubt=first.doubt or grid.doubt,
+        rows=[*first.rows, *second.rows],
+        cells=[*first.cells, *second.cells],
+        troubles={**second.troubles, **first.troubles},
+        doubt=first.doubt or second.doubt,
         breaks={**first.breaks, **moved},
-        notices=[*first.notices, *(text for text in grid.notices[1:] if text not in first.notices)],
     )
+
+
+def _notices(above: Grid, below: Grid) -> list[str]:
+    return [*above.notices, *(text for text in below.notices[1:] if text not in above.notices)]
 
 
 def _said(grid: Grid, starts: Sequence[int]) -> Grid:
     rows = ", ".join(map(str, starts[:6])) + (", ..." if len(starts) > 6 else "")
-    count, _, rest = grid.notices[0].partition(" of ")
     said = (
         f"check: {counted(len(starts) + 1, 'table')} with the same headings were read as one test, because"
         f" its clock goes on from one to the next (row {rows})"
     )
-    return replace(grid, notices=[f"{counted(len(grid.rows), 'row')} of {rest}", *grid.notices[1:], said])
+    return replace(
+        grid, notices=[f"{counted(len(grid.rows), 'row')} of {grid.described}", *grid.notices[1:], said]
+    )

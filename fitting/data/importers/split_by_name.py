@@ -101,7 +101,7 @@ def by_column(grid: Grid) -> list[Part]:
 
 def _filled_down(grid: Grid, column: int) -> tuple[list[str], list[str]]:
     """Name of every row from a column, and a notice if empty fields got the name above them."""
-    texts = [cells[column] if column < len(cells) else "" for cells in grid.cells]
+    texts = grid.texts(column)
     names = [text for text in texts if text]
     once = len(set(names)) == len(names) and 2 * len(names) < len(texts)
     if not once or len(names) < 2:

@@ -47,7 +47,7 @@ def _warn_of_restart(grid: Grid) -> None:
             )
             return
     for column, heading in enumerate(grid.headings):
-        texts = [cells[column] if column < len(cells) else "" for cells in grid.cells]
+        texts = grid.texts(column)
         changes = [i for i in range(1, len(texts)) if texts[i] != texts[i - 1]]
         words = sum(bool(re.search(r"[^\W\d]", text)) for text in texts)
         if changes and set(changes) <= set(restarts) and 2 * words > len(texts) and meaning(heading) is None:

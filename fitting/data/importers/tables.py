@@ -144,9 +144,9 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     numbers = [parsed[i] or [] for i in keep]
     for k, row in enumerate(numbers):
         values[k, : len(row)] = [math.nan if x is None else x for x in row]
+    described = f"{counted(width, 'column')}, separated by {_SEPARATORS[lines.delimiter]}"
     notices = [
-        f"{counted(len(keep), 'row')} of {counted(width, 'column')}, separated by"
-        f" {_SEPARATORS[lines.delimiter]}",
+        f"{counted(len(keep), 'row')} of {described}",
         *(["decimal commas"] if lines.decimal == "," else []), *notices, *beside,
         *_dropped(lines, keep, dropped, width),
     ]  # fmt: skip
@@ -169,6 +169,7 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         cells=[fields[i] for i in keep],
         doubt=_all_longer(lines, longer, len(keep), stated) if doubtful else "",
         breaks=_breaks(fields, keep, dropped),
+        described=described,
     )
     read_texts(grid, numbers, lines.decimal)
     return grid

@@ -74,9 +74,8 @@ def _take_day_and_time(grid: Grid) -> None:
     day, time, clock = pair
     label = " and ".join(repr(grid.headings[k].text) for k in (day, time))
     example = " ".join(grid.cells[0][k] for k in (day, time) if k < len(grid.cells[0]))
-    _take_clock(grid, time, clock, label, example)
+    _take_clock(grid, time, clock, f"columns {label} are one clock", example)
     grid.read_along |= {day}
-    grid.notices[-1] = grid.notices[-1].replace("column ", "columns ", 1).replace(" is a ", " are one ", 1)
 
 
 def _read_words(grid: Grid, parsed: list[list[float | None]], clockless: bool) -> None:
@@ -101,12 +100,9 @@ def _read_words(grid: Grid, parsed: list[list[float | None]], clockless: bool) -
         text = grid.headings[column].text if grid.headings else ""
         label = repr(text) if text else str(column + 1)
         if not grid.headings or may_be_clock(grid.headings[column]):
-            clock = read_clock(
-                [cells[column] if column < len(cells) else "" for cells in grid.cells],
-                grid.headings[column].text if grid.headings else "",
-            )
+            clock = read_clock(grid.texts(column), text)
             if clock is not None:
-                _take_clock(grid, column, clock, label, texts[0][1])
+                _take_clock(grid, column, clock, f"column {label} is a clock", texts[0][1])
                 continue
         elif _read_other_clock(grid, column, clockless, label, texts[0][1]):
             continue
@@ -171,26 +167,39 @@ def _read_other_clock(grid: Grid, column: int, clockless: bool, label: str, exam
     if clock is None:
         return False
     if clockless and not any(heading.unit == "s" for heading in grid.headings):
-        _take_clock(grid, column, clock, label, example)
-        said = grid.notices[-1].removeprefix("check: ")
-        grid.notices[-1] = f"check: {said}; no heading names a time"
+        subject = f"column {label} is a clock"
+        _take_clock(grid, column, clock, subject, example, "; no heading names a time", asked=True)
         return True
     said = disagreement(grid, column, clock)
     grid.notices.append(said or f"column {label} is a clock, too ({example!r}), and was left out")
     return True
 
 
-def _take_clock(grid: Grid, column: int, clock: Clock, label: str, example: str) -> None:
-    """Put the seconds of a clock in the place of its texts, and report how they were read."""
+def _take_clock(
+    grid: Grid, column: int, clock: Clock, subject: str, example: str, more: str = "", asked: bool = False
+) -> None:
+    """Put the seconds of a clock in the place of its texts, and report how they were read.
+
+    Args:
+        grid: table; changed in place.
+        column: column of the clock.
+        clock: its readings.
+        subject: first words of the notice, such as `column 'Time' is a clock`.
+        example: text of its first reading.
+        more: last words of the notice.
+        asked: true if the notice is one to be looked at, as it always is where there is a remedy.
+    """
     grid.values[:, column] = clock.seconds
+    grid.clocks |= {column}
     if clock.origin is not None:
         grid.origins[column] = clock.origin
     if grid.headings:
         old = grid.headings[column]
         grid.headings[column] = Heading(old.text, "time" if meaning(old) is None else old.name, "s")
-    said = f"column {label} is a clock ({example!r}), read as seconds"
+    said = f"{subject} ({example!r}), read as seconds"
     said += f", as {clock.said}" if clock.said else ""
-    grid.notices.append(f"check: {said}; {clock.remedy}" if clock.remedy else said)
+    said += f"; {clock.remedy}" if clock.remedy else ""
+    grid.notices.append(f"{'check: ' if asked or clock.remedy else ''}{said}{more}")
 
 
 def _serial_dates(grid: Grid, clockless: bool) -> None:
@@ -201,12 +210,12 @@ def _serial_dates(grid: Grid, clockless: bool) -> None:
         named = may_be_clock(heading) or (clockless and may_be_date(heading))
         if heading.unit is not None or not named or there.size < 2:
             continue
+        subject, example = f"column {heading.text!r} is a clock", f"{there[0]:.15g}"
         dates = (SERIAL[0] <= there.min()) and (there.max() <= SERIAL[1]) and np.ptp(there) <= YEAR_DAYS
         if dates and 2 * np.sum(there % 1.0 > 0.0) > there.size:
             first = float(np.floor(there[0]))
             days = Clock([float(x) for x in DAY_S * (values - first)], origin=DAY_S * first)
-            _take_clock(grid, column, days, repr(heading.text), f"{there[0]:.15g}")
-            grid.notices[-1] += ": days since 1900, as spreadsheets count"
+            more = ": days since 1900, as spreadsheets count"
+            _take_clock(grid, column, days, subject, example, more)
         elif (found := since_1970(values)) is not None:
-            _take_clock(grid, column, found[0], repr(heading.text), f"{there[0]:.15g}")
-            grid.notices[-1] += f": {found[1]} since 1970"
+            _take_clock(grid, column, found[0], subject, example, f": {found[1]} since 1970")

@@ -33,7 +33,7 @@ def with_units_of_rows(grid: Grid) -> Grid:
 
 
 def _texts(grid: Grid, column: int) -> list[str]:
-    return [row[column].strip().strip("()[]") if column < len(row) else "" for row in grid.cells]
+    return [text.strip("()[]") for text in grid.texts(column)]
 
 
 def _is_of_units(grid: Grid, column: int) -> bool:
