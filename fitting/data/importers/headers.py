@@ -125,16 +125,16 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> tuple[list
         named: number of columns that need a name.
         floor: index of the first row that belongs to this table.
     """
-    above = [i for i in range(start - 1, floor - 1, -1) if fields[i]][:2]
+    above = [i for i in range(start - 1, floor - 1, -1) if fields[i] and not _is_rule(fields[i])][:2]
     if not above:
         return [], start
     top, units = above[0], []
     if (
         len(above) == 2
-        and all(map(_is_unit, fields[top]))
-        and not any(_is_unit(t) and t for t in fields[above[1]])
+        and (all(map(_is_unit, fields[top])) or _mostly_units(fields[top], fields[above[1]]))
+        and not any(_is_unit(t) and t for t in fields[above[1]] if len(t) > 2)
     ):
-        top, units = above[1], fields[top]
+        top, units = above[1], [text if _is_unit(text) else "" for text in fields[top]]
     names = _uncommented(fields[top])
     quantities = names_quantities(names)
     if quantities < 2 and (len(names) < max(named, 2) or any(t and like_a_number(t) for t in names)):
@@ -143,9 +143,21 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> tuple[list
     return [_with_unit(name, unit.strip("()[]")) for name, unit in pairs], top
 
 
+def _is_rule(row: list[str]) -> bool:
+    """True for a line that is drawn between headings and numbers: `-----`, `|---|---|`, `====`."""
+    return all(re.fullmatch(r"[-=+:_*~\s]{3,}|", text) for text in row) and any(row)
+
+
+def _mostly_units(row: list[str], above: list[str]) -> bool:
+    """True if most fields of a row are units, and the row above it names quantities that it does not name."""
+    units = sum(bool(text) and _is_unit(text) for text in row)
+    below = len(row) == len(above) and 2 * units > len(row)
+    return below and names_quantities(row) < 2 <= names_quantities(above)
+
+
 def _with_unit(name: str, unit: str) -> str:
     """A name with the unit below it, unless it states that unit itself."""
-    own = parse_heading(name).unit
+    own = name if may_be_unit(name) and name else parse_heading(name).unit
     unit = "-" if unit == "1" else unit  # a number behind a unit would count columns
     return name if not unit or (own is not None and same_unit(own, unit)) else f"{name} ({unit})"
 

@@ -6,11 +6,13 @@ from collections.abc import Iterator
 from pneusma_jax.errors import counted
 
 from .headers import names_quantities
-from .numerals import to_number
+from .numerals import like_a_number, to_number
 from .raw import Page, split_line
 from .separators import LEAST_ROWS
 from .words import meaning_of
 
+MOST_NAMED_ROWS = 40
+"""Number of rows of a page on which quantities may stand in rows."""
 _LETTER = re.compile(r"[^\W\d_]")
 
 
@@ -48,6 +50,19 @@ def words_for_numbers(page: Page) -> str:
                 i, text = texts[0]
                 label = repr(header[column])
                 return f"{len(texts)} of {len(body)} fields of {label} are no numbers ({text!r} in row {i})"
+    return ""
+
+
+def in_rows(page: Page) -> str:
+    """Reason that quantities stand in rows rather than in columns. Empty otherwise."""
+    for delimiter in ("",) if page.is_sheet else (",", ";", "\t"):
+        if page.count > MOST_NAMED_ROWS:
+            continue
+        rows = [row for row in page.fields(delimiter) if row and meaning_of(row[0]) is not None]
+        wide = [row for row in rows if sum(map(like_a_number, row[1:])) >= LEAST_ROWS]
+        if len(wide) >= 2:
+            named = ", ".join(repr(row[0]) for row in wide[:MOST_NAMED_ROWS])
+            return f"{named} stand in rows; write each in a column (transpose the table)"
     return ""
 
 

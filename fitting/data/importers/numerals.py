@@ -43,6 +43,8 @@ def to_number(text: str, decimal: str, spaced: str = "any") -> float | None:
         return _float(text)
     if not text or _BLANK.fullmatch(text):
         return math.nan
+    if text[0] in "+-" and text[1:2] == " ":  # a sign in a column of its own, as some loggers write it
+        return to_number(text[0] + text[1:].lstrip(), decimal, spaced)
     if text.endswith("%"):
         return to_number(text[:-1].rstrip(), decimal, spaced) if len(text) > 1 else None
     if "\u2212" in text:  # a minus sign as typesetters write it
@@ -76,7 +78,7 @@ def decimal_evidence(text: str) -> str | None:
 
 def like_a_number(text: str) -> bool:
     """True if a field consists of digits and marks alone, whatever number it may be."""
-    return bool(_LIKE_A_NUMBER.fullmatch(text.strip()))
+    return bool(_LIKE_A_NUMBER.fullmatch(re.sub(r"^([+-]) +", r"\1", text.strip())))
 
 
 def is_blank(text: str) -> bool:

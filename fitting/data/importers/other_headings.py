@@ -18,7 +18,7 @@ _WORD = {
     "temperature": r"temperature|temp|temperatur|température",
     "current": r"current|strom|courant",
 }
-_SYMBOL = {"r": "resistance", "f": "force"}
+_SYMBOL = {"r": "resistance", "f": "force", "t": "temperature", "i": "current"}
 """Symbols that stand for a quantity before a further word, in its unit: `R_spring (ohm)`, `F pull [N]`."""
 _OF_SPECIMEN = ("temperature", "current")
 """Quantities that other parts of a rig have as often as the specimen, so that a word must name it."""
@@ -58,7 +58,7 @@ def quantity_by_word(heading: Heading) -> str | None:
     first, _, rest = name.partition(" ")
     symbol = _SYMBOL.get(first)
     if symbol and re.fullmatch(r"[^\W\d]{3,}", rest) and measured in _DIMENSIONS[symbol]:
-        return symbol
+        return symbol if symbol not in _OF_SPECIMEN or _SPECIMEN.search(name) else None
     named = [quantity for quantity, words in _WORD.items() if re.search(rf"\b(?:{words})\b", name)]
     if len(named) != 1 or (heading.unit is not None and measured not in _DIMENSIONS[named[0]]):
         return None

@@ -9,6 +9,7 @@ from .labview import with_stated_units
 from .pages import joined_pages, oldest_first, states_a_specimen
 from .raw import Page, RawFile
 from .separators import LEAST_ROWS
+from .serial_output import as_table
 from .sizes import Sizes, may_hold_sizes, sizes_in, sizes_in_a_name, table_of_sizes
 from .spelling import plain
 from .splits import split
@@ -148,10 +149,11 @@ def _sheet_description(page: Page, sizes: Sizes, table: dict[str, Sizes], select
 
 def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     """Tests on one page: its tables, each split where it holds several specimens or a test restarts."""
-    plain_page, said = without_units(page)
+    table, labels = as_table(page)
+    plain_page, units = without_units(table)
     grids = [oldest_first(with_stated_units(with_units_of_rows(grid))) for grid in find_grids(plain_page)]
     for grid in grids:
-        grid.notices += said
+        grid.notices += [*labels, *units]
     grids = joined_pages(grids, [states_a_specimen(grid, _label(grid)) for grid in grids])
     texts = [[[h.text for h in grid.headings], *grid.cells] for grid in grids]
     tables = [

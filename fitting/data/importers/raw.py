@@ -15,8 +15,12 @@ from typing import Any
 from ..recordings.table import refuse
 from .numerals import CellNumber
 
-# Time, displacement, force, strain, ...: words that show that a text in no other code is Chinese.
-_CHINESE = ("时间", "位移", "力", "应变", "应力", "温度", "变形")
+# Time, displacement, force, strain, ...: words that show in which code a text is that is in no other one.
+_EASTERN = {
+    "gb18030": ("时间", "位移", "力", "应变", "应力", "温度", "变形"),
+    "shift_jis": ("時間", "変位", "試験力", "荷重", "ストローク", "応力", "ひずみ", "温度"),
+    "cp949": ("시간", "변위", "하중", "응력", "변형률", "온도"),
+}
 
 
 # First bytes of files that are no tables.
@@ -137,8 +141,8 @@ def open_raw(path: str | Path) -> RawFile:
 
 
 def _decode(content: bytes) -> str:
-    """Text in UTF-8, UTF-16, a Chinese encoding whose headings are readable, or else Windows Latin (degree
-    signs)."""
+    """Text in UTF-8, UTF-16, a Chinese, Japanese or Korean code whose headings are readable, or else Windows
+    Latin (degree signs)."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content.decode("utf-16", errors="replace")
     if content.count(0) > len(content) // 3:  # UTF-16 without its mark: every other byte is zero
@@ -148,12 +152,10 @@ def _decode(content: bytes) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         pass
-    try:
-        chinese = content.decode("gb18030")
-    except UnicodeDecodeError:
-        chinese = ""
-    if any(word in chinese for word in _CHINESE):
-        return chinese
+    for code, words in _EASTERN.items():
+        text = content.decode(code, errors="ignore")
+        if len(text.encode(code)) == len(content) and any(word in text for word in words):
+            return text
     return content.decode("cp1252", errors="replace")
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..recordings import Recording, schema
 from ..recordings.table import refuse
+from .channels import named_channels
 from .format import Format
 from .options import Options
 from .parts import Sample
@@ -51,8 +52,11 @@ def _is_single_column(sample: Sample) -> bool:
 
 
 def _is_recording(sample: Sample) -> bool:
-    """True for a header of canonical names with every required column of some kind."""
+    """True for a header of canonical names with every required column of some kind, and no other clock."""
     if sample.raw.is_workbook or sample.grid is None:
+        return False
+    clock = named_channels(sample.grid).get("time")
+    if clock is not None and not clock.label.startswith("time_"):
         return False
     lines = (line for page in sample.raw.pages for line in page.lines)
     first = next((line for line in lines if line.strip() and not line.startswith("#")), "")

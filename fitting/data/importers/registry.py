@@ -25,7 +25,7 @@ from . import (
 from .assemble import slug
 from .channels import mapped_channels, named_channels
 from .format import Format
-from .no_table import few_numbers, words_for_numbers
+from .no_table import few_numbers, in_rows, words_for_numbers
 from .options import QUANTITIES, Options
 from .other_headings import advised
 from .parts import Sample, samples_of
@@ -78,6 +78,10 @@ def detect(sample: Sample) -> Format:
     unmodelled_test = unmodelled(sample, named_channels(sample.grid)) if sample.grid is not None else None
     if unmodelled_test:
         raise refuse(sample.raw.path, unmodelled_test.sentence)
+    if sample.grid is None or not sample.grid.headings:
+        for page in sample.raw.pages:
+            if why := in_rows(page):
+                raise refuse(sample.raw.path, why)
     if sample.grid is None:
         for page in sample.raw.pages:
             if why := words_for_numbers(page):

@@ -1,6 +1,8 @@
 """Detection of the tables of numbers on a page: preamble, header, units below it, stray rows."""
 
 import math
+import re
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,6 +58,8 @@ def find_grids(page: Page) -> list[Grid]:
     delimiter, decimal, doubtful = reading
     fields = list(page.fields(delimiter))
     parsed: Parsed = [numeric_row(row, decimal) for row in fields]
+    if delimiter == " ":
+        _split_at_wide_gaps(page, fields, parsed)
     lines = _Lines(page, delimiter, decimal, fields, parsed, {})
     for i in statistics_rows(fields, parsed):
         lines.statistics[i] = fields[i]
@@ -76,6 +80,15 @@ def find_grids(page: Page) -> list[Grid]:
             )
         grids.append(grid)
     return grids
+
+
+def _split_at_wide_gaps(page: Page, fields: Rows, parsed: Parsed) -> None:
+    """Divide headings at two spaces or more where that, and no single space, gives one for each number."""
+    width = Counter(len(row) for row in parsed if row is not None).most_common(1)[0][0]
+    for i, row in enumerate(fields):
+        if parsed[i] is None and len(row) > width > 1:
+            wide = re.split(r"\s{2,}|\t", page.lines[i].strip())
+            fields[i] = wide if len(wide) == width else row
 
 
 def _examples(fields: Rows | dict[int, list[str]], rows: list[int]) -> str:

@@ -19,7 +19,7 @@ from .grid import Grid
 from .grouped import doubt_groups, say_grouped
 from .marks import drop_marks
 from .numerals import like_a_number
-from .spelling import Heading
+from .spelling import Heading, dimension, unit_name
 from .words import meaning
 
 SERIAL = (36526.0, 73050.0)
@@ -48,6 +48,8 @@ def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".")
     _read_words(grid, parsed, clockless)
     drop_marks(grid)
     _serial_dates(grid, clockless)
+    if clockless and not grid.clocks:
+        _named_by_unit(grid)
     add_fractions(grid)
 
 
@@ -200,6 +202,19 @@ def _take_clock(
     said += f", as {clock.said}" if clock.said else ""
     said += f"; {clock.remedy}" if clock.remedy else ""
     grid.notices.append(f"{'check: ' if asked or clock.remedy else ''}{said}{more}")
+
+
+def _named_by_unit(grid: Grid) -> None:
+    """Give the one column that rises in every row, and is named by a unit of time (`millis`), that unit."""
+    found = []
+    for column, heading in enumerate(grid.headings):
+        word = heading.name if heading.unit is None and len(heading.name) > 1 else ""
+        rises = bool(np.all(np.diff(grid.values[:, column]) > 0.0))
+        if rises and word != "min" and dimension(word) == "time":
+            found.append(column)
+    if len(found) == 1:
+        old = grid.headings[found[0]]
+        grid.headings[found[0]] = Heading(old.text, old.name, unit_name(old.name))
 
 
 def _serial_dates(grid: Grid, clockless: bool) -> None:

@@ -1,0 +1,84 @@
+"""What microcontrollers print: a clock and an arrow before every line, or a label before every number."""
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+
+from .headers import names_quantities
+from .raw import Page, split_line
+from .separators import LEAST_ROWS
+from .spelling import is_unit
+
+LOGGED = "Logged_at"
+"""Heading of the clock before the arrows."""
+_ARROW = re.compile(r"(?P<clock>\d{1,2}:\d\d:\d\d(?:[.,]\d+)?)\s*->\s?(?P<rest>.*)")
+_LABELLED = re.compile(
+    r"\s*(?P<label>[^\W\d][^:=,;|\t]*?)\s*[:=]\s*(?P<number>[+-]?\d*\.?\d+(?:[eE][+-]?\d+)?)"
+    r"(?:\s*(?P<unit>[^\s\d,;|:=.+-][^\s,;|:=]*)(?=[\s,;|]|$)(?!\s*[:=]))?\s*(?:[,;|]\s*|\s+|$)"
+)
+Field = tuple[str, str, str]
+
+
+def as_table(page: Page) -> tuple[Page, list[str]]:
+    """A page on which the clock before an arrow is a column, and labels of numbers are headings.
+
+    Returns:
+        The page, unchanged where it has neither, and notices.
+    """
+    if page.is_sheet:
+        return page, []
+    page, said = _without_arrows(page)
+    table, labels = _without_labels(page)
+    return table, [*said, *labels]
+
+
+def _without_arrows(page: Page) -> tuple[Page, list[str]]:
+    found = [_ARROW.fullmatch(line) for line in page.lines]
+    rests = [one["rest"] for one in found if one]
+    if len(rests) < LEAST_ROWS or 2 * len(rests) <= sum(bool(line.strip()) for line in page.lines):
+        return page, []
+    marks = Counter(mark for rest in rests for mark in ("\t", ";", ",") if mark in rest)
+    mark = marks.most_common(1)[0][0] if marks else " "
+    lines = list(page.lines)
+    for k, one in enumerate(found):
+        if one:
+            clock = one["clock"].replace(",", ".") if mark == "," else one["clock"]
+            named = names_quantities(split_line(one["rest"], mark)) > 0
+            lines[k] = f"{LOGGED if named else clock}{mark}{one['rest']}"
+    return replace(page, lines=lines), [f"a clock stands before an arrow in every line: column {LOGGED!r}"]
+
+
+def _without_labels(page: Page) -> tuple[Page, list[str]]:
+    labelled = ((k, line) for k, line in enumerate(page.lines) if ":" in line or "=" in line)
+    fields = {k: row for k, line in labelled if (row := [*_fields(line)])}
+    kinds = Counter(tuple((label, unit) for label, _, unit in row) for row in fields.values())
+    if not kinds:
+        return page, []
+    most, count = kinds.most_common(1)[0]
+    if count < LEAST_ROWS or len(most) < 2 or 2 * count <= sum(bool(line.strip()) for line in page.lines):
+        return page, []
+    rows = [[line] if line.strip() else [] for line in page.lines]
+    chosen = [k for k, row in fields.items() if tuple((label, unit) for label, _, unit in row) == most]
+    for k in chosen:
+        rows[k] = [number for _, number, _ in fields[k]]
+    header = [f"{label} ({unit})" if unit else label for label, unit in most]
+    rows.insert(chosen[0], header)
+    said = f"a label stands before every number: {', '.join(map(repr, header))}; these count as a row"
+    return replace(page, lines=[], rows=rows), [said]
+
+
+def _fields(line: str) -> Iterator[Field]:
+    """Label, number and unit of every field of a line that consists of such fields; none of another line.
+
+    A word behind a number that is no unit begins the label of the next one.
+    """
+    found, at = [], 0
+    while at < len(line):
+        field = _LABELLED.match(line, at)
+        if field is None:
+            return
+        unit = field["unit"] if field["unit"] and is_unit(field["unit"]) else ""
+        found.append((field["label"], field["number"], unit))
+        at = field.end() if unit or not field["unit"] else field.end("number")
+    yield from found

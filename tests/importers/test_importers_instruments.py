@@ -1,0 +1,144 @@
+"""Files as instruments and people write them: serial monitors, data loggers, drawn tables, other languages."""
+
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+from answers import checks, refusal
+
+from fitting.data.importers import import_file, make_options
+from fitting.data.importers.numerals import to_number
+
+N = 40
+TIME = 0.5 * np.arange(N)
+STRAIN = 0.6 * (1.0 - np.abs(np.linspace(-1.0, 1.0, N)))
+STRESS = 90.0 * (1.0 + STRAIN - (1.0 + STRAIN) ** -2)
+SIZES = {"dimensions": ["gauge_length_mm=25", "area_mm2=20"]}
+NOON = datetime(2024, 5, 31, 12)
+ALL = list(zip(TIME, STRAIN, STRESS, strict=True))
+
+
+def right(recording, first=0.0):
+    columns = recording.columns
+    wanted = {"time_s": TIME + first, "strain": STRAIN, "stress_kPa": STRESS}
+    return all(len(columns[n]) == N and np.allclose(columns[n], wanted[n], atol=2e-4) for n in wanted)
+
+
+def clock(t, form="%H:%M:%S.%f"):
+    return (NOON + timedelta(seconds=float(t))).strftime(form)
+
+
+@pytest.mark.parametrize("mark", [",", "\t", ";", " "])
+@pytest.mark.parametrize("own", [True, False])
+def test_a_serial_monitors_clock_stands_before_an_arrow(put, mark, own):
+    """The file's own clock comes first; without one, that of the monitor is taken."""
+    head = mark.join([*["t_ms"] * own, "strain", "stress_kPa"])
+    lines = [f"{clock(t)[:-3]} -> " + mark.join([*[f"{1000 * t:.0f}"] * own, f"{e:.6f}", f"{s:.4f}"]) for t, e, s in ALL]
+    recording = import_file(put("a.txt", "\n".join([f"11:59:58.000 -> {head}", *lines]) + "\n"))
+    assert right(recording, 0.0 if own else 43200.0)
+    assert any("'Logged_at' is a clock, too" in note for note in recording.notices) == own
+    assert any("no heading names a time" in note for note in checks(recording)) != own
+
+
+@pytest.mark.parametrize(
+    "form",
+    ["Time: {0:.0f} ms, Force: {1:.6f} N, Extension: {2:.5f} mm", "Time={0:.0f}ms\tForce={1:.6f}N\tExtension={2:.5f}mm",
+     "Time (ms): {0:.0f} Force (N): {1:.6f} Extension (mm): {2:.5f}"],
+)  # fmt: skip
+@pytest.mark.parametrize("above", ["", "HX711 ready\nScale: 1.02\n"])
+def test_a_label_before_every_number_is_its_heading(put, form, above):
+    lines = "".join(form.format(1000 * t, 0.02 * s, 25 * e) + "\n" for t, e, s in ALL)
+    recording = import_file(put("a.txt", above + lines), make_options(**SIZES))
+    assert right(recording) and any("a label stands before every number: 'Time (ms)'" in note for note in recording.notices)
+
+
+def test_labels_of_a_preamble_are_no_table(put):
+    above = "Width: 5 mm\nThickness: 4 mm\nGauge length: 25 mm\nPreload: 0 N\nRate: 10 Hz\n"
+    rows = "".join(f"{t},{25 * e:.6f},{0.02 * s:.6f}\n" for t, e, s in ALL)
+    assert right(import_file(put("a.csv", above + "Time (s),Extension (mm),Load (N)\n" + rows)))
+
+
+def test_a_sign_may_stand_apart_from_its_digits():
+    assert to_number("+ 25.3", ".") == 25.3 and to_number("-   4,5", ",") == -4.5
+    assert to_number("+ -3", ".") is None and np.isnan(to_number("-", "."))
+
+
+def test_a_loggers_row_of_units_may_hold_other_words(put):
+    rows = "".join(
+        f"{k + 1},{clock(int(t), '%Y/%m/%d %H:%M:%S')},{1000 * (t % 1):.0f},+ {100 * e:.4f},+ {s:.4f}\n" for k, (t, e, s) in enumerate(ALL)
+    )
+    head = "Model,GL000\nSampling,500ms\nNumber,Date&Time,ms,Strain,Stress\nNO.,Time,ms,%,kPa\n"
+    recording = import_file(put("a.csv", head + rows))
+    assert right(recording) and any("'ms' is the part of a second of 'Date&Time'" in note for note in recording.notices)
+
+
+@pytest.mark.parametrize("rule", ["|---|---|---|", "|:--|--:|--:|", "+======+======+======+"])
+def test_a_line_that_is_drawn_below_the_headings_is_no_heading(put, rule):
+    rows = "".join(f"| {t} | {100 * e:.5f} | {s:.4f} |\n" for t, e, s in ALL)
+    assert right(import_file(put("a.txt", f"| Time (s) | Strain (%) | Stress (kPa) |\n{rule}\n{rows}")))
+
+
+@pytest.mark.parametrize(
+    "head", ["   Time s    Strain %   Stress kPa\n", "  Elapsed Time   Tensile Strain   Tensile Stress\n      s      %      kPa\n"]
+)
+def test_headings_of_several_words_stand_apart_by_wide_gaps(put, head):
+    rows = "".join(f"{t:10.3f}{100 * e:12.5f}{s:12.4f}\n" for t, e, s in ALL)
+    assert right(import_file(put("a.txt", head + rows)))
+
+
+@pytest.mark.parametrize(("heading", "scale"), [("millis", 1e3), ("Seconds", 1.0), ("micros", 1e6), ("ms", 1e3)])
+def test_a_column_that_a_unit_of_time_names_is_the_clock(put, heading, scale):
+    rows = "".join(f"{scale * t:.0f},{e:.6f},{s:.4f}\n" for t, e, s in ((2 * a, b, c) for a, b, c in ALL))
+    recording = import_file(put("a.csv", f"{heading},Strain (-),Stress (kPa)\n{rows}"))
+    np.testing.assert_allclose(recording.columns["time_s"], 2.0 * TIME)
+
+
+def test_the_least_value_of_a_column_is_no_clock(put):
+    rows = "".join(f"{k},{e:.6f},{s:.4f}\n" for k, (_, e, s) in enumerate(ALL))
+    assert "time_s" not in import_file(put("a.csv", f"Min,Strain (-),Stress (kPa)\n{rows}")).columns
+
+
+def test_numbers_without_a_clock_that_have_canonical_names_are_a_recording_and_others_are_imported(put):
+    rows = "".join(f"{t},{e:.6f},{s:.4f}\n" for t, e, s in ALL)
+    assert right(import_file(put("a.csv", f"Time (s),strain,stress_kPa\n{rows}")))
+    assert "already is in the recording format" in refusal(put("b.csv", f"time_s,strain,stress_kPa\n{rows}"))
+
+
+@pytest.mark.parametrize(
+    ("head", "code"),
+    [
+        ("时间(s);变形(mm);试验力(N)", "gb18030"), ("時間(s);ストローク(mm);試験力(N)", "shift_jis"), ("시간(s);변위(mm);하중(N)", "cp949"),
+        ("Tempo (s);Spostamento (mm);Forza (N)", "utf-8"), ("Tiempo (s);Desplazamiento (mm);Fuerza (N)", "cp1252"),
+        ("Tempo (s);Deslocamento (mm);Força (N)", "cp1252"), ("Czas [s];Przemieszczenie [mm];Siła [N]", "utf-8"),
+        ("Время, с;Удлинение, мм;Сила, Н", "utf-8"), ("Tid (s);Förlängning (mm);Kraft (N)", "cp1252"),
+    ],
+)  # fmt: skip
+def test_headings_in_other_languages_are_read(put, head, code):
+    rows = "".join(f"{t};{25 * e:.6f};{0.02 * s:.6f}\n".replace(".", ",") for t, e, s in ALL)
+    assert right(import_file(put("a.csv", f"{head}\n{rows}".encode(code)), make_options(**SIZES)))
+
+
+@pytest.mark.parametrize(("heading", "kind"), [("Tensione (kPa)", "stress"), ("Tensione (V)", "voltage"), ("Spanning [V]", "voltage")])
+def test_a_word_for_stress_and_voltage_is_told_by_its_unit(heading, kind):
+    from fitting.data.importers.words import meaning_of
+
+    assert meaning_of(heading).quantity == kind
+
+
+def test_quantities_in_rows_are_refused_with_what_helps(put):
+    text = "".join(f"{name},{','.join(f'{x:.4f}' for x in values)}\n" for name, values in (("Time (s)", TIME), ("Strain (-)", STRAIN)))
+    assert "'Time (s)', 'Strain (-)' stand in rows; write each in a column" in refusal(put("a.csv", text))
+
+
+@pytest.mark.parametrize("heading", ["T_wire (°C)", "T specimen [K]", "Temp chamber [°C]", "Oven temp (C)"])
+def test_a_temperature_is_known_by_its_symbol_and_its_place(put, heading):
+    rows = "".join(f"{t};{e / 12:.6f};200;{300 + 60 * e:.3f}\n" for t, e, _ in ALL)
+    recording = import_file(put("a.csv", f"Time (s);Strain (-);Stress (MPa);{heading}\n{rows}"))
+    assert "temperature_degC" in recording.columns
+
+
+@pytest.mark.parametrize("heading", ["T_ambient (°C)", "T room (°C)", "I_motor (A)"])
+def test_a_symbol_of_another_part_of_a_rig_is_not_taken(put, heading):
+    rows = "".join(f"{t};{e / 12:.6f};200;{22 + e:.3f}\n" for t, e, _ in ALL)
+    recording = import_file(put("a.csv", f"Time (s);Strain (-);Stress (MPa);{heading}\n{rows}"))
+    assert "temperature_degC" not in recording.columns and any("left aside" in note and heading in note for note in recording.notices)
