@@ -142,3 +142,61 @@ def test_a_symbol_of_another_part_of_a_rig_is_not_taken(put, heading):
     rows = "".join(f"{t};{e / 12:.6f};200;{22 + e:.3f}\n" for t, e, _ in ALL)
     recording = import_file(put("a.csv", f"Time (s);Strain (-);Stress (MPa);{heading}\n{rows}"))
     assert "temperature_degC" not in recording.columns and any("left aside" in note and heading in note for note in recording.notices)
+
+
+@pytest.mark.parametrize(
+    "head",
+    ["Time,Strain,Stress\ns,%,kPa\nclock,video,load cell / area\n", "Time,Strain,Stress\n,,\ns,%,kPa\n,DIC,coupon 3\n",
+     "Time,Strain,Stress\nremark,first,second\n(s),(%),(kPa)\n"],
+)  # fmt: skip
+def test_remarks_about_the_columns_may_stand_below_the_headings(put, head):
+    rows = "".join(f"{t},{100 * e:.5f},{s:.4f}\n" for t, e, s in ALL)
+    recording = import_file(put("a.csv", head + rows))
+    assert right(recording) and any("between the headings and the numbers were left aside" in note for note in recording.notices)
+
+
+def test_a_row_above_numbers_of_another_table_is_no_heading(put):
+    rows = "".join(f"{t},{25 * e:.6f},{0.02 * s:.6f}\n" for t, e, s in ALL)
+    text = f"Time (s),Extension (mm),Force (N)\n0,0,0\n\nKanal 1,Kanal 2,Kanal 3\n{rows}"
+    assert "'Kanal 1', 'Kanal 2', 'Kanal 3'" in refusal(put("a.csv", text), **SIZES)
+
+
+@pytest.mark.parametrize(("first", "second"), [("Crosshead (mm)", "Extensometer (mm)"), ("Crosshead (mm)", "LVDT (um)")])
+def test_two_ways_to_one_quantity_that_differ_are_said(put, first, second):
+    scale = 1e3 if "um" in second else 1.0
+    rows = "".join(f"{t},{27 * e:.6f},{scale * 25 * e:.6f},{0.02 * s:.6f}\n" for t, e, s in ALL)
+    path = put("a.csv", f"Time (s),{first},{second},Load (N)\n{rows}")
+    (said,) = [note for note in checks(import_file(path, make_options(**SIZES))) if "left aside" in note]
+    assert f"'{second}' was left aside, and '{first}' taken, from which it differs by up to 1.1" in said
+    assert right(import_file(path, make_options(columns=["elongation=3"], **SIZES)))
+
+
+@pytest.mark.parametrize("second", ["Step time (s)", "Oven temperature (C)"])
+def test_clocks_and_temperatures_of_other_things_are_no_second_way(put, second):
+    rows = "".join(f"{t},{t % 5:.1f},{e / 12:.6f},200,{25 + t}\n" for t, e, _ in ALL)
+    recording = import_file(put("a.csv", f"Time (s),{second},Strain (-),Stress (MPa),Wire temperature (C)\n{rows}"))
+    assert not any("was left aside, and" in note for note in recording.notices)
+    assert any("columns left aside" in note and second in note for note in recording.notices)
+
+
+@pytest.mark.parametrize("heading", ["Extension ratio", "Stretch ratio", "Elongation ratio"])
+def test_an_extension_ratio_is_a_stretch(put, heading):
+    rows = "".join(f"{t},{1 + e:.6f},{s:.4f}\n" for t, e, s in ALL)
+    assert right(import_file(put("a.csv", f"Time (s),{heading},Nominal stress (kPa)\n{rows}")))
+
+
+def test_a_labview_file_without_a_clock_has_units_and_a_step(put):
+    head = (
+        "LabVIEW Measurement\t\nX_Columns\tNo\n***End_of_Header***\t\nChannels\t2\t\nY_Unit_Label\t%\tkPa\nX_Dimension\tTime\tTime\n"
+        "Delta_X\t0.5\t0.5\n***End_of_Header***\t\t\nStrain\tStress\tComment\n"
+    )
+    path = put("a.lvm", head + "".join(f"{100 * e:.5f}\t{s:.4f}\n" for _, e, s in ALL))
+    assert any(note.endswith("states a step (Delta_X): --interval 0.5") for note in checks(import_file(path)))
+    assert right(import_file(path, make_options(interval_s=0.5)))
+
+
+@pytest.mark.parametrize(("volts", "amperes"), [("U (V)", "I (A)"), ("Spring voltage (V)", "Spring current (A)")])
+def test_symbols_of_voltage_and_current_make_a_resistance(put, volts, amperes):
+    rows = "".join(f"{t},{40 * e:.5f},{0.5 * e:.5f},{0.05 * (2 + e):.7f},0.05\n" for t, e, _ in ALL)
+    recording = import_file(put("a.csv", f"Time (s),Displacement (mm),Force (N),{volts},{amperes}\n{rows}"))
+    np.testing.assert_allclose(recording.columns["resistance_ohm"], 2.0 + STRAIN, rtol=1e-4)

@@ -12,6 +12,8 @@ from .making import Channel
 from .spelling import unit_name
 from .words import meaning
 
+SEVERAL = ("time", "cycle", "temperature")
+"""Quantities that a file often has of several things."""
 ROUNDING = 0.005
 """Maximum difference of one measurement in two units, as part of the largest value."""
 
@@ -29,7 +31,7 @@ def say_aside(grid: Grid, channels: dict[str, Channel]) -> list[str]:
             continue
         if (twin := next((one for one in taken if _same_name(grid, column, one)), None)) is not None:
             notices.append(_compared(grid, column, twin, taken[twin]))
-        elif (other := next((one for one in taken if _numbered_like(grid, column, one)), None)) is not None:
+        elif (other := next((one for one in taken if _named_alike(grid, column, one)), None)) is not None:
             notices.append(_one_of_two(grid, column, other, taken[other]))
         else:
             aside.append(column)
@@ -66,19 +68,24 @@ def _same_name(grid: Grid, column: int, other: int) -> bool:
     return first.unit == second.unit or _factor(first.unit, second.unit) is not None
 
 
-def _numbered_like(grid: Grid, column: int, other: int) -> bool:
-    """True if two headings name one quantity by one word, and differ by a number: `Strain 1`, `Strain 2`."""
+def _named_alike(grid: Grid, column: int, other: int) -> bool:
+    """True if two headings name one quantity, and differ by a number (`Strain 1`, `Strain 2`) or by a word.
+
+    Clocks, cycles and temperatures of several words are of several things: `Step time`, `Oven temperature`.
+    """
     one, two = (meaning(grid.headings[c]) for c in (column, other))
-    if one is None or two is None or one.tag == two.tag:
+    if one is None or two is None or one.quantity != two.quantity or np.isnan(grid.values[:, column]).all():
         return False
-    same = (one.quantity, one.rank) == (two.quantity, two.rank)
-    unit = grid.headings[column].unit == grid.headings[other].unit
-    return same and unit and bool(np.isfinite(grid.values[:, column]).any())
+    units = [grid.headings[c].unit for c in (other, column)]
+    same = units[0] == units[1] or _factor(*units) is not None
+    return same and (one.rank == two.rank or one.quantity not in SEVERAL)
 
 
 def _one_of_two(grid: Grid, column: int, other: int, quantity: str) -> str:
-    """Notice about a column whose heading differs by a number from that of a taken one."""
+    """Notice about a column whose heading differs by a number or a word from that of a taken one."""
     first, second = grid.values[:, other], grid.values[:, column]
+    units = [grid.headings[c].unit for c in (other, column)]
+    second = second if units[0] == units[1] else (_factor(*units) or 1.0) * second
     there = np.isfinite(first) & np.isfinite(second)
     labels = [repr(grid.headings[c].text) for c in (column, other)]
     most = np.abs(first - second)[there].max() if there.any() else np.nan

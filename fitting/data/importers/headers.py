@@ -3,6 +3,7 @@
 import itertools
 import math
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from .numerals import like_a_number
@@ -13,6 +14,8 @@ from .words import meaning_of
 # Names of columns, though units are called so, too.
 _NAMES_TOO = ("strain", "ratio", "t", "f", "r", "i", "temp")
 
+MOST_BELOW = 3
+"""Maximum number of rows of units and remarks between the headings and the numbers."""
 MOST_SPOILT = 5
 """Maximum number of rows with words among their numbers right below the headings."""
 Rows = list[list[str]]
@@ -26,11 +29,27 @@ class Start(NamedTuple):
         run: indices of its first rows of numbers.
         header: names of its columns; empty without a header.
         top: index of the row of names; of the first row of numbers without a header.
+        remarks: indices of the rows between names and numbers that are no units.
     """
 
     run: list[int]
     header: list[str]
     top: int
+    remarks: Sequence[int] = ()
+
+
+class Header(NamedTuple):
+    """A row of names above numbers.
+
+    Attributes:
+        names: names of the columns with their units; empty without a header.
+        top: index of its row; of the first row of numbers without a header.
+        remarks: indices of the rows between it and the numbers that are no units.
+    """
+
+    names: list[str]
+    top: int
+    remarks: Sequence[int] = ()
 
 
 def first_table(fields: Rows, parsed: Parsed, begin: int) -> Start | None:
@@ -42,15 +61,14 @@ def first_table(fields: Rows, parsed: Parsed, begin: int) -> Start | None:
     if not run:
         return None
     named = max(_last_number(parsed[i]) for i in run)
-    header, top = header_above(fields, run[0], named, begin)
-    if not header:
-        earlier = _rows_above_remarks(fields, parsed, run, begin)
-        header, top = header_above(fields, earlier[0], named, begin) if earlier else (header, top)
-        run = [*earlier, *run] if header else run
-    if not header and (spoilt := _spoilt_rows(fields, run[0], begin)):
-        header, top = header_above(fields, spoilt[0], named, begin)
-        run = [*spoilt, *run] if header else run
-    return Start(run, header, top)
+    header = header_above(fields, run[0], named, begin)
+    if not header.names and (earlier := _rows_above_remarks(fields, parsed, run, begin)):
+        header = header_above(fields, earlier[0], named, begin)
+        run = [*earlier, *run] if header.names else run
+    if not header.names and (spoilt := _spoilt_rows(fields, run[0], begin)):
+        header = header_above(fields, spoilt[0], named, begin)
+        run = [*spoilt, *run] if header.names else run
+    return Start(run, *header)
 
 
 def names_quantities(row: list[str]) -> int:
@@ -113,11 +131,12 @@ def _last_number(row: list[float | None] | None) -> int:
     return next(filled, 0)
 
 
-def header_above(fields: Rows, start: int, named: int, floor: int) -> tuple[list[str], int]:
+def header_above(fields: Rows, start: int, named: int, floor: int) -> Header:
     """Names of the columns and the row they stand in: the nearest filled row above, if it names every column.
 
     A row of units alone (`(s);(mm);(N)`, or `s;mm;N`) under a row of names is joined to it. A row that leaves
-    the last columns without a name is a header if it names two quantities.
+    the last columns without a name is a header if it names two quantities. So is one further above, where the
+    rows below it name less: units, and remarks about the columns.
 
     Args:
         fields: fields of the whole page by row.
@@ -125,34 +144,42 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> tuple[list
         named: number of columns that need a name.
         floor: index of the first row that belongs to this table.
     """
-    above = [i for i in range(start - 1, floor - 1, -1) if fields[i] and not _is_rule(fields[i])][:2]
+    above = [i for i in range(start - 1, floor - 1, -1) if fields[i] and not _is_rule(fields[i])]
+    above = above[: MOST_BELOW + 1]
     if not above:
-        return [], start
-    top, units = above[0], []
-    if (
-        len(above) == 2
-        and (all(map(_is_unit, fields[top])) or _mostly_units(fields[top], fields[above[1]]))
-        and not any(_is_unit(t) and t for t in fields[above[1]] if len(t) > 2)
-    ):
-        top, units = above[1], [text if _is_unit(text) else "" for text in fields[top]]
+        return Header([], start)
+    units_alone = len(above) > 1 and all(map(_is_unit, fields[above[0]]))
+    place = 1 if units_alone and not _has_units(fields[above[1]]) else 0
+    if names_quantities(_uncommented(fields[above[place]])) < 2:
+        place = next((k for k, i in enumerate(above) if _names_all(fields[i], named)), place)
+        if any(text and like_a_number(text) for i in above[:place] for text in fields[i]):
+            place = 0
+    top, below = above[place], above[:place]
     names = _uncommented(fields[top])
-    quantities = names_quantities(names)
-    if quantities < 2 and (len(names) < max(named, 2) or any(t and like_a_number(t) for t in names)):
-        return [], start
+    few = len(names) < max(named, 2) or any(t and like_a_number(t) for t in names)
+    if names_quantities(names) < 2 and few:
+        return Header([], start)
+    row = next((i for i in reversed(below) if _has_units(fields[i])), None)
+    units = [] if row is None else [text if _is_unit(text) else "" for text in fields[row]]
     pairs = itertools.zip_longest(names, units, fillvalue="")
-    return [_with_unit(name, unit.strip("()[]")) for name, unit in pairs], top
+    joined = [_with_unit(name, unit.strip("()[]")) for name, unit in pairs]
+    return Header(joined, top, [i for i in reversed(below) if i != row])
+
+
+def _names_all(row: list[str], named: int) -> bool:
+    """True if a row is as wide as the numbers below it, and names two quantities."""
+    return len(row) >= named and names_quantities(_uncommented(row)) >= 2
+
+
+def _has_units(row: list[str]) -> bool:
+    """True if more than half of the filled fields of a row are units."""
+    filled = [text for text in row if text]
+    return 2 * sum(map(_is_unit, filled)) > len(filled)
 
 
 def _is_rule(row: list[str]) -> bool:
     """True for a line that is drawn between headings and numbers: `-----`, `|---|---|`, `====`."""
     return all(re.fullmatch(r"[-=+:_*~\s]{3,}|", text) for text in row) and any(row)
-
-
-def _mostly_units(row: list[str], above: list[str]) -> bool:
-    """True if most fields of a row are units, and the row above it names quantities that it does not name."""
-    units = sum(bool(text) and _is_unit(text) for text in row)
-    below = len(row) == len(above) and 2 * units > len(row)
-    return below and names_quantities(row) < 2 <= names_quantities(above)
 
 
 def _with_unit(name: str, unit: str) -> str:

@@ -135,7 +135,7 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     table = first_table(fields[:end], parsed[:end], begin)
     if table is None:
         return None
-    run, header, top = table
+    run, header, top, remarks = table
     width, stated = max(len(header), _columns(parsed, run, bool(header))), len(header)
     header += [""] * (width - len(header)) if header else []
     if width == 1 and lines.delimiter not in (" ", ""):
@@ -147,6 +147,9 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     if len(dropped) > len(keep):
         return None
     notices = two_units(header)
+    if remarks:
+        said = _examples(fields, [*remarks])
+        notices.append(f"rows between the headings and the numbers were left aside: {said}")
     if counts_columns(fields, keep):
         notices.append(f"check: row {keep[0] + 1} only counts the columns and was left out")
         keep = keep[1:]

@@ -56,6 +56,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "course traverse", "course", "verlängerung", "course standard", "allongement", "déplacement",
         "deplacement",
         "verplaatsing", "位移", "变形", "変位", "ストローク", "extensometer", "ext", "dl", "delta l", "δl",
+        "displ", "displ.", "pos", "length change", "längenänderung",
         "lvdt", "lvdt displacement", "laser displacement", "dial gauge", "dial indicator",
         "spostamento", "allungamento", "corsa", "desplazamiento", "alargamiento", "elongación",
         "deslocamento", "alongamento", "förskjutning", "förlängning", "przemieszczenie", "wydłużenie",
@@ -99,14 +100,17 @@ WORDS: dict[str, tuple[str, ...]] = {
     "curvature": ("curvature", "kappa", "κ", "krümmung", "courbure"),
     "bend_angle": (
         "bend angle", "bending angle", "tip angle", "deflection angle", "biegewinkel", "bend", "angle",
-        "theta", "θ",
+        "theta", "θ", "winkel",
     ),
     "cycle": (
         "cycle", "cycle number", "cycle count", "total cycle count", "total cycles", "cycle no",
         "cycle no.",
         "cycles", "zyklus",
     ),
-    "voltage": ("voltage", "output voltage", "v out", "vout"),
+    "voltage": (
+        "voltage", "output voltage", "v out", "vout", "spring voltage", "voltage drop", "wire voltage",
+        "u", "v",
+    ),
     **{f"voltage_{k}": (f"voltage {k}",) for k in (1, 2, 3)},
     **{f"resistance_{k}": (f"resistance {k}", f"r{k}") for k in (1, 2, 3)},
     **{f"current_{k}": (f"current {k}", f"i{k}") for k in (1, 2, 3)},
@@ -121,6 +125,7 @@ _NEEDS_UNIT = {
     "p rel": "pressure", "r": "resistance", "i": "current",
     "tid": "time", "carga": "force", "corsa": "length", "rek": "number",
     "ave": "number", "ave2": "number", "ave 2": "number",
+    "pos": "length", "winkel": "angle", "u": "voltage", "v": "voltage",
     "lvdt": "length", "dial gauge": "length", "dial indicator": "length", "duration": "time",
 }  # fmt: skip
 _QUANTITY = {word: (quantity, rank) for quantity, words in WORDS.items() for rank, word in enumerate(words)}
@@ -245,6 +250,8 @@ def _dimensions(written: str, quantity: str) -> tuple[str, ...]:
 def heading_of(text: str) -> Heading:
     """Heading of a text. A letter at its end is a unit where the rest names a quantity (`Temperature C`)."""
     heading = parse_heading(text)
+    if heading.name in _QUANTITY:  # `Extension ratio` is a stretch, and no extension in ratios
+        return heading
     if heading.name in ("microstrain", "millistrain"):
         return Heading(text, "strain", heading.unit or heading.name)
     percent = re.match(r"(?:percent|per cent|pct\.?|%)\s+(.+)$", text.strip(), re.IGNORECASE)
