@@ -200,3 +200,9 @@ def test_symbols_of_voltage_and_current_make_a_resistance(put, volts, amperes):
     rows = "".join(f"{t},{40 * e:.5f},{0.5 * e:.5f},{0.05 * (2 + e):.7f},0.05\n" for t, e, _ in ALL)
     recording = import_file(put("a.csv", f"Time (s),Displacement (mm),Force (N),{volts},{amperes}\n{rows}"))
     np.testing.assert_allclose(recording.columns["resistance_ohm"], 2.0 + STRAIN, rtol=1e-4)
+
+
+def test_a_list_of_channels_above_headings_is_not_taken_for_them(put):
+    rows = "".join(f"{t},{25 * e:.6f},{0.02 * s:.6f}\n" for t, e, s in ALL)
+    path = put("a.csv", f"Time,Displacement,Force\nTime (s),Gap (mm),Load (N)\n{rows}")
+    assert right(import_file(path, make_options(columns=["elongation=Gap (mm)"], **SIZES)))

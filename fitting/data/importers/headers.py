@@ -152,8 +152,7 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> Header:
     place = 1 if units_alone and not _has_units(fields[above[1]]) else 0
     if names_quantities(_uncommented(fields[above[place]])) < 2:
         place = next((k for k, i in enumerate(above) if _names_all(fields[i], named)), place)
-        if any(text and like_a_number(text) for i in above[:place] for text in fields[i]):
-            place = 0
+        place = place if all(_is_about_columns(fields[i]) for i in above[:place]) else 0
     top, below = above[place], above[:place]
     names = _uncommented(fields[top])
     few = len(names) < max(named, 2) or any(t and like_a_number(t) for t in names)
@@ -169,6 +168,13 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> Header:
 def _names_all(row: list[str], named: int) -> bool:
     """True if a row is as wide as the numbers below it, and names two quantities."""
     return len(row) >= named and names_quantities(_uncommented(row)) >= 2
+
+
+def _is_about_columns(row: list[str]) -> bool:
+    """True for a row of units or remarks below headings: no numbers, and no headings with units."""
+    if any(text and like_a_number(text) for text in row):
+        return False
+    return _has_units(row) or all(parse_heading(text).unit is None for text in row)
 
 
 def _has_units(row: list[str]) -> bool:

@@ -223,7 +223,7 @@ def _like_a_unit(text: str) -> bool:
 
 def plain(name: str) -> str:
     """A name in lower case. Content of brackets is kept as words; spaces and underscores are single."""
-    return re.sub(r"[\s_()\[\]{}]+", " ", unicodedata.normalize("NFKC", name)).strip(" \"'-:,;/.").lower()
+    return re.sub(r"[\s_()\[\]{}]+", " ", unicodedata.normalize("NFKC", name)).strip(" \"'-:,;/.*").lower()
 
 
 def dimension(unit: str | None) -> str | None:

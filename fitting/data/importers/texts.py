@@ -48,7 +48,7 @@ def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".")
     _read_words(grid, parsed, clockless)
     drop_marks(grid)
     _serial_dates(grid, clockless)
-    if clockless and not grid.clocks:
+    if clockless and not grid.clocks and not any(dimension(h.unit) == "time" for h in grid.headings):
         _named_by_unit(grid)
     add_fractions(grid)
 
