@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from answers import checks, refusal
 
-from fitting.data.importers import import_file, make_options
+from fitting.data.importers import import_file, import_tests, make_options
 from fitting.data.importers.numerals import to_number
 
 N = 40
@@ -109,8 +109,8 @@ def test_numbers_without_a_clock_that_have_canonical_names_are_a_recording_and_o
     [
         ("时间(s);变形(mm);试验力(N)", "gb18030"), ("時間(s);ストローク(mm);試験力(N)", "shift_jis"), ("시간(s);변위(mm);하중(N)", "cp949"),
         ("Tempo (s);Spostamento (mm);Forza (N)", "utf-8"), ("Tiempo (s);Desplazamiento (mm);Fuerza (N)", "cp1252"),
-        ("Tempo (s);Deslocamento (mm);Força (N)", "cp1252"), ("Czas [s];Przemieszczenie [mm];Siła [N]", "utf-8"),
-        ("Время, с;Удлинение, мм;Сила, Н", "utf-8"), ("Tid (s);Förlängning (mm);Kraft (N)", "cp1252"),
+        ("Tempo (s);Deslocamento (mm);Força (N)", "cp1252"), ("Czas [s];Przemieszczenie [mm];Siła [N]", "cp1250"),
+        ("Время, с;Удлинение, мм;Сила, Н", "cp1251"), ("Tid (s);Förlängning (mm);Kraft (N)", "cp1252"),
     ],
 )  # fmt: skip
 def test_headings_in_other_languages_are_read(put, head, code):
@@ -206,3 +206,33 @@ def test_a_list_of_channels_above_headings_is_not_taken_for_them(put):
     rows = "".join(f"{t},{25 * e:.6f},{0.02 * s:.6f}\n" for t, e, s in ALL)
     path = put("a.csv", f"Time,Displacement,Force\nTime (s),Gap (mm),Load (N)\n{rows}")
     assert right(import_file(path, make_options(columns=["elongation=Gap (mm)"], **SIZES)))
+
+
+@pytest.mark.parametrize("head", ["Time Strain(%) Stress(kPa)", "Strain(%),Stress(kPa)", "[11:59:59.000] Strain(%);Stress(kPa)"])
+def test_a_clock_in_brackets_before_every_line_is_a_column(put, head):
+    mark = next(mark for mark in ";, " if mark in head.replace("59.000] ", ""))
+    rows = "".join(f"[{clock(t)[:-3]}] {100 * e:.5f}{mark}{s:.4f}\n" for t, e, s in ALL)
+    assert right(import_file(put("a.txt", f"{head}\n{rows}")), 43200.0)
+
+
+@pytest.mark.parametrize(("heading", "scale"), [("millis", 1e3), ("micros", 1e6), ("time_us", 1e6)])
+def test_a_counter_of_32_bits_is_counted_on(put, heading, scale):
+    first = 2**32 - round(scale * 8.0)
+    rows = "".join(f"{(first + round(scale * t)) % 2**32},{e:.6f},{s:.4f}\n" for t, e, s in ALL)
+    recording = import_file(put("a.csv", f"{heading},Strain (-),Stress (kPa)\n{rows}"))
+    np.testing.assert_allclose(recording.columns["time_s"] - first / scale, TIME, atol=1e-5)
+    assert any("begins anew in row 18, where a counter of 32 bits does" in note for note in checks(recording))
+
+
+def test_a_clock_that_begins_anew_elsewhere_is_not_counted_on(put):
+    rows = "".join(f"{3e9 + 1000 * t if t < 8 else 1000 * t:.0f},{e:.6f},{s:.4f}\n" for t, e, s in ALL)
+    recording = import_file(put("a.csv", f"time_ms,Strain (-),Stress (kPa)\n{rows}"))
+    assert "time_s" not in recording.columns and any("the clock goes back" in note for note in checks(recording))
+
+
+@pytest.mark.parametrize(("heads", "asked"), [(("Load cell 1 (N)", "Load cell 2 (N)"), True), (("Sample A load (N)", "Sample B load (N)"), False)])
+def test_two_loads_over_one_extension_are_asked_about(put, heads, asked):
+    rows = "".join(f"{t},{25 * e:.6f},{0.02 * s:.6f},{0.021 * s:.6f}\n" for t, e, s in ALL)
+    recordings = import_tests(put("a.csv", f"Time (s),Extension (mm),{','.join(heads)}\n{rows}"), make_options(**SIZES))
+    assert len(recordings) == 2 and right(recordings[0])
+    assert all(any("were taken as those of 2 specimens" in note for note in checks(one)) == asked for one in recordings)

@@ -16,10 +16,12 @@ from ..recordings.table import refuse
 from .numerals import CellNumber
 
 # Time, displacement, force, strain, ...: words that show in which code a text is that is in no other one.
-_EASTERN = {
+_CODES = {
     "gb18030": ("时间", "位移", "力", "应变", "应力", "温度", "变形"),
     "shift_jis": ("時間", "変位", "試験力", "荷重", "ストローク", "応力", "ひずみ", "温度"),
     "cp949": ("시간", "변위", "하중", "응력", "변형률", "온도"),
+    "cp1251": ("время", "сила", "усилие", "нагрузка", "деформация", "перемещение", "удлинение"),
+    "cp1250": ("siła", "wydłużenie", "odkształcenie", "naprężenie"),
 }
 
 
@@ -141,8 +143,8 @@ def open_raw(path: str | Path) -> RawFile:
 
 
 def _decode(content: bytes) -> str:
-    """Text in UTF-8, UTF-16, a Chinese, Japanese or Korean code whose headings are readable, or else Windows
-    Latin (degree signs)."""
+    """Text in UTF-8, UTF-16, another code in which headings are readable, or else Windows Latin (degree
+    signs)."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return content.decode("utf-16", errors="replace")
     if content.count(0) > len(content) // 3:  # UTF-16 without its mark: every other byte is zero
@@ -152,9 +154,9 @@ def _decode(content: bytes) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         pass
-    for code, words in _EASTERN.items():
+    for code, words in _CODES.items():
         text = content.decode(code, errors="ignore")
-        if len(text.encode(code)) == len(content) and any(word in text for word in words):
+        if len(text.encode(code)) == len(content) and any(word in text.lower() for word in words):
             return text
     return content.decode("cp1252", errors="replace")
 

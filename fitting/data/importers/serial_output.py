@@ -1,4 +1,4 @@
-"""What microcontrollers print: a clock and an arrow before every line, or a label before every number."""
+"""What microcontrollers print: a clock before every line, or a label before every number."""
 
 import re
 from collections import Counter
@@ -11,8 +11,9 @@ from .separators import LEAST_ROWS
 from .spelling import is_unit
 
 LOGGED = "Logged_at"
-"""Heading of the clock before the arrows."""
-_ARROW = re.compile(r"(?P<clock>\d{1,2}:\d\d:\d\d(?:[.,]\d+)?)\s*->\s?(?P<rest>.*)")
+"""Heading of the clock before the lines."""
+_CLOCK = r"\d{1,2}:\d\d:\d\d(?:[.,]\d+)?"
+_BEFORE = re.compile(rf"(?:(?P<arrow>{_CLOCK})\s*->|\[(?P<brackets>{_CLOCK})\])\s?(?P<rest>.*)")
 _LABELLED = re.compile(
     r"\s*(?P<label>[^\W\d][^:=,;|\t]*?)\s*[:=]\s*(?P<number>[+-]?\d*\.?\d+(?:[eE][+-]?\d+)?)"
     r"(?:\s*(?P<unit>[^\s\d,;|:=.+-][^\s,;|:=]*)(?=[\s,;|]|$)(?!\s*[:=]))?\s*(?:[,;|]\s*|\s+|$)"
@@ -21,32 +22,36 @@ Field = tuple[str, str, str]
 
 
 def as_table(page: Page) -> tuple[Page, list[str]]:
-    """A page on which the clock before an arrow is a column, and labels of numbers are headings.
+    """A page on which a clock before every line is a column, and labels of numbers are headings.
 
     Returns:
         The page, unchanged where it has neither, and notices.
     """
     if page.is_sheet:
         return page, []
-    page, said = _without_arrows(page)
+    page, said = _without_clocks(page)
     table, labels = _without_labels(page)
     return table, [*said, *labels]
 
 
-def _without_arrows(page: Page) -> tuple[Page, list[str]]:
-    found = [_ARROW.fullmatch(line) for line in page.lines]
+def _without_clocks(page: Page) -> tuple[Page, list[str]]:
+    found = [_BEFORE.fullmatch(line) for line in page.lines]
     rests = [one["rest"] for one in found if one]
     if len(rests) < LEAST_ROWS or 2 * len(rests) <= sum(bool(line.strip()) for line in page.lines):
         return page, []
     marks = Counter(mark for rest in rests for mark in ("\t", ";", ",") if mark in rest)
     mark = marks.most_common(1)[0][0] if marks else " "
+    width = Counter(len(split_line(rest, mark)) for rest in rests).most_common(1)[0][0]
     lines = list(page.lines)
     for k, one in enumerate(found):
-        if one:
-            clock = one["clock"].replace(",", ".") if mark == "," else one["clock"]
-            named = names_quantities(split_line(one["rest"], mark)) > 0
-            lines[k] = f"{LOGGED if named else clock}{mark}{one['rest']}"
-    return replace(page, lines=lines), [f"a clock stands before an arrow in every line: column {LOGGED!r}"]
+        fields = split_line(one["rest"] if one else lines[k], mark)
+        if names_quantities(fields) > 0 and (one or len(fields) == width > 1):
+            lines[k] = f"{LOGGED}{mark}{one['rest'] if one else lines[k]}"
+        elif one:
+            clock = one["arrow"] or one["brackets"]
+            lines[k] = f"{clock.replace(',', '.') if mark == ',' else clock}{mark}{one['rest']}"
+    said = "a clock stands before every line, in brackets or before an arrow: taken as a column"
+    return replace(page, lines=lines), [said]
 
 
 def _without_labels(page: Page) -> tuple[Page, list[str]]:

@@ -106,6 +106,12 @@ def _by_groups(grid: Grid) -> list[Part]:
     taken = {*once, *(c for columns in groups.values() for c in columns)}
     aside = [h.text for c, h in enumerate(grid.headings) if c not in taken and h.text.strip()]
     notices = [f"columns of no specimen, left aside: {', '.join(map(repr, aside))}"] if aside else []
+    if not named and not any(key[0] in _DRIVERS for key in repeated):
+        labels = ", ".join(repr(grid.headings[c].text) for c in columns_of[outputs[0]])
+        notices.append(
+            f"check: {labels} were taken as those of {len(groups)} specimens, each with the other columns; if"
+            " all are of one, --specimen picks the column that counts"
+        )
     parts = []
     for name, columns in groups.items():
         rows = [i for i in range(len(grid.rows)) if np.isfinite(grid.values[i, columns]).any()]

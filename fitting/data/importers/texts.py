@@ -28,6 +28,10 @@ MOST_LISTED = 6
 """Number of fields that a notice lists with their rows."""
 MOST_EXAMPLES = 3
 """Number of texts that a notice about a column of text shows."""
+BITS = 2.0**32
+"""Number at which a counter of 32 bits begins anew."""
+TURNS = (0.1, 0.9)
+"""Parts of that number below and above which a counter stands after and before it begins anew."""
 YEAR_DAYS = 366.0
 """Maximum length of a test whose clock counts days since 1900 [d]."""
 
@@ -48,6 +52,7 @@ def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".")
     _read_words(grid, parsed, clockless)
     drop_marks(grid)
     _serial_dates(grid, clockless)
+    _count_on(grid)
     if clockless and not grid.clocks and not any(dimension(h.unit) == "time" for h in grid.headings):
         _named_by_unit(grid)
     add_fractions(grid)
@@ -202,6 +207,24 @@ def _take_clock(
     said += f", as {clock.said}" if clock.said else ""
     said += f"; {clock.remedy}" if clock.remedy else ""
     grid.notices.append(f"{'check: ' if asked or clock.remedy else ''}{said}{more}")
+
+
+def _count_on(grid: Grid) -> None:
+    """Count on a clock in milli- or microseconds that begins anew at 2^32, as a microcontroller's does."""
+    for column, heading in enumerate(grid.headings):
+        values = grid.values[:, column]
+        unit = unit_name(heading.unit or heading.name)
+        if unit not in ("ms", "us") or not np.isfinite(values).all() or values.size < 2:
+            continue
+        falls = np.diff(values) < 0.0
+        turns = falls & (values[:-1] > TURNS[1] * BITS) & (values[1:] < TURNS[0] * BITS)
+        if values.max() < BITS and values.min() >= 0.0 and falls.any() and np.array_equal(falls, turns):
+            grid.values[1:, column] += BITS * np.cumsum(turns)
+            row = grid.rows[int(np.argmax(turns)) + 1]
+            grid.notices.append(
+                f"check: {heading.text!r} begins anew in row {row}, where a counter of 32 bits does: counted"
+                " on"
+            )
 
 
 def _named_by_unit(grid: Grid) -> None:
