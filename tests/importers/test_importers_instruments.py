@@ -236,3 +236,19 @@ def test_two_loads_over_one_extension_are_asked_about(put, heads, asked):
     recordings = import_tests(put("a.csv", f"Time (s),Extension (mm),{','.join(heads)}\n{rows}"), make_options(**SIZES))
     assert len(recordings) == 2 and right(recordings[0])
     assert all(any("were taken as those of 2 specimens" in note for note in checks(one)) == asked for one in recordings)
+
+
+def test_a_name_that_is_a_unit_too_gets_the_unit_below_it(put):
+    rows = "".join(f"{t},{e:.6f},{s:.4f}\n" for t, e, s in ALL)
+    recording = import_file(put("a.csv", f"Time,Strain,Stress\n[s],[-],[kPa]\n{rows}"))
+    assert right(recording) and "strain from 'Strain (-)'" in recording.notices
+
+
+def test_rows_whose_last_fields_are_empty_may_be_the_first_ones(put):
+    rows = "".join(f"{t},{e:.6f},{s:.4f}\n" for t, e, s in ALL[2:])
+    path = put("a.csv", f"Time (s),Strain (-),Stress (kPa)\n0,,\n0.5,,\n{rows}")
+    recording = import_file(path)
+    np.testing.assert_allclose(recording.columns["time_s"], TIME[2:])
+    assert any("2 rows without a time or without any value dropped (rows 2, 3)" in note for note in recording.notices)
+    other = put("b.csv", f"Time (s),Strain (-),Stress (kPa)\n40\n{rows}")
+    assert "without headings" in refusal(other)

@@ -68,6 +68,9 @@ def first_table(fields: Rows, parsed: Parsed, begin: int) -> Start | None:
     if not header.names and (spoilt := _spoilt_rows(fields, run[0], begin)):
         header = header_above(fields, spoilt[0], named, begin)
         run = [*spoilt, *run] if header.names else run
+    if not header.names and (short := _short_rows(fields, parsed, run[0], begin)):
+        header = header_above(fields, short[0], named, begin)
+        run = [*short, *run] if header.names else run
     return Start(run, *header)
 
 
@@ -120,6 +123,22 @@ def _spoilt_rows(fields: Rows, start: int, floor: int) -> list[int]:
         if names_quantities(fields[i]) >= 2:
             return found
         if len(fields[i]) != len(fields[start]) or not any(map(like_a_number, fields[i])):
+            return []
+        found.insert(0, i)
+    return []
+
+
+def _short_rows(fields: Rows, parsed: Parsed, start: int, floor: int) -> list[int]:
+    """Rows right below a row of headings whose last fields are empty; none where there are no such rows.
+
+    Their first number is no larger than that of the row below. A number of rows is larger than a first time.
+    """
+    found: list[int] = []
+    for i in range(start - 1, max(floor, start - 1 - MOST_SPOILT) - 1, -1):
+        row, below = parsed[i], parsed[found[0] if found else start]
+        if row is None:
+            return found if names_quantities(fields[i]) >= 2 else []
+        if not below or row[0] is None or below[0] is None or not row[0] <= below[0]:
             return []
         found.insert(0, i)
     return []
@@ -190,7 +209,7 @@ def _is_rule(row: list[str]) -> bool:
 
 def _with_unit(name: str, unit: str) -> str:
     """A name with the unit below it, unless it states that unit itself."""
-    own = name if may_be_unit(name) and name else parse_heading(name).unit
+    own = name if name and _is_unit(name) else parse_heading(name).unit
     unit = "-" if unit == "1" else unit  # a number behind a unit would count columns
     return name if not unit or (own is not None and same_unit(own, unit)) else f"{name} ({unit})"
 
