@@ -57,7 +57,7 @@ def cut_off(
     """
     if page.is_sheet or len(keep) <= LEAST_ROWS:
         return None
-    if any(fields[keep[-1] + 1 :]) or any(fields[keep[-2] + 1 : keep[-1]]):
+    if any(fields[i] for i in range(keep[-1] + 1, len(fields))) or any(fields[keep[-2] + 1 : keep[-1]]):
         return None  # lines of text below it, or between it and the others
     last, others = fields[keep[-1]], [fields[i] for i in keep[:-1]]
     line = page.lines[keep[-1]]

@@ -52,12 +52,12 @@ class Header(NamedTuple):
     remarks: Sequence[int] = ()
 
 
-def first_table(fields: Rows, parsed: Parsed, begin: int) -> Start | None:
-    """Beginning of the first table from a row on; None if there is none.
+def first_table(fields: Rows, parsed: Parsed, begin: int, end: int | None = None) -> Start | None:
+    """Beginning of the first table from a row on, and before another one; None if there is none.
 
     Remarks between the header and the run of numbers are passed over, with the rows of numbers above them.
     """
-    run = _first_run(parsed, fields, begin)
+    run = _first_run(parsed, fields, begin, len(parsed) if end is None else end)
     if not run:
         return None
     named = max(_last_number(parsed[i]) for i in run)
@@ -79,15 +79,15 @@ def names_quantities(row: list[str]) -> int:
     return sum(bool(text) and meaning_of(text) is not None for text in row)
 
 
-def _first_run(parsed: Parsed, fields: Rows, begin: int) -> list[int]:
-    """First run of rows of numbers from a row on, empty if there is none; blank rows do not break it.
+def _first_run(parsed: Parsed, fields: Rows, begin: int, end: int) -> list[int]:
+    """First run of rows of numbers between two rows, empty if there is none; blank rows do not break it.
 
     Rows may be shorter than others, where their last fields are empty. One that is more than twice as wide
     as those above begins another run.
     """
     run: list[int] = []
     width = 0
-    for i in range(begin, len(parsed)):
+    for i in range(begin, end):
         row = parsed[i]
         if not fields[i]:
             continue
@@ -163,8 +163,8 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> Header:
         named: number of columns that need a name.
         floor: index of the first row that belongs to this table.
     """
-    above = [i for i in range(start - 1, floor - 1, -1) if fields[i] and not _is_rule(fields[i])]
-    above = above[: MOST_BELOW + 1]
+    filled = (i for i in range(start - 1, floor - 1, -1) if fields[i] and not _is_rule(fields[i]))
+    above = [*itertools.islice(filled, MOST_BELOW + 1)]
     if not above:
         return Header([], start)
     units_alone = len(above) > 1 and all(map(_is_unit, fields[above[0]]))

@@ -132,7 +132,7 @@ def _is_header(other: list[str], first: list[str]) -> bool:
 def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     """The table in some lines of a page; None if there is none."""
     fields, parsed = lines.fields, lines.parsed
-    table = first_table(fields[:end], parsed[:end], begin)
+    table = first_table(fields, parsed, begin, end)
     if table is None:
         return None
     run, header, top, remarks = table

@@ -24,7 +24,8 @@ def without_units(page: Page) -> tuple[Page, list[str]]:
     """
     for fields, at in headers_of(page):
         header = fields[at]
-        below = (row for row in itertools.islice(fields, at + 1, None) if len(row) == len(header))
+        rows = (fields[i] for i in range(at + 1, len(fields)))
+        below = (row for row in rows if len(row) == len(header))
         first = list(itertools.islice(below, SEARCHED))
         if len(first) < LEAST_ROWS or not any(_parts(text) for row in first for text in row):
             continue
