@@ -24,7 +24,7 @@ from fitting.diagnose.verdict.text import verdict_sentences, went
     (1.0, 0.0, "falls from a reduced chi-square of 1 to 0"),
     (0.98, 1.02, "rises from a reduced chi-square of 0.98 to 1.02"),
     (2.0, 2.0, "stays at a reduced chi-square of 2"),
-    (1e5, 1.2e5, "rises from a reduced chi-square of 1e+05 to 1.2e+05"),
+    (1e5, 1.2e5, "rises from a reduced chi-square of 100000 to 120000"),
 ])  # fmt: skip
 def test_what_became_of_a_misfit_is_said_from_its_numbers(before, after, said):
     assert went(before, after) == said

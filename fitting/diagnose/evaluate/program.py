@@ -161,8 +161,17 @@ class Program:
     @property
     def noise_stated(self) -> bool:
         """True if somebody states the noise of every output that is fitted."""
+        return all(self._noise())
+
+    @property
+    def noise_unstated(self) -> bool:
+        """True if nobody states the noise of any output that is fitted."""
+        return not any(self._noise())
+
+    def _noise(self) -> list[float | None]:
+        """Stated noise of every output of every fitted recording, SI; None where nobody states it."""
         fitted = zip(self.recordings, self.channels, self.fitted, strict=True)
-        return all(r.noise_si(c.quantity) for r, channels, chosen in fitted if chosen for c in channels)
+        return [r.noise_si(c.quantity) for r, channels, chosen in fitted if chosen for c in channels]
 
     @property
     def hidden(self) -> bool:

@@ -14,6 +14,33 @@ def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     return fit.evaluation.chi2(chosen.astype(float)) / max(program.observations(chosen), 1)
 
 
+def relative_error(program: Program, fit: Fit) -> float:
+    """Root mean square error of an output over its range in all recordings [1]: the largest of all outputs.
+
+    Infinite where the model has no answer in a row that was read.
+    """
+    errors: dict[str, list[np.ndarray]] = {}
+    read: dict[str, list[np.ndarray]] = {}
+    for channels, predicted in zip(program.channels, fit.evaluation.predicted, strict=True):
+        for channel, values in zip(channels, predicted, strict=True):
+            there = np.isfinite(channel.sigma)
+            errors.setdefault(channel.quantity, []).append((values - channel.measured)[there])
+            read.setdefault(channel.quantity, []).append(channel.measured[there])
+    shares = [
+        np.sqrt(np.mean(np.concatenate(errors[name]) ** 2)) / max(np.ptp(np.concatenate(values)), 1e-300)
+        for name, values in read.items()
+    ]
+    return float(np.max(np.nan_to_num(shares, nan=np.inf)))
+
+
+def accurate(program: Program, fit: Fit) -> bool:
+    """True if nobody states any noise, and a model misses its outputs by less than usual instruments do.
+
+    The noise of neighbouring readings says nothing about an instrument's accuracy.
+    """
+    return program.noise_unstated and relative_error(program, fit) <= VERDICT.accuracy
+
+
 def scored(program: Program) -> tuple[np.ndarray, np.ndarray]:
     """Masks of fitted and of scored recordings: the fitted ones again where none is for validation."""
     return program.fitted, program.unseen if np.any(program.unseen) else program.fitted

@@ -1,19 +1,22 @@
-"""Removal of effects with which recordings that were not fitted are predicted worse."""
+"""Removal of effects that recordings do not need, or with which those not fitted are predicted worse."""
 
 from dataclasses import replace
 
 from ..fit.evidence import inflation_of
+from ..fit.misfit import accurate
+from ..fit.refit import Fit
 from ..search.decision import outweighs
 from ..search.pool import without
 from ..search.steps import Explanation, Named
 from .held_out import Scores
-from .text import refused
+from .text import needless, refused
 
 
 def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, list[str]]:
     """The explanation without effects that make held-out predictions worse.
 
-    The effect goes first whose absence costs the fit least. The others are weighed anew.
+    The effect goes first whose absence costs the fit least. The others are weighed anew. All go where the
+    base model is as accurate as instruments are whose noise nobody states.
 
     Args:
         explanation: result of a search; it is not changed.
@@ -23,6 +26,9 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
         The explanation, and a sentence for every set that was removed.
     """
     said, program = [], explanation.program
+    if explanation.final.slugs and accurate(program, explanation.base):
+        said.append(needless(explanation.final.slugs))
+        return _with_names_of(explanation, explanation.base), said
     while explanation.final.slugs:
         before, after = scores.held_out(explanation)
         if after.reduced_chi2 <= before.reduced_chi2:
@@ -33,12 +39,17 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
             break
         said.append(refused(slugs, before.how, before.reduced_chi2, after.reduced_chi2))
         fewer = min(rest, key=lambda fit: fit.objective, default=explanation.base)
-        known = explanation.scores
-        explanation = replace(explanation, named=Named(fewer), contending=[])
-        explanation.scores = known
+        explanation = _with_names_of(explanation, fewer)
         if fewer.slugs and explanation.weigh_effects is not None:
             explanation.named = explanation.weigh_effects(explanation, fewer)
     return explanation, said
+
+
+def _with_names_of(explanation: Explanation, fit: Fit) -> Explanation:
+    """The explanation with the effects of another fit, and what was known before."""
+    fewer = replace(explanation, named=Named(fit), contending=[])
+    fewer.scores = explanation.scores
+    return fewer
 
 
 def contradicts(explanation: Explanation, lost: float) -> bool:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.pipeline import mimicked_in
 
-from ..fit.misfit import floor, limit_of, scored
+from ..fit.misfit import accurate, floor, limit_of, scored
 from ..fit.prediction import predictive_chi_square
 from ..search.steps import Explanation
 from ..settings import DEFAULT
@@ -73,7 +73,9 @@ def assess(explanation: Explanation) -> Assessment:
     if min(base) > VERDICT.gross and explanation.p_value > SCORE_TEST.level:
         explanation.p_value = tail(program, base[0])
     discrepancy = best_discrepancy(program, explanation.base)
-    mismatch = named or contradicted(explanation, base, discrepancy, floors)
+    mismatch = named or (
+        not accurate(program, explanation.base) and contradicted(explanation, base, discrepancy, floors)
+    )
     further = best_discrepancy(program, explanation.final) if named else None
     signs = signs_of(explanation, discrepancy, further, base, last, floors) if named else None
     unknown, lost, over, beyond, mimicked = 0.0, 0.0, None, False, ()

@@ -13,12 +13,13 @@ from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.units import from_si
 
-from ..fit.misfit import limit_of
+from ..fit.misfit import accurate, limit_of, relative_error
 from ..fit.prediction import predictive_chi_square
 from ..settings import DEFAULT
 from .conclusion import Conclusion
 from .unexplained import missed_beyond_drift
 
+LEVEL = DEFAULT.score_test.level
 VERDICT = DEFAULT.verdict
 
 SEPARATE = {
@@ -109,6 +110,9 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     base, after = conclusion.before, conclusion.after
     bound = "at most " if conclusion.explanation.p_is_bound else ""
     chance = f"{bound}{conclusion.explanation.p_value:.3g}"
+    program, fit = conclusion.explanation.program, conclusion.explanation.base
+    if not conclusion.mismatch and conclusion.explanation.p_value <= LEVEL and accurate(program, fit):
+        return [*_as_accurate(conclusion), *_not_fitted(conclusion)]
     if not conclusion.mismatch:
         return [
             f"The recordings agree with {base_named(conclusion)} within its tolerances and their noise.",
@@ -163,6 +167,27 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         *_in_units(conclusion, it),
         _by_chance(chance),
     ]
+
+
+def _as_accurate(conclusion: Conclusion) -> list[str]:
+    """Sentences where nobody states the noise, and the base model misses no more than instruments do."""
+    error = relative_error(conclusion.explanation.program, conclusion.explanation.base)
+    share, most = (number(100.0 * x, ".2g") for x in (error, VERDICT.accuracy))
+    return [
+        f"The recordings agree with {base_named(conclusion)}: it misses no output by more than {share} % of "
+        "its range (root mean square).",
+        f"Nobody states their noise, and ordinary instruments are accurate to {most} %. State it, under "
+        "[noise], to have a smaller misfit judged.",
+    ]
+
+
+def needless(slugs: Sequence[str]) -> str:
+    """A sentence about effects that explain less than the accuracy of instruments of unstated noise."""
+    it = "explains" if len(slugs) == 1 else "explain"
+    return (
+        f"{joined(slugs)} {it} some of what the base model misses, which is less than instruments of "
+        "unstated noise do: not accepted"
+    )
 
 
 def _in_units(conclusion: Conclusion, found: str = "") -> list[str]:

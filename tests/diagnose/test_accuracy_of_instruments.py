@@ -1,0 +1,48 @@
+"""Noise that nobody states: neighbouring readings say nothing about the accuracy of an instrument."""
+
+import numpy as np
+import pytest
+from diagnosis_coupons import NOISE, SIDECAR, course, curve, put
+
+from fitting.data.recordings import read_campaign
+from fitting.diagnose import diagnose
+from fitting.diagnose.evaluate.program import Program
+from fitting.diagnose.fit.base_fit import base_fit
+from fitting.diagnose.fit.misfit import accurate, relative_error
+from fitting.diagnose.verdict.text import verdict_sentences
+
+QUIET = 0.02
+"""Noise of the readings [kPa]."""
+UNSTATED = SIDECAR.replace("[noise]\nstress_kPa = {noise}\n", "")
+
+
+def pulls(folder, bend, sidecar):
+    """Three pulls whose stress bends away from the law by up to `bend` [kPa], smoothly."""
+    random = np.random.default_rng(4)
+    for k in range(3):
+        strain = course([0.6])
+        stress = curve(strain) + bend * np.sin(9.0 * strain) + QUIET * random.standard_normal(strain.size)
+        put(folder, f"pull_{k}", strain, stress, sidecar.format(role="fit", noise=QUIET))
+    return read_campaign(folder)
+
+
+def test_the_sidecar_states_no_noise():
+    assert "noise" not in UNSTATED and NOISE != QUIET
+
+
+@pytest.mark.parametrize(("bend", "sidecar", "agrees"), [(0.5, UNSTATED, True), (0.5, SIDECAR, False), (5.0, UNSTATED, False)])
+def test_a_small_misfit_is_accurate_only_where_nobody_states_the_noise(tmp_path, bend, sidecar, agrees):
+    program, base = base_fit(Program.of(pulls(tmp_path / "c", bend, sidecar), "elastomer"))
+    assert accurate(program, base) is agrees
+    assert relative_error(program, base) == pytest.approx(bend / 2.0**0.5 / 100.0, rel=0.7)
+
+
+def test_a_diagnosis_says_how_far_it_agrees_and_what_to_state(tmp_path):
+    found = diagnose(pulls(tmp_path / "c", 0.5, UNSTATED))
+    assert not found.mismatch and not found.found and found.unknown < 0.1
+    said = " ".join(verdict_sentences(found))
+    assert "it misses no output by more than 0." in said and "State it, under [noise]" in said
+
+
+def test_the_same_misfit_is_judged_where_the_noise_is_stated(tmp_path):
+    assert diagnose(pulls(tmp_path / "c", 0.5, SIDECAR)).mismatch
