@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from linear_world import ANOTHER, CONSTANT, DELAY, World, smooth, tubes
 
+from fitting.diagnose.evaluate.program import Program
+from fitting.diagnose.fit import instrument_drift
 from fitting.diagnose.fit.candidates import CandidateFit
 from fitting.diagnose.fit.evidence import inflation_of
+from fitting.diagnose.fit.instrument_drift import drift_columns, drifted_chi_square
 from fitting.diagnose.fit.prediction import predictive_chi_square
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.explain import explain
@@ -295,6 +298,19 @@ def test_validation_recordings_alone_decide_where_open_numbers_and_drift_do_not_
     drifting = DiscrepancyEvidence("length", "time", 1.0, 1.0, 1.0)
     assert contradicted(explanation, [1.3, left], drifting, [1.0, 1.0]) == said
     assert missed_beyond_drift(program, fit) == (shape == "fast")
+
+
+def test_what_drift_explains_of_validation_recordings_takes_no_run_and_is_found_once(monkeypatch):
+    world = tubes(roles=("fit", "fit", "validation", "validation"))
+    y = world.truth(np.random.default_rng(2))
+    y[2:] += (-1.0) ** np.arange(y.shape[1])
+    program = world.program(y)
+    fit = Refitter(program).fit(())
+    found = []
+    monkeypatch.setattr(Program, "evaluate", lambda *_, **__: pytest.fail("a run"))
+    monkeypatch.setattr(instrument_drift, "drift_columns", lambda *given: found.append(drift_columns(*given)) or found[-1])
+    first = drifted_chi_square(program, fit, program.unseen)
+    assert first > 1.5 and drifted_chi_square(program, fit, program.unseen) == first and len(found) == 1
 
 
 @pytest.mark.parametrize(("hidden", "together"), [(True, True), (False, False)])

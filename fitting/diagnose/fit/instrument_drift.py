@@ -97,7 +97,12 @@ def drifted_chi_square(program: Program, fit: Fit, chosen: np.ndarray) -> float:
         fit: model, fitted without these recordings.
         chosen: mask of the recordings.
     """
-    here = program.evaluate(fit.u, fit.free, near=fit.evaluation)
+    return fit.predicted("drifted", program, chosen, lambda: _drifted_chi_square(program, fit, chosen))
+
+
+def _drifted_chi_square(program: Program, fit: Fit, chosen: np.ndarray) -> float:
+    """`drifted_chi_square`, not kept with the fit."""
+    here = fit.evaluation
     counts = [np.full(len(m), float(one)) for m, one in zip(here.misfit, chosen, strict=True)]
     r, A = here.joined(counts)
     variances, axes = np.linalg.eigh(fit.covariance)

@@ -67,13 +67,7 @@ def _prediction(
     """
     if shown is not None:
         return _Growth(program, with_shown(fit, shown), chosen, shown).found()
-    key = id(program), fit.u.tobytes(), chosen.tobytes()
-    known = fit.predictions.get(key)
-    # a program that is kept keeps its id; a fit with another evaluation shares the predictions of its origin
-    if known is None or known[0] is not program or known[1] is not fit.evaluation:
-        known = program, fit.evaluation, _Growth(program, fit, chosen).found()
-        fit.predictions[key] = known
-    return known[2]
+    return fit.predicted("growth", program, chosen, lambda: _Growth(program, fit, chosen).found())
 
 
 class _Growth:

@@ -11,6 +11,7 @@ lost: the `channel_lag` of case c0005 became `unmodelled`.
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -27,6 +28,7 @@ SCALING = DEFAULT.scaling
 OPTIMISER = DEFAULT.optimiser
 Shown = Callable[[Evaluation], Evaluation]
 """Adds something known, such as a saved discrepancy, to an evaluation of the model."""
+T = TypeVar("T")
 
 
 def prior_sd(unknowns: Unknowns, free: np.ndarray) -> np.ndarray:
@@ -47,7 +49,7 @@ class Fit:
         covariance: covariance of the free numbers, scaled, (free, free).
         evaluation: evaluation of the program at `u`.
         at_bound: names of effects' parameters that ended at a bound.
-        predictions: what the fit predicts of other recordings, see `prediction`.
+        predictions: what is found of other recordings, see `predicted`.
     """
 
     u: np.ndarray
@@ -63,6 +65,23 @@ class Fit:
         """Standard deviation of an unknown, scaled; 0 if it was not free."""
         where = np.flatnonzero(self.free == index)
         return float(np.sqrt(self.covariance[where[0], where[0]])) if where.size else 0.0
+
+    def predicted(self, what: str, program: Program, chosen: np.ndarray, find: Callable[[], T]) -> T:
+        """What the fit predicts of recordings that were not fitted, found once.
+
+        Args:
+            what: name of the quantity.
+            program: program of the campaign.
+            chosen: mask of the recordings.
+            find: function that finds it.
+        """
+        key = what, id(program), self.u.tobytes(), chosen.tobytes()
+        known = self.predictions.get(key)
+        # a program that is kept keeps its id; a fit with another evaluation shares those of its origin
+        if known is None or known[0] is not program or known[1] is not self.evaluation:
+            known = program, self.evaluation, find()
+            self.predictions[key] = known
+        return known[2]
 
 
 def at_its_bound(fit: Fit, slug: str) -> bool:

@@ -79,8 +79,9 @@ def _by_signature(
     chance = 1.0 + VERDICT.sure_deviations * spread(program, program.fitted)
     sure = explanation.p_is_bound and program.noise_stated and left > chance
     shown = seen[1] > 1.0 or left > VERDICT.faint
-    missed = program.noise_stated and missed_beyond_drift(program, explanation.base)
-    return missed or min(left, seen[1]) > VERDICT.faint or max(seen) > VERDICT.gross or (sure and shown)
+    if min(left, seen[1]) > VERDICT.faint or max(seen) > VERDICT.gross or (sure and shown):
+        return True
+    return program.noise_stated and missed_beyond_drift(program, explanation.base)
 
 
 def missed_beyond_drift(program: Program, fit: Fit) -> bool:
