@@ -27,6 +27,8 @@ TOLERANCE = 2.0
 """Maximum loss of log-evidence for which a smaller variance replaces the best one."""
 DECISIVE = 3.0
 """Minimum difference of log-evidence for a test to determine its process noise."""
+WALK = ("process_noise", "implied_process_noise")
+"""Entries of a stack with the process-noise variances: that which a fit uses, and the implied one."""
 
 
 def _evidence_of_tests(values: Mapping[str, Array], stacked: Rows, process_noise: Array) -> Array:
@@ -75,8 +77,26 @@ def with_process_noise(
     substitute = np.where(limit_only, np.minimum(median, largest), median)
     process_noise = factor * np.where(resolved, best, substitute)
     implied = np.where(resolved, smallest, substitute)
-    return eqx.tree_at(
-        lambda rows: (rows.extra["process_noise"], rows.extra["implied_process_noise"]),
-        stacked,
-        (jnp.asarray(process_noise), jnp.asarray(implied)),
-    )
+    return with_walks(stacked, (jnp.asarray(process_noise), jnp.asarray(implied)))
+
+
+def walks_of(stacked: Rows) -> tuple[Array, Array]:
+    """Process-noise variances of a stack: that which a fit uses, and the implied one, each (recordings,)."""
+    return tuple(stacked.extra[name] for name in WALK)
+
+
+def with_walks(stacked: Rows, walks: tuple[Array, Array]) -> Rows:
+    """A stack with other process-noise variances, as `walks_of` gives them."""
+    return eqx.tree_at(walks_of, stacked, walks)
+
+
+def with_steady_walks(stacked: Rows, chosen: Array) -> Rows:
+    """A stack, the fractions of chosen recordings as steady as any candidate has them.
+
+    Args:
+        stacked: stack of recordings of kind spring.
+        chosen: numbers of the recordings.
+    """
+    least = FACTOR * CANDIDATES[0], CANDIDATES[0]
+    pairs = zip(walks_of(stacked), least, strict=True)
+    return with_walks(stacked, tuple(walk.at[chosen].set(variance) for walk, variance in pairs))

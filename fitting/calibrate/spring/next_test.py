@@ -12,6 +12,7 @@ import numpy as np
 from fitting.calibrate.information import Information
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, stack
+from fitting.specimens.process_noise import WALK
 from fitting.specimens.spring_trajectory import GEOMETRY, at_phase, undecided
 from pneusma_jax import SpringGeometry
 from pneusma_jax.errors import InputError
@@ -159,7 +160,7 @@ def _design(
         **undecided(template).extra,
         "level": np.asarray(xi0 if level is None else level),
         "level_sd": np.asarray(0.5 if level is None else 0.0),
-        **{name: usual(name) for name in ("process_noise", "implied_process_noise")},
+        **{name: usual(name) for name in WALK},
         "loading": np.ones(size),
     }
     return Rows(

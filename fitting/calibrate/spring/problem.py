@@ -21,7 +21,7 @@ from fitting.inference.least_squares import FitResult, fit_least_squares
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, residual_of, stack
 from fitting.specimens.correlated_noise import correlated_stack
-from fitting.specimens.process_noise import CANDIDATES, FACTOR, with_process_noise
+from fitting.specimens.process_noise import walks_of, with_process_noise, with_steady_walks, with_walks
 from fitting.specimens.spring_trajectory import decided, freedom_taken, undecided
 
 from .stand_tests import StandTest
@@ -89,16 +89,11 @@ class Problem:
     def with_steady_cold_tests(self) -> "Problem":
         """The same problem, the martensite fraction of cold wires as steady as any candidate has it."""
         cold = jnp.asarray([k for k, test in enumerate(self.tests) if test.phase == "cold"], int)
-        extra = self.stacked.extra
-        least = {"process_noise": FACTOR * CANDIDATES[0], "implied_process_noise": CANDIDATES[0]}
-        walks = {name: extra[name].at[cold].set(variance) for name, variance in least.items()}
-        return replace(self, stacked=replace(self.stacked, extra={**extra, **walks}))
+        return replace(self, stacked=with_steady_walks(self.stacked, cold))
 
     def with_walks_of(self, other: "Problem") -> "Problem":
         """The same problem with the process-noise variances of another one, of the same tests."""
-        extra, found = self.stacked.extra, other.stacked.extra
-        walks = {name: found[name] for name in ("process_noise", "implied_process_noise")}
-        return replace(self, stacked=replace(self.stacked, extra={**extra, **walks}))
+        return replace(self, stacked=with_walks(self.stacked, walks_of(other.stacked)))
 
     def with_turning_margin(self, margin: float) -> "Problem":
         """The same problem with another maximum deviation of turning points from the residual strain's rule.
