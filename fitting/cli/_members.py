@@ -6,12 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import click
-from tqdm import tqdm
 
 from fitting.data.publish import MARK
 from fitting.engine import Store
-from fitting.inference.progress import PlainLines
-from pneusma_jax.errors import counted
+from fitting.inference.progress import Steps
 
 Watch = tuple[Callable[[str], None], Callable[[Any], None], Callable[[Any], None]]
 
@@ -49,23 +47,16 @@ def watched(label: str, count: int, out: Path, write: Callable[[Any], None]) -> 
         write: function that writes the files of a member. Members from the store are written only if their
             files are missing.
     """
-    ended: list[str] = []
-    with PlainLines(label) as lines, tqdm(total=count, desc="campaigns", leave=False, disable=None) as bar:
-
-        def progress(word: str) -> None:
-            bar.set_postfix_str(word)
-            lines.say(f"{len(ended)} of {counted(count, 'campaign')} done; {word}")
+    with Steps(label, total=count, unit="campaign") as campaigns:
 
         def finished(member: Any) -> None:
-            bar.update()
-            ended.append(member.name)
+            campaigns.done()
             write(member)
 
         def kept(member: Any) -> None:
             if (out / member.name / MARK).exists():
-                bar.update()
-                ended.append(member.name)
+                campaigns.done()
             else:
                 finished(member)
 
-        yield progress, finished, kept
+        yield campaigns.say, finished, kept

@@ -34,11 +34,9 @@ def plan_command(specimen, out, geometry, tests, wanted, noise, misfit, draws, s
 
     Writes protocol.toml, protocol.csv, protocol.html, report.json and expected_sd.png.
     """
-    from tqdm import tqdm
-
     from fitting.cli._common import done, prepare
     from fitting.data.publish import check_free
-    from fitting.inference.progress import PlainLines
+    from fitting.inference.progress import Steps
     from fitting.plan import plan_campaign
     from fitting.plan.specimen import described
     from fitting.report.results import save, text
@@ -46,15 +44,8 @@ def plan_command(specimen, out, geometry, tests, wanted, noise, misfit, draws, s
     check_free(out, force)
     alloy, dimensions = described(specimen, geometry)
     prepare()
-    bar = tqdm(desc="planning", total=5, leave=False, disable=None)
-    with PlainLines("planning") as lines, bar:
-
-        def progress(label: str) -> None:
-            lines.say(label)
-            bar.set_postfix_str(label)
-            bar.update()
-
-        chosen = {"wanted": wanted} if wanted else {}
+    chosen = {"wanted": wanted} if wanted else {}
+    with Steps("planning", total=5) as progress:
         plan = plan_campaign(
             alloy, dimensions, tests=tests, noise=noise, misfit=misfit, draws=draws, seed=seed,
             progress=progress, **chosen,

@@ -14,25 +14,16 @@ def reproduce_command(out: Path, force: bool) -> None:
     Writes report.html (the verdict first), statements.csv, report.json and one PNG per figure. Disagreements
     are counted, and explained where the reason is known.
     """
-    from tqdm import tqdm
-
     from fitting.cli._common import done, prepare
     from fitting.data.publish import check_free
-    from fitting.inference.progress import PlainLines
+    from fitting.inference.progress import Steps
     from fitting.report.table import Table, table_text
 
     check_free(out, force)
     prepare()
     from validation.reproduction import ENTRIES, Verdict, reproduce, verdict_sentences
 
-    bar = tqdm(desc="reproducing", total=len(ENTRIES), unit=" figures", leave=False, disable=None)
-    with PlainLines("reproducing") as lines, bar:
-
-        def progress(label: str) -> None:
-            lines.say(label)
-            bar.set_postfix_str(label)
-            bar.update()
-
+    with Steps("reproducing", total=len(ENTRIES), unit="figure") as progress:
         result = reproduce(progress=progress)
     files = result.save(out, force)
     rows = []

@@ -93,9 +93,8 @@ def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> No
 def _computed(designs: list[str], chains: list, options: dict[str, Any], model: Any) -> tuple[list, list]:
     """Every state, with a bar on a terminal."""
     import numpy as np
-    from tqdm import tqdm
 
-    from fitting.inference.progress import PlainLines
+    from fitting.inference.progress import Steps
     from fitting.simulate.workspace import compute_chain_reach, compute_workspace
 
     pressure = 1e3 * np.linspace(options["pressure_min"], options["pressure_max"], options["pressures"])
@@ -104,16 +103,15 @@ def _computed(designs: list[str], chains: list, options: dict[str, Any], model: 
     tables = [table_argument(name) if name is not None else None for name in names]
     for key, place in (("alloy", 0), ("material", 1)):
         tables[place] = tables[place] or model.tables.get(key)
-    shown = {"desc": "solving", "unit": " states", "leave": False, "disable": None}
-    with PlainLines("workspace") as lines, tqdm(**shown) as bar:
+    with Steps("workspace", unit="state") as states:
         spaces, reaches = [], []
         for name in designs:
-            lines.say(f"states of {Path(name).stem}")
-            spaces.append(compute_workspace(name, pressure, xi0, *tables, model, bar.update))
+            states.say(f"states of {Path(name).stem}")
+            spaces.append(compute_workspace(name, pressure, xi0, *tables, model, states.done))
         for chain in chains:
-            lines.say(f"tips of {chain.name}")
+            states.say(f"tips of {chain.name}")
             shares = options["samples"], options["seed"]
-            reaches.append(compute_chain_reach(chain, pressure, xi0, *shares, *tables, model, bar.update))
+            reaches.append(compute_chain_reach(chain, pressure, xi0, *shares, *tables, model, states.done))
     return spaces, reaches
 
 

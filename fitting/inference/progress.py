@@ -5,6 +5,8 @@ import threading
 import time
 from types import TracebackType
 
+from pneusma_jax.errors import counted
+
 EVERY_S = 30.0
 """Seconds between plain lines, often enough to show progress and seldom enough for a log."""
 _LOOKS = 6
@@ -61,23 +63,34 @@ class PlainLines:
 
 
 class Steps:
-    """Steps of a computation whose number is unknown: a moving line, or an occasional plain one.
+    """Steps of a computation: a moving line, or an occasional plain one.
 
-    Call it with a word for each step that begins. In a log, a step that lasts longer than the interval is
-    said again.
+    Call it with a word for each step that begins. Where steps end one by one, `say` and `done` tell it apart.
+    In a log, a step that lasts longer than the interval is said again.
 
     Args:
         subject: name of the computation.
         plain: true to show the time and the word alone, not the count.
         every: seconds between plain lines.
+        total: number of steps; None where it is unknown.
+        unit: name of one step.
     """
 
-    def __init__(self, subject: str, plain: bool = False, every: float = EVERY_S):
+    def __init__(
+        self,
+        subject: str,
+        plain: bool = False,
+        every: float = EVERY_S,
+        total: int | None = None,
+        unit: str = "step",
+    ):
         from tqdm import tqdm
 
-        self._lines, self._count = PlainLines(subject, every=every), 0
+        self._lines, self._count, self._total, self._unit = PlainLines(subject, every=every), 0, total, unit
         form = "{elapsed}  {desc}" if plain else None
-        self._bar = tqdm(desc=subject, unit=" steps", bar_format=form, leave=False, disable=None)
+        self._bar = tqdm(
+            desc=subject, total=total, unit=f" {unit}s", bar_format=form, leave=False, disable=None
+        )
         self._show = self._bar.set_description_str if plain else self._bar.set_postfix_str
 
     def __enter__(self) -> "Steps":
@@ -89,11 +102,23 @@ class Steps:
         self._bar.close()
 
     def __call__(self, text: str) -> None:
-        """Show the last step."""
-        self._count += 1
+        """Show the step that begins."""
+        self.done()
         self._show(text)
-        self._bar.update()
-        self._lines.say(f"{text} (step {self._count})")
+        of_all = "" if self._total is None else f" of {self._total}"
+        self._lines.say(f"{text} ({self._unit} {self._count}{of_all})")
+
+    def say(self, text: str) -> None:
+        """Show a word of the running step, and how many are done where their number is known."""
+        self._show(text)
+        if self._total is not None:
+            text = f"{self._count} of {counted(self._total, self._unit)} done; {text}"
+        self._lines.say(text)
+
+    def done(self, count: int = 1) -> None:
+        """Some more steps are done."""
+        self._count += count
+        self._bar.update(count)
 
 
 def duration(seconds: float) -> str:

@@ -25,6 +25,23 @@ def test_a_log_gets_a_line_now_and_then(clock, capsys):
     assert lines == ["fitting, 31 s: errors (step 3)", "fitting, 3 min: profiles (step 5)"]
 
 
+def test_a_log_says_how_many_steps_there_are_where_that_is_known(clock, capsys):
+    with told.Steps("planning", total=2, unit="figure") as progress:
+        for at, word in ((31.0, "rates"), (62.0, "choice")):
+            clock[0] = at
+            progress(word)
+    assert capsys.readouterr().err.splitlines() == ["planning, 31 s: rates (figure 1 of 2)", "planning, 62 s: choice (figure 2 of 2)"]
+
+
+@pytest.mark.parametrize(("total", "line"), [(3, "2 of 3 campaigns done; fit"), (None, "fit")])
+def test_a_word_of_a_running_step_does_not_count_it(clock, capsys, total, line):
+    with told.Steps("diagnosing", total=total, unit="campaign") as campaigns:
+        campaigns.done(2)
+        clock[0] = 31.0
+        campaigns.say("fit")
+    assert capsys.readouterr().err.splitlines() == [f"diagnosing, 31 s: {line}"]
+
+
 def test_a_long_step_is_said_again_in_a_log(capsys):
     """A log is silent for not much longer than the interval between lines."""
     with told.Steps("fitting", every=0.1) as progress:
