@@ -57,7 +57,7 @@ def main() -> None:
 
 def spring_problem():
     """The shipped campaign as the joint fit sees it, at the values that its recordings state."""
-    from fitting.calibrate.spring.pipeline import _problem
+    from fitting.calibrate.spring.search import problem_of
     from fitting.calibrate.spring.stand_tests import classify
     from fitting.data.recordings import read_campaign
     from fitting.specimens import priors
@@ -67,7 +67,7 @@ def spring_problem():
     campaign = read_campaign(Path(str(resources.files("calibration_data"))) / "examples" / "spring")
     quantities, _ = priors.alloy_quantities(campaign, ALLOY)
     alloy = Alloy(**{name: quantity.value for name, quantity in quantities.items()})
-    problem = _problem(campaign, classify(campaign.recordings, None, alloy), None, False, {})
+    problem = problem_of(campaign, classify(campaign.recordings, None, alloy), None, False, {})
     return problem.with_process_noise({name: entry.value for name, entry in problem.parameters.items()})
 
 

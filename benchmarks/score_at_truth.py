@@ -13,7 +13,6 @@ import json
 import os
 import tempfile
 from pathlib import Path
-from unittest import mock
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -25,11 +24,10 @@ from intervals import Z, wishes_of
 from recovery import truths
 
 from fitting.calibrate.spring.problem import Problem, values_of
-from fitting.calibrate.spring.search import _problem, readings_of
+from fitting.calibrate.spring.search import problem_of, readings_of
 from fitting.data.recordings import read_campaign
 from fitting.specimens import priors
 from fitting.specimens import spring_trajectory as spring
-from fitting.synthesise import spring as simulated
 from fitting.synthesise import synthesise, write_synthetic
 from fitting.synthesise.instruments import random_walk
 from pneusma_jax import enable_float64
@@ -43,29 +41,21 @@ HOT, COLD = 0.05, 0.999
 
 def world(seed: int, what: str, wishes: dict) -> tuple[Problem, dict[str, float], np.ndarray]:
     """A campaign as a problem, its true constants (SI), and its true fractions, shape (tests, rows)."""
-    kept = []
-
-    def forces(spring, elongation, xi0):
-        kept.append(np.asarray(xi0))
-        return usual(spring, elongation, xi0)
-
-    usual = simulated._forces
-    with tempfile.TemporaryDirectory() as folder, mock.patch.object(simulated, "_forces", forces):
+    simulated = synthesise(what, seed=seed, **wishes)
+    with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "made"
-        write_synthetic(synthesise(what, seed=seed, **wishes), made)
+        write_synthetic(simulated, made)
         record = json.loads((made / "truth.json").read_text())
         campaign = read_campaign(made)
         quantities, identify = priors.alloy_quantities(campaign, spring.ALLOY, None)
         known = Alloy(**{name: quantity.value for name, quantity in quantities.items()})
         (reading,) = readings_of(campaign.fittable("spring"), None, known, None)
-        problem = _problem(campaign, reading.tests, None, identify, {})
+        problem = problem_of(campaign, reading.tests, None, identify, {})
     true = truths(record, list(problem.parameters))
-    place = {test.name: k for k, test in enumerate(simulated.spring_tests(simulated.SETPOINTS))}
     fractions = np.ones(problem.stacked.mask.shape)
     for k, test in enumerate(problem.tests):
-        rows = len(problem.rows[k].mask)
-        fractions[k, :rows] = kept[0][place[test.name], :rows]
-        fractions[k, rows:] = fractions[k, rows - 1]
+        xi0 = simulated.fractions[test.name]
+        fractions[k, : len(xi0)], fractions[k, len(xi0) :] = xi0, xi0[-1]
     return problem, {n: float(to_si(v, problem.parameters[n].unit)) for n, v in true.items()}, fractions
 
 
@@ -74,7 +64,7 @@ def true_decisions(values, stacked, fractions):
     """Decisions of the residual strain's rule at the true fractions."""
 
     def one(rows, xi0):
-        return eqx.tree_at(lambda d: d.course, spring._law(values, rows).decide(xi0), xi0)
+        return eqx.tree_at(lambda d: d.course, spring.law_of(values, rows).decide(xi0), xi0)
 
     return jax.vmap(one)(stacked, fractions)
 

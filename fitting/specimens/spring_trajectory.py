@@ -152,7 +152,8 @@ def _outputs(law: Law, xi0: Array) -> smoother.Local:
     return law.follow(xi0).local
 
 
-def _law(values: Mapping[str, Array], rows: Rows) -> Law:
+def law_of(values: Mapping[str, Array], rows: Rows) -> Law:
+    """Law of the spring of a recording, with the decisions that the recording carries."""
     parameters = numbers(values, rows)
     spring, decisions = spring_of(parameters), rows.extra.get("decisions")
     return Law(spring, parameters["prestrain"], rows.inputs["elongation"], decisions)
@@ -197,7 +198,7 @@ def trajectory(values: Mapping[str, Array], rows: Rows) -> Trajectory:
         rows: one recording. Where `extra["force_informs"]` is 0, as for a prediction, resistance alone
             determines the trajectory. Where it is 1, as for a fit, the force takes part.
     """
-    law = _law(values, rows)
+    law = law_of(values, rows)
     measured = jnp.stack([rows.measured[name] for name in OUTPUTS])
     weight = jnp.stack([rows.weight["force"] * rows.extra["force_informs"], rows.weight["resistance"]])
     start, noise = _first_guess(law, rows), _independent(rows)
@@ -225,7 +226,7 @@ def _held(law: Law, rows: Rows, measured: Array, weight: Array) -> Array:
 
 def at_phase(values: Mapping[str, Array], rows: Rows, xi0: Array) -> Trajectory:
     """Prediction of a recording at a given trajectory of the martensite fraction, shape (rows,)."""
-    return _law(values, rows).follow(xi0)
+    return law_of(values, rows).follow(xi0)
 
 
 def decided(values: Mapping[str, Array], stacked: Rows) -> Rows:
@@ -264,7 +265,7 @@ def _decided(values: Mapping[str, Array], plain: Rows, before: Decisions, known:
 
     def decide(rows: Rows, before: Decisions) -> Decisions:
         steady = eqx.tree_at(lambda r: r.extra["process_noise"], rows, rows.extra["implied_process_noise"])
-        found, law = trajectory(values, steady), _law(values, rows)
+        found, law = trajectory(values, steady), law_of(values, rows)
         slack, force, weight = ALIKE * _sd(found, steady), rows.measured["force"], rows.weight["force"]
         shared = jax.lax.map(lambda m: law.decide(found.xi0, slack, m), jnp.asarray(MARGINS))
         several = law.likeliest(found.xi0, slack, rows.extra["margin"], force, weight, HISTORIES)

@@ -91,10 +91,10 @@ def synthesise_spring(wishes: Wishes) -> Synthetic:
     ambient = wishes.ambient_degC
     if ambient is None:
         ambient = round(float(constants["T_mid"] - COLD_WIDTHS * constants["T_width"]), 1)
-    recordings = _run_tests(spring, ambient, wishes, unknowns, instruments, nominal)
+    recordings, fractions = _run_tests(spring, ambient, wishes, unknowns, instruments, nominal)
     truth = {**unknowns.record, "ambient_degC": ambient}
     title = f"Simulated tests of a spring of alloy {table.name}"
-    return Synthetic(title, recordings, truth)
+    return Synthetic(title, recordings, truth, fractions)
 
 
 def possible_spring(values: dict[str, float]) -> bool:
@@ -116,7 +116,8 @@ def _spring(g: dict, alloy: pj.Alloy) -> pj.Spring:
 
 def _run_tests(
     spring: pj.Spring, ambient: float, wishes: Wishes, unknowns: Unknowns, bench: Instruments, nominal: dict
-) -> list[Recording]:
+) -> tuple[list[Recording], dict[str, np.ndarray]]:
+    """The recordings, and the true martensite fraction in their rows by recording."""
     tests = spring_tests(SETPOINTS if wishes.tests is None else wishes.tests)
     every = max(1, round((wishes.interval_s or INTERVAL_S) / STEP_S))
     travels = _travels(float(spring.geometry.free_length), tests, every * STEP_S)
@@ -131,7 +132,7 @@ def _run_tests(
     first = steps_of(REST_S)
     run, elongation = jax.tree.map(lambda x: np.asarray(x)[:, first::every], (run, elongation))
     force = _forces(spring, elongation, run.xi0)
-    recordings = []
+    recordings, fractions = [], {}
     for k, test in enumerate(tests):
         rows = slice(0, -(-(len(travels[k]) - first) // every))
         columns = {
@@ -146,7 +147,8 @@ def _run_tests(
         recordings.append(
             bench.recording(test.name, test.role, "S", time, columns, nominal, unknowns.tolerance)
         )
-    return recordings
+        fractions[test.name] = run.xi0[k, rows]
+    return recordings, fractions
 
 
 def _travels(free_length: float, tests: list[SpringTest], interval: float) -> list[np.ndarray]:

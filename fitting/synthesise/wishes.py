@@ -59,11 +59,13 @@ class Synthetic:
         title: title of the campaign.
         recordings: recordings labelled `real = false`.
         truth: content of `truth.json`.
+        fractions: true martensite fraction of a spring in every row, by recording; no file has it.
     """
 
     title: str
     recordings: list[Recording]
     truth: dict[str, Any]
+    fractions: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def campaign(self) -> Campaign:

@@ -12,7 +12,7 @@ import pytest
 from fitting.calibrate.spring import joint as joints
 from fitting.calibrate.spring.joint import Joint, Start, decided_anew
 from fitting.calibrate.spring.problem import jacobian, values_of
-from fitting.calibrate.spring.search import _problem, readings_of
+from fitting.calibrate.spring.search import problem_of, readings_of
 from fitting.calibrate.spring.zeros import residuals
 from fitting.characterise import characterise
 from fitting.data.recordings import read_campaign
@@ -38,7 +38,7 @@ def problem(tmp_path_factory):
     campaign = read_campaign(folder)
     known = Alloy(**{name: q.value for name, q in priors.alloy_quantities(campaign, ALLOY, None)[0].items()})
     (reading,) = readings_of(campaign.fittable("spring"), None, known, None)
-    found = _problem(campaign, reading.tests, None, False, {})
+    found = problem_of(campaign, reading.tests, None, False, {})
     found = found.with_process_noise(found.parameters.valuesdict())
     cold = jnp.asarray([test.name == "cold" for test in found.tests])
     process_noise = jnp.where(cold, STEADY, found.stacked.extra["process_noise"])

@@ -146,7 +146,7 @@ def _begun(
     progress: Callable[[str], None],
 ) -> Fitted:
     """Stages and the joint fit from their end."""
-    problem = _problem(campaign, reading.tests, base, identify, adjust)
+    problem = problem_of(campaign, reading.tests, base, identify, adjust)
     start = {name: entry.value for name, entry in problem.parameters.items()}
     staged, stages = run_stages(problem, progress) if identify else (start, [])
     return Fitted(reading, start, staged, stages, fit_jointly(problem, staged, progress), False)
@@ -190,9 +190,21 @@ def _remembered_anew(joint: Joint, seed: int, progress: Callable[[str], None]) -
     return joint
 
 
-def _problem(
+def problem_of(
     campaign: Campaign, tests: Sequence[StandTest], base: Any, identify: bool, adjust: Mapping[str, Mapping]
 ) -> Problem:
+    """A campaign as one least-squares problem.
+
+    Args:
+        campaign: recordings of springs.
+        tests: the recordings, classified.
+        base: table to start from; None for the one that the recordings name.
+        identify: true to fit the constants of the alloy.
+        adjust: changes of the parameters' starts, bounds and priors, by parameter.
+
+    Raises:
+        InputError: if nothing is open.
+    """
     known = [t for t in tests if identify or t.reason == STATED]
     held = {t.name: level for t in known if (level := LEVEL[t.phase]) is not None}
     parameters = SPRING.parameters_for(campaign, base=base)
