@@ -31,7 +31,7 @@ from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.fit.score_test import score_effects
 from fitting.specimens import SPECIMENS
 from fitting.specimens.rows import numbers
-from fitting.specimens.spring_trajectory import spring_of
+from fitting.specimens.spring_rows import spring_of
 from pneusma_jax import enable_float64
 from pneusma_jax.units import from_si, unit_of_column
 

@@ -61,7 +61,7 @@ def spring_problem():
     from fitting.calibrate.spring.stand_tests import classify
     from fitting.data.recordings import read_campaign
     from fitting.specimens import priors
-    from fitting.specimens.spring_trajectory import ALLOY
+    from fitting.specimens.spring_rows import ALLOY
     from pneusma_jax.nitinol import Alloy
 
     campaign = read_campaign(Path(str(resources.files("calibration_data"))) / "examples" / "spring")

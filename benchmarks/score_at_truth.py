@@ -28,6 +28,7 @@ from fitting.calibrate.spring.search import problem_of, readings_of
 from fitting.data.recordings import read_campaign
 from fitting.specimens import priors
 from fitting.specimens import spring_trajectory as spring
+from fitting.specimens.spring_rows import ALLOY, OUTPUTS
 from fitting.synthesise import synthesise, write_synthetic
 from fitting.synthesise.instruments import random_walk
 from pneusma_jax import enable_float64
@@ -47,7 +48,7 @@ def world(seed: int, what: str, wishes: dict) -> tuple[Problem, dict[str, float]
         write_synthetic(simulated, made)
         record = json.loads((made / "truth.json").read_text())
         campaign = read_campaign(made)
-        quantities, identify = priors.alloy_quantities(campaign, spring.ALLOY, None)
+        quantities, identify = priors.alloy_quantities(campaign, ALLOY, None)
         known = Alloy(**{name: quantity.value for name, quantity in quantities.items()})
         (reading,) = readings_of(campaign.fittable("spring"), None, known, None)
         problem = problem_of(campaign, reading.tests, None, identify, {})
@@ -73,7 +74,7 @@ def true_decisions(values, stacked, fractions):
 def clean(values, stacked, fractions):
     """Force and resistance without noise, by output, shape (tests, rows)."""
     found = jax.vmap(lambda rows, xi0: spring.at_phase(values, rows, xi0))(stacked, fractions)
-    return {name: getattr(found, name) for name in spring.OUTPUTS}
+    return {name: getattr(found, name) for name in OUTPUTS}
 
 
 @jax.jit
@@ -92,7 +93,7 @@ def steps(kind: str, seed: int, draws: int) -> list[tuple[dict[str, np.ndarray],
     problem, truth, fractions = world(seed, what, wishes)
     names = sorted(truth)
     if drift:
-        problem = problem.beside({name: (drift, 0.0, 1.0) for name in spring.OUTPUTS})
+        problem = problem.beside({name: (drift, 0.0, 1.0) for name in OUTPUTS})
     problem, point = problem.with_process_noise(truth), values_of(problem.parameters, truth)
     rows = problem.data()["rows"]
     decisions = true_decisions(point, rows, jnp.asarray(fractions))

@@ -20,7 +20,7 @@ from .model_objects import geometry_of
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows
 from .specimen import FITTED, RowOptions
-from .spring_trajectory import ALLOY
+from .spring_rows import ALLOY
 
 FIXED = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")
 """Constants that a pressurised actuator does not identify: conventions, and constants of heating."""

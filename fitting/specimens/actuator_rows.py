@@ -20,7 +20,7 @@ from pneusma_jax.nitinol import Alloy, Spring, SpringState
 
 from . import silicones
 from .rows import Rows, numbers
-from .spring_trajectory import ALLOY
+from .spring_rows import ALLOY
 
 PASSES = 2
 """Number of passes over all rows; the first uses the given phases and memories."""

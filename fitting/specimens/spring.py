@@ -31,7 +31,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import SpringResponse
 from pneusma_jax.pipeline import Effect
 
-from . import priors, spring_trajectory
+from . import priors, spring_rows, spring_trajectory
 from .latent import Drivers, LatentStates
 from .process_noise import with_process_noise
 from .registry import register
@@ -39,15 +39,8 @@ from .rows import Rows, numbers
 from .specimen import FITTED, RowOptions, Specimen
 from .spring_by_temperature import BY_TEMPERATURE, without_resistance
 from .spring_course import best_course
-from .spring_trajectory import (
-    ALLOY,
-    FIXED,
-    HELD_LENGTH_RANGE,
-    OUTPUTS,
-    dimension_numbers,
-    fraction_read,
-    spring_of,
-)
+from .spring_rows import ALLOY, FIXED, HELD_LENGTH_RANGE, OUTPUTS, dimension_numbers, spring_of
+from .spring_trajectory import fraction_read
 
 PROCESS_NOISES = tuple(10.0**k for k in range(-16, -2))
 """Candidate process-noise variances per second. The smallest hold a cold wire at one phase, whose limit then
@@ -134,7 +127,7 @@ class SpringPhase(LatentStates):
 
     def rows_for(self, campaign: Campaign, **tables: Any) -> list[Rows]:
         """Recordings from the specimen's own row builder."""
-        return spring_trajectory.rows_for(campaign, **tables)
+        return spring_rows.rows_for(campaign, **tables)
 
     def count(self, stacked: Rows) -> int:
         """Zero: `answer` finds the trajectory."""
@@ -190,8 +183,8 @@ class SpringOnStand(Specimen):
         base: str | Path | None = None,
         held_at: Mapping[str, float] | None = None,
     ) -> list[Rows]:
-        """Recordings as arrays; see `spring_trajectory.rows_for`."""
-        return spring_trajectory.rows_for(campaign, options, base, held_at)
+        """Recordings as arrays; see `spring_rows.rows_for`."""
+        return spring_rows.rows_for(campaign, options, base, held_at)
 
     def parameters_for(self, campaign: Campaign, base: str | Path | None = None) -> Parameters:
         """Free parameters of a campaign of springs with their priors: the alloy's, then each specimen's

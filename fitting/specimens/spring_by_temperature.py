@@ -25,7 +25,7 @@ from .input_noise import carried_over, noisy, with_drivers
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
 from .specimen import EVERY, FITTED, RowOptions, Specimen
-from .spring_trajectory import ALLOY, FIXED, HELD_LENGTH_RANGE, dimension_numbers, spring_of
+from .spring_rows import ALLOY, FIXED, HELD_LENGTH_RANGE, dimension_numbers, spring_of
 from .thermal_runs import centre_prior, half_way
 
 OUTPUTS = ("force",)

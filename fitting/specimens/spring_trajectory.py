@@ -10,47 +10,25 @@ Both measured quantities are outputs. The profile carries the fraction's uncerta
 is overweighted.
 """
 
-import dataclasses
 from collections.abc import Callable, Mapping
 from functools import partial
-from pathlib import Path
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
-from fitting.data.recordings import Campaign, Recording
-from fitting.inference.channels import channel_weight
 from fitting.inference.latent_trajectory import smoother
-from fitting.inference.latent_trajectory.denoise import denoised
-from fitting.inference.readings import measurements
-from pneusma_jax.errors import InputError, counted
-from pneusma_jax.nitinol import Alloy, Spring, SpringGeometry
+from pneusma_jax.nitinol import Spring
 
-from . import priors
 from .correlated_noise import KEY, independent
-from .model_objects import geometry_of
-from .reduction import reduced
 from .rows import Rows, numbers
-from .specimen import FITTED, RowOptions
 from .spring_law import Decisions, Law, Trajectory
+from .spring_rows import MARGIN, OUTPUTS, spring_of
 
-OUTPUTS = ("force", "resistance")
-HELD_LENGTH_RANGE = 5e-4
-"""Maximum range of the length of a spring that is held [m]."""
-ALLOY = tuple(field.name for field in dataclasses.fields(Alloy) if field.name != "name")
-GEOMETRY = ("wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length")
-SPREAD = 0.5
-"""Prior standard deviation of the first martensite fraction, about one half [1]."""
-MARGIN = 0.03
-"""Maximum deviation of a turning point from the rule, as part of the residual strain."""
 MARGINS = (0.0, *(sign * size for size in (7e-4, 2e-3, 5e-3, 0.012, MARGIN) for sign in (-1.0, 1.0)))
 """Candidate deviations that all turning points of a test share, as parts of the residual strain. The first is
 the rule."""
-FIXED = ("gamma_max", "poisson_ratio", "T_mid", "T_width", "density", "heat_capacity", "convection")
-"""Constants that tests on a stand do not identify: conventions, and constants of heating."""
 HISTORIES = 4
 """Number of further candidate histories per test, in which each turning point is decided by itself."""
 LEVELS = (0.2, 0.5)
@@ -60,92 +38,6 @@ ALIKE = 2.0
 NEARLY_COLD = 1e-3
 """Maximum austenite of a test that is held at martensite [1]. Up to there resistance is linear in it. For
 an exponent `a` of 10, 1 - (1 - x)^a and a x differ by less than 0.5 %."""
-INITIAL_PROCESS_NOISE = 1e-6
-"""Initial process-noise variance of the martensite fraction per second, until `with_process_noise` finds
-it."""
-
-
-def rows_of(
-    recording: Recording,
-    alloy: Mapping[str, float],
-    specimen: int = 1,
-    held_at: float | None = None,
-    options: RowOptions = FITTED,
-) -> Rows:
-    """A recording of kind spring as arrays.
-
-    Args:
-        recording: checked recording.
-        alloy: base constants by name, SI.
-        specimen: number of the specimen in the campaign.
-        held_at: constant martensite fraction of the whole recording (1 cold, 0 hot); None to find it.
-        options: selection of rows.
-
-    Raises:
-        InputError: if fewer than four rows have both time and elongation.
-    """
-    recording = recording if options.most is None else reduced(recording, options.most)
-    columns = {name: recording.si(name) for name in ("time", "elongation")}
-    columns |= {name: measurements(recording, name) for name in OUTPUTS}
-    driven = np.isfinite(columns["time"]) & np.isfinite(columns["elongation"])
-    if driven.sum() < 4:
-        raise InputError(
-            f"{recording.path or recording.name}: {counted(int(driven.sum()), 'row')} with both time and"
-            " elongation, and a test needs four or more"
-        )
-    driven_columns = {name: values[driven] for name, values in columns.items()}
-    weight = {name: channel_weight(recording, name, driven_columns, recording.block) for name in OUTPUTS}
-    smooth = denoised(driven_columns["time"], driven_columns["resistance"])
-    finite = np.isfinite(smooth)
-    size = len(driven_columns["time"])
-    return Rows(
-        mask=np.ones(size, bool),
-        time=driven_columns["time"],
-        inputs={
-            "elongation": driven_columns["elongation"],
-            "resistance": np.interp(driven_columns["time"], driven_columns["time"][finite], smooth[finite])
-            if finite.any()
-            else np.full(size, np.nan_to_num(alloy["rho_mean"])),
-        },
-        measured={name: np.nan_to_num(driven_columns[name]) for name in OUTPUTS},
-        weight=weight,
-        base={**{name: np.asarray(float(alloy[name])) for name in ALLOY}, **dimension_numbers(recording)},
-        extra={
-            "process_noise": np.asarray(INITIAL_PROCESS_NOISE),
-            "implied_process_noise": np.asarray(INITIAL_PROCESS_NOISE),
-            "level": np.asarray(0.5 if held_at is None else held_at),
-            "level_sd": np.asarray(SPREAD if held_at is None else 0.0),
-            "force_informs": np.asarray(1.0),
-            "margin": np.asarray(MARGIN),
-            "loading": _loading(driven_columns["elongation"]),
-        },
-        specimen=np.asarray(specimen),
-    )
-
-
-def _loading(elongation: np.ndarray) -> np.ndarray:
-    """Mask of the rows at which the spring is longer than ever before: one, the others zero."""
-    before = np.concatenate([[-np.inf], np.maximum.accumulate(elongation)[:-1]])
-    return (elongation > before).astype(float)
-
-
-def dimensions(recording: Recording) -> SpringGeometry:
-    """Dimensions that a recording states for its spring, SI."""
-    geometry = geometry_of(recording)
-    return SpringGeometry(**{name: getattr(geometry, name) for name in GEOMETRY})
-
-
-def dimension_numbers(recording: Recording) -> dict[str, np.ndarray]:
-    """Dimensions and pre-strain of a recording's spring by name, SI."""
-    geometry = geometry_of(recording)
-    return {name: np.asarray(float(getattr(geometry, name))) for name in (*GEOMETRY, "prestrain")}
-
-
-def spring_of(parameters: Mapping[str, Array]) -> Spring:
-    """The spring with these parameters. On a stand its elongation counts from the free length."""
-    alloy = Alloy(**{name: parameters[name] for name in ALLOY})
-    geometry = SpringGeometry(**{name: parameters[name] for name in GEOMETRY})
-    return Spring(geometry, alloy, geometry.free_length)
 
 
 def _outputs(law: Law, xi0: Array) -> smoother.Local:
@@ -405,25 +297,3 @@ def process_noise_evidence(values: Mapping[str, Array], rows: Rows, process_nois
     rows = eqx.tree_at(lambda r: r.weight["force"], rows, jnp.zeros_like(rows.weight["force"]))
     count = jnp.sum(_walk(rows).weight > 0.0)
     return evidence(values, rows) - 0.5 * count * jnp.log(process_noise)
-
-
-def rows_for(
-    campaign: Campaign,
-    options: RowOptions = FITTED,
-    base: str | Path | None = None,
-    held_at: Mapping[str, float] | None = None,
-) -> list[Rows]:
-    """Recordings of a campaign as arrays, in their order.
-
-    Args:
-        campaign: recordings of kind spring.
-        options: selection of rows.
-        base: name or path of the alloy's prior table, where `alloy = "fit"`; see
-            `specimens.priors.alloy_quantities`.
-        held_at: constant martensite fractions of recordings, by name.
-    """
-    quantities, _ = priors.alloy_quantities(campaign, ALLOY, base)
-    alloy = {name: quantity.value for name, quantity in quantities.items()}
-    number = {specimen: k for k, specimen in enumerate(campaign.specimens(), start=1)}
-    levels = held_at or {}
-    return [rows_of(r, alloy, number[r.specimen], levels.get(r.name), options) for r in campaign.recordings]

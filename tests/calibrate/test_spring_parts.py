@@ -18,7 +18,7 @@ from fitting.calibrate.spring.search import Fitted, Reading, order
 from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameters
 from fitting.report import profile_likelihood as shown
-from fitting.specimens.spring_trajectory import GEOMETRY
+from fitting.specimens.spring_rows import GEOMETRY
 from pneusma_jax.calibration.records import Prior, Quantity
 
 NAMES = ("x", "y")

@@ -20,7 +20,8 @@ from fitting.inference.lasting_noise.shared import square_beside
 from fitting.inference.lasting_noise.zeros import BINS
 from fitting.specimens import priors, residual_of, stack
 from fitting.specimens.correlated_noise import uncorrelated
-from fitting.specimens.spring_trajectory import ALLOY, OUTPUTS, decided
+from fitting.specimens.spring_rows import ALLOY, OUTPUTS
+from fitting.specimens.spring_trajectory import decided
 from fitting.synthesise import synthesise, write_synthetic
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.units import to_si

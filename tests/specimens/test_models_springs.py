@@ -8,7 +8,7 @@ import pytest
 
 import pneusma_jax as pj
 from fitting.calibrate.spring.stand_tests import _phases, _Reading
-from fitting.specimens import spring_trajectory
+from fitting.specimens import spring_rows, spring_trajectory
 from fitting.specimens.spring_law import Law
 from fitting.synthesise import synthesise
 from pneusma_jax.nitinol import Spring, SpringGeometry, SpringState
@@ -151,7 +151,7 @@ def test_a_test_that_is_held_cold_may_hold_a_little_austenite():
     made = synthesise("spring", seed=3, interval_s=4.0, tests=1)
     cold = next(r for r in made.recordings if r.name == "cold")
     base = pj.load_calibration("krl35", "alloy").values()
-    rows = spring_trajectory.rows_of(cold, base, held_at=1.0)
+    rows = spring_rows.rows_of(cold, base, held_at=1.0)
     known = {name: jnp.asarray(base[name]) for name in ("G_m", "rho_mean")}
     exact = jax.jit(lambda xi0: spring_trajectory.at_phase(known, rows, jnp.full(rows.time.shape, xi0)))
     course = jax.jit(lambda rows: spring_trajectory.trajectory(known, rows).xi0)

@@ -12,7 +12,7 @@ from fitting.inference.least_squares import FitResult
 from fitting.inference.noise import correlation_time, inflation_of
 from fitting.inference.parameters import Parameters
 from fitting.specimens import residual_of
-from fitting.specimens.spring_trajectory import MARGIN, OUTPUTS
+from fitting.specimens.spring_rows import MARGIN, OUTPUTS
 
 from .information import information
 from .problem import Problem, values_of

@@ -13,7 +13,8 @@ from fitting.calibrate.information import Information
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, stack
 from fitting.specimens.process_noise import WALK
-from fitting.specimens.spring_trajectory import GEOMETRY, at_phase, undecided
+from fitting.specimens.spring_rows import GEOMETRY
+from fitting.specimens.spring_trajectory import at_phase, undecided
 from pneusma_jax import SpringGeometry
 from pneusma_jax.errors import InputError
 

@@ -22,7 +22,7 @@ from fitting.inference.lasting_noise.sizes import DRIFTS
 from fitting.inference.parameters import Parameters
 from fitting.specimens import priors
 from fitting.specimens.specimen import EVERY
-from fitting.specimens.spring_trajectory import ALLOY
+from fitting.specimens.spring_rows import ALLOY
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.nitinol import Alloy

@@ -9,7 +9,7 @@ from jaxtyping import Array
 
 from fitting.calibrate.combinations import Combination, propagated
 from fitting.calibrate.profile_likelihood import Profile
-from fitting.specimens.spring_trajectory import ALLOY
+from fitting.specimens.spring_rows import ALLOY
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.units import from_si

@@ -14,7 +14,8 @@ from fitting.specimens.correlated_noise import uncorrelated
 from fitting.specimens.process_noise import FACTOR
 from fitting.specimens.rows import numbers
 from fitting.specimens.spring_law import Trajectory
-from fitting.specimens.spring_trajectory import phase_sd, spring_of, trajectory, undecided
+from fitting.specimens.spring_rows import spring_of
+from fitting.specimens.spring_trajectory import phase_sd, trajectory, undecided
 
 from .problem import Problem, values_of
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.inference.least_squares import FitResult
-from fitting.specimens import spring_trajectory as spring
+from fitting.specimens.spring_rows import dimensions
 from pneusma_jax.calibration import available, load_calibration
 
 from .problem import Problem
@@ -136,7 +136,7 @@ def rough_values(problem: Problem) -> dict[str, float]:
 
 
 def _strain_and_stress(test: StandTest) -> tuple[np.ndarray, np.ndarray]:
-    geometry = spring.dimensions(test.recording)
+    geometry = dimensions(test.recording)
     gamma = np.asarray(geometry.shear_strain(test.recording.si("elongation")))
     return gamma, test.recording.si("force") / float(geometry.force(1.0))
 
@@ -158,4 +158,4 @@ def _stretched_resistivity(test: StandTest) -> float:
     resistance = test.recording.si("resistance")
     known = np.isfinite(gamma) & np.isfinite(resistance)
     far = known & (gamma >= 0.97 * gamma[known].max())
-    return float(np.median(resistance[far]) / float(spring.dimensions(test.recording).wire_length))
+    return float(np.median(resistance[far]) / float(dimensions(test.recording).wire_length))

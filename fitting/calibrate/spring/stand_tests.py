@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from fitting.data.recordings import Recording
-from fitting.specimens import spring_trajectory as spring
+from fitting.specimens.spring_rows import dimensions
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.nitinol import Alloy
 
@@ -147,7 +147,7 @@ def classify(
 def _read(recording: Recording) -> _Reading:
     elongation, force = recording.si("elongation"), recording.si("force")
     known = np.isfinite(elongation)
-    geometry = spring.dimensions(recording)
+    geometry = dimensions(recording)
     gamma = np.asarray(geometry.shear_strain(elongation))
     stress = force / float(geometry.force(1.0))
     reached = np.fmax.accumulate(np.where(known, elongation, -np.inf))

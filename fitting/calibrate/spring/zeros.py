@@ -13,7 +13,8 @@ from fitting.inference.lasting_noise import Lasting, Shared, courses_of, lasting
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, residual_of
 from fitting.specimens.correlated_noise import uncorrelated
-from fitting.specimens.spring_trajectory import OUTPUTS, decided
+from fitting.specimens.spring_rows import OUTPUTS
+from fitting.specimens.spring_trajectory import decided
 
 from .problem import Problem, freedom_taken_by, jacobian, values_of
 
