@@ -2,10 +2,13 @@
 
 import gc
 import os
+import weakref
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
 
 from fitting.data.recordings import recordings_folder
 from fitting.engine.memory import make_room
@@ -13,8 +16,14 @@ from pneusma_jax.precision import enable_float64
 
 enable_float64()
 gc.set_threshold(200_000, 20, 50)  # tracing makes many objects and few cycles
-MOST_GIB = 1.9  # of a process that tests, between modules
+MOST_GIB = max(1.9, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**30 / 8)
+"""Maximum memory of a process that tests, between modules [GiB]. What is dropped is traced again, and each time
+takes three seconds: 2.9 GiB on a machine of 23 halve the number of times."""
 ROOT = Path(__file__).resolve().parents[1]
+BLANK = bytes.fromhex(
+    "89504e470d0a1a0a0000000d494844520000000100000001080000000"
+    "03a7e9b550000000a49444154789c63f80f0001010100b138f6140000000049454e44ae426082"
+)  # a PNG of one pixel
 
 
 @pytest.fixture(scope="session")
@@ -44,3 +53,34 @@ def bounded_programs() -> Iterator[None]:
     """Drop compiled programs between modules before they crowd the process out of memory maps."""
     yield
     make_room(MOST_GIB)
+
+
+@pytest.fixture(autouse=True, scope="session")
+def drawn_once(request: pytest.FixtureRequest) -> Iterator[list[bool]]:
+    """A figure that was drawn as SVG for a page is not drawn again as PNG, but by the long tests.
+
+    Drawing takes most of the time of a report, and every figure of a report is both. The list is empty while
+    this holds.
+    """
+    drawn: weakref.WeakSet[Figure] = weakref.WeakSet()
+    draw, twice = Figure.savefig, [True] if request.config.getoption("-m") != "not slow" else []
+
+    def once(figure: Figure, target: Any, *given: Any, **named: Any) -> None:
+        if named.get("format") == "png" and figure in drawn and not twice:
+            target.write(BLANK)
+            return
+        draw(figure, target, *given, **named)
+        if named.get("format") == "svg":
+            drawn.add(figure)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, "savefig", once)
+        yield twice
+
+
+@pytest.fixture(scope="module")
+def every_png(drawn_once: list[bool]) -> Iterator[None]:
+    """Figures of this module are drawn as PNG, too."""
+    drawn_once.append(True)
+    yield
+    drawn_once.pop()

@@ -6,6 +6,9 @@ import pytest
 import pneusma_jax as pj
 from fitting.inference.latent_trajectory.denoise import denoised, martensite_fraction, smooth_walk
 
+ROWS = 300
+"""Number of readings, the same in most tests, since programs are compiled anew for every number."""
+
 
 @pytest.fixture(scope="module")
 def spring():
@@ -21,7 +24,7 @@ def _measured(spring, xi0, noise, seed=0):
 
 @pytest.mark.parametrize("level", [1.0, 0.7, 0.3])
 def test_a_steady_fraction_is_found_far_below_the_noise_of_samples(spring, level):
-    xi0 = np.full(300, level)
+    xi0 = np.full(ROWS, level)
     time, ohms, gamma = _measured(spring, xi0, 2e-4)
     single = np.asarray(pj.Resistance(ohms).read(spring.alloy, gamma, spring.geometry.wire_length).xi0)
     error = np.abs(martensite_fraction(spring, time, ohms, gamma) - xi0).max()
@@ -29,14 +32,14 @@ def test_a_steady_fraction_is_found_far_below_the_noise_of_samples(spring, level
 
 
 def test_heating_and_cooling_are_followed(spring):
-    time = 0.5 * np.arange(300)
+    time = 0.5 * np.arange(ROWS)
     xi0 = 1.0 - 0.6 * np.clip((time - 20.0) / 30.0, 0.0, 1.0) + 0.4 * np.clip((time - 90.0) / 20.0, 0.0, 1.0)
     time, ohms, gamma = _measured(spring, xi0, 2e-4)
     assert np.abs(martensite_fraction(spring, time, ohms, gamma) - xi0).max() < 0.02
 
 
 def test_exact_resistance_gives_the_exact_fraction(spring):
-    xi0 = np.linspace(0.9, 0.5, 100)
+    xi0 = np.linspace(0.9, 0.5, ROWS)
     time, ohms, gamma = _measured(spring, xi0, 0.0)
     assert martensite_fraction(spring, time, ohms, gamma) == pytest.approx(xi0, abs=5e-4)
 
@@ -51,11 +54,11 @@ def test_a_jump_that_no_wire_can_make_is_read_sample_by_sample(spring):
 
 
 def test_missing_samples_are_bridged(spring):
-    time, ohms, gamma = _measured(spring, np.full(100, 0.8), 1e-4)
-    ohms[10:13] = np.nan
+    time, ohms, gamma = _measured(spring, np.full(ROWS + 3, 0.8), 1e-4)
+    ohms[10:13] = np.nan  # as many are left as elsewhere
     found = martensite_fraction(spring, time, ohms, gamma)
-    assert found == pytest.approx(np.full(100, 0.8), abs=1e-3)
-    assert np.all(np.isnan(martensite_fraction(spring, time, np.full(100, np.nan), gamma)))
+    assert found == pytest.approx(np.full(ROWS + 3, 0.8), abs=1e-3)
+    assert np.all(np.isnan(martensite_fraction(spring, time, np.full(ROWS + 3, np.nan), gamma)))
 
 
 def test_equal_readings_of_a_constant_average():

@@ -87,7 +87,7 @@ def test_beside_correlated_noise_the_course_is_that_of_generalised_least_squares
         right = sum(s * (p @ (y - offset)) for s, p, y in zip(slope, dense, seen, strict=True))
         return np.linalg.solve(matrix, right)
 
-    course, moved = jax.jvp(found, (jnp.asarray(0.2),), (jnp.ones(()),))
+    course, moved = jax.jit(lambda at: jax.jvp(found, (at,), (jnp.ones(()),)))(jnp.asarray(0.2))
     np.testing.assert_allclose(course - 0.5, solved(0.2), atol=0.01 * np.max(np.abs(solved(0.2))))
     want = solved(1.2) - solved(0.2)
     np.testing.assert_allclose(moved, want, atol=0.01 * np.max(np.abs(want)))
@@ -130,8 +130,7 @@ def test_the_determinant_beside_correlated_noise_is_that_of_the_full_matrix():
     diagonal, upper = walk.curvature(jnp.full(rows, 0.5))
     upper = np.asarray(upper)[:-1]
     dense += np.diag(np.asarray(diagonal)) + np.diag(upper, 1) + np.diag(upper, -1)
-    found = smoother.log_determinant_less(
-        *smoother.hessian(local, jnp.asarray(np.stack(scaled)), walk, jnp.full(rows, 0.5)),
-        jnp.asarray(np.concatenate(columns, axis=1)),
-    )
+    found = jax.jit(lambda local, scaled, columns: smoother.log_determinant_less(
+        *smoother.hessian(local, scaled, walk, jnp.full(rows, 0.5)), columns
+    ))(local, np.stack(scaled), np.concatenate(columns, axis=1))  # fmt: skip
     assert found == pytest.approx(np.linalg.slogdet(dense)[1], rel=1e-12)

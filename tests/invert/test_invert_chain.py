@@ -151,7 +151,7 @@ def test_a_refined_line_is_the_same_line():
     lumen = Lumen("bent", points, np.array([10e-3, 12e-3, 8e-3]))
     line, diameter = refined(lumen)
     assert len(line) == len(diameter) == 4
-    away, room = (np.asarray(x) for x in distances(line, (points, lumen.diameter)))
+    away, room = (np.asarray(x) for x in jax.jit(distances)(line, (points, lumen.diameter)))
     np.testing.assert_allclose(away, 1e-9, rtol=1e-6)
     np.testing.assert_allclose(room, 0.5 * diameter)
 

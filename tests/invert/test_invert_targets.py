@@ -2,6 +2,7 @@
 
 import re
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -96,7 +97,7 @@ def test_distances_from_a_bent_line():
     line = jnp.asarray([[0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [0.0, 2.0, 2.0]])
     diameter = jnp.asarray([2.0, 4.0, 4.0])
     points = jnp.asarray([[1.0, 0.0, 1.0], [0.0, 1.0, 2.5], [0.0, 0.0, -1.0]])
-    away, room = distances(points, (line, diameter))
+    away, room = jax.jit(distances)(points, (line, diameter))
     np.testing.assert_allclose(away, [1.0, 0.5, 1.0])
     np.testing.assert_allclose(room, [1.5, 2.0, 1.0])
 

@@ -1,5 +1,7 @@
 """Springs by their coils: the inverse of Eq. 2.17, Eqs. 2.3 to 2.6, and the phases of Eqs. 2.25 to 2.28."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -25,14 +27,21 @@ PITCH, COIL, WIRE = 0.269e-3, 1.15e-3, 0.25e-3  # m, Section 2.4.2
 SPRINGS = [(PITCH, COIL, WIRE), (0.6e-3, 3e-3, 0.5e-3), (1.5e-3, 1.2e-3, 0.2e-3)]  # tight, wide, open
 
 
+@functools.partial(jax.jit, static_argnums=2)
+def _there_and_back(gamma, spring, helix):
+    """Spring strain of a shear strain, and the shear strain of that."""
+    strain = spring_strain(gamma, *spring, helix=helix)
+    return strain, shear_strain(strain, *spring, helix=helix)
+
+
 @pytest.mark.parametrize("helix", ["printed", "true"])
 @pytest.mark.parametrize("spring", SPRINGS)
 def test_the_inverse_of_the_shear_strain(spring, helix):
     """From a spring pushed together to one pulled out to a straight wire and beyond."""
     gamma = jnp.concatenate([jnp.linspace(-0.05, 0.5, 45), jnp.linspace(0.6, 10.0, 20)])
-    strain = spring_strain(gamma, *spring, helix=helix)
+    strain, back = _there_and_back(gamma, spring, helix)
     assert np.all(np.diff(strain) > 0.0)
-    np.testing.assert_allclose(shear_strain(strain, *spring, helix=helix), gamma, rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(back, gamma, rtol=1e-13, atol=1e-15)
 
 
 def test_the_inverse_against_a_bracketed_root():
@@ -51,20 +60,28 @@ def test_the_inverse_against_a_bracketed_root():
 
 def test_the_inverse_has_derivatives_of_every_order():
     inverse = lambda gamma, pitch: spring_strain(gamma, pitch, COIL, WIRE)  # noqa: E731
-    strain = inverse(0.1, PITCH)
-    slope = jax.grad(lambda strain: shear_strain(strain, PITCH, COIL, WIRE))(strain)
-    assert float(jax.grad(inverse)(0.1, PITCH)) == pytest.approx(1.0 / float(slope), rel=1e-12)
-    second = (jax.grad(inverse)(0.1 + 1e-5, PITCH) - jax.grad(inverse)(0.1 - 1e-5, PITCH)) / 2e-5
-    assert float(jax.grad(jax.grad(inverse))(0.1, PITCH)) == pytest.approx(float(second), rel=1e-7)
-    by_pitch = (inverse(0.1, PITCH * (1 + 1e-6)) - inverse(0.1, PITCH * (1 - 1e-6))) / (2e-6 * PITCH)
-    assert float(jax.grad(inverse, 1)(0.1, PITCH)) == pytest.approx(float(by_pitch), rel=1e-8)
+    by_gamma = jax.grad(inverse)
+
+    @jax.jit
+    def every(gamma, pitch):
+        """Strain, its slopes by both, its second derivative by the first, and the slope of the inverse there."""
+        strain = inverse(gamma, pitch)
+        back = jax.grad(lambda strain: shear_strain(strain, PITCH, COIL, WIRE))(strain)
+        return strain, by_gamma(gamma, pitch), jax.grad(inverse, 1)(gamma, pitch), jax.grad(by_gamma)(gamma, pitch), back
+
+    _, by_strain, by_length, twice, slope = (float(x) for x in every(0.1, PITCH))
+    assert by_strain == pytest.approx(1.0 / slope, rel=1e-12)
+    assert twice == pytest.approx(float(every(0.1 + 1e-5, PITCH)[1] - every(0.1 - 1e-5, PITCH)[1]) / 2e-5, rel=1e-7)
+    sides = [float(every(0.1, PITCH * (1.0 + one))[0]) for one in (1e-6, -1e-6)]
+    assert by_length == pytest.approx((sides[0] - sides[1]) / (2e-6 * PITCH), rel=1e-8)
 
 
 def test_the_inverse_takes_arrays_and_says_nan():
-    many = spring_strain(jnp.asarray([[0.01], [0.1]]), PITCH, jnp.asarray([COIL, 2 * COIL]), WIRE)
+    inverse = jax.jit(lambda gamma, coil: spring_strain(gamma, PITCH, coil, WIRE))
+    many = inverse(jnp.asarray([[0.01], [0.1]]), jnp.asarray([COIL, 2 * COIL]))
     assert many.shape == (2, 2)
-    np.testing.assert_allclose(many[1, 1], spring_strain(0.1, PITCH, 2 * COIL, WIRE), rtol=1e-13)
-    broken = spring_strain(jnp.asarray([0.1, jnp.nan]), PITCH, COIL, WIRE)
+    np.testing.assert_allclose(many[1, 1], inverse(0.1, 2 * COIL), rtol=1e-13)
+    broken = inverse(jnp.asarray([0.1, jnp.nan]), COIL)
     assert np.isfinite(broken).tolist() == [True, False]
     with pytest.raises(ValueError, match="`helix` must be one of"):
         spring_strain(0.1, PITCH, COIL, WIRE, helix="other")
@@ -73,7 +90,8 @@ def test_the_inverse_takes_arrays_and_says_nan():
 def test_elongation_of_a_spring_from_its_strain():
     spring = pj.SpringGeometry(WIRE, COIL - WIRE, PITCH, 52.0, 14e-3)
     stretch = jnp.linspace(0.0, 80e-3, 9)
-    np.testing.assert_allclose(spring.elongation(spring.shear_strain(stretch)), stretch, rtol=1e-12, atol=1e-16)
+    back = jax.jit(lambda x: spring.elongation(spring.shear_strain(x)))(stretch)
+    np.testing.assert_allclose(back, stretch, rtol=1e-12, atol=1e-16)
 
 
 def test_force_stress_and_strain_of_an_elastic_spring_agree():
@@ -109,7 +127,7 @@ def test_a_wire_of_constant_length_and_a_coil_of_constant_diameter_differ():
 def test_the_phases_account_for_the_whole_wire():
     alloy, xi0 = pj.load_alloy("krl35"), jnp.linspace(0.0, 1.0, 6)[:, None]
     gamma = jnp.linspace(0.0, 0.19, 7)
-    found = pj.phase_fractions(alloy, xi0, gamma)
+    found = jax.jit(lambda xi0, gamma: pj.phase_fractions(alloy, xi0, gamma))(xi0, gamma)
     np.testing.assert_allclose(found.detwinned + found.twinned + found.austenite, 1.0, rtol=1e-14)
     np.testing.assert_allclose(found.martensite, fractions.martensite_in_all(xi0, alloy.xi_sa(gamma)), rtol=1e-14)
     np.testing.assert_allclose(found.detwinned[-1], alloy.xi_sm(gamma), rtol=1e-14)

@@ -15,10 +15,10 @@ from pneusma_jax import InputError, load_calibration
 
 
 def test_damaged_files_are_read_rightly_or_refused_in_one_line():
-    counts, failures = campaign(range(75), TEXTS)
+    counts, failures = campaign(range(45), TEXTS)
     assert not failures, failures
-    assert sum(counts[f"{kind}: refused"] for kind in TEXTS) > 25
-    assert sum(counts[f"{kind}: accepted"] for kind in TEXTS) > 15
+    assert sum(counts[f"{kind}: refused"] for kind in TEXTS) > 15
+    assert sum(counts[f"{kind}: accepted"] for kind in TEXTS) > 9
 
 
 def test_the_same_seed_damages_the_same_way():

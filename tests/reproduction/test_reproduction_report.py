@@ -29,7 +29,7 @@ def small(bench):
 
 
 @pytest.fixture(scope="module")
-def documents(small):
+def documents(small, every_png):
     return small.documents()
 
 

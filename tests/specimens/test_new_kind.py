@@ -79,7 +79,7 @@ def test_every_effect_of_it_has_derivatives(muscle):
         return jax.vmap(lambda row: specimen.answer({}, row, effects)[0]["force"])(rows)
 
     at, step = jnp.asarray([0.2, 0.5, 0.1]), 1e-6
-    exact = np.asarray(jax.jacfwd(force)(at))
+    exact, force = np.asarray(jax.jit(jax.jacfwd(force))(at)), jax.jit(force)
     for k in range(3):
         above, below = (np.asarray(force(at.at[k].add(sign * step))) for sign in (1.0, -1.0))
         np.testing.assert_allclose(exact[..., k], (above - below) / (2.0 * step), rtol=1e-5, atol=1e-4)

@@ -127,6 +127,18 @@ def test_the_true_spring_explains_the_isothermal_tests_to_within_their_noise(cam
         assert abs(chi2 - 1.0) < 5.0 * np.sqrt(2.0 / n)
 
 
+def test_the_true_fractions_of_a_spring_that_no_file_has_explain_a_held_test(campaign):
+    assert list(campaign.fractions) == [r.name for r in campaign.recordings]
+    recording = next(r for r in campaign.recordings if r.name == "isoresistive_check")
+    xi0 = campaign.fractions[recording.name]
+    assert len(xi0) == len(recording) and np.ptp(xi0) > 0.05
+    rows = pj.simulate_spring(true_spring(campaign), recording.si("elongation"), pj.MartensiteFraction(xi0)).rows
+    for quantity, model in (("force", rows.force), ("resistance", rows.resistance)):
+        chi2 = reduced(recording.si(quantity) - model, recording.noise_si(quantity))
+        assert abs(chi2 - 1.0) < 5.0 * np.sqrt(2.0 / len(recording))
+    assert not any("xi0" in name for r in campaign.recordings for name in r.columns)
+
+
 def test_the_true_spring_explains_the_held_tests_where_resistance_is_exact():
     """Resistance written to a nano-ohm gives the phase back wherever it is informative, and so the force."""
     made = synthesise("spring", seed=11, noise={"resistance_ohm": 1e-9, "force_N": 1e-6}, tests=3, interval_s=2.0)
