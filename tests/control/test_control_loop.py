@@ -191,7 +191,7 @@ def body():
 def test_a_step_gives_back_a_memory_of_the_same_kind(body):
     plant = Plant(body, all_effects({"series_resistance": {"ohms": 0.1}}))
     pressure, currents, clock = jnp.asarray(20e3), jnp.zeros(2), jnp.asarray(0.25)
-    memory = plant.begin(pressure)
+    memory = jax.jit(lambda pressure: plant.begin(pressure))(pressure)
     traced, seen = eqx.filter_eval_shape(plant.step, memory, pressure, currents, clock, clock)
     kind = lambda tree: jax.tree.map(lambda x: (jnp.shape(x), jnp.result_type(x)), tree)  # noqa: E731
     assert jax.tree.leaves(kind(traced)) == jax.tree.leaves(kind(memory))
