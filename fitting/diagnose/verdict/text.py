@@ -156,7 +156,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
             ]
         it, with_it = "it" if len(terms) == 1 else "them", f"With {joined(terms)}"
     elif went(base.reduced_chi2, after.reduced_chi2).startswith("rises"):
-        allowed = ", no more than chance and the other recordings allow"
+        allowed = _excuse(conclusion)
     if smooth and names[0] != "unmodelled":
         with_it += f" and, for what it leaves, {smooth}, which explains nothing,"
     return [
@@ -167,6 +167,15 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         *_in_units(conclusion, it),
         _by_chance(chance),
     ]
+
+
+def _excuse(conclusion: Conclusion) -> str:
+    """Reason why names stay with which the misfit of left-out recordings rises, after a comma."""
+    alone, named = conclusion.explanation.left_out
+    rise = conclusion.after.reduced_chi2 - conclusion.before.reduced_chi2
+    if rise > VERDICT.clearly_left and alone > named:
+        return f", while that of parts of recordings {went(alone, named)}: it holds between what was recorded"
+    return ", no more than chance and the other recordings allow"
 
 
 def _as_accurate(conclusion: Conclusion) -> list[str]:
