@@ -80,11 +80,11 @@ def test_a_fitted_law_of_one_coupon_has_no_second_number_for_its_stiffness(coupo
     campaign = replace(campaign, recordings=recordings)
     programs = []
 
-    def refuse(campaign, program):
+    def refuse(campaign, program, *more):
         programs.append(program)
         raise InputError("built")
 
-    monkeypatch.setattr("fitting.diagnose.run._refuse_few_values", refuse)
+    monkeypatch.setattr("fitting.diagnose.run._with_turning_points", refuse)
     with pytest.raises(InputError, match="built"):
         diagnose(campaign)
     names = {item.name.partition("__")[0] for item in programs[0].unknowns.items if not item.effect}
