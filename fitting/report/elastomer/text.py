@@ -13,6 +13,7 @@ from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, esti
 from fitting.calibrate.elastomer.samples import RELATIVE_SPREAD
 from fitting.calibrate.identifiability import identifiability
 from fitting.inference.notes import joined
+from fitting.inference.numbers import number
 from pneusma_jax.units import from_si
 
 from ..cells import percent, with_error
@@ -282,7 +283,7 @@ def _errors(fit: LawFit) -> str:
         f"Residuals of {fit.law.label}: {math.sqrt(fit.mean_square):.3g} times the noise, neighbouring ones "
         "correlated with "
         f"{fit.lag_one:.2f} ({kind}). {fit.mask.sum()} samples therefore count as {fit.independent:.0f} "
-        f"independent ones, and the standard errors were multiplied by {fit.inflation:.3g}."
+        f"independent ones, and the standard errors were multiplied by {number(fit.inflation)}."
     )
 
 

@@ -9,6 +9,7 @@ from fitting.calibrate.general.fit import MISFIT, OVERSTATED
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
 from fitting.inference.lasting_noise import Lasting
+from fitting.inference.numbers import number
 from fitting.specimens import BY_TEMPERATURE, WIRE
 from fitting.specimens.spring_by_temperature import ELECTRICAL
 from pneusma_jax.effects import find_effect
@@ -35,8 +36,8 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
         worst = max((s for s in result.scores if s.role == "fit"), key=lambda s: s.rms_over_noise)
         sentences.append(
             f"{law[0].upper()}{law[1:]} leaves more than noise: the reduced chi-square is "
-            f"{fit.reduced_chi_square:.3g}, and {worst.name} is missed by {worst.rms_over_noise:.2g} times "
-            "its noise. The numbers are the nearest that this law comes, not constants of nature. "
+            f"{number(fit.reduced_chi_square)}, and {worst.name} is missed by "
+            f"{number(worst.rms_over_noise, '.2g')} times its noise. The numbers are the nearest that this law comes, not constants of nature. "
             f"{_counted(fit.inflation)} `pneusma diagnose` looks for the cause."
         )
     elif fit.inflation > 1.0:
@@ -51,7 +52,7 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
 def _counted(inflation: float) -> str:
     """Sentence on what errors count of a misfit."""
     if inflation > 1.0:
-        return f"Their standard errors were multiplied by {inflation:.2g}."
+        return f"Their standard errors were multiplied by {number(inflation, '.2g')}."
     return "Their standard errors do not count what is missed."
 
 
@@ -60,7 +61,7 @@ def lasting_sentence(time: float, inflation: float) -> str:
     return (
         f"Residuals are correlated over about {time:.0f} samples, so that fewer samples count. The cause is "
         "an instrument that drifts, or a law that is not quite followed. Standard errors were multiplied by "
-        f"{inflation:.2g}."
+        f"{number(inflation, '.2g')}."
     )
 
 
@@ -76,7 +77,7 @@ def lasting_zeros(found: Lasting | None) -> list[str]:
         f"that of {name} is off by {found.offset[name]:.2g} and drifts by {found.drift[name]:.2g}"
         for name in seen
     )
-    done = f"Errors were multiplied by up to {grown:.2g} for it"
+    done = f"Errors were multiplied by up to {number(grown, '.2g')} for it"
     if found.taken:
         done = "Constants were fitted with such zeros"
     return [
@@ -220,9 +221,9 @@ def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
         f"Least squares over all recordings with role = fit from {len(fit.starts)} "
         f"{'start' if len(fit.starts) == 1 else 'starts'}; chi-square: {ends}. "
         f"{fit.result.status.value}",
-        f"Reduced chi-square {fit.reduced_chi_square:.3g} over the noise as stated or estimated; "
+        f"Reduced chi-square {number(fit.reduced_chi_square)} over the noise as stated or estimated; "
         f"residuals are correlated over {fit.correlation_time:.1f} samples; standard errors multiplied by "
-        f"{fit.inflation:.2g}.",
+        f"{number(fit.inflation, '.2g')}.",
         _priors(result),
         *_specimens(result),
     ]

@@ -7,6 +7,7 @@ from fitting.calibrate.spring.modes import Mode
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.calibrate.spring.scores import Score, overall
 from fitting.calibrate.spring.stand_tests import SOFTER
+from fitting.inference.numbers import number
 from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
@@ -39,7 +40,7 @@ def verdict(result: SpringCharacterisation) -> list[str]:
         sentences += [f"The specimen may be another one. {text}." for text in taken]
         sentences.append(
             f"The law leaves more than noise (reduced chi-square {reduced:.2g}). The numbers are the nearest "
-            f"that it comes, and standard errors were multiplied by {result.joint.inflation:.2g}. "
+            f"that it comes, and standard errors were multiplied by {number(result.joint.inflation, '.2g')}. "
             "`pneusma diagnose` looks for the cause."
             + (OTHER_RULE if result.identify and "c" not in result.fitted else "")
             + (ORDER.format(result.softer, _other(result)) if result.softer else "")
@@ -138,9 +139,9 @@ def how_it_was_fitted(result: SpringCharacterisation) -> list[str]:
     )
     noise = "the noise as stated" + (", beside zeros that are off or drift" if joint.problem.zeros else "")
     sentences.append(
-        f"Reduced chi-square {joint.reduced_chi_square:.3g} over {noise}; force residuals are "
-        "correlated "
-        f"over {joint.correlation_time:.1f} samples; standard errors multiplied by {joint.inflation:.2g}."
+        f"Reduced chi-square {number(joint.reduced_chi_square)} over {noise}; force residuals are "
+        f"correlated over {joint.correlation_time:.1f} samples; standard errors multiplied by "
+        f"{number(joint.inflation, '.2g')}."
     )
     sentences.append(
         "The martensite fraction is no input: it changes slowly behind resistance and force, and its "
