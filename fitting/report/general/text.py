@@ -37,7 +37,8 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
         sentences.append(
             f"{law[0].upper()}{law[1:]} leaves more than noise: the reduced chi-square is "
             f"{number(fit.reduced_chi_square)}, and {worst.name} is missed by "
-            f"{number(worst.rms_over_noise, '.2g')} times its noise. The numbers are the nearest that this law comes, not constants of nature. "
+            f"{number(worst.rms_over_noise, '.2g')} times its noise. The numbers are the nearest that "
+            "this law comes, not constants of nature. "
             f"{_counted(fit.inflation)} `pneusma diagnose` looks for the cause."
         )
     elif fit.inflation > 1.0:
