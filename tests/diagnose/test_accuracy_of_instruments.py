@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from diagnosis_coupons import NOISE, SIDECAR, course, curve, put
 
+from fitting.calibrate import characterise
 from fitting.data.recordings import read_campaign
 from fitting.diagnose import diagnose
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.misfit import accurate, relative_error
 from fitting.diagnose.verdict.text import verdict_sentences
+from fitting.report.elastomer.text import verdict
 
 QUIET = 0.02
 """Noise of the readings [kPa]."""
@@ -46,3 +48,10 @@ def test_a_diagnosis_says_how_far_it_agrees_and_what_to_state(tmp_path):
 
 def test_the_same_misfit_is_judged_where_the_noise_is_stated(tmp_path):
     assert diagnose(pulls(tmp_path / "c", 0.5, SIDECAR)).mismatch
+
+
+@pytest.mark.parametrize(("sidecar", "leads"), [(UNSTATED, False), (SIDECAR, True)])
+def test_a_characterisation_leads_to_a_diagnosis_where_that_may_find_something(tmp_path, sidecar, leads):
+    found = characterise(pulls(tmp_path / "c", 0.5, sidecar), law="yeoh")
+    (said,) = [text for text in verdict(found) if "times the noise" in text]
+    assert ("pneusma diagnose" in said) is leads and ("Nobody states the noise" in said) is not leads

@@ -12,6 +12,7 @@ from fitting.calibrate.elastomer.model import Zero
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, estimates
 from fitting.calibrate.elastomer.samples import RELATIVE_SPREAD
 from fitting.calibrate.identifiability import identifiability
+from fitting.inference.noise import ACCURACY
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 from pneusma_jax.units import from_si
@@ -51,14 +52,26 @@ def verdict(result: ElastomerCharacterisation) -> list[str]:
     sentences = [_which_law(result.whole)]
     fit = result.whole.best
     if _shaped(fit):
-        left = math.sqrt(fit.mean_square)
-        sentences.append(f"It leaves {left:.2g} times the noise. `pneusma diagnose` looks for the cause.")
+        sentences.append(_left(result, fit))
     one_constant = {name: d for name, d in result.whole.drifts.items() if len(d) == 1}
     sentences += drift.verdict(result.whole.held, one_constant)
     sentences += _past_the_range(result.whole)
     if result.actuator is not result.whole:
         sentences.append(_for_an_actuator(result))
     return sentences
+
+
+def _left(result: ElastomerCharacterisation, fit: LawFit) -> str:
+    """A sentence about what the recommended law leaves beyond noise, and who looks for the cause."""
+    left = f"It leaves {math.sqrt(fit.mean_square):.2g} times the noise"
+    samples, error = result.samples, result.whole.held[result.whole.choice.chosen].ranges[-1].inside.rmse
+    share = error / float(np.ptp(samples.stress[samples.fitted]))
+    if share > ACCURACY or any(curve.noise_stated for curve in samples.curves):
+        return f"{left}. `pneusma diagnose` looks for the cause."
+    return (
+        f"{left}, {percent(share)} of the range. Nobody states the noise, and ordinary instruments are "
+        f"accurate to {percent(ACCURACY)}."
+    )
 
 
 def _which_law(analysis: Analysis) -> str:
