@@ -345,7 +345,7 @@ def place_text(conclusion: Conclusion) -> str:
     place = conclusion.place
     if within_accuracy(conclusion):
         return (
-            "What the base model misses is less than instruments of unstated noise do: it has no place."
+            "What the base model misses is less than instruments of unstated noise do, so no place is told."
         )
     if not conclusion.mismatch:
         return "No part of the recordings departs from the base model by more than its noise."
@@ -355,5 +355,5 @@ def place_text(conclusion: Conclusion) -> str:
         text += f"It is where {place.regions[0]}. "
     if place.like_time:
         also = place.like_time.replace("_", " ")
-        text += f"Time goes with {also} in these recordings: a change with time would look the same. "
+        text += f"Time goes with {also} in the fitted recordings: a change with time would look the same. "
     return text + f"The part of the model that is concerned: {conclusion.component.replace('_', ' ')}."
