@@ -76,12 +76,15 @@ def find_slack(drive: np.ndarray, force: np.ndarray) -> Slack | None:
     flat = _flat_rows(y)
     if flat < LEAST_FLAT_ROWS or flat >= x.size - LEAST_FLAT_ROWS:
         return None
+    last = x[min(flat + LEAST_FLAT_ROWS, x.size - 1)]
+    if not last > x[0]:
+        return None
     reach = x <= x[0] + WINDOW * (x[flat - 1] - x[0])
     reach[: flat + 2 * LEAST_FLAT_ROWS] = True
     x_near, y_near = x[reach], y[reach]
     found = optimize.minimize_scalar(
         lambda start: _misfit(start, x_near, y_near),
-        bounds=(x[0], x[min(flat + LEAST_FLAT_ROWS, x.size - 1)]),
+        bounds=(x[0], last),
         method="bounded",
     )
     start = float(found.x)

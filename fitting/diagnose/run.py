@@ -173,9 +173,13 @@ def _notes(
         *_at_bounds(conclusion), *conclusion.notes,
     ]  # fmt: skip
     if conclusion.explanation.together:
+        why = (
+            ": only they contradict the base model, or they contradict what the others say"
+            if conclusion.mismatch
+            else ""
+        )
         notes.append(
-            "Recordings for validation were fitted, too: only they contradict the base model, or they "
-            "contradict what the others say; all scores are of recordings left out in turn"
+            f"Recordings for validation were fitted, too{why}; all scores are of recordings left out in turn"
         )
     return of_several(notes, [recording.name for recording in program.recordings])
 

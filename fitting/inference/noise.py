@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 ACCURACY = 0.01
-"""Maximum root mean square error, over the range of an output, of a law that is as accurate as usual
+"""Maximum root mean square error, over the range of a recording, of a law that is as accurate as usual
 instruments (class 1 of ISO 7500-1). The noise of neighbouring readings does not tell their accuracy."""
 GAUSSIAN_MAD = 0.6744897501960817
 """Median absolute deviation of a Gaussian in standard deviations."""

@@ -18,17 +18,15 @@ def of_several(notes: Sequence[str], names: Sequence[str]) -> list[str]:
         notes: sentences. One about a recording begins with its name and a colon.
         names: names of the recordings.
     """
-    named, whose = set(names), {}
+    longest, whose = sorted(names, key=len, reverse=True), {}
     for note in notes:
-        name, _, said = note.partition(": ")
-        whose.setdefault(said if name in named else note, []).append(name if name in named else "")
-    return [_of(owners, said) for said, owners in whose.items()]
+        name = next((name for name in longest if note.startswith(f"{name}: ")), "")
+        said = note[len(name) + 2 :] if name else note
+        whose.setdefault((bool(name), said), {})[name] = None
+    return [_of([*owners], said) if about else said for (about, said), owners in whose.items()]
 
 
-def _of(owners: Sequence[str], said: str) -> str:
-    """A sentence after the names of the recordings that it is about; none for a sentence about all."""
-    names = [name for name in owners if name]
-    if not names:
-        return said
+def _of(names: Sequence[str], said: str) -> str:
+    """A sentence after the names of the recordings that it is about."""
     more = f", ... ({len(names)} recordings)" if len(names) > MOST_NAMES else ""
     return f"{', '.join(names[:MOST_NAMES])}{more}: {said}"

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from diagnosis_coupons import NOISE, SIDECAR, course, curve, put
+from diagnosis_coupons import NOISE, SIDECAR, course, curve, put, softened
 
 from fitting.calibrate import characterise
 from fitting.data.recordings import read_campaign
@@ -10,7 +10,7 @@ from fitting.diagnose import diagnose
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.misfit import accurate, relative_error
-from fitting.diagnose.verdict.text import verdict_sentences
+from fitting.diagnose.verdict.text import place_text, range_of, verdict_sentences
 from fitting.report.elastomer.text import verdict
 
 QUIET = 0.02
@@ -39,11 +39,44 @@ def test_a_small_misfit_is_accurate_only_where_nobody_states_the_noise(tmp_path,
     assert relative_error(program, base) == pytest.approx(bend / 2.0**0.5 / 100.0, rel=0.7)
 
 
+def test_a_long_recording_does_not_hide_what_a_short_one_shows(tmp_path):
+    """The short one, for validation, is missed by a tenth of its stress."""
+    pulls(tmp_path / "c", 0.1, UNSTATED)
+    strain = course([0.1])[::6]
+    put(tmp_path / "c", "short", strain, 1.1 * curve(strain), UNSTATED.format(role="validation"))
+    program, base = base_fit(Program.of(read_campaign(tmp_path / "c"), "elastomer"))
+    assert relative_error(program, base) > 0.02 and not accurate(program, base)
+
+
+def test_a_range_holds_no_rows_that_fill_up_shorter_recordings(tmp_path):
+    for k, rows in enumerate((40, 90)):
+        strain = np.linspace(0.3, 0.6, rows)
+        put(tmp_path / "c", f"pull_{k}", strain, curve(strain), UNSTATED.format(role="fit"))
+    program, base = base_fit(Program.of(read_campaign(tmp_path / "c"), "elastomer"))
+    expected = 1e3 * np.ptp(curve(np.array([0.3, 0.6])))
+    assert range_of(program, "stress") == pytest.approx(expected, rel=1e-3)
+
+
 def test_a_diagnosis_says_how_far_it_agrees_and_what_to_state(tmp_path):
     found = diagnose(pulls(tmp_path / "c", 0.5, UNSTATED))
     assert not found.mismatch and not found.found and found.unknown < 0.1
     said = " ".join(verdict_sentences(found))
     assert "it misses no output by more than 0." in said and "State it, under [noise]" in said
+
+
+def test_an_agreement_neither_doubts_itself_nor_blames_recordings_for_validation(tmp_path):
+    random = np.random.default_rng(4)
+    strain = np.linspace(0.0, 0.6, 90)
+    for k, levels in enumerate([[], [], [0.6, 0.6]]):
+        pulled = course(levels) if levels else strain
+        stress = softened(pulled, 0.03) / 1.03 + QUIET * random.standard_normal(90)
+        role = "validation" if levels else "fit"
+        put(tmp_path / "c", f"pull_{k}", pulled, stress, UNSTATED.format(role=role))
+    found = diagnose(read_campaign(tmp_path / "c"), asked=["mullins_softening"])
+    said = " ".join([*verdict_sentences(found), place_text(found), *found.notes])
+    assert not found.mismatch and "it misses no output by more than 0." in said
+    assert "rely on this" not in said and "contradict" not in said and "more than its noise" not in said
+    assert "State the noise" in found.asked[0]["text"]
 
 
 def test_the_same_misfit_is_judged_where_the_noise_is_stated(tmp_path):

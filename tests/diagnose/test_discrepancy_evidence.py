@@ -123,3 +123,11 @@ def test_time_is_no_driver_of_its_own_where_strain_says_the_same(tmp_path, level
     program, base = base_fit(Program.of(read_campaign(tmp_path / "pulls"), "elastomer"))
     assert like_time(program, drivers_of(program, base)) == like
     assert ("time" in distinct_drivers(program, base)) is (like == "")
+
+
+@pytest.mark.parametrize("strain", [np.linspace(0.0, 1.0, 22), np.r_[np.linspace(0.0, 0.3, 100), [0.31] * 14, np.linspace(0.32, 1.0, 186)]])
+def test_strain_stands_for_time_where_rows_are_few_or_held(tmp_path, strain):
+    """Some bins of the strain hold no row then."""
+    put(tmp_path / "pull", "pull", strain, curve(strain))
+    program, base = base_fit(Program.of(read_campaign(tmp_path / "pull"), "elastomer"))
+    assert like_time(program, drivers_of(program, base)) == "strain"

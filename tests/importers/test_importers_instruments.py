@@ -52,6 +52,13 @@ def test_a_label_before_every_number_is_its_heading(put, form, above):
     assert right(recording) and any("a label stands before every number: 'Time (ms)'" in note for note in recording.notices)
 
 
+def test_labelled_lines_in_another_unit_are_to_be_looked_at(put):
+    """An instrument that changes its range goes on in newtons."""
+    forces = [f"{20 * s:.4f} mN" if s < 0.7 * STRESS.max() else f"{0.02 * s:.6f} N" for s in STRESS]
+    lines = "".join(f"Time: {t} s, Extension: {25 * e:.5f} mm, Force: {f}\n" for t, e, f in zip(TIME, STRAIN, forces, strict=True))
+    assert any("with other units left aside (line " in note for note in checks(import_file(put("a.txt", lines), make_options(**SIZES))))
+
+
 def test_labels_of_a_preamble_are_no_table(put):
     above = "Width: 5 mm\nThickness: 4 mm\nGauge length: 25 mm\nPreload: 0 N\nRate: 10 Hz\n"
     rows = "".join(f"{t},{25 * e:.6f},{0.02 * s:.6f}\n" for t, e, s in ALL)
@@ -93,9 +100,15 @@ def test_a_column_that_a_unit_of_time_names_is_the_clock(put, heading, scale):
     np.testing.assert_allclose(recording.columns["time_s"], 2.0 * TIME)
 
 
-def test_the_least_value_of_a_column_is_no_clock(put):
+@pytest.mark.parametrize("heading", ["Min", "Std"])
+def test_a_statistic_of_a_column_is_no_clock(put, heading):
     rows = "".join(f"{k},{e:.6f},{s:.4f}\n" for k, (_, e, s) in enumerate(ALL))
-    assert "time_s" not in import_file(put("a.csv", f"Min,Strain (-),Stress (kPa)\n{rows}")).columns
+    assert "time_s" not in import_file(put("a.csv", f"{heading},Strain (-),Stress (kPa)\n{rows}")).columns
+
+
+def test_a_counter_that_begins_anew_at_another_number_is_to_be_looked_at(put):
+    rows = "".join(f"{(65000 + 100 * k) % 65536},{e:.6f},{s:.4f}\n" for k, (_, e, s) in enumerate(ALL))
+    assert any("--map time=millis --unit time=ms" in note for note in checks(import_file(put("a.csv", f"millis,Strain (-),Stress (kPa)\n{rows}"))))
 
 
 def test_numbers_without_a_clock_that_have_canonical_names_are_a_recording_and_others_are_imported(put):
@@ -153,6 +166,13 @@ def test_remarks_about_the_columns_may_stand_below_the_headings(put, head):
     rows = "".join(f"{t},{100 * e:.5f},{s:.4f}\n" for t, e, s in ALL)
     recording = import_file(put("a.csv", head + rows))
     assert right(recording) and any("between the headings and the numbers were left aside" in note for note in recording.notices)
+
+
+@pytest.mark.parametrize("below", ["s,%,x10\n", ",,factor 10\n", "s,%,kPa\n,,x10\n", "(s),(%),(x10)\n"])
+def test_a_factor_below_the_headings_is_to_be_looked_at(put, below):
+    rows = "".join(f"{t},{100 * e:.5f},{s:.4f}\n" for t, e, s in ALL)
+    (said,) = checks(import_file(put("a.csv", f"Time (s),Strain (%),Stress (kPa)\n{below}{rows}")))
+    assert "left aside: '" in said and "10" in said and "a factor in them is not applied" in said
 
 
 def test_a_row_above_numbers_of_another_table_is_no_heading(put):

@@ -309,3 +309,10 @@ def test_a_pressure_that_begins_at_the_airs_is_asked_about(put, follow):
     question = next(line for line in output.splitlines() if "absolute pressure of the open air" in line)
     _, (mended,) = follow(path, *follow.options_in(question))
     np.testing.assert_allclose(mended.columns["pressure_kPa"], PRESSURE, atol=0.03)
+
+
+def test_a_pull_that_begins_far_from_its_flat_start_shows_no_slack():
+    """The first row is of another moment: the flat part that follows lies below it."""
+    strain = np.r_[0.3, np.linspace(0.0, 0.02, 15), np.linspace(0.03, 0.6, 60)]
+    stress = np.r_[np.zeros(16), 100.0 * np.linspace(0.0, 0.57, 60)]
+    assert find_slack(strain, stress) is None

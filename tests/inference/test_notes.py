@@ -13,5 +13,13 @@ def test_many_recordings_are_counted():
     assert of_several([f"{name}: no noise" for name in names], names) == ["r0, r1, r2, ... (5 recordings): no noise"]
 
 
+def test_a_recording_is_named_once_and_what_is_said_of_all_stays():
+    assert of_several(["a: no noise", "a: no noise", "no noise"], ["a"]) == ["a: no noise", "no noise"]
+
+
+def test_a_colon_in_a_name_does_not_hide_it():
+    assert of_several(["a: b: no noise", "a: no noise"], ["a: b", "a"]) == ["a: b, a: no noise"]
+
+
 def test_a_colon_does_not_make_a_recording():
     assert of_several(["check: two clocks", "check: two clocks"], ["a"]) == ["check: two clocks"]

@@ -6,7 +6,7 @@ import numpy as np
 
 from pneusma_jax.units import UNITS
 
-from .dates import in_order, may_be_clock, since_1970
+from .dates import in_order, may_be_clock, names_a_unit_of_time, since_1970
 from .grid import Grid
 from .making import Channel
 from .spelling import unit_name
@@ -47,9 +47,10 @@ def _perhaps_clock(grid: Grid, column: int) -> str:
     heading, values = grid.headings[column], grid.values[:, column]
     since = since_1970(values)
     since = since if since is not None and in_order(values) else None
-    if not since and not may_be_clock(heading):
+    named = unit_name(heading.name) if names_a_unit_of_time(heading) else ""
+    if not since and not named and not may_be_clock(heading):
         return ""
-    counted = unit_name(since[1]) if since else "?"
+    counted = unit_name(since[1]) if since else named
     unit = f" --unit time={counted}" if counted in UNITS and heading.unit is None else ""
     counts = f" (its numbers may count {since[1]} since 1970)" if since else ""
     return (

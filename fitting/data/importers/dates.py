@@ -42,6 +42,12 @@ def may_be_clock(heading: Heading) -> bool:
     )
 
 
+def names_a_unit_of_time(heading: Heading) -> bool:
+    """True if a heading is a unit of time alone: `millis`. `Min` and `Std` are statistics, `h` a height."""
+    word = heading.name if heading.unit is None and len(heading.name) > 1 else ""
+    return word not in ("min", "std") and dimension(word) == "time"
+
+
 def may_be_date(heading: Heading) -> bool:
     """True if a heading names a date."""
     return bool(_DATE.search(heading.name))

@@ -29,7 +29,7 @@ class Start(NamedTuple):
         run: indices of its first rows of numbers.
         header: names of its columns; empty without a header.
         top: index of the row of names; of the first row of numbers without a header.
-        remarks: indices of the rows between names and numbers that are no units.
+        remarks: indices of the rows between names and numbers that are more than units.
     """
 
     run: list[int]
@@ -44,7 +44,7 @@ class Header(NamedTuple):
     Attributes:
         names: names of the columns with their units; empty without a header.
         top: index of its row; of the first row of numbers without a header.
-        remarks: indices of the rows between it and the numbers that are no units.
+        remarks: indices of the rows between it and the numbers that are more than units.
     """
 
     names: list[str]
@@ -181,7 +181,7 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> Header:
     units = [] if row is None else [text if _is_unit(text) else "" for text in fields[row]]
     pairs = itertools.zip_longest(names, units, fillvalue="")
     joined = [_with_unit(name, unit.strip("()[]")) for name, unit in pairs]
-    return Header(joined, top, [i for i in reversed(below) if i != row])
+    return Header(joined, top, [i for i in reversed(below) if i != row or numbered(fields[i])])
 
 
 def _names_all(row: list[str], named: int) -> bool:
@@ -200,6 +200,11 @@ def _has_units(row: list[str]) -> bool:
     """True if more than half of the filled fields of a row are units."""
     filled = [text for text in row if text]
     return 2 * sum(map(_is_unit, filled)) > len(filled)
+
+
+def numbered(row: list[str]) -> list[str]:
+    """Fields of a row below headings that are no units and hold a number: it may be a factor, as in `x10`."""
+    return [text for text in row if re.search(r"\d", text) and not may_be_unit(text.strip("()[]"))]
 
 
 def _is_rule(row: list[str]) -> bool:

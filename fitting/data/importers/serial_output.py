@@ -5,6 +5,8 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 
+from pneusma_jax.errors import counted
+
 from .headers import names_quantities
 from .raw import Page, split_line
 from .separators import LEAST_ROWS
@@ -69,7 +71,11 @@ def _without_labels(page: Page) -> tuple[Page, list[str]]:
         rows[k] = [number for _, number, _ in fields[k]]
     header = [f"{label} ({unit})" if unit else label for label, unit in most]
     rows.insert(chosen[0], header)
+    labels = [label for label, _ in most]
+    others = [k + 1 for k in sorted({*fields} - {*chosen}) if [label for label, *_ in fields[k]] == labels]
     said = f"a label stands before every number: {', '.join(map(repr, header))}; these count as a row"
+    if others:
+        said = f"check: {said}; {counted(len(others), 'line')} with other units left aside (line {others[0]})"
     return replace(page, lines=[], rows=rows), [said]
 
 

@@ -11,7 +11,7 @@ from pneusma_jax.errors import counted
 
 from .cut_off import cut_off
 from .grid import Grid
-from .headers import Parsed, Rows, Start, first_table, names_quantities, two_units
+from .headers import Parsed, Rows, Start, first_table, names_quantities, numbered, two_units
 from .numerals import like_a_number
 from .raw import Page
 from .separators import LEAST_ROWS, best_reading, numeric_row
@@ -148,8 +148,12 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         return None
     notices = two_units(header)
     if remarks:
-        said = _examples(fields, [*remarks])
-        notices.append(f"rows between the headings and the numbers were left aside: {said}")
+        telling = {i: numbered(fields[i]) or fields[i] for i in remarks}
+        asked = any(numbered(row) or names_quantities(row) for row in telling.values())
+        notices.append(
+            f"{'check: ' if asked else ''}rows between the headings and the numbers were left aside:"
+            f" {_examples(telling, [*remarks])}{'; a factor in them is not applied' if asked else ''}"
+        )
     if counts_columns(fields, keep):
         notices.append(f"check: row {keep[0] + 1} only counts the columns and was left out")
         keep = keep[1:]

@@ -13,6 +13,7 @@ from .dates import (
     has_clock,
     may_be_clock,
     may_be_date,
+    names_a_unit_of_time,
     since_1970,
 )
 from .grid import Grid
@@ -231,9 +232,8 @@ def _named_by_unit(grid: Grid) -> None:
     """Give the one column that rises in every row, and is named by a unit of time (`millis`), that unit."""
     found = []
     for column, heading in enumerate(grid.headings):
-        word = heading.name if heading.unit is None and len(heading.name) > 1 else ""
         rises = bool(np.all(np.diff(grid.values[:, column]) > 0.0))
-        if rises and word != "min" and dimension(word) == "time":
+        if rises and names_a_unit_of_time(heading):
             found.append(column)
     if len(found) == 1:
         old = grid.headings[found[0]]

@@ -15,28 +15,27 @@ def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
 
 
 def relative_error(program: Program, fit: Fit) -> float:
-    """Root mean square error of an output over its range in all recordings [1]: the largest of all outputs.
+    """Root mean square error of an output over its range in a recording [1]: the largest of all recordings.
 
-    Infinite where the model has no answer in a row that was read.
+    Each recording counts by itself: a long one does not hide what a short one shows. Infinite where the model
+    has no answer in a row that was read, or an output does not vary.
     """
-    errors: dict[str, list[np.ndarray]] = {}
-    read: dict[str, list[np.ndarray]] = {}
+    shares = [0.0]
     for channels, predicted in zip(program.channels, fit.evaluation.predicted, strict=True):
         for channel, values in zip(channels, predicted, strict=True):
             there = np.isfinite(channel.sigma)
-            errors.setdefault(channel.quantity, []).append((values - channel.measured)[there])
-            read.setdefault(channel.quantity, []).append(channel.measured[there])
-    shares = [
-        np.sqrt(np.mean(np.concatenate(errors[name]) ** 2)) / max(np.ptp(np.concatenate(values)), 1e-300)
-        for name, values in read.items()
-    ]
+            if there.any():
+                error = np.sqrt(np.mean((values - channel.measured)[there] ** 2))
+                reach = np.ptp(channel.measured[there])
+                shares.append(error / reach if reach > 0.0 else np.inf)
     return float(np.max(np.nan_to_num(shares, nan=np.inf)))
 
 
 def accurate(program: Program, fit: Fit) -> bool:
     """True if nobody states any noise, and a model misses its outputs by less than usual instruments do.
 
-    The noise of neighbouring readings says nothing about an instrument's accuracy.
+    The noise of neighbouring readings says nothing about an instrument's accuracy. Recordings for validation
+    are to be met as well.
     """
     return program.noise_unstated and relative_error(program, fit) <= VERDICT.accuracy
 

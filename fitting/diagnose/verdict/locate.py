@@ -110,7 +110,7 @@ def like_time(program: Program, drivers: dict[str, np.ndarray]) -> str:
         if name == "time" or len(edges) <= DISCREPANCY.knots:
             continue
         place = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, DISCREPANCY.knots - 1)
-        spans = [np.ptp(time[place == bin]) for bin in range(DISCREPANCY.knots)]
+        spans = [np.ptp(time[place == bin]) for bin in np.unique(place)]  # some may be empty
         if max(spans) <= 2.0 * np.ptp(time) / DISCREPANCY.knots:
             return name
     return ""

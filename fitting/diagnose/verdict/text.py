@@ -110,9 +110,8 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     base, after = conclusion.before, conclusion.after
     bound = "at most " if conclusion.explanation.p_is_bound else ""
     chance = f"{bound}{conclusion.explanation.p_value:.3g}"
-    program, fit = conclusion.explanation.program, conclusion.explanation.base
-    if not conclusion.mismatch and conclusion.explanation.p_value <= LEVEL and accurate(program, fit):
-        return [*_as_accurate(conclusion), *_not_fitted(conclusion)]
+    if within_accuracy(conclusion):
+        return _as_accurate(conclusion)
     if not conclusion.mismatch:
         return [
             f"The recordings agree with {base_named(conclusion)} within its tolerances and their noise.",
@@ -178,13 +177,21 @@ def _excuse(conclusion: Conclusion) -> str:
     return ", no more than chance and the other recordings allow"
 
 
+def within_accuracy(conclusion: Conclusion) -> bool:
+    """True if recordings agree though their misfit is more than chance: instruments may be as inaccurate."""
+    explanation = conclusion.explanation
+    if conclusion.mismatch or not accurate(explanation.program, explanation.base):
+        return False
+    return explanation.p_value <= LEVEL or bool(_not_fitted(conclusion))
+
+
 def _as_accurate(conclusion: Conclusion) -> list[str]:
     """Sentences where nobody states the noise, and the base model misses no more than instruments do."""
     error = relative_error(conclusion.explanation.program, conclusion.explanation.base)
     share, most = (number(100.0 * x, ".2g") for x in (error, VERDICT.accuracy))
     return [
         f"The recordings agree with {base_named(conclusion)}: it misses no output by more than {share} % of "
-        "its range (root mean square).",
+        "its range in a recording (root mean square).",
         f"Nobody states their noise, and ordinary instruments are accurate to {most} %. State it, under "
         "[noise], to have a smaller misfit judged.",
     ]
@@ -214,17 +221,17 @@ def _in_units(conclusion: Conclusion, found: str = "") -> list[str]:
         unit = schema.quantity_and_unit(outputs[quantity])[1]
         errors = before, conclusion.after.rmse[quantity]
         first, then = (f"{number(float(from_si(x, unit)))} {unit}".removesuffix(" 1") for x in errors)
-        share = before / max(_range_of(program, quantity), np.finfo(float).tiny)
+        share = before / max(range_of(program, quantity), np.finfo(float).tiny)
         size = f"{first} ({number(100.0 * share, '.2g')} % of its range)"
         both = f"{size} without {found} and {then} with {found}" if found else size
         said.append(f"of {quantity.replace('_', ' ')} is {both}")
     return [f"The root mean square error {', that '.join(said)}."] if said else []
 
 
-def _range_of(program: Program, quantity: str) -> float:
-    """Range of an output over all recordings, SI; 0 where none has it."""
-    read = [c.measured for channels in program.channels for c in channels if c.quantity == quantity]
-    every = np.concatenate([values[np.isfinite(values)] for values in read])
+def range_of(program: Program, quantity: str) -> float:
+    """Range of the values of an output that count, over all recordings, SI; 0 where there are none."""
+    read = [c for channels in program.channels for c in channels if c.quantity == quantity]
+    every = np.concatenate([c.measured[np.isfinite(c.sigma)] for c in read])
     return float(np.ptp(every)) if every.size else 0.0
 
 
@@ -336,6 +343,10 @@ def contended(slugs: tuple[str, ...], named: bool) -> str:
 def place_text(conclusion: Conclusion) -> str:
     """Paragraph about the place of the misfit."""
     place = conclusion.place
+    if within_accuracy(conclusion):
+        return (
+            "What the base model misses is less than instruments of unstated noise do, so no place is told."
+        )
     if not conclusion.mismatch:
         return "No part of the recordings departs from the base model by more than its noise."
     drivers = ", ".join(place.drivers) or "nothing that was recorded"
@@ -344,5 +355,5 @@ def place_text(conclusion: Conclusion) -> str:
         text += f"It is where {place.regions[0]}. "
     if place.like_time:
         also = place.like_time.replace("_", " ")
-        text += f"Time goes with {also} in these recordings: a change with time would look the same. "
+        text += f"Time goes with {also} in the fitted recordings: a change with time would look the same. "
     return text + f"The part of the model that is concerned: {conclusion.component.replace('_', ' ')}."
