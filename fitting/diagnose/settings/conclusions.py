@@ -114,8 +114,8 @@ class Verdict:
         3.5, "Minimum excess of a reduced chi-square for a mismatch, where noise is stated.", "sd"
     )
     accuracy: float = threshold(
-        ACCURACY, "Maximum error for agreement where no noise is stated: root mean square, over a recording's "
-        "range.",
+        ACCURACY, "Maximum error for agreement where no noise is stated: root mean square, over a "
+        "recording's range.",
         basis="class 1 of ISO 7500-1; laws of 19 silicones pulled once err by 0.05 to 0.63 %, far beyond "
         "the noise of neighbouring readings",
     )  # fmt: skip
