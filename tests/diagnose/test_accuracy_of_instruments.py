@@ -62,6 +62,8 @@ def test_a_diagnosis_says_how_far_it_agrees_and_what_to_state(tmp_path):
     assert not found.mismatch and not found.found and found.unknown < 0.1
     said = " ".join(verdict_sentences(found))
     assert "it misses no output by more than 0." in said and "State it, under [noise]" in said
+    own, wide = found.explanation.base.sd(0), found.sd(0)
+    assert 5.0 * own < wide <= 1.0  # as uncertain as the forgiven misfit is large and lasting
 
 
 def test_an_agreement_neither_doubts_itself_nor_blames_recordings_for_validation(tmp_path):

@@ -15,8 +15,9 @@ def concluded(kind, names):
     unknowns = SimpleNamespace(base=range(len(names)), items=items)
     recording = SimpleNamespace(specimen="s", full_geometry=dict)
     program = SimpleNamespace(kind=kind, unknowns=unknowns, recordings=[recording])
-    fit = SimpleNamespace(u=np.zeros(len(names)), sd=lambda k: 0.1)
-    return SimpleNamespace(model=(program, fit), start=SimpleNamespace(tables={}), found=(), remainder=None)
+    fit = SimpleNamespace(u=np.zeros(len(names)))
+    start = SimpleNamespace(tables={})
+    return SimpleNamespace(model=(program, fit), start=start, found=(), remainder=None, sd=lambda k: 0.1)
 
 
 @pytest.mark.parametrize(

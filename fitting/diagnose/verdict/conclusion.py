@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..evaluate.start import Start
+from ..fit.evidence import inflation_of
+from ..fit.misfit import accurate
 from ..fit.refit import Fit
 from ..search.steps import Explanation
 from .discrepancy import Discrepancy
@@ -99,6 +101,18 @@ class Conclusion:
         named."""
         x, named = self.explanation, any(f.slug != UNMODELLED for f in self.found)
         return x.program, x.final if named else x.base
+
+    def sd(self, index: int) -> float:
+        """Standard deviation of a base constant of the model, scaled; at most that of its prior, 1.
+
+        A misfit that is forgiven as less than the accuracy of instruments makes constants as uncertain as it
+        is large and lasting.
+        """
+        program, fit = self.model
+        own = fit.sd(index)
+        if self.mismatch or not accurate(program, fit):
+            return own
+        return max(own, min(own * inflation_of(program, fit) ** 0.5, 1.0))
 
     @property
     def shown(self) -> Evaluation:

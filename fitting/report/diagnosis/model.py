@@ -33,7 +33,7 @@ def model_of(conclusion: Conclusion, source: str, start: AugmentedModel | None =
         kind = next((table for table in kinds if name in QUANTITIES[table]), None)
         if kind is None:
             continue
-        sd = item.spread(fit.u[k], fit.sd(k))
+        sd = item.spread(fit.u[k], conclusion.sd(k))
         quantity = fitted(kind, name, float(item.value(fit.u[k])), source, sd)
         place = own.setdefault(specimens[int(number) - 1], {}) if number else common
         place.setdefault(kind, {})[name] = quantity

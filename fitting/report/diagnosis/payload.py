@@ -154,7 +154,7 @@ def _base(conclusion: Conclusion) -> dict:
             "nominal": float(item.reference),
             "alone": float(item.value(explanation.base.u[k])),
             "with_effects": float(item.value(final.u[k])),
-            "sd": item.spread(final.u[k], final.sd(k)),
+            "sd": item.spread(final.u[k], conclusion.sd(k)),
             "departure_sd": {
                 "alone": float(explanation.base.u[k]),
                 "with_effects": float(final.u[k]),
