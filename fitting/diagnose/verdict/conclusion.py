@@ -1,6 +1,7 @@
 """Conclusion of a diagnosis, as data."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
@@ -108,11 +109,15 @@ class Conclusion:
         A misfit that is forgiven as less than the accuracy of instruments makes constants as uncertain as it
         is large and lasting.
         """
+        own = self.model[1].sd(index)
+        return max(own, min(own * self._widening, 1.0))
+
+    @cached_property
+    def _widening(self) -> float:
+        """Factor on standard deviations of base constants by a forgiven misfit, at least 1."""
         program, fit = self.model
-        own = fit.sd(index)
-        if self.mismatch or not accurate(program, fit):
-            return own
-        return max(own, min(own * inflation_of(program, fit) ** 0.5, 1.0))
+        forgiven = not self.mismatch and accurate(program, fit)
+        return inflation_of(program, fit) ** 0.5 if forgiven else 1.0
 
     @property
     def shown(self) -> Evaluation:

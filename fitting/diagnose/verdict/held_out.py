@@ -5,7 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fitting.data.recordings import schema
 from fitting.inference.parallel import run_parallel
+from pneusma_jax.units import from_si
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
@@ -38,6 +40,12 @@ class HeldOut:
     rmse: dict[str, float]
     reduced_chi2: float
     values: float
+
+    def by_column(self, kind: str) -> dict[str, float]:
+        """Root mean square errors by canonical column of recordings of a kind, in that column's unit."""
+        columns = {schema.quantity_and_unit(name)[0]: name for name in schema.KINDS[kind].columns.outputs}
+        known = {columns[q]: error for q, error in self.rmse.items() if q in columns}
+        return {c: float(from_si(error, schema.quantity_and_unit(c)[1])) for c, error in known.items()}
 
 
 Model = tuple[Program, Fit, float] | tuple[Program, Fit, float, Correction | None]

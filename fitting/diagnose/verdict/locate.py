@@ -43,7 +43,9 @@ class Place:
 def locate(explanation: Explanation) -> Place:
     """Find the drivers, the region and the rows of the base model's misfit."""
     program, fit = explanation.program, explanation.base
-    drivers = distinct_drivers(program, fit)
+    every = drivers_of(program, fit)
+    alike = like_time(program, every)
+    drivers = {name: x for name, x in every.items() if name != "time" or not alike}
     misfit, valid = _misfit(program, fit)
     shares = {}
     for name, values in drivers.items():
@@ -55,7 +57,7 @@ def locate(explanation: Explanation) -> Place:
     rows = _window(program, misfit, valid)
     if rows is not None and regions:
         regions[0] += f"; the stretch of one recording that holds most is {rows[0]} rows {rows[1]}-{rows[2]}"
-    return Place(ranked, shares, regions, rows, like_time(program, drivers_of(program, fit)))
+    return Place(ranked, shares, regions, rows, alike)
 
 
 def knots_of(values: np.ndarray, count: int) -> np.ndarray | None:

@@ -11,7 +11,6 @@ from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
-from pneusma_jax.units import from_si
 
 from ..fit.misfit import accurate, limit_of, relative_error
 from ..fit.prediction import predictive_chi_square
@@ -214,14 +213,11 @@ def _in_units(conclusion: Conclusion, found: str = "") -> list[str]:
         found: pronoun for what was found; empty where nothing was.
     """
     program, said = conclusion.explanation.program, []
-    outputs = {schema.quantity_and_unit(c)[0]: c for c in schema.KINDS[program.kind].columns.outputs}
-    for quantity, before in conclusion.before.rmse.items():
-        if quantity not in outputs:
-            continue
-        unit = schema.quantity_and_unit(outputs[quantity])[1]
-        errors = before, conclusion.after.rmse[quantity]
-        first, then = (f"{number(float(from_si(x, unit)))} {unit}".removesuffix(" 1") for x in errors)
-        share = before / max(range_of(program, quantity), np.finfo(float).tiny)
+    after = conclusion.after.by_column(program.kind)
+    for column, before in conclusion.before.by_column(program.kind).items():
+        quantity, unit = schema.quantity_and_unit(column)
+        first, then = (f"{number(x)} {unit}".removesuffix(" 1") for x in (before, after[column]))
+        share = conclusion.before.rmse[quantity] / max(range_of(program, quantity), np.finfo(float).tiny)
         size = f"{first} ({number(100.0 * share, '.2g')} % of its range)"
         both = f"{size} without {found} and {then} with {found}" if found else size
         said.append(f"of {quantity.replace('_', ' ')} is {both}")

@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from fitting.data.recordings import schema
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.held_out import HeldOut
 from fitting.diagnose.verdict.text import place_text
-from pneusma_jax.units import from_si
 
 SCHEMA = "pneusma-diagnosis/1"
 
@@ -87,13 +85,7 @@ def _finite(value: float) -> float:
 
 def _score(conclusion: Conclusion, score: HeldOut) -> dict:
     """Errors by canonical column, in that column's unit."""
-    known = schema.KINDS[conclusion.explanation.program.kind].columns.outputs
-    columns = {schema.quantity_and_unit(name)[0]: name for name in known}
-    rmse = {}
-    for quantity, value in score.rmse.items():
-        column = columns.get(quantity)
-        if column is not None:
-            rmse[column] = float(from_si(value, schema.quantity_and_unit(column)[1]))
+    rmse = score.by_column(conclusion.explanation.program.kind)
     return {"rmse": rmse, "reduced_chi2": _finite(score.reduced_chi2)}
 
 

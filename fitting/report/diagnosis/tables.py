@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from fitting.data.recordings import schema
 from fitting.diagnose.fit.misfit import reduced
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.held_out import HeldOut
@@ -66,14 +65,12 @@ def candidate_table(conclusion: Conclusion) -> Table:
 def score_table(conclusion: Conclusion) -> Table:
     """Table of errors on held-out recordings, without and with the effects found."""
     kind = conclusion.explanation.program.kind
-    columns = {schema.quantity_and_unit(c)[0]: c for c in schema.KINDS[kind].columns.outputs}
 
     def row(name: str, score: HeldOut) -> list[str]:
-        units = {q: schema.quantity_and_unit(columns[q])[1] for q in score.rmse if q in columns}
-        errors = [number(from_si(score.rmse[q], unit), ".4g") for q, unit in units.items()]
+        errors = [number(error, ".4g") for error in score.by_column(kind).values()]
         return [name, *errors, number(score.reduced_chi2)]
 
-    names = [f"RMSE {columns[q]}" for q in conclusion.before.rmse if q in columns]
+    names = [f"RMSE {column}" for column in conclusion.before.by_column(kind)]
     rows = [row("base model, refitted", conclusion.before), row("with what was found", conclusion.after)]
     if len(conclusion.members) > 1:
         shares = ", ".join(f"{slug} {weight:.2f}" for slug, weight in conclusion.members.items())
