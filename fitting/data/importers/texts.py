@@ -232,8 +232,7 @@ def _named_by_unit(grid: Grid) -> None:
     """Give the one column that rises in every row, and is named by a unit of time (`millis`), that unit."""
     found = []
     for column, heading in enumerate(grid.headings):
-        rises = bool(np.all(np.diff(grid.values[:, column]) > 0.0))
-        if rises and names_a_unit_of_time(heading):
+        if names_a_unit_of_time(heading) and np.all(np.diff(grid.values[:, column]) > 0.0):
             found.append(column)
     if len(found) == 1:
         old = grid.headings[found[0]]

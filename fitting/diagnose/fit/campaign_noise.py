@@ -27,6 +27,7 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
     groups: dict[tuple[str, bool], list[tuple[int, int, Series]]] = {}
     for k, (recording, hidden) in enumerate(zip(program.recordings, program.followed(here), strict=True)):
         shape = len(program.channels[k]), size
+        readings = chosen_readings(recording)
         taken = hidden.leverage().reshape(shape) if hidden else np.zeros(shape)
         for j, channel in enumerate(program.channels[k]):
             stated = recording.noise_si(channel.quantity) or None
@@ -36,7 +37,7 @@ def with_noise_of(program: Program, here: Evaluation) -> Program:
             rounding = rounding_noise(read_values(recording, channel.quantity)) / np.sqrt(recording.block)
             one = one.dithered(rounding)
             if stated is None:
-                one = replace(one, readings=chosen_readings(recording))
+                one = replace(one, readings=readings)
             key = channel.quantity, stated is None
             groups.setdefault(key, []).append((k, j, one.less(taken[j])))
     for members in groups.values():
