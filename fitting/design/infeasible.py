@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 import pneusma_jax as pj
+from fitting.inference.notes import joined
 from pneusma_jax.units import from_si, to_si
 
 from .log import Evaluation, Evaluator
@@ -131,6 +132,6 @@ def why_infeasible(problem: Problem, outcomes: Sequence[Outcome], evaluate: Eval
         return f"no design within the bounds keeps constraint {names[0]}: it is missed by at least {gaps[0]}"
     either = " or ".join(f"{study.constraints[k].name!r} by {gap}" for k, gap in zip(kept, gaps, strict=True))
     return (
-        f"constraints {' and '.join(names)} contradict each other within the bounds: the nearest design "
+        f"constraints {joined(names)} contradict each other within the bounds: the nearest design "
         f"misses {either}"
     )

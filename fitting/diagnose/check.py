@@ -21,7 +21,7 @@ from pneusma_jax.units import from_si
 from .evaluate.noise import noise_of
 from .settings import DEFAULT
 from .verdict.conclusion import Conclusion
-from .verdict.text import SEPARATE, within_accuracy
+from .verdict.text import SEPARATE
 
 CAMPAIGNS = DEFAULT.campaigns
 
@@ -296,7 +296,7 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
                 f"{slug} cannot be tested with these recordings: no output changes with it, or base "
                 f"constants absorb what does. To test it: {SEPARATE.get(slug, 'vary what drives it')}."
             )
-        elif slug in conclusion.candidates and within_accuracy(conclusion):
+        elif slug in conclusion.candidates and conclusion.within_accuracy:
             text = (
                 f"{slug} is not named: the base model misses less than instruments of unstated noise do. "
                 "State the noise, under [noise], to have it tested."

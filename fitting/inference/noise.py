@@ -62,6 +62,16 @@ FEWEST_OF_SIZE = 10
 """Minimum number of different readings of one order of magnitude for a step of their own."""
 
 
+def within_accuracy(error: float, stated: bool) -> bool:
+    """True if a law misses no more than instruments of unstated noise may.
+
+    Args:
+        error: root mean square error, over the range of a recording [1].
+        stated: somebody states the noise. Then that is what judges, and not a usual accuracy.
+    """
+    return not stated and error <= ACCURACY
+
+
 def least_step(values: np.ndarray) -> np.ndarray:
     """Step of the written readings, at each of them: of a converter, of printed decimals, or of a dead band.
 

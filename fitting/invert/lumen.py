@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
+from fitting.inference.notes import joined
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import UNITS, to_si
 
@@ -52,7 +53,7 @@ def read_lumen(path: str | Path) -> Lumen:
         if not named:
             raise InputError(f"{path}: column {wanted}_mm is missing")
         if len(named) > 1:
-            raise InputError(f"{path}: columns {' and '.join(named)} say the same; leave one out")
+            raise InputError(f"{path}: columns {joined(named)} say the same; leave one out")
         unit = unit_of(named[0], str(path))
         if UNITS[unit].dimension != "length":
             raise InputError(f"{path}: column {named[0]} is no length; {wanted}_mm is one")

@@ -26,6 +26,7 @@ from jaxtyping import Array, PyTree
 
 from fitting.calibrate.result import Characterisation
 from fitting.data.recordings import schema
+from fitting.inference.notes import joined
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.inference.results import Result
 from fitting.specimens.priors import quantity_of
@@ -158,7 +159,7 @@ def sample_together(
     problems = tuple(sampling_problem(fit) for fit in fits.values())
     kinds = sorted({problem.kind for problem in problems})
     if len(kinds) > 1:
-        raise InputError(f"a joint posterior needs specimens of one kind, not {' and '.join(kinds)}")
+        raise InputError(f"a joint posterior needs specimens of one kind, not {joined(kinds)}")
     entries = [problem.parameters for problem in problems]
     if not shared_constants(entries):
         raise InputError(

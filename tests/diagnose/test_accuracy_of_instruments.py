@@ -9,8 +9,8 @@ from fitting.data.recordings import read_campaign
 from fitting.diagnose import diagnose
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.base_fit import base_fit
-from fitting.diagnose.fit.misfit import accurate, relative_error
-from fitting.diagnose.verdict.text import place_text, range_of, verdict_sentences
+from fitting.diagnose.fit.misfit import accurate, range_of, relative_error
+from fitting.diagnose.verdict.text import place_text, verdict_sentences
 from fitting.report.elastomer.text import verdict
 
 QUIET = 0.02

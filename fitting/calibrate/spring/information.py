@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from fitting.calibrate.information import Information
+from fitting.inference.notes import joined
 from fitting.inference.parameters import Parameters
 from fitting.specimens.spring_trajectory import decided
 
@@ -67,7 +68,7 @@ def informing_tests(tests: Sequence[StandTest], names: Sequence[str]) -> str:
     reached = [test.strain for test in tests if test.phase in phases]
     if not reached:
         return "these tests"
-    return f"{' and '.join(words)} up to {100.0 * max(reached):.0f} % spring strain"
+    return f"{joined(words)} up to {100.0 * max(reached):.0f} % spring strain"
 
 
 def why_not_shown(tests: Sequence[StandTest], name: str) -> str:

@@ -16,6 +16,7 @@ from fitting.calibrate.general import characterise_general
 from fitting.calibrate.registry import own_pipeline
 from fitting.calibrate.result import Estimate
 from fitting.data.recordings import Campaign
+from fitting.inference.notes import joined
 from fitting.specimens import specimen_of
 from fitting.specimens.priors import FIT
 from fitting.specimens.silicones import FACTOR, UNKNOWN
@@ -106,7 +107,7 @@ def _named(campaign: Campaign, kind: str) -> str:
         for key in ("alloy", "material")
         if key in r.geometry
     )
-    return f"the published model with {' and '.join(own)}" if own else ""
+    return f"the published model with {joined(own)}" if own else ""
 
 
 def characterised(

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from fitting.inference.noise import within_accuracy
+
 from ..evaluate.program import Program
 from ..settings import DEFAULT
 from .refit import Fit
@@ -37,7 +39,14 @@ def accurate(program: Program, fit: Fit) -> bool:
     The noise of neighbouring readings says nothing about an instrument's accuracy. Recordings for validation
     are to be met as well.
     """
-    return program.noise_unstated and relative_error(program, fit) <= VERDICT.accuracy
+    return within_accuracy(relative_error(program, fit), not program.noise_unstated)
+
+
+def range_of(program: Program, quantity: str) -> float:
+    """Range of the values of an output that count, over all recordings, SI; 0 where there are none."""
+    read = [c for channels in program.channels for c in channels if c.quantity == quantity]
+    every = np.concatenate([c.measured[np.isfinite(c.sigma)] for c in read])
+    return float(np.ptp(every)) if every.size else 0.0
 
 
 def scored(program: Program) -> tuple[np.ndarray, np.ndarray]:

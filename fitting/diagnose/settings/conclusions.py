@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.inference.noise import ACCURACY
-
 from .threshold import NUMERICAL, threshold
 
 RIGHT_FORMS = "eleventh run: right effects in other forms left up to 0.19, once 0.3, wrong ones 0.2 or more"
@@ -113,12 +111,6 @@ class Verdict:
     sure_deviations: float = threshold(
         3.5, "Minimum excess of a reduced chi-square for a mismatch, where noise is stated.", "sd"
     )
-    accuracy: float = threshold(
-        ACCURACY, "Maximum error for agreement where no noise is stated: root mean square, over a "
-        "recording's range.",
-        basis="class 1 of ISO 7500-1; laws of 19 silicones pulled once err by 0.05 to 0.63 %, far beyond "
-        "the noise of neighbouring readings",
-    )  # fmt: skip
     gross: float = threshold(
         4.0, "Minimum reduced chi-square for a mismatch without a score that stands out."
     )

@@ -10,6 +10,7 @@ from ..fit.evidence import inflation_of
 from ..fit.misfit import accurate
 from ..fit.refit import Fit
 from ..search.steps import Explanation
+from ..settings import DEFAULT
 from .discrepancy import Discrepancy
 from .discrepancy_evidence import DiscrepancyEvidence
 from .held_out import HeldOut
@@ -17,6 +18,9 @@ from .left import Left
 from .locate import Place
 from .probabilities import UNMODELLED, Found
 from .unknown import Signs
+
+LEVEL = DEFAULT.score_test.level
+FAINT = DEFAULT.verdict.faint
 
 
 @dataclass(frozen=True)
@@ -95,6 +99,19 @@ class Conclusion:
     def explanation_set(self) -> list[str]:
         """Members of all of `explanation_sets`, each once."""
         return list(dict.fromkeys(slug for one in self.explanation_sets for slug in one))
+
+    @property
+    def missed_validation(self) -> bool:
+        """True if validation recordings are missed by the base model, by more than faintly."""
+        return not self.explanation.program.fitted.all() and self.before.reduced_chi2 > FAINT
+
+    @cached_property
+    def within_accuracy(self) -> bool:
+        """True if recordings agree though their misfit is more than chance: instruments err as much."""
+        program, base = self.explanation.program, self.explanation.base
+        if self.mismatch or not accurate(program, base):
+            return False
+        return self.explanation.p_value <= LEVEL or self.missed_validation
 
     @property
     def model(self) -> tuple[Program, Fit]:

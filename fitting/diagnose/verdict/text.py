@@ -7,18 +7,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting.data.recordings import schema
+from fitting.inference.noise import ACCURACY
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
 
-from ..fit.misfit import accurate, limit_of, relative_error
+from ..fit.misfit import limit_of, range_of, relative_error
 from ..fit.prediction import predictive_chi_square
 from ..settings import DEFAULT
 from .conclusion import Conclusion
 from .unexplained import missed_beyond_drift
 
-LEVEL = DEFAULT.score_test.level
 VERDICT = DEFAULT.verdict
 
 SEPARATE = {
@@ -109,7 +109,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     base, after = conclusion.before, conclusion.after
     bound = "at most " if conclusion.explanation.p_is_bound else ""
     chance = f"{bound}{conclusion.explanation.p_value:.3g}"
-    if within_accuracy(conclusion):
+    if conclusion.within_accuracy:
         return _as_accurate(conclusion)
     if not conclusion.mismatch:
         return [
@@ -176,18 +176,10 @@ def _excuse(conclusion: Conclusion) -> str:
     return ", no more than chance and the other recordings allow"
 
 
-def within_accuracy(conclusion: Conclusion) -> bool:
-    """True if recordings agree though their misfit is more than chance: instruments may be as inaccurate."""
-    explanation = conclusion.explanation
-    if conclusion.mismatch or not accurate(explanation.program, explanation.base):
-        return False
-    return explanation.p_value <= LEVEL or bool(_not_fitted(conclusion))
-
-
 def _as_accurate(conclusion: Conclusion) -> list[str]:
     """Sentences where nobody states the noise, and the base model misses no more than instruments do."""
     error = relative_error(conclusion.explanation.program, conclusion.explanation.base)
-    share, most = (number(100.0 * x, ".2g") for x in (error, VERDICT.accuracy))
+    share, most = (number(100.0 * x, ".2g") for x in (error, ACCURACY))
     return [
         f"The recordings agree with {base_named(conclusion)}: it misses no output by more than {share} % of "
         "its range in a recording (root mean square).",
@@ -222,13 +214,6 @@ def _in_units(conclusion: Conclusion, found: str = "") -> list[str]:
         both = f"{size} without {found} and {then} with {found}" if found else size
         said.append(f"of {quantity.replace('_', ' ')} is {both}")
     return [f"The root mean square error {', that '.join(said)}."] if said else []
-
-
-def range_of(program: Program, quantity: str) -> float:
-    """Range of the values of an output that count, over all recordings, SI; 0 where there are none."""
-    read = [c for channels in program.channels for c in channels if c.quantity == quantity]
-    every = np.concatenate([c.measured[np.isfinite(c.sigma)] for c in read])
-    return float(np.ptp(every)) if every.size else 0.0
 
 
 def _unexplained(conclusion: Conclusion, whole: str) -> str:
@@ -298,7 +283,7 @@ def went(before: float, after: float) -> str:
 def _not_fitted(conclusion: Conclusion) -> list[str]:
     """Sentences on validation recordings that an accepted base model misses, and why."""
     program, left = conclusion.explanation.program, conclusion.before.reduced_chi2
-    if program.fitted.all() or not left > VERDICT.faint:
+    if not conclusion.missed_validation:
         return []
     less = predictive_chi_square(program, conclusion.explanation.base, program.unseen)
     size = f"reduced chi-square {number(left)}"
@@ -339,7 +324,7 @@ def contended(slugs: tuple[str, ...], named: bool) -> str:
 def place_text(conclusion: Conclusion) -> str:
     """Paragraph about the place of the misfit."""
     place = conclusion.place
-    if within_accuracy(conclusion):
+    if conclusion.within_accuracy:
         return (
             "What the base model misses is less than instruments of unstated noise do, so no place is told."
         )

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 from fitting.data.recordings import schema
 from fitting.diagnose.verdict.conclusion import Conclusion
+from fitting.inference.notes import joined
 from fitting.report.figures import (
     BLACK,
     BLUE,
@@ -82,7 +83,7 @@ def _one(conclusion: Conclusion, k: int, top: Axes, below: Axes) -> None:
     if changed:
         terms = ["what was found"] if conclusion.model[1].slugs else []
         terms += ["a smooth term, unexplained"] if conclusion.remainder is not None else []
-        top.plot(time, show(after), color=AFTER, lw=1.3, label=f"with {' and '.join(terms)}")
+        top.plot(time, show(after), color=AFTER, lw=1.3, label=f"with {joined(terms)}")
     role = "" if x.program.fitted[k] else " (validation)"
     top.set_title(f"{recording.name}{role}", fontsize=9)
     top.set_ylabel(axis_label(column), fontsize=8)

@@ -12,7 +12,7 @@ from fitting.calibrate.elastomer.model import Zero
 from fitting.calibrate.elastomer.pipeline import ElastomerCharacterisation, estimates
 from fitting.calibrate.elastomer.samples import RELATIVE_SPREAD
 from fitting.calibrate.identifiability import identifiability
-from fitting.inference.noise import ACCURACY
+from fitting.inference.noise import ACCURACY, within_accuracy
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 from pneusma_jax.units import from_si
@@ -66,7 +66,7 @@ def _left(result: ElastomerCharacterisation, fit: LawFit) -> str:
     left = f"It leaves {math.sqrt(fit.mean_square):.2g} times the noise"
     samples, error = result.samples, result.whole.held[result.whole.choice.chosen].ranges[-1].inside.rmse
     share = error / float(np.ptp(samples.stress[samples.fitted]))
-    if share > ACCURACY or any(curve.noise_stated for curve in samples.curves):
+    if not within_accuracy(share, any(curve.noise_stated for curve in samples.curves)):
         return f"{left}. `pneusma diagnose` looks for the cause."
     return (
         f"{left}, {percent(share)} of the range. Nobody states the noise, and ordinary instruments are "
@@ -239,7 +239,7 @@ def _zeros(result: ElastomerCharacterisation) -> list[str]:
         if parts:
             found.append(
                 f"{curve.name}: the zeros were fitted with the law, as its [zero] asks: "
-                f"{' and '.join(parts)}. Strain is counted from there, as (strain - zero) / (1 + zero); the "
+                f"{joined(parts)}. Strain is counted from there, as (strain - zero) / (1 + zero); the "
                 "constants' errors include those of the zeros."
             )
     return found

@@ -9,6 +9,7 @@ from fitting.calibrate.general.fit import MISFIT, OVERSTATED
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
 from fitting.inference.lasting_noise import Lasting
+from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 from fitting.specimens import BY_TEMPERATURE, WIRE
 from fitting.specimens.spring_by_temperature import ELECTRICAL
@@ -98,7 +99,7 @@ def overstated_sentence(reduced: float) -> str:
 def law_of(result: GeneralCharacterisation) -> str:
     """Name of the fitted law: the base law, with the effects of a model on disk if it has any."""
     effects = [] if result.model is None else [a.slug.replace("_", " ") for a in result.model.acting]
-    return result.specimen.law + (f" with {' and '.join(effects)}" if effects else "")
+    return result.specimen.law + (f" with {joined(effects)}" if effects else "")
 
 
 def by_temperature(result: GeneralCharacterisation) -> bool:
