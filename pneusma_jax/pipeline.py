@@ -142,6 +142,11 @@ def mimicked_in(effect: type[Effect], kind: str) -> bool:
     return bool(effect.lookalike) and kind in (effect.lookalike_kinds or effect.kinds)
 
 
+def remembers(effect: type[Effect]) -> bool:
+    """True if an effect depends on what was before, and not on the present row alone."""
+    return effect.begin is not Effect.begin
+
+
 class Switched(eqx.Module):
     """An effect that may be off, for programs that hold many and need few at a time. An effect that is off is
     skipped at run time, and so is a slot at which all are off. The switch is an argument of the compiled

@@ -66,19 +66,31 @@ def test_a_diagnosis_says_how_far_it_agrees_and_what_to_state(tmp_path):
     assert 5.0 * own < wide <= 1.0  # as uncertain as the forgiven misfit is large and lasting
 
 
-def test_an_agreement_neither_doubts_itself_nor_blames_recordings_for_validation(tmp_path):
-    random = np.random.default_rng(4)
-    strain = np.linspace(0.0, 0.6, 90)
+def with_validation(folder, stress_of):
+    """Two pulls to be fitted and three cycles for validation, of a stress [kPa] by a course of strain."""
+    random, strain = np.random.default_rng(4), np.linspace(0.0, 0.6, 90)
     for k, levels in enumerate([[], [], [0.6, 0.6]]):
         pulled = course(levels) if levels else strain
-        stress = softened(pulled, 0.03) / 1.03 + QUIET * random.standard_normal(90)
+        stress = stress_of(pulled) + QUIET * random.standard_normal(90)
         role = "validation" if levels else "fit"
-        put(tmp_path / "c", f"pull_{k}", pulled, stress, UNSTATED.format(role=role))
-    found = diagnose(read_campaign(tmp_path / "c"), asked=["mullins_softening"])
+        put(folder, f"pull_{k}", pulled, stress, UNSTATED.format(role=role))
+    return read_campaign(folder)
+
+
+def test_an_agreement_neither_doubts_itself_nor_blames_recordings_for_validation(tmp_path):
+    """A cell that errs by a function of its reading."""
+    recordings = with_validation(tmp_path / "c", lambda strain: curve(strain) + 0.4 * np.sin(9.0 * strain))
+    found = diagnose(recordings, asked=["force_calibration"])
     said = " ".join([*verdict_sentences(found), place_text(found), *found.notes])
     assert not found.mismatch and "it misses no output by more than 0." in said
     assert "rely on this" not in said and "contradict" not in said and "more than its noise" not in said
     assert "State the noise" in found.asked[0]["text"]
+
+
+def test_what_depends_on_the_past_and_leaves_only_noise_is_no_inaccuracy_of_instruments(tmp_path):
+    found = diagnose(with_validation(tmp_path / "c", lambda strain: softened(strain, 0.03) / 1.03))
+    assert accurate(found.explanation.program, found.explanation.base)
+    assert found.mismatch and [f.slug for f in found.found] == ["mullins_softening"]
 
 
 def test_the_same_misfit_is_judged_where_the_noise_is_stated(tmp_path):
@@ -90,3 +102,16 @@ def test_a_characterisation_leads_to_a_diagnosis_where_that_may_find_something(t
     found = characterise(pulls(tmp_path / "c", 0.5, sidecar), law="yeoh")
     (said,) = [text for text in verdict(found) if "times the noise" in text]
     assert ("pneusma diagnose" in said) is leads and ("Nobody states the noise" in said) is not leads
+
+
+def test_a_misfit_that_is_forgiven_is_not_said_to_be_chance(tmp_path):
+    """Drift within the noise would explain its size. Its shape is one that chance does not make."""
+    random = np.random.default_rng(4)
+    for k in range(3):
+        strain = course([0.6])
+        stress = curve(strain) + 0.08 * np.sin(9.0 * strain) + 0.1 * random.standard_normal(strain.size)
+        put(tmp_path / "c", f"pull_{k}", strain, stress, UNSTATED.format(role="fit"))
+    found = diagnose(read_campaign(tmp_path / "c"))
+    said = " ".join(verdict_sentences(found))
+    assert not found.mismatch and found.explanation.p_value < 0.01
+    assert "it misses no output by more than 0." in said and "by chance" not in said

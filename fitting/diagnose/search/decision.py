@@ -176,16 +176,8 @@ class Judge:
         return REMAINS if self._leaves_more(fit) and self._kept(fit) > VERDICT.imperfect_share else None
 
     def _kept(self, fit: Fit) -> float:
-        """Largest share of the base's misfit that a set leaves, of fitted and of validation recordings.
-
-        Recordings that do not contradict the base have no misfit to be shared.
-        """
-        program, shares = self.pool.program, [0.0]
-        for mask in (program.fitted, program.unseen):
-            left, whole = (predictive_chi_square(program, f, mask) for f in (fit, self.pool.base))
-            if max(left, whole) > limit_of(program, mask):
-                shares.append((left - 1.0) / (max(left, whole) - 1.0))
-        return max(shares)
+        """See `kept_of`."""
+        return kept_of(self.pool.program, self.pool.base, fit)
 
     def _leaves_more(self, fit: Fit) -> bool:
         """True if a set leaves more than noise.
@@ -199,6 +191,19 @@ class Judge:
             predictive_chi_square(program, base, unseen) > limit_of(program, unseen)
         )
         return leaves_more(program, fit, np.nan if whole else float(self.scores(fit).sum()))
+
+
+def kept_of(program: Program, base: Fit, fit: Fit) -> float:
+    """Largest share of the base's misfit that a set leaves, of fitted and of validation recordings.
+
+    Recordings that do not contradict the base have no misfit to be shared.
+    """
+    shares = [0.0]
+    for mask in (program.fitted, program.unseen):
+        left, whole = (predictive_chi_square(program, f, mask) for f in (fit, base))
+        if max(left, whole) > limit_of(program, mask):
+            shares.append((left - 1.0) / (max(left, whole) - 1.0))
+    return max(shares)
 
 
 def loses(program: Program, rest: Fit, fit: Fit, gained: float, inflation: float) -> bool:

@@ -2,21 +2,28 @@
 
 from dataclasses import replace
 
+from pneusma_jax.effects import CATALOGUE
+from pneusma_jax.pipeline import remembers
+
 from ..fit.evidence import inflation_of
 from ..fit.misfit import accurate
 from ..fit.refit import Fit
-from ..search.decision import outweighs
+from ..search.decision import kept_of, leaves_more, outweighs
 from ..search.pool import without
 from ..search.steps import Explanation, Named
+from ..settings import DEFAULT
 from .held_out import Scores
 from .text import needless, refused
+
+VERDICT = DEFAULT.verdict
 
 
 def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, list[str]]:
     """The explanation without effects that make held-out predictions worse.
 
     The effect goes first whose absence costs the fit least. The others are weighed anew. All go where the
-    base model is as accurate as instruments are whose noise nobody states.
+    base model is as accurate as instruments are whose noise nobody states, unless instruments would not err
+    like that.
 
     Args:
         explanation: result of a search; it is not changed.
@@ -25,9 +32,9 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
     Returns:
         The explanation, and a sentence for every set that was removed.
     """
-    said, program = [], explanation.program
-    if explanation.final.slugs and accurate(program, explanation.base):
-        said.append(needless(explanation.final.slugs))
+    said, program, final = [], explanation.program, explanation.final
+    if final.slugs and accurate(program, explanation.base) and not beyond_instruments(explanation):
+        said.append(needless(final.slugs))
         return _with_names_of(explanation, explanation.base), said
     while explanation.final.slugs:
         before, after = scores.held_out(explanation)
@@ -43,6 +50,17 @@ def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, lis
         if fewer.slugs and explanation.weigh_effects is not None:
             explanation.named = explanation.weigh_effects(explanation, fewer)
     return explanation, said
+
+
+def beyond_instruments(explanation: Explanation) -> bool:
+    """True if effects explain a misfit nearly to the noise, and one of them depends on what was before.
+
+    An inaccurate instrument errs by a function of what it reads, which is the same whatever was before.
+    """
+    program, fit = explanation.program, explanation.final
+    if not any(remembers(CATALOGUE[slug]) for slug in fit.slugs):
+        return False
+    return not leaves_more(program, fit) or kept_of(program, explanation.base, fit) <= VERDICT.imperfect_share
 
 
 def _with_names_of(explanation: Explanation, fit: Fit) -> Explanation:

@@ -73,9 +73,8 @@ def assess(explanation: Explanation) -> Assessment:
     if min(base) > VERDICT.gross and explanation.p_value > SCORE_TEST.level:
         explanation.p_value = tail(program, base[0])
     discrepancy = best_discrepancy(program, explanation.base)
-    mismatch = named or (
-        not accurate(program, explanation.base) and contradicted(explanation, base, discrepancy, floors)
-    )
+    contradiction = named or contradicted(explanation, base, discrepancy, floors)
+    mismatch = named or (contradiction and not accurate(program, explanation.base))
     further = best_discrepancy(program, explanation.final) if named else None
     signs = signs_of(explanation, discrepancy, further, base, last, floors) if named else None
     unknown, lost, over, beyond, mimicked = 0.0, 0.0, None, False, ()
@@ -93,7 +92,7 @@ def assess(explanation: Explanation) -> Assessment:
         unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
     elif mismatch:
         unknown = discrepancy_probability(explanation, base, discrepancy, floors, limits)
-    else:  # no candidate survived being fitted; what is left is judged as a whole
+    elif not contradiction:  # no candidate survived being fitted; what is left is judged as a whole
         explanation.p_value = max(explanation.p_value, tail(program, steady(base[0], discrepancy)))
         explanation.p_is_bound = False
     rest = beside(program, explanation.final) if beyond or (named and last[0] > limits[0]) else None
