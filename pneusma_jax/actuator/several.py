@@ -6,6 +6,7 @@ missed one, or may have, get more starts (`further_roots`), at last all of them 
 """
 
 import itertools
+from typing import Any
 
 import jax
 import numpy as np
@@ -88,33 +89,36 @@ class _Answers:
     """Answers of rows so far.
 
     Attributes:
-        best: the least heated equilibrium of every row, and its joint unknowns.
+        best: the least heated equilibrium of every row, and its joint unknowns; None at first.
         sure: true for rows of which no equilibrium was missed, as far as their signs tell, shape (rows,).
         flat: true for those whose only equilibrium may hide two others nearby, shape (rows,).
     """
 
-    def __init__(self, size: int, every: Solved) -> None:
-        """No answers yet for `size` rows, of the form of these attempts."""
-        form = every.result, every.unknowns
-        self.best = jax.tree.map(lambda x: np.empty((size, *x.shape[1:]), x.dtype), form)
+    def __init__(self, size: int) -> None:
+        """No answers yet for `size` rows."""
+        self.best: Any = None
         self.sure, self.flat = np.zeros(size, bool), np.zeros(size, bool)
 
     def keep(self, which: np.ndarray, part: tuple, sure: np.ndarray) -> None:
         """Answers of some rows."""
+        if self.best is None:
+            size = len(self.sure)
+            self.best = jax.tree.map(lambda x: np.empty((size, *x.shape[1:]), x.dtype), part)
         jax.tree.map(lambda whole, one: put(whole, which, one), self.best, part)
         self.sure[which] = sure
 
 
 def _piece(rows: Rows, grid: PhaseMap, ranges: CellRanges) -> tuple[Equilibrium, np.ndarray]:
     """Rows of `_by_cells`."""
-    readings = readings_of(rows)
+    readings, answers = readings_of(rows), _Answers(len(rows))
     seen = looked(grid, ranges, rows.each[0], readings)
-    tried, every = _attempted(rows, grid, readings, seen)
-    answers, owner, lone = _Answers(len(rows), every), seen.row[tried], len(seen.first)
-    _alone(answers, owner[:lone], taken(every, slice(lone)))
-    _compared(answers, rows, owner[lone:], taken(every, slice(lone, None)))
-    _beside_cold(answers, rows)
-    _beside_cells(answers, rows, grid, seen, owner, every)
+    if seen.sound.any():  # otherwise no row has a cell to start from
+        tried, every = _attempted(rows, grid, readings, seen)
+        owner, lone = seen.row[tried], len(seen.first)
+        _alone(answers, owner[:lone], taken(every, slice(lone)))
+        _compared(answers, rows, owner[lone:], taken(every, slice(lone, None)))
+        _beside_cold(answers, rows)
+        _beside_cells(answers, rows, grid, seen, owner, every)
     on_grid = grid.holds(rows.each[0])
     for there, starts in ((on_grid, grid), (~on_grid, None)):
         left = np.flatnonzero(~answers.sure & there)
@@ -126,7 +130,10 @@ def _piece(rows: Rows, grid: PhaseMap, ranges: CellRanges) -> tuple[Equilibrium,
 def _attempted(
     rows: Rows, grid: PhaseMap, readings: tuple[Reading, ...], seen: Looked
 ) -> tuple[np.ndarray, Solved]:
-    """Attempts from cells, those of rows that are alone first; and the looks that they start from."""
+    """Attempts from cells, those of rows that are alone first; and the looks that they start from.
+
+    At least one row must be sound.
+    """
     tried = np.concatenate([seen.first, seen.some])
     row = seen.row[tried]
     own = tuple(Reading(r.value[row], r.measured) for r in readings)

@@ -51,6 +51,22 @@ def test_no_row_of_known_numbers_is_left_to_the_slow_search(batch, monkeypatch):
     np.testing.assert_array_equal(again.curvature, found.curvature)
 
 
+def test_rows_far_beyond_the_grid_are_solved_though_they_are_looked_at_by_themselves(monkeypatch):
+    """The grid reaches 50 kPa from the median, 100 kPa. With five rows at a time, the first and last five lie beyond."""
+    body, pressure = pj.make_actuator("pneusma2"), np.linspace(0.0, 200e3, 30)
+    xi0 = np.random.default_rng(4).uniform(0.0, 1.0, (2, 30))
+    true = pj.solve_batch(body, pressure, tuple(pj.MartensiteFraction(x) for x in xi0))
+    drive = tuple(pj.Resistance(np.asarray(s.resistance)) for s in true.springs)
+    whole = pj.solve_batch(body, pressure, drive)
+    monkeypatch.setattr(several, "PIECE", 5)
+    found = pj.solve_batch(body, pressure, drive)
+    np.testing.assert_array_equal(found.status, whole.status)
+    np.testing.assert_allclose(found.curvature, whole.curvature, rtol=0.0, atol=1e-9)
+    alone = np.asarray(found.status) == int(pj.Status.converged)
+    assert alone[:5].all() and alone[-1]
+    np.testing.assert_allclose(found.curvature[alone], true.curvature[alone], rtol=0.0, atol=1e-6)
+
+
 def test_an_equilibrium_that_was_missed_is_noticed(batch):
     """The signs of the stiffness add up to one over all equilibria, and to something else without one of them."""
     *_, found = batch
