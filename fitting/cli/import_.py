@@ -109,7 +109,7 @@ def import_command(
 
     if list_formats:
         for known in FORMATS:
-            click.echo(f"{known.name:<20}{known.about}")
+            click.echo(f"{known.name:<20}{'refused: ' * known.refuses}{known.about}")
         return
     if not sources:
         raise click.UsageError("name one or more files to import")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.data.importers import FORMATS, detect, import_file, make_options
+from fitting.data.importers import FORMATS, detect, import_file, import_tests, make_options
 from fitting.data.importers.parts import samples_of
 from fitting.data.importers.raw import open_raw
 from fitting.data.recordings import read_recording, write_recording
@@ -187,13 +187,28 @@ def shear(n=30):
         ("scan.txt", dsc(), "dsc", "calorimeter"),
         ("one.txt", "0\n0.1\n0.2\n0.3\n", "single-column", "side by side"),
         ("bend.csv", "\ufeffConfiguration,Pressure,Theta1,Theta2\n" + "A,0,1,2\nA,1,2,3\nA,2,3,4\n", "bending-actuators", "marker"),
-        ("run.csv", "time_s,strain,stress_kPa\n0,0,0\n1,0.1,5\n2,0.2,9\n3,0.3,12\n", "recording", "used as it is"),
     ],
 )
 def test_recognised_and_refused(put, name, text, format_name, words):
     path = put(name, text)
     assert format_of(path) == format_name
     assert words in refusal(path) and name in refusal(path)
+
+
+def test_a_recording_is_refused_as_such_and_is_no_raw_format(put):
+    path = put("run.csv", "time_s,strain,stress_kPa\n0,0,0\n1,0.1,5\n2,0.2,9\n3,0.3,12\n")
+    assert "already is in the recording format; it can be used as it is" in refusal(path)
+    assert "recording" not in [known.name for known in FORMATS]
+
+
+@pytest.mark.parametrize("order", [("Scan", "Pull"), ("Pull", "Scan")])
+def test_a_refused_sheet_beside_a_test_is_left_out_with_what_it_is(put_sheet, order):
+    scan = [["Sample Weight:", "60.2 mg"], ["Time (s)", "Heat Flow (mW)"], *([i, -339.5 + i] for i in range(30))]
+    pull = [["Strain (-)", "Stress (kPa)"], *([0.1 * i, 30.0 * i + 0.5] for i in range(12))]
+    sheets = {"Scan": scan, "Pull": pull}
+    (recording,) = import_tests(put_sheet("both.xlsx", {name: sheets[name] for name in order}))
+    assert len(recording) == 12
+    assert any("'Scan' was left out: this is a calorimeter scan" in note for note in recording.notices)
 
 
 def test_shear_relaxation_in_a_sheet(put_sheet):

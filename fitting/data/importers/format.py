@@ -14,7 +14,7 @@ class Format:
 
     Attributes:
         name: name for `--format`.
-        about: one line with the content of such a file and its result.
+        about: one line with the content of such a file and its result; what the file is if it is refused.
         recognises: function that is true for files of this format, by content alone.
         read: function that makes the recording, or raises InputError with the reason why the file cannot be
             one.

@@ -4,19 +4,27 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..recordings import Recording, schema
+from ..recordings import Recording
 from ..recordings.table import refuse
-from .channels import named_channels
 from .format import Format
 from .options import Options
 from .parts import Sample
 
+SCAN_LINES = 80
+"""Number of first lines of a calorimeter's file among which its headings are looked for."""
+PROPORTIONAL = 1e-3
+"""Maximum deviation of a column from a multiple of another one, over its largest number [1]."""
+TINY = 1e-300
+"""Least sum of squares that a column is divided by, so that one of zeros divides nothing by zero."""
 
-def _refused(name: str, recognises: Callable[[Sample], bool], sentence: str) -> Format:
+
+def _refused(name: str, recognises: Callable[[Sample], bool], what: str, advice: str) -> Format:
+    """A format whose files are refused: what they are (a sentence without its end), and what to do."""
+
     def read(sample: Sample, options: Options) -> Recording:
-        raise refuse(sample.raw.path, sentence)
+        raise refuse(sample.raw.path, f"{what}; {advice}")
 
-    return Format(name, f"refused: {sentence.partition(';')[0]}", recognises, read, refuses=True)
+    return Format(name, what, recognises, read, refuses=True)
 
 
 def _is_fluke(sample: Sample) -> bool:
@@ -24,7 +32,8 @@ def _is_fluke(sample: Sample) -> bool:
 
 
 def _is_dsc(sample: Sample) -> bool:
-    head = sample.raw.pages[0].head(80)
+    pages = sample.raw.pages
+    head = next((page for page in pages if page.name == sample.sheet), pages[0]).head(SCAN_LINES)
     return "Sample Weight:" in head and ("Heat Flow" in head or "Pyris" in head or "DSC" in head)
 
 
@@ -36,8 +45,8 @@ def _is_shear_relaxation(sample: Sample) -> bool:
     time, load, shift, stress, strain = sample.grid.values.T
 
     def proportional(a: np.ndarray, b: np.ndarray) -> bool:
-        scale = float(a @ b) / max(float(a @ a), 1e-300)
-        return bool(np.abs(b - scale * a).max() <= 1e-3 * np.abs(b).max())
+        scale = float(a @ b) / max(float(a @ a), TINY)
+        return bool(np.abs(b - scale * a).max() <= PROPORTIONAL * np.abs(b).max())
 
     return bool((np.diff(time) >= 0.0).all() and proportional(load, stress) and proportional(shift, strain))
 
@@ -51,54 +60,36 @@ def _is_single_column(sample: Sample) -> bool:
     return sample.headerless(1)
 
 
-def _is_recording(sample: Sample) -> bool:
-    """True for a header of canonical names with every required column of some kind, and no other clock."""
-    if sample.raw.is_workbook or sample.grid is None:
-        return False
-    clock = named_channels(sample.grid).get("time")
-    if clock is not None and not clock.label.startswith("time_"):
-        return False
-    lines = (line for page in sample.raw.pages for line in page.lines)
-    first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
-    header = {name.strip() for name in first.split(",")}
-    return any(set(kind.columns.required) <= header for kind in schema.KINDS.values())
-
-
 FLUKE = _refused(
     "fluke-log",
     _is_fluke,
-    "this is a multimeter's temperature log: temperature over time, no stress and no strain; it cannot be a"
-    " recording by itself. Add its temperatures as a column of the test that they belong to",
+    "this is a multimeter's temperature log: temperature over time, no stress and no strain",
+    "it cannot be a recording by itself. Add its temperatures as a column of the test that they belong to",
 )
 DSC = _refused(
     "dsc",
     _is_dsc,
-    "this is a calorimeter scan (DSC): heat flow over temperature, no stress and no strain; read T_mid and"
-    " T_width off it and put them into the alloy's TOML",
+    "this is a calorimeter scan (DSC): heat flow over temperature, no stress and no strain",
+    "read T_mid and T_width off it and put them into the alloy's TOML",
 )
 SHEAR = _refused(
     "shear-relaxation",
     _is_shear_relaxation,
-    "this is simple shear (time, load, displacement, stress, shear strain); an elastomer recording is"
-    " uniaxial, and shear is not a kind that the format has",
+    "this is simple shear (time, load, displacement, stress, shear strain)",
+    "an elastomer recording is uniaxial, and shear is not a kind that the format has",
 )
 BENDING = _refused(
     "bending-actuators",
     _is_bending_actuators,
     "these are marker angles of bending actuators with strain-limiting layers, over a pressure without unit"
-    " or clock; the actuator of the base model is a tube with springs, so they cannot be fitted here",
+    " or clock",
+    "the actuator of the base model is a tube with springs, so they cannot be fitted here",
 )
 SINGLE = _refused(
     "single-column",
     _is_single_column,
-    "this is one column of numbers; put stress and stretch side by side in one file first, e.g. with"
+    "this is one column of numbers",
+    "put stress and stretch side by side in one file first, e.g. with"
     " `paste stress.txt stretch.txt > both.txt`",
 )
-RECORDING = _refused(
-    "recording",
-    _is_recording,
-    "this already is in the recording format; it can be used as it is (options that mend it, such as"
-    " --compression or"
-    " --slack auto, are applied if stated)",
-)
-FORMATS = (FLUKE, DSC, SHEAR, BENDING, SINGLE, RECORDING)
+FORMATS = (FLUKE, DSC, SHEAR, BENDING, SINGLE)

@@ -22,6 +22,7 @@ from . import (
     stress_stretch,
     tensile_database,
 )
+from .already import SENTENCE, is_recording
 from .assemble import slug
 from .channels import mapped_channels, named_channels
 from .format import Format
@@ -30,7 +31,6 @@ from .options import QUANTITIES, Options
 from .other_headings import advised
 from .parts import Sample, samples_of
 from .raw import formulas_without_values, open_raw
-from .refused import RECORDING as recording_format
 from .successive import joined
 from .unmodelled import unmodelled
 
@@ -66,8 +66,11 @@ def detect(sample: Sample) -> Format:
     """The one format that recognises a file by its content.
 
     Raises:
-        InputError: if none does (the known ones are listed), or several do (the person picks).
+        InputError: if none does (the known ones are listed), several do (the person picks), or the file is a
+            recording already.
     """
+    if is_recording(sample):
+        raise refuse(sample.raw.path, SENTENCE)
     hits = [format for format in FORMATS if not format.fallback and format.recognises(sample)]
     hits = hits or [format for format in FORMATS if format.fallback and format.recognises(sample)]
     if len(hits) == 1:
@@ -162,7 +165,8 @@ def _tests_of(path: str | Path, options: Options) -> list[Made]:
     for sample, found in zip(samples, formats, strict=True):
         if isinstance(found, InputError) or found.refuses:
             # Beside tests that are read, a sheet of results or notes is no reason to refuse the file.
-            aside.append(f"{sample.title!r} was left out: {_columns_of(sample)} fit no known format")
+            why = found.about if isinstance(found, Format) else f"{_columns_of(sample)} fit no known format"
+            aside.append(f"{sample.title!r} was left out: {why}")
             continue
         _refuse_doubtful([sample])
         own = options.alone()
@@ -223,7 +227,7 @@ def _format_or_error(sample: Sample, options: Options) -> Format | InputError:
     try:
         if options.format is not None:
             return _named_format(options.format, sample)
-        if options.mends() and recording_format.recognises(sample):
+        if options.mends() and is_recording(sample):
             return named_columns.FORMAT
         if not options.columns:
             return detect(sample)
