@@ -31,10 +31,11 @@ from pneusma_jax.errors import InputError
 from . import checkpoint
 from .chains import Chains
 from .chart import PROBES, choose_chart
+from .gradients import differentiation, with_gradient
 from .laplace import Laplace, start_spread
 from .settings import Settings
 from .target import Evaluator, Target
-from .unbounded import Unbounded, differentiation, with_gradient
+from .unbounded import Unbounded
 
 SAME_MODEL = 1e-6
 """Maximum relative difference between stored and recomputed log-density of a chain that belongs to this

@@ -17,9 +17,9 @@ from fitting.inference.parameters import Layout
 from fitting.specimens.rows import Rows, stack
 from pneusma_jax.errors import InputError
 
+from .gradients import differentiation, with_gradient
 from .likelihood import KnownNoise, Residual
 from .target import Target
-from .unbounded import differentiation, with_gradient
 
 
 @dataclass(frozen=True)

@@ -13,14 +13,10 @@ linear map changes it by a constant only. Between two mirrors z is no random var
 by u.
 """
 
-from collections.abc import Callable
-from typing import Literal
-
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, PyTree
+from jaxtyping import Array, Float
 
 from .chart import Chart
 from .laplace import Laplace, start_spread
@@ -86,48 +82,3 @@ def _log_ends(chart: Chart, ends: np.ndarray) -> np.ndarray:
     with np.errstate(divide="ignore", invalid="ignore"):  # zero times an infinite bound, where unused
         inside = np.maximum(np.where(bent, chart.sign * ends, 1.0), 0.0)
         return np.where(bent, np.log(inside), ends)
-
-
-def differentiation(density: Callable[..., Array], *arguments: Array) -> Literal["reverse", "forward"]:
-    """Mode of differentiation that a density allows.
-
-    Reverse differentiation costs a few evaluations in any number of dimensions, but is impossible for a
-    program that iterates until convergence. There, forward derivatives are taken, one for each direction.
-
-    Args:
-        density: function `density(z, *arguments)` to a scalar.
-        *arguments: examples of z and of the further arguments.
-    """
-    try:
-        jax.eval_shape(jax.grad(density), *arguments)
-    except ValueError:  # "Reverse-mode differentiation does not work for lax.while_loop"
-        return "forward"
-    return "reverse"
-
-
-def with_gradient(density: Callable[..., Array], how: Literal["reverse", "forward"]) -> Callable[..., Array]:
-    """A density with derivatives of both modes, whatever its own program allows.
-
-    Its gradient is computed once, by `how`, for any number of directions. A derivative that is not finite
-    becomes zero. The step is then judged by the density alone, and refused.
-
-    Args:
-        density: function `density(z, *arguments)` to a scalar.
-        how: mode of differentiation, see `differentiation`.
-    """
-
-    @jax.custom_jvp
-    def safe(z: Array, *rest: PyTree) -> Array:
-        return density(z, *rest)
-
-    @safe.defjvp
-    def along(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
-        z, *rest = primals
-        if how == "reverse":
-            value, slope = jax.value_and_grad(density)(z, *rest)
-        else:
-            value, forward = jax.linearize(lambda p: density(p, *rest), z)
-            slope = jax.vmap(forward)(jnp.eye(z.size, dtype=z.dtype))
-        return value, jnp.sum(jnp.where(jnp.isfinite(slope), slope, 0.0) * tangents[0])
-
-    return safe

@@ -1,5 +1,6 @@
 """Chains that follow gradients and chains that start from the prior, on distributions that are known exactly."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from posterior_cases import banana, constant, line, line_data, line_parameters, 
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.sample import Settings, Target, sample
 from fitting.sample.chart import Chart
+from fitting.sample.gradients import differentiation
 from fitting.sample.laplace import laplace
 from fitting.sample.pilot import pilot
 from fitting.sample.tempered import draw_prior
@@ -67,6 +69,20 @@ def test_a_logarithmic_chart_carries_its_jacobian():
         assert 0.5 <= u <= 8.0
         density = float(maps.log_density(target, jnp.asarray([z])))
         assert density == pytest.approx(-u + np.log(u), abs=1e-12)
+
+
+def test_a_loop_of_unknown_length_is_differentiated_forwards_and_other_errors_are_not_taken_for_it():
+    def halved(z):
+        return jnp.sum(jax.lax.while_loop(lambda x: jnp.max(x) > 1.0, lambda x: 0.5 * x, z))
+
+    def unusable(z):
+        raise InputError("pull.csv, row 3: no number")
+
+    here = jnp.asarray([3.0, 5.0])
+    assert differentiation(halved, here) == "forward"
+    assert differentiation(jnp.sum, here) == "reverse"
+    with pytest.raises(InputError, match="row 3"):
+        differentiation(unusable, here)
 
 
 @pytest.mark.slow
