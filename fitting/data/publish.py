@@ -1,4 +1,8 @@
-"""Writing of a set of result files that appears together or not at all."""
+"""Writing of a set of result files: in a new folder they appear together or not at all.
+
+In a folder that is there already they are moved one by one, the file that marks results last. Until then the
+folder does not count as results.
+"""
 
 import os
 import shutil

@@ -91,7 +91,7 @@ class Result:
         return self._presenter.documents(self)
 
     def save(self, folder: str | Path, force: bool = False) -> list[Path]:
-        """Write all files; they appear together or not at all.
+        """Write all files; in a new folder they appear together or not at all.
 
         A folder with a `report.json` holds results already. Other files of the folder stay, except those that
         have the name of a new file: these are replaced.

@@ -4,6 +4,7 @@ import base64
 import json
 import math
 import textwrap
+from collections import Counter
 from collections.abc import Mapping
 from functools import cache, partial, singledispatch
 from typing import Any
@@ -11,16 +12,21 @@ from typing import Any
 import jinja2
 import numpy as np
 
+from fitting.data.publish import MARK
+
 from .figures import png, svg
 from .report import Code, Picture, Points, Report, Section
 from .table import WIDTH, Cell, Table, numeric_columns, table_text
 
-LONG = 40
-"""Minimum number of characters from which a cell of a page may break into lines."""
+LONGEST_UNBROKEN = 40
+"""Maximum number of characters of a page's cell that stays on one line."""
 
 
 def text(report: Report) -> str:
-    """The whole report as plain text, 100 columns wide; figures are left out."""
+    """The whole report as plain text; figures and the footer are left out.
+
+    Sentences are wrapped at `WIDTH` columns, before a section inside another one is indented by two.
+    """
     label = " (SIMULATED data, not measured)" if report.real is False else ""
     heading = [f"{report.title}{label}", *_filled(report.subtitle, "")]
     parts = ["\n".join(heading), _section_text(Section("Verdict", tuple(report.verdict)))]
@@ -90,7 +96,7 @@ def _templates() -> jinja2.Environment:
     }  # fmt: skip
     templates.tests |= {name: partial(_is, kind) for name, kind in kinds.items()}
     templates.filters |= {"data_uri": data_uri, "numeric_columns": numeric_columns}
-    templates.globals |= {"LONG": LONG}
+    templates.globals |= {"LONGEST_UNBROKEN": LONGEST_UNBROKEN}
     return templates
 
 
@@ -109,21 +115,30 @@ def json_text(content: Mapping[str, Any]) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Nested content in JSON types: no NumPy numbers, null for numbers that are not finite."""
+    """Nested content in JSON types: lists for arrays, Python's numbers, null for those that are not finite."""
     if isinstance(value, Mapping):
         return {key: plain(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
         return [plain(inner) for inner in value]
     if isinstance(value, float | np.floating):
         return float(value) if math.isfinite(value) else None
-    return value.item() if isinstance(value, np.generic) else value
+    return plain(value.tolist()) if hasattr(value, "tolist") else value
 
 
 def documents(report: Report) -> dict[str, str | bytes]:
-    """Content of every file of a report, by file name: `report.json`, the page, figures, further files."""
+    """Content of every file of a report, by file name: `report.json`, the page, figures, further files.
+
+    Raises:
+        ValueError: if two of them have one name, so that one would be lost.
+    """
+    files = report.files()
+    pictures = {id(picture): picture for picture in report.pictures()}.values()
+    names = Counter([*files, MARK, report.page_name, *(f"{picture.name}.png" for picture in pictures)])
+    if twice := [name for name, count in names.items() if count > 1]:
+        raise ValueError(f"Argument `report` must name every file once, but two are called {twice[0]!r}.")
     return {
-        **report.files(),
-        "report.json": json_text(report.content()),
+        **files,
+        MARK: json_text(report.content()),
         report.page_name: page(report),
-        **{f"{picture.name}.png": png(picture.figure) for picture in report.pictures()},
+        **{f"{picture.name}.png": png(picture.figure) for picture in pictures},
     }

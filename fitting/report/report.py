@@ -67,10 +67,18 @@ class Section:
     Attributes:
         title: heading; a section without one continues the part before it.
         blocks: content below the heading, in order; a string is a paragraph.
+
+    Raises:
+        TypeError: if something else is among the blocks.
     """
 
     title: str
     blocks: Sequence[Block]
+
+    def __post_init__(self) -> None:
+        for block in self.blocks:
+            if not isinstance(block, Block):
+                raise TypeError(f"Argument `blocks` must hold blocks of a report, but one is {block!r}.")
 
     @property
     def empty(self) -> bool:

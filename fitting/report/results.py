@@ -63,7 +63,7 @@ def text(result: Result) -> str:
 
 
 def save(result: Result, folder: str | Path, force: bool = False) -> list[Path]:
-    """Write all files of a result; they appear together or not at all.
+    """Write all files of a result; in a new folder they appear together or not at all.
 
     Args:
         result: result of any type in `REPORTS`.

@@ -5,6 +5,7 @@ import re
 from html.parser import HTMLParser
 from importlib import resources
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -159,6 +160,24 @@ def test_json_has_plain_numbers_and_null_for_what_is_not_finite():
     text = render.json_text(content)
     assert json.loads(text, parse_constant=pytest.fail) == {"a": 1.5, "b": None, "c": [None, 2], "d": [True], "e": "±"}
     assert text.endswith("}\n") and "±" in text
+
+
+def test_arrays_are_lists_in_json():
+    content = {"a": np.array([1.0, np.nan]), "b": np.array([[1, 2]]), "c": jnp.asarray([True]), "d": np.array(2.5)}
+    assert json.loads(render.json_text(content)) == {"a": [1.0, None], "b": [[1, 2]], "c": [True], "d": 2.5}
+
+
+@pytest.mark.parametrize("name", ["report.json", "report.html", "curve.png"])
+def test_a_file_that_would_be_lost_under_the_name_of_another_is_an_error(name):
+    found = report(Picture("curve", "A curve.", drawn), files=lambda: {name: "mine"})
+    with pytest.raises(ValueError, match=name):
+        render.documents(found)
+
+
+@pytest.mark.parametrize("block", [None, 1.0, ["words"]])
+def test_what_is_no_block_is_refused_where_a_section_is_made(block):
+    with pytest.raises(TypeError, match="blocks of a report"):
+        Section("Part", ["words", block])
 
 
 def test_templates_are_in_the_package():
