@@ -4,7 +4,7 @@ At given phases there is one equilibrium (`phase_map`). So the equilibria of a r
 fractions of its springs to what their resistances miss. The grid shows in which of its cells this map may
 vanish. Where there are several zeros, the map is turned over in the cell of one of them.
 
-All functions take NumPy and JAX arrays alike.
+All functions take NumPy and JAX arrays alike; `CellRanges` and `all_cells` are of NumPy alone.
 """
 
 import itertools
@@ -30,20 +30,26 @@ from .phase_map import (
 )
 
 MARGIN = 0.1
-"""Minimum ratio of the smallest to the largest slope determinant of a cell's corners. Below it a fold may lie
-within the cell."""
+"""Part of the largest slope determinant at a cell's corners that all of them exceed where the map cannot fold
+within the cell [1]."""
 WIDER = 0.25
-"""Part of its range over a cell by which a curved map may miss zero at all corners, yet cross it between [1].
-Of 10,000 random rows of PneuSMA2 one took another equilibrium without a word with 0, none with 0.1 to 1."""
+"""Part of a cell's range by which all its corners may miss zero while the cell still counts [1]: a curved map
+may cross zero between them. Of 10,000 random rows of PneuSMA2 one took another equilibrium without a word
+where this was 0, none where it was 0.1 to 1."""
 SPARE = 0.1
-"""Margin by which a cell is counted in before it is examined, as a part of its range [1]. Its range between
-pressures of the grid is estimated from `SAMPLES` of them."""
+"""Further part of a cell's range by which its corners may miss zero before it is examined [1]. Between
+pressures of the grid the range is then only an estimate, from `SAMPLES` of them."""
 SAMPLES = 5
 """Number of pressures at which the range of a cell between two pressures of the grid is looked at."""
+NO_STEP = 1e3
+"""Step to a zero where the slopes over a cell are singular and promise none, in widths of the cell [1]."""
 
 
 class Reading(NamedTuple):
-    """Reading of one spring in rows: its resistance [ohm], or its fraction; shape (rows,)."""
+    """Readings of one spring: its resistance [ohm] if measured, else its fraction [1].
+
+    The shape of `value` is (rows,), or (n,) with an entry for every pair of a row and a cell.
+    """
 
     value: Array
     measured: bool
@@ -54,14 +60,17 @@ class Cells(NamedTuple):
 
     Attributes:
         holds: true where the map has both signs at the corners, for every spring.
-        turned: true where it has both signs, or misses that by at most `WIDER`, and the map is turned over at
-            a corner.
-        away: distance of the predicted zero from the middle of the cell, in widths of the cell [1].
+        may_fold: true where it has both signs, or misses that by at most `WIDER`, and may turn over within
+            the cell, by `MARGIN`.
+        away: distance of the predicted zero from the middle of the cell, in widths of the cell [1]. It is
+            `NO_STEP` where the slopes are singular.
         step: step to that zero, limited to the cell, in widths of the cell [1], shape (springs, n).
+
+    Of cells of NumPy that miss both signs by more than `WIDER`, `away` is infinite and `step` zero.
     """
 
     holds: Array
-    turned: Array
+    may_fold: Array
     away: Array
     step: Array
 
@@ -72,7 +81,7 @@ def examined(grid: PhaseMap, pressure: Array, readings: tuple[Reading, ...], cel
     Args:
         grid: equilibria of the actuator.
         pressure: pressure of the row of each cell [Pa], shape (n,).
-        readings: readings of every spring, in the row of each cell.
+        readings: readings of every spring in the row of each cell, shape (n,) each.
         cells: index of each on every axis, shape (springs, n). A cell lies before the point of its index. The
             first and last cell lie beyond the ends, where a fraction stays while its resistance lies beyond.
     """
@@ -88,8 +97,8 @@ def examined(grid: PhaseMap, pressure: Array, readings: tuple[Reading, ...], cel
         return _about(every, holds, near)
     some, size = np.flatnonzero(near), near.shape  # the others are of no further interest
     whole = Cells(np.zeros(size, bool), np.zeros(size, bool), np.full(size, np.inf), np.zeros((count, *size)))
-    for all_cells, one in zip(whole, _about(every[..., some], holds[some], near[some]), strict=True):
-        all_cells[..., some] = one
+    for filled, one in zip(whole, _about(every[..., some], holds[some], near[some]), strict=True):
+        filled[..., some] = one
     return whole
 
 
@@ -112,10 +121,10 @@ def _about(every: Array, holds: Array, near: Array) -> Cells:
 
     slopes = xp.stack([slope_at(up) for up in ups])
     dets = xp.stack([determinant(slope) for slope in slopes])
-    turned = near & ~(dets.min(axis=0) > MARGIN * dets.max(axis=0))
+    may_fold = near & ~(dets.min(axis=0) > MARGIN * dets.max(axis=0))
     step = _newton_step(slopes.mean(axis=0), every.mean(axis=0))
-    step = xp.where(xp.isfinite(step), step, 1e3)
-    return Cells(holds, turned, abs(step).max(axis=0), xp.clip(step, -0.5, 0.5))
+    step = xp.where(xp.isfinite(step), step, NO_STEP)
+    return Cells(holds, may_fold, abs(step).max(axis=0), xp.clip(step, -0.5, 0.5))
 
 
 def _newton_step(slope: Array, level: Array) -> Array:
@@ -155,8 +164,8 @@ def _misses(
 
 
 def _signs(grid: PhaseMap, k: int, between: Callable) -> Array:
-    """Sign of the slope of resistance over the fraction, 1 or -1; on a known grid mostly the same
-    everywhere."""
+    """Sign of the slope of resistance over the fraction, 1 or -1, shape (n,). On a known grid it is mostly
+    the same everywhere, and then one number."""
     xp = namespace_of(grid)
     if xp is np:
         signs = np.where(grid.contrasts[k] < 0.0, -1.0, 1.0)
@@ -248,26 +257,26 @@ class CellRanges:
             measured: true for each spring with a resistance.
         """
         self.grid, self.cells = grid, all_cells(len(measured))
-        ranges = [self._range(k, own) for k, own in enumerate(measured)]
+        ranges = [self._range(k, by_resistance) for k, by_resistance in enumerate(measured)]
         self.low, self.high = (np.stack(ends) for ends in zip(*ranges, strict=True))
 
-    def _range(self, k: int, measured: bool) -> tuple[np.ndarray, np.ndarray]:
+    def _range(self, k: int, by_resistance: bool) -> tuple[np.ndarray, np.ndarray]:
         """Smallest and largest reading of a spring with which a cell may be near a zero.
 
         Shape (pressures of the grid less one, cells).
         """
-        grid, last, slabs = self.grid, self.grid.size - 1, PRESSURES - 1
-        if measured:
-            shares = np.arange(slabs)[:, None] + np.linspace(0.0, 1.0, SAMPLES)
-            first, x = grid.slabs(grid.low + shares.ravel() / slabs * (grid.high - grid.low))
+        grid, last, intervals = self.grid, self.grid.size - 1, PRESSURES - 1
+        if by_resistance:
+            shares = np.arange(intervals)[:, None] + np.linspace(0.0, 1.0, SAMPLES)
+            first, x = grid.slabs(grid.low + shares.ravel() / intervals * (grid.high - grid.low))
             weights = cubic(x).reshape(4, -1, *[1] * len(self.cells))
             table = sum(w * grid.ohms[k][first + j] for j, w in enumerate(weights))
-            table = table.reshape(slabs, SAMPLES, *table.shape[1:])
+            table = table.reshape(intervals, SAMPLES, *table.shape[1:])
             least, most, unit = table.min(axis=1), table.max(axis=1), grid.units[k]
         else:
             axis = fraction_at(np.arange(last + 1.0), grid.size)
             axis = axis.reshape([-1 if j == k else 1 for j in range(len(self.cells))])
-            least = most = np.broadcast_to(axis, (slabs, *[last + 1] * len(self.cells)))
+            least = most = np.broadcast_to(axis, (intervals, *[last + 1] * len(self.cells)))
             unit = 1.0
         corners = [
             (slice(None), *(np.clip(c + end - 1, 0, last) for c, end in zip(self.cells, up, strict=True)))
@@ -280,26 +289,29 @@ class CellRanges:
         spare = (WIDER + SPARE) * (high - low + np.where(outer, unit, 0.0))
         low, high = low - spare, high + spare
         signs = np.where(grid.contrasts[k] < 0.0, -1.0, 1.0)
-        if measured and not np.all(signs == signs.flat[0]):
+        if by_resistance and not np.all(signs == signs.flat[0]):
             return np.full_like(low, -np.inf), np.full_like(high, np.inf)
-        upwards = not measured or signs.flat[0] > 0.0
+        upwards = not by_resistance or signs.flat[0] > 0.0
         below, beyond = (0, last + 1) if upwards else (last + 1, 0)
         return np.where(self.cells[k] == below, -np.inf, low), np.where(self.cells[k] == beyond, np.inf, high)
 
     def met(self, pressure: np.ndarray, readings: tuple[Reading, ...]) -> tuple[np.ndarray, np.ndarray]:
-        """Rows and cells that may have an equilibrium, or may be turned over near one: pairs of indices."""
-        slabs = self.low.shape[1]
+        """Rows and cells that may have an equilibrium, or a fold near one: pairs of indices.
+
+        A row of finite readings meets at least one cell: ranges overlap, and those at the ends have no end.
+        """
+        intervals = self.low.shape[1]
         span = max(float(self.grid.high - self.grid.low), 1e-9)
-        slab = np.clip((pressure - self.grid.low) / span * slabs, 0, slabs - 1).astype(int)
+        slab = np.clip((pressure - self.grid.low) / span * intervals, 0, intervals - 1).astype(int)
         order = np.argsort(slab, kind="stable")
         rows, cells = [], []
         for one in np.unique(slab):
             own = order[np.searchsorted(slab[order], one) : np.searchsorted(slab[order], one, side="right")]
-            met = np.ones((len(own), self.cells.shape[1]), bool)
+            within = np.ones((len(own), self.cells.shape[1]), bool)
             for k, reading in enumerate(readings):
                 value = reading.value[own, None]
-                met &= (value >= self.low[k, one]) & (value <= self.high[k, one])
-            row, cell = np.nonzero(met)
+                within &= (value >= self.low[k, one]) & (value <= self.high[k, one])
+            row, cell = np.nonzero(within)
             rows.append(own[row])
             cells.append(cell)
         return np.concatenate(rows), np.concatenate(cells)

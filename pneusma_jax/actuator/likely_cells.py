@@ -71,12 +71,12 @@ def looked(
         whose = tuple(Reading(r.value[row[own]], r.measured) for r in readings)
         parts.append(examined(grid, pressure[row[own]], whose, cells[:, own]))
     seen = Cells(*(np.concatenate(x, axis=-1) for x in zip(*parts, strict=True)))
-    possible = seen.holds | seen.turned
+    possible = seen.holds | seen.may_fold
     count = np.bincount(row[possible], minlength=size)
-    turned = np.bincount(row[seen.turned], minlength=size) > 0
+    may_fold = np.bincount(row[seen.may_fold], minlength=size) > 0
     held = np.bincount(row[seen.holds], minlength=size) > 0
     sound = grid.holds(pressure) & (count > 0) & (count <= MOST_CELLS)
-    alone = sound & held & ~turned
+    alone = sound & held & ~may_fold
     # of a row that is alone the cell whose own slopes put the zero nearest to its middle
     near = np.flatnonzero(seen.holds & alone[row])
     near = near[np.lexsort((seen.away[near], row[near]))]

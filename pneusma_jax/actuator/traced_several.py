@@ -188,15 +188,15 @@ class _Search:
         pressure = self.each[0][rows]
         cells = jnp.asarray(np.tile(self.cells, len(rows)))
         seen = examined(grid, jnp.repeat(pressure, every), readings, cells)
-        holds, turned, away, step = (x.reshape(*x.shape[:-1], len(rows), every) for x in seen)
-        possible = holds | turned
+        holds, may_fold, away, step = (x.reshape(*x.shape[:-1], len(rows), every) for x in seen)
+        possible = holds | may_fold
         likely = jnp.where(holds, away, jnp.where(possible, 1e6 + away, jnp.inf))
         order = jnp.argsort(likely, axis=1)[:, :MOST_CELLS]
         nearest = lambda x: jnp.take_along_axis(x, order, axis=-1)  # noqa: E731
         place = jnp.stack([jnp.asarray(own)[order] for own in self.cells])
         place = place - 0.5 + jnp.stack([nearest(own) for own in step])
         sound = grid.holds(pressure)
-        sure = jnp.any(holds, axis=1) & ~jnp.any(turned, axis=1) & sound
+        sure = jnp.any(holds, axis=1) & ~jnp.any(may_fold, axis=1) & sound
         whole = (jnp.sum(possible, axis=1) <= MOST_CELLS) & sound
         return fraction_at(place, grid.size), nearest(possible), sure, whole
 

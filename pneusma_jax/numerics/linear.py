@@ -24,7 +24,7 @@ def solve_small(matrix: Float[Array, "n n"], vector: Float[Array, "n"]) -> Float
 
 
 def determinant(matrix: Array) -> Array:
-    """Determinant of one to three rows, over trailing axes."""
+    """Determinant of one to three rows, over trailing axes; of NumPy or JAX, as the matrix is."""
     count = matrix.shape[0]
     if count == 1:
         return matrix[0, 0]
@@ -34,4 +34,4 @@ def determinant(matrix: Array) -> Array:
         matrix[1, (k + 1) % 3] * matrix[2, (k + 2) % 3] - matrix[1, (k + 2) % 3] * matrix[2, (k + 1) % 3]
         for k in range(3)
     ]
-    return jnp.asarray(sum(matrix[0, k] * minors[k] for k in range(3)))
+    return matrix[0, 0] * minors[0] + matrix[0, 1] * minors[1] + matrix[0, 2] * minors[2]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
+from pneusma_jax.numerics.linear import determinant
 from pneusma_jax.numerics.safe import as_array
 
 
@@ -39,3 +40,11 @@ def test_a_traced_number_stays_traced():
 def test_an_actuator_is_built_without_compiling(compiled):
     pj.make_actuator("pneusma2", length=61e-3, active_coils=43.0)
     assert not compiled
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3])
+def test_a_determinant_of_known_numbers_stays_in_numpy(compiled, rows):
+    matrices = np.random.default_rng(rows).normal(size=(rows, rows, 5))
+    found = determinant(matrices)
+    assert isinstance(found, np.ndarray) and not compiled
+    np.testing.assert_allclose(found, np.linalg.det(np.moveaxis(matrices, -1, 0)), rtol=1e-12)
