@@ -115,7 +115,7 @@ def json_text(content: Mapping[str, Any]) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Nested content in JSON types: lists for arrays, Python's numbers, null for those that are not finite."""
+    """Nested content in JSON types: lists for arrays, Python's numbers, null where one is not finite."""
     if isinstance(value, Mapping):
         return {key: plain(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):

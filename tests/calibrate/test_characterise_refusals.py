@@ -69,6 +69,7 @@ def test_too_few_rows_below_max_strain(folder, refused):
         (("--terms", "7"), "7"),
         (("--fix", "p_5"), "NAME=VALUE"),
         (("--fix", "q=1"), "no law has a constant 'q'"),
+        (("--fix", "p_55=0"), "no law has a constant 'p_55', did you mean 'p_5'"),
         (("--law", "neo_hookean", "--fix", "c_30=1"), "neo_hookean has no constant 'c_30' (yeoh has); it has mu"),
         (("--law", "gent", "--fix", "c_10=1"), "gent has no constant 'c_10'"),
         (("--law", "ogden", "--terms", "1", "--fix", "alpha_2=2"), "ogden_1 has no constant 'alpha_2'"),

@@ -9,7 +9,6 @@ from jaxtyping import Array
 
 from fitting.inference.least_squares import fit_least_squares
 from fitting.inference.parameters import Parameter, Parameters, Prior
-from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import to_si
 
 from .fit import LawFit, describe, inflation_of
@@ -28,12 +27,8 @@ class Engine:
 
     Args:
         samples: all of them.
-        adjust: changes to constants by name, as lmfit understands them. Each is a mapping with any of
-            `value`, `min`, `max` (in the unit of files), `vary` and `tie`.
+        adjust: changes to constants by name, as of `characterise_elastomer`, which checks the names.
         seed: seed of the scattered starting points.
-
-    Raises:
-        InputError: if a name of `adjust` is no constant of any law.
     """
 
     def __init__(
@@ -42,10 +37,6 @@ class Engine:
         self.samples = samples
         self.seed = seed
         self.adjust = dict(adjust or {})
-        unknown = [name for name in self.adjust if not any(name in law.names for law in LAWS.values())]
-        if unknown:
-            names = [name for law in LAWS.values() for name in law.names]
-            raise InputError(f"no law has a constant {unknown[0]!r}, {nearest(unknown[0], names)}")
         self.specimens = samples.specimens() if samples.batch > 0.0 and len(samples.specimens()) > 1 else []
         self.zeros = zeros_of_samples(samples)
         self._arrays = arrays(samples, self.specimens, self.zeros)

@@ -15,13 +15,14 @@ from pneusma_jax.units import from_si
 from .analysis import Analysis, analyse
 from .engine import Engine
 from .fit import LawFit
-from .held_out import MARGIN
 from .laws import LAWS, MOST_TERMS, CurveLaw
 from .next_test import NextTest, next_test
 from .samples import FEWEST_SAMPLES, WEIGHTINGS, Samples, stack
 from .stability import ACTUATOR_STRAIN
 
 EVERY_LAW = "all"
+PAST = 1.05
+"""Factor by which stretches go past those of an actuator where laws are fitted to its strains apart [1]."""
 LAW_WORDS = (*dict.fromkeys(law.law for law in LAWS.values()), EVERY_LAW)
 
 
@@ -34,7 +35,7 @@ class ElastomerCharacterisation(Characterisation):
         samples: the samples that were fitted and scored.
         whole: every law on all the samples.
         actuator: every law on an actuator's strains; the same object as `whole` if the samples end there.
-        next_test: the further test that would help most.
+        next_test: the further test that would help the law for an actuator most.
         seed: seed of the scattered starting points.
     """
 
@@ -47,17 +48,18 @@ class ElastomerCharacterisation(Characterisation):
 
     @property
     def best(self) -> LawFit:
-        """The law that was taken, fitted to everything with `role = fit`."""
+        """The law of the whole tested range, fitted to everything with `role = fit`; for an actuator see
+        `actuator.best`, which may be another one."""
         return self.whole.best
 
     @property
     def law(self) -> str:
-        """Name of the law that was taken."""
+        """Name of the law of the whole tested range, see `best`."""
         return self.best.law.name
 
     @property
     def parameters(self) -> dict[str, Estimate]:
-        """Constants of the law that was taken, in the unit of files."""
+        """Constants of the law of the whole tested range, see `best`, in the unit of files."""
         return estimates(self.best)
 
 
@@ -79,7 +81,7 @@ def chosen_laws(law: str = EVERY_LAW, terms: int | None = None) -> list[CurveLaw
 
     Args:
         law: one of `LAW_WORDS`.
-        terms: number of terms of Ogden's law, 1 to 3; None tries every number of them.
+        terms: number of terms of Ogden's law, 1 to `MOST_TERMS`; None tries every number of them.
 
     Raises:
         InputError: if there is no such law or number of terms.
@@ -131,15 +133,16 @@ def characterise_elastomer(
     Args:
         campaign: recordings of kind `elastomer`.
         law: one of `LAW_WORDS`.
-        terms: number of terms of Ogden's law; None tries 1 to 3.
+        terms: number of terms of Ogden's law, 1 to `MOST_TERMS`; None tries every number of them.
         max_strain: engineering strain beyond which samples are left out; None for all.
         weighting: `absolute` divides residuals by the instrument's noise, so that every sample of a recording
-            counts alike; `relative` adds 5 % of the stress to it.
-        adjust: changes to constants by name, as lmfit understands them. Each is a mapping with any of
-            `value`, `min`, `max` (in the unit of files), `vary` and `tie`. Example: `{"p_5": {"value": 0,
+            counts alike; `relative` adds `RELATIVE_SPREAD` times the stress to it.
+        adjust: changes to constants by name. Each is a mapping of fields of `Parameter`: any of `value`,
+            `min`, `max` (in the unit of files), `vary` and `tie`. Example: `{"p_5": {"value": 0,
             "vary": False}}`.
         seed: seed of the scattered starting points.
-        progress: called with the label of each law when it is done.
+        progress: called with the label of each law before it is fitted. It is called a second time where
+            laws are fitted to an actuator's strains apart.
 
     Raises:
         InputError: if the recordings or options cannot be used, in one line.
@@ -154,16 +157,18 @@ def characterise_elastomer(
     samples = stack(campaign.of_kind("elastomer"), max_strain, weighting)
     engine = Engine(samples, adjust, seed)
     narrow = samples.fitted & (samples.strain >= ACTUATOR_STRAIN[0]) & (samples.strain <= ACTUATOR_STRAIN[1])
-    whole = analyse(engine, laws, samples.fitted, not _goes_past(samples, narrow), progress)
-    actuator = analyse(engine, laws, narrow, True, progress) if _goes_past(samples, narrow) else whole
+    past = _goes_past(samples, narrow)
+    whole = analyse(engine, laws, samples.fitted, for_actuator=not past, progress=progress)
+    actuator = analyse(engine, laws, narrow, for_actuator=True, progress=progress) if past else whole
     weights = {ranked.name: ranked.weight for ranked in actuator.choice.ranked}
-    chosen = actuator.choice.chosen
+    chosen_for_actuator = actuator.choice.chosen
     possible = {
         name: fit
         for name, fit in actuator.fits.items()
-        if name == chosen or name not in actuator.choice.unfit
+        if name == chosen_for_actuator or name not in actuator.choice.unfit
     }
-    further = next_test(samples, possible, weights, chosen, actuator.held[chosen].extrapolation)
+    extrapolation = actuator.held[chosen_for_actuator].extrapolation
+    further = next_test(samples, possible, weights, chosen_for_actuator, extrapolation)
     return ElastomerCharacterisation(campaign.title, samples, whole, actuator, further, seed)
 
 
@@ -171,5 +176,5 @@ def _goes_past(samples: Samples, narrow: np.ndarray) -> bool:
     """The samples go well past an actuator's strains, and enough of them lie within."""
     stretch = samples.stretch[samples.fitted]
     low, high = 1.0 + ACTUATOR_STRAIN[0], 1.0 + ACTUATOR_STRAIN[1]
-    past = bool(stretch.max() > high * MARGIN or stretch.min() < low / MARGIN)
+    past = bool(stretch.max() > high * PAST or stretch.min() < low / PAST)
     return past and int(narrow.sum()) >= FEWEST_SAMPLES
