@@ -1,4 +1,4 @@
-"""Columns of dates: the day beside a time of day, and clocks whose heading names no time."""
+"""Dates: the day beside a time of day, clocks whose heading names no time, numbers that count from a date."""
 
 import math
 import re
@@ -19,8 +19,10 @@ ELAPSED_S = 60.0
 """Minimum reading of a time of day beside one date [s]. One that begins at midnight is an elapsed time."""
 APART = 0.02
 """Minimum difference of the durations of two clocks that is reported, as part of the longer one."""
-YEAR_S = 366.0 * 86400.0
-"""Maximum length of a test whose clock counts since 1970 [s]."""
+YEAR_DAYS = 366.0
+"""Maximum length of a test whose clock counts from a date [d]."""
+SERIAL = (36526.0, 73050.0)
+"""Days since 1900, as spreadsheets count them, from the year 2000 to 2099."""
 _UNIX = datetime(1970, 1, 1)
 _EPOCHS = (946684800.0, 4102444800.0)  # the years 2000 to 2099 [s]
 _PARTS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
@@ -118,6 +120,20 @@ def clock_under_another_heading(grid: Grid, column: int) -> Clock | None:
     return clock if np.any(np.diff(seconds) != 0.0) and in_order(seconds) else None
 
 
+def since_1900(values: np.ndarray) -> Clock | None:
+    """Readings of numbers that count the days since 1900, as spreadsheets do, most with a time of day.
+
+    None of others.
+    """
+    there = values[np.isfinite(values)]
+    if there.min() < SERIAL[0] or there.max() > SERIAL[1] or np.ptp(there) > YEAR_DAYS:
+        return None
+    if 2 * np.sum(there % 1.0 > 0.0) <= there.size:
+        return None
+    first = float(np.floor(there[0]))
+    return Clock([float(x) for x in DAY_S * (values - first)], origin=DAY_S * first)
+
+
 def since_1970(values: np.ndarray) -> tuple[Clock, str] | None:
     """Readings of numbers that count seconds, or parts of one, since 1970; None of others.
 
@@ -127,7 +143,7 @@ def since_1970(values: np.ndarray) -> tuple[Clock, str] | None:
     there = values[np.isfinite(values)]
     for unit, parts in _PARTS.items():
         if there.size > 1 and np.all((parts * _EPOCHS[0] <= there) & (there <= parts * _EPOCHS[1])):
-            if 0.0 < np.ptp(there) <= parts * YEAR_S:
+            if 0.0 < np.ptp(there) <= parts * DAY_S * YEAR_DAYS:
                 first = float(there[0])
                 seconds = [float(x) for x in (values - first) / parts]
                 return Clock(seconds, origin=(_UNIX - EPOCH).total_seconds() + first / parts), unit

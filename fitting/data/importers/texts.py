@@ -1,10 +1,11 @@
-"""Fields of a table that are no plain numbers: clocks, percent signs, grouped thousands, words."""
+"""Fields of a table that are no plain numbers: clocks (as text or counted), percent signs, grouped thousands,
+words."""
 
 import numpy as np
 
 from pneusma_jax.errors import counted
 
-from .clocks import DAY_S, Clock, read_clock
+from .clocks import Clock, read_clock
 from .dates import (
     add_fractions,
     clock_under_another_heading,
@@ -14,6 +15,7 @@ from .dates import (
     may_be_clock,
     may_be_date,
     names_a_unit_of_time,
+    since_1900,
     since_1970,
 )
 from .grid import Grid
@@ -23,22 +25,25 @@ from .numerals import like_a_number
 from .spelling import Heading, dimension, unit_name
 from .words import meaning
 
-SERIAL = (36526.0, 73050.0)
-"""Days since 1900, as spreadsheets count them, from the year 2000 to 2099."""
 MOST_LISTED = 6
 """Number of fields that a notice lists with their rows."""
 MOST_EXAMPLES = 3
 """Number of texts that a notice about a column of text shows."""
-BITS = 2.0**32
+COUNTER_PERIOD = 2.0**32
 """Number at which a counter of 32 bits begins anew."""
-TURNS = (0.1, 0.9)
-"""Parts of that number below and above which a counter stands after and before it begins anew."""
-YEAR_DAYS = 366.0
-"""Maximum length of a test whose clock counts days since 1900 [d]."""
+AFTER_WRAP, BEFORE_WRAP = 0.1, 0.9
+"""Just after it begins anew a counter is below the first part of `COUNTER_PERIOD`, just before above the
+second [1]."""
 
 
 def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".") -> None:
     """Interpret fields of a table that are no plain numbers, and report it. The grid is changed in place.
+
+    The order counts. Doubts about grouped thousands come first, since they change what is a number. Which
+    headings name a time is asked before any column is taken as a clock, since that renames it. A date and a
+    time of day are one clock before either can be one alone. Marks go before clocks that are counted, whose
+    range they would spoil, and these before the last resort, a column that a unit names. Parts of a second
+    need the clock.
 
     Args:
         grid: table with its cells as text.
@@ -52,11 +57,16 @@ def read_texts(grid: Grid, parsed: list[list[float | None]], decimal: str = ".")
     _take_day_and_time(grid)
     _read_words(grid, parsed, clockless)
     drop_marks(grid)
-    _serial_dates(grid, clockless)
-    _count_on(grid)
-    if clockless and not grid.clocks and not any(dimension(h.unit) == "time" for h in grid.headings):
-        _named_by_unit(grid)
+    _take_counted_dates(grid, clockless)
+    _continue_counters(grid)
+    if clockless and not _has_unit_of_time(grid):
+        _take_named_by_unit(grid)
     add_fractions(grid)
+
+
+def _has_unit_of_time(grid: Grid, *units: str) -> bool:
+    """True if a column has one of some units, by default any unit of time; a clock that was taken has `s`."""
+    return any(h.unit in units if units else dimension(h.unit) == "time" for h in grid.headings)
 
 
 def _percent_signs(grid: Grid) -> None:
@@ -103,48 +113,67 @@ def _read_words(grid: Grid, parsed: list[list[float | None]], clockless: bool) -
             for row, cells, numbers in zip(grid.rows, grid.cells, parsed, strict=True)
             if column < len(numbers) and numbers[column] is None
         ]
-        if not texts:
-            continue
-        text = grid.headings[column].text if grid.headings else ""
-        label = repr(text) if text else str(column + 1)
-        if not grid.headings or may_be_clock(grid.headings[column]):
-            clock = read_clock(grid.texts(column), text)
-            if clock is not None:
-                _take_clock(grid, column, clock, f"column {label} is a clock", texts[0][1])
-                continue
-        elif _read_other_clock(grid, column, clockless, label, texts[0][1]):
+        if not texts or _is_clock(grid, column, texts[0][1], clockless):
             continue
         filled = int(np.isfinite(grid.values[:, column]).sum()) + len(texts)
-        numberlike = [(row, text) for row, text in texts if like_a_number(text)]
         if 2 * len(texts) > filled:
-            if grid.headings and may_be_clock(grid.headings[column]):
-                grid.notices.append(
-                    f"check: column {label} cannot be read as a clock ({texts[0][1]!r} in row {texts[0][0]})"
-                    " and was left out; write it as seconds or as 2024-05-31 12:00:05, or state the step with"
-                    " --interval"
-                )
-            else:
-                asked = "check: " if _matters(grid, column, texts) else ""
-                grid.notices.append(f"{asked}column {label} is text and was left out ({_examples(texts)})")
-            grid.troubles[column] = (
-                f"{len(texts)} of {filled} fields of {label} are no numbers ({texts[0][1]!r} in row"
-                f" {texts[0][0]})"
-            )
+            _leave_out(grid, column, texts, filled)
         else:
-            fields = f"{counted(len(texts), 'field')} of column {label}"
-            grid.notices.append(
-                f"check: {fields} {'is no number' if len(texts) == 1 else 'are no numbers'}"
-                f" ({_listed(texts)}): missing"
-            )
-        if numberlike and 2 * len(texts) <= filled:
-            row, text = numberlike[0]
+            _call_missing(grid, column, texts)
+
+
+def _label(grid: Grid, column: int) -> str:
+    """A column's heading, quoted, or its number."""
+    text = grid.headings[column].text if grid.headings else ""
+    return repr(text) if text else str(column + 1)
+
+
+def _is_clock(grid: Grid, column: int, example: str, clockless: bool) -> bool:
+    """Take a column of text as a clock, or compare it with one; true if it is done with."""
+    label = _label(grid, column)
+    if grid.headings and not may_be_clock(grid.headings[column]):
+        return _take_or_compare_clock(grid, column, clockless, label, example)
+    clock = read_clock(grid.texts(column), grid.headings[column].text if grid.headings else "")
+    if clock is not None:
+        _take_clock(grid, column, clock, f"column {label} is a clock", example)
+    return clock is not None
+
+
+def _leave_out(grid: Grid, column: int, texts: list[tuple[int, str]], filled: int) -> None:
+    """Report a column that is text in most of its `filled` fields."""
+    label, (row, example) = _label(grid, column), texts[0]
+    if grid.headings and may_be_clock(grid.headings[column]):
+        grid.notices.append(
+            f"check: column {label} cannot be read as a clock ({example!r} in row {row})"
+            " and was left out; write it as seconds or as 2024-05-31 12:00:05, or state the step with"
+            " --interval"
+        )
+    else:
+        asked = "check: " if _may_be_missed(grid, column, texts) else ""
+        grid.notices.append(f"{asked}column {label} is text and was left out ({_examples(texts)})")
+    grid.troubles[column] = (
+        f"{len(texts)} of {filled} fields of {label} are no numbers ({example!r} in row {row})"
+    )
+
+
+def _call_missing(grid: Grid, column: int, texts: list[tuple[int, str]]) -> None:
+    """Report the fields of a column of numbers that are none."""
+    label = _label(grid, column)
+    fields = f"{counted(len(texts), 'field')} of column {label}"
+    grid.notices.append(
+        f"check: {fields} {'is no number' if len(texts) == 1 else 'are no numbers'}"
+        f" ({_listed(texts)}): missing"
+    )
+    for row, text in texts:
+        if like_a_number(text):
             grid.troubles[column] = (
                 f"{text!r} in row {row} of {label} cannot be told: its marks are not those of the other"
                 " numbers"
             )
+            break
 
 
-def _matters(grid: Grid, column: int, texts: list[tuple[int, str]]) -> bool:
+def _may_be_missed(grid: Grid, column: int, texts: list[tuple[int, str]]) -> bool:
     """True if a column of text is headed by a quantity, or by a date that changes."""
     if not grid.headings:
         return True
@@ -165,7 +194,7 @@ def _listed(texts: list[tuple[int, str]]) -> str:
     return shown + (f", and {len(texts) - MOST_LISTED} more" if len(texts) > MOST_LISTED else "")
 
 
-def _read_other_clock(grid: Grid, column: int, clockless: bool, label: str, example: str) -> bool:
+def _take_or_compare_clock(grid: Grid, column: int, clockless: bool, label: str, example: str) -> bool:
     """Take a clock under a heading that names no time, where a table has no other one; else compare them.
 
     Returns:
@@ -174,7 +203,7 @@ def _read_other_clock(grid: Grid, column: int, clockless: bool, label: str, exam
     clock = clock_under_another_heading(grid, column)
     if clock is None:
         return False
-    if clockless and not any(heading.unit == "s" for heading in grid.headings):
+    if clockless and not _has_unit_of_time(grid, "s"):  # one in ms does not keep dates from it
         subject = f"column {label} is a clock"
         _take_clock(grid, column, clock, subject, example, "; no heading names a time", asked=True)
         return True
@@ -210,25 +239,27 @@ def _take_clock(
     grid.notices.append(f"{'check: ' if asked or clock.remedy else ''}{said}{more}")
 
 
-def _count_on(grid: Grid) -> None:
-    """Count on a clock in milli- or microseconds that begins anew at 2^32, as a microcontroller's does."""
+def _continue_counters(grid: Grid) -> None:
+    """Continue a clock in milli- or microseconds that begins anew at 2^32, as a microcontroller's does."""
     for column, heading in enumerate(grid.headings):
         values = grid.values[:, column]
         unit = unit_name(heading.unit or heading.name)
         if unit not in ("ms", "us") or not np.isfinite(values).all() or values.size < 2:
             continue
         falls = np.diff(values) < 0.0
-        turns = falls & (values[:-1] > TURNS[1] * BITS) & (values[1:] < TURNS[0] * BITS)
-        if values.max() < BITS and values.min() >= 0.0 and falls.any() and np.array_equal(falls, turns):
-            grid.values[1:, column] += BITS * np.cumsum(turns)
-            row = grid.rows[int(np.argmax(turns)) + 1]
+        before, after = values[:-1] / COUNTER_PERIOD, values[1:] / COUNTER_PERIOD
+        wraps = falls & (before > BEFORE_WRAP) & (after < AFTER_WRAP)
+        inside = values.min() >= 0.0 and values.max() < COUNTER_PERIOD
+        if inside and falls.any() and np.array_equal(falls, wraps):
+            grid.values[1:, column] += COUNTER_PERIOD * np.cumsum(wraps)
+            row = grid.rows[int(np.argmax(wraps)) + 1]
             grid.notices.append(
-                f"check: {heading.text!r} begins anew in row {row}, where a counter of 32 bits does: counted"
-                " on"
+                f"check: {heading.text!r} begins anew in row {row}, where a counter of 32 bits does:"
+                " continued"
             )
 
 
-def _named_by_unit(grid: Grid) -> None:
+def _take_named_by_unit(grid: Grid) -> None:
     """Give the one column that rises in every row, and is named by a unit of time (`millis`), that unit."""
     found = []
     for column, heading in enumerate(grid.headings):
@@ -239,8 +270,8 @@ def _named_by_unit(grid: Grid) -> None:
         grid.headings[found[0]] = Heading(old.text, old.name, unit_name(old.name))
 
 
-def _serial_dates(grid: Grid, clockless: bool) -> None:
-    """Read clocks that count the days since 1900, as spreadsheets do, in place of their dates."""
+def _take_counted_dates(grid: Grid, clockless: bool) -> None:
+    """Read clocks that count from a date: days since 1900, as spreadsheets do, or seconds since 1970."""
     for column, heading in enumerate(grid.headings):
         values = grid.values[:, column]
         there = values[np.isfinite(values)]
@@ -248,10 +279,7 @@ def _serial_dates(grid: Grid, clockless: bool) -> None:
         if heading.unit is not None or not named or there.size < 2:
             continue
         subject, example = f"column {heading.text!r} is a clock", f"{there[0]:.15g}"
-        dates = (SERIAL[0] <= there.min()) and (there.max() <= SERIAL[1]) and np.ptp(there) <= YEAR_DAYS
-        if dates and 2 * np.sum(there % 1.0 > 0.0) > there.size:
-            first = float(np.floor(there[0]))
-            days = Clock([float(x) for x in DAY_S * (values - first)], origin=DAY_S * first)
+        if (days := since_1900(values)) is not None:
             more = ": days since 1900, as spreadsheets count"
             _take_clock(grid, column, days, subject, example, more)
         elif (found := since_1970(values)) is not None:
