@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array
 
 from fitting.inference.parameters.ties import RESERVED, evaluate, names_in
+from pneusma_jax.actuator.result import solved
 from pneusma_jax.errors import InputError, nearest
 
 from .responses import NOT_FINITE, Driver, Response
@@ -170,8 +171,8 @@ def row_function(response: Response, columns: Columns, names: tuple[str, ...]):
             parts.append(jnp.broadcast_to(value, (count,)))
         whole = jnp.concatenate(parts)
         finite = jnp.all(jnp.isfinite(whole))
-        status = jnp.where(~finite & (status <= 1), NOT_FINITE, status)  # 1: a result, one of several
-        return jnp.where(finite & (status <= 1), whole, jnp.nan), status.astype(jnp.uint8)
+        status = jnp.where(~finite & solved(status), NOT_FINITE, status)
+        return jnp.where(finite & solved(status), whole, jnp.nan), status.astype(jnp.uint8)
 
     return row
 

@@ -30,6 +30,7 @@ def run(tmp_path, text):
         ("log(-1 - a*a) + b", 200, "y: no row has a result."),
         ("log(-1 - a*a) + b", 200, "y has no indices: no block is whole."),
         ("3 + 0*a", 200, "y has no indices: it is the same in every row."),
+        ("1e-170*a", 200, "y has no indices: its variance is zero or no finite number."),
         ("a + 2*b", 3, "y: indices of so few rows, 1 whole blocks, have no interval; take more."),
     ],
 )
@@ -37,6 +38,17 @@ def test_what_is_not_known_is_said_in_words(tmp_path, kind, output, rows, words)
     text = PLAIN.replace("a + 2*b", output) + f"[indices]\nkind = '{kind}'\n[sampling]\nrows = {rows}\n"
     said, _ = run(tmp_path, text)
     assert words in said and " nan" not in said
+
+
+@pytest.mark.parametrize(("of", "told", "more"), [("", 4, 1), ("of = ['five', 'y']\n", 2, 0)])
+def test_every_output_with_indices_has_its_sentence_or_is_counted(tmp_path, of, told, more):
+    names = ("two", "three", "four", "five")
+    outputs = "".join(f"[[output]]\nname = '{name}'\nof = '{k + 2}*y'\n" for k, name in enumerate(names))
+    first = "[[output]]\nname = 'y'\nof = 'y'\n"
+    said, _ = run(tmp_path, f"{PLAIN}{first}{outputs}[indices]\nkind = 'sobol'\n{of}{SMALL}")
+    assert said.count("depends on most (total Sobol index, 95 %): b 0.") == told
+    assert ("What five depends on most" in said) == bool(of)
+    assert ("The table has the indices of 1 more output." in said) == bool(more)
 
 
 def test_names_that_differ_in_signs_only_have_figures_of_their_own(tmp_path):

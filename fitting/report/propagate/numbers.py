@@ -51,15 +51,40 @@ def lost(result: Propagation) -> float:
     return result.summary.failures.share
 
 
-def column_table(result: Propagation) -> tuple[list[str], list[list]]:
-    """Table of all statistics of every column: header and rows."""
+@dataclass(frozen=True)
+class Bounds:
+    """Bounds of statistics of all rows, if those without a result lay within what was seen; shape (columns,).
+
+    Attributes:
+        mean, sd: least and largest mean and standard deviation.
+        q5_least: least 5 % quantile.
+        q95_most: largest 95 % quantile.
+    """
+
+    mean: tuple[np.ndarray, np.ndarray]
+    sd: tuple[np.ndarray, np.ndarray]
+    q5_least: np.ndarray
+    q95_most: np.ndarray
+
+
+def bounds_of(result: Propagation) -> Bounds:
+    """Bounds of the statistics of every column."""
     moments, share = result.moments, lost(result)
-    quantiles = result.quantiles(LEVELS)
     # possible levels of a quantile of all rows among those with a result
     outer = np.array([level_bounds(level, share) for level in (0.05, 0.95)])
     edges = result.quantiles(np.array([outer[0, 0], outer[1, 1]]))
-    low, high = mean_bounds(moments.mean, moments.smallest, moments.largest, share)
-    least, most = sd_bounds(moments.mean, moments.sd, moments.smallest, moments.largest, share)
+    return Bounds(
+        mean=mean_bounds(moments.mean, moments.smallest, moments.largest, share),
+        sd=sd_bounds(moments.mean, moments.sd, moments.smallest, moments.largest, share),
+        q5_least=edges[0],
+        q95_most=edges[1],
+    )
+
+
+def column_table(result: Propagation) -> tuple[list[str], list[list]]:
+    """Table of all statistics of every column: header and rows."""
+    moments, quantiles, bounds = result.moments, result.quantiles(LEVELS), bounds_of(result)
+    (low, high), (least, most) = bounds.mean, bounds.sd
     header = [
         "column", "rows", "nominal", "mean", "mean_standard_error", "sd", "skewness", "kurtosis",
         "smallest", *(f"q{100 * level:g}" for level in LEVELS), "largest", "mean_least", "mean_most",
@@ -70,7 +95,7 @@ def column_table(result: Propagation) -> tuple[list[str], list[list]]:
         rows.append([
             label, int(moments.count[k]), result.nominal[k], moments.mean[k], moments.standard_error[k],
             moments.sd[k], moments.skewness[k], moments.kurtosis[k], moments.smallest[k], *quantiles[:, k],
-            moments.largest[k], low[k], high[k], least[k], most[k], edges[0, k], edges[1, k],
+            moments.largest[k], low[k], high[k], least[k], most[k], bounds.q5_least[k], bounds.q95_most[k],
         ])  # fmt: skip
     return header, rows
 

@@ -22,7 +22,7 @@ def report_of(result: Propagation) -> Report:
         title=problem.study.name,
         subtitle=problem.response.title,
         verdict=text.verdict(result),
-        warnings=[*problem.notices, *([text.left_open(result)] if lost(result) > 0.0 else [])],
+        warnings=[*problem.notices, *([text.bounds_sentence(result)] if lost(result) > 0.0 else [])],
         sections=[
             Section("", [problem.study.description]),
             Section("Outputs", [quantity_table(result), *of("band_", "distribution_")]),

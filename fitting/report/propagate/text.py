@@ -7,14 +7,21 @@ from fitting.propagate import Propagation
 from fitting.propagate.problem import Problem
 from fitting.propagate.rare import RareResult
 from fitting.propagate.responses import SENTENCES
+from pneusma_jax.actuator.result import solved
 from pneusma_jax.errors import counted
 
 from ..table import Table, table_text
-from .numbers import column_table, exceedances, lost, shown_column
+from .numbers import bounds_of, exceedances, lost, shown_column
 
 TELLING = 0.2
 """Minimum distance of two distributions for an input to be named as one that separates failed rows, where
 they are many. Of few, chance alone gives more: see `_by_chance`."""
+MOST_TOLD = 4
+"""Maximum number of outputs that have sentences of their own."""
+MOST_CAUSES = 3
+"""Maximum number of inputs that a sentence names for one output."""
+SUMS_BYTES = 16_000
+"""Approximate size on disk of the sums that a chunk keeps of one column [bytes]."""
 
 
 def _rows(count: int) -> str:
@@ -31,8 +38,8 @@ def verdict(result: Propagation) -> list[str]:
         f"{problem.response.title}: {_rows(problem.rows)} of {counted(len(problem.inputs.names), 'input')}, "
         f"by {words[problem.study.sampling.method]}."
     )
-    sentences += [_quantity(result, quantity.name) for quantity in problem.columns.quantities[:4]]
-    rest = len(problem.columns.quantities) - 4
+    sentences += [_quantity(result, quantity.name) for quantity in problem.columns.quantities[:MOST_TOLD]]
+    rest = len(problem.columns.quantities) - MOST_TOLD
     if rest > 0:
         sentences.append(f"{counted(rest, 'more output is', 'more outputs are')} in the table.")
     for found in exceedances(result):
@@ -63,33 +70,40 @@ def _percent(share: float) -> str:
 
 
 def _index_sentences(result: Propagation) -> list[str]:
+    """A sentence on the indices of each of the first outputs that have some."""
     problem, sums = result.problem, result.summary.indices
-    name = "total" if sums.kind == "sobol" else "shapley"
-    value, half = sums.estimates()[name]
-    labels, columns = problem.columns.labels, list(problem.index_columns)
-    of = problem.columns.quantities[0].name if not problem.study.indices.of else problem.study.indices.of[0]
-    shown = shown_column(result, of)
-    j = columns.index(shown)
-    order = [int(i) for i in np.argsort(-np.nan_to_num(value[:, j], nan=-1.0))[:3]]
-    groups = list(problem.groups)
-    words = "total Sobol index" if name == "total" else "Shapley effect"
-    if not np.any(np.isfinite(value[:, j])):
-        why = "no block is whole" if sums.left_out == sums.blocks else "it is the same in every row"
-        sentences = [f"{labels[shown]} has no indices: {why}."]
-        return sentences if not sums.left_out else [*sentences, _left_out(result)]
-    if not np.any(np.isfinite(half[:, j])):
-        few = f"indices of so few rows, {sums.blocks - sums.left_out} whole blocks, have no interval"
-        return [f"{labels[shown]}: {few}; take more."]
-    parts = ", ".join(f"{groups[i]} {value[i, j]:.2f} ± {half[i, j]:.2f}" for i in order)
-    sentences = [f"What {labels[shown]} depends on most ({words}, 95 %): {parts}."]
+    names = problem.study.indices.of or [quantity.name for quantity in problem.columns.quantities]
+    sentences = [_causes(result, shown_column(result, name)) for name in names[:MOST_TOLD]]
+    if len(names) > MOST_TOLD:
+        sentences.append(f"The table has the indices of {counted(len(names) - MOST_TOLD, 'more output')}.")
     return [*sentences, _left_out(result)] if sums.left_out else sentences
+
+
+def _causes(result: Propagation, shown: int) -> str:
+    """Sentence on the inputs on which a column depends most, or why it has no indices."""
+    problem, sums = result.problem, result.summary.indices
+    kind = "total" if sums.kind == "sobol" else "shapley"
+    found = sums.estimates()[kind]
+    label, j = problem.columns.labels[shown], list(problem.index_columns).index(shown)
+    value, half_width = (numbers[:, j] for numbers in found)
+    if not np.any(np.isfinite(value)):
+        same = result.moments.smallest[shown] == result.moments.largest[shown]
+        why = "it is the same in every row" if same else "its variance is zero or no finite number"
+        return f"{label} has no indices: {'no block is whole' if sums.left_out == sums.blocks else why}."
+    if not np.any(np.isfinite(half_width)):
+        few = f"indices of so few rows, {sums.blocks - sums.left_out} whole blocks, have no interval"
+        return f"{label}: {few}; take more."
+    groups, words = list(problem.groups), "total Sobol index" if kind == "total" else "Shapley effect"
+    order = [int(i) for i in np.argsort(-np.nan_to_num(value, nan=-1.0))[:MOST_CAUSES]]
+    parts = ", ".join(f"{groups[i]} {value[i]:.2f} ± {half_width[i]:.2f}" for i in order)
+    return f"What {label} depends on most ({words}, 95 %): {parts}."
 
 
 def _left_out(result: Propagation) -> str:
     share = _percent(result.summary.indices.share_left_out)
     return (
-        f"{share} of blocks have a row without a result and are left out whole; the table says between "
-        "what each index lies, whatever these rows would have been."
+        f"{share} of blocks have a row without a result and are left out whole; the table has the bounds of "
+        "each index, whatever these rows would have been."
     )
 
 
@@ -108,7 +122,7 @@ def failure_sentences(result: Propagation) -> list[str]:
     """Sentences on the number of rows without a result, their causes and places, and their possible
     influence."""
     failures, problem = result.summary.failures, result.problem
-    codes = [code for code in np.flatnonzero(failures.reasons) if code > 1]
+    codes = [code for code in np.flatnonzero(failures.reasons) if not solved(code)]
     why = "; ".join(
         f"{failures.reasons[c]:,}: {SENTENCES.get(int(c), 'no result').rstrip('.')}" for c in codes
     )
@@ -116,11 +130,11 @@ def failure_sentences(result: Propagation) -> list[str]:
         f"{_rows(failures.count)} ({_percent(lost(result))}) {'has' if failures.count == 1 else 'have'} no "
         f"result ({why})."
     ]
-    far = failures.uneven
+    distance = failures.uneven
     names = problem.inputs.names
-    k = int(np.argmax(far))
+    k = int(np.argmax(distance))
     chance = _by_chance(result)
-    if far[k] > max(TELLING, chance):
+    if distance[k] > max(TELLING, chance):
         worst = int(np.argmax(failures.shares[k]))
         bins = failures.shares.shape[1]
         sentences.append(
@@ -186,7 +200,7 @@ def speed(result: Propagation) -> str:
     rate = result.computed / max(result.seconds, 1e-9)
     return (
         f"{_rows(result.computed)} computed in {duration(result.seconds)}, {rate:,.0f} a second with "
-        "compiling"
+        "compiling."
     )
 
 
@@ -196,7 +210,7 @@ def plan_text(problem: Problem) -> str:
         f"{problem.study.name}: {problem.response.title}",
         f"  {_rows(problem.rows)} in {len(problem.tasks):,} chunk{'s' * (len(problem.tasks) != 1)}, "
         f"{counted(problem.columns.total, 'column')}",
-        f"  on disk about {_bytes(problem)}",
+        f"  on disk about {_on_disk(problem)}",
         f"  {counted(len(problem.inputs.names), 'input')}:",
     ]
     rows = [[name, marginal.words] for name, marginal in problem.inputs.marginals.items()]
@@ -206,22 +220,21 @@ def plan_text(problem: Problem) -> str:
     return "\n".join([*lines, table_text(Table(["input", "distribution"], rows), 4)])
 
 
-def _bytes(problem: Problem) -> str:
+def _on_disk(problem: Problem) -> str:
+    """Size of a study's files, in MB."""
     rows = problem.rows * (8 * problem.columns.total + 1) if problem.study.sampling.keep == "outputs" else 0
-    sums = len(problem.tasks) * 16_000 * problem.columns.total
+    sums = len(problem.tasks) * SUMS_BYTES * problem.columns.total
     return f"{(rows + sums) / 1e6:,.0f} MB"
 
 
-def left_open(result: Propagation) -> str:
-    """Sentence on the possible influence of failed rows on the first quantity."""
-    header, rows = column_table(result)
-    row = dict(zip(header, rows[0], strict=True))
-    if not np.isfinite(row["mean"]):
+def bounds_sentence(result: Propagation) -> str:
+    """Sentence on the possible influence of rows without a result on the first output."""
+    if not np.isfinite(result.moments.mean[0]):
         return "No row has a result, so nothing is known of the outputs."
-    low, high = (np.format_float_positional(row[k], 4, fractional=False) for k in ("mean_least", "mean_most"))
+    found = bounds_of(result)
+    low, high = (np.format_float_positional(end[0], 4, fractional=False) for end in found.mean)
     return (
-        f"If every row without a result lay within what was seen, the mean of {row['column']} would be "
-        "between"
-        f" {low} and {high}, and 90 % of rows between {row['q5_least']:.4g} and {row['q95_most']:.4g} at "
-        "the widest."
+        "If every row without a result lay within what was seen, the mean of "
+        f"{result.problem.columns.labels[0]} would be between {low} and {high}, and 90 % of rows between "
+        f"{found.q5_least[0]:.4g} and {found.q95_most[0]:.4g} at the widest."
     )
