@@ -66,7 +66,8 @@ from ._common import FINITE
     "circuit",
     multiple=True,
     metavar="NAME=VALUE",
-    help="Circuit of a raw voltage: adjust_V and set_ohm of Eq. 2.50; gain, offset_V of an amplifier.",
+    help="Circuit of a raw voltage: adjust_V and set_ohm of Eq. 2.50 of Allen's dissertation; gain and"
+    " offset_V of an amplifier.",
 )
 @click.option(
     "--interval", "interval_s", type=FINITE, metavar="S", help="Seconds between rows of a file without clock."
@@ -99,13 +100,14 @@ def import_command(
 ) -> None:
     """Turn raw files of a laboratory into recordings (NAME.csv and NAME.toml).
 
-    SOURCE is a text file, an .xlsx, or a folder of them; each test in a file becomes a recording. What was
-    understood is printed: kind, columns, units, ranges, rows dropped and why; lines that begin with "check"
-    are to be looked at. Nothing is written with --preview, nor if any file cannot be used, nor if an option
-    is of use for nothing.
+    SOURCE is a text file (.lvm, too), an .xlsx or .xlsm, or a folder of them; each test in a file becomes a
+    recording. What was understood is printed: kind, columns, units, ranges, rows dropped and why; lines that
+    begin with "check" are to be looked at. Nothing is written with --preview, nor if any file cannot be used,
+    nor if an option is of use for nothing.
     """
     from fitting.data.importers import FORMATS, import_files, left_in_folders, make_options, raw_files
     from fitting.data.importers.preview import describe
+    from fitting.data.recordings import write_recordings
 
     if list_formats:
         for known in FORMATS:
@@ -115,6 +117,7 @@ def import_command(
         raise click.UsageError("name one or more files to import")
     if out is None and not preview:
         raise click.UsageError("name a folder with --out DIR, or only look with --preview")
+    # `stated` has the other options under the names of their parameters, which are those of `make_options`
     options = make_options(format=format_, **stated)
     folder = next((source for source in sources if source.is_dir()), None)
     if options.successive and folder is not None:
@@ -132,20 +135,5 @@ def import_command(
     if preview:
         click.echo("nothing written (--preview)")
         return
-    for target in _write_all(recordings, out, force):
+    for target in write_recordings(recordings, out, force):
         click.echo(f"wrote {target} and {target.with_suffix('.toml').name}")
-
-
-def _write_all(recordings: list, out: Path, force: bool) -> list[Path]:
-    """Write all recordings, after making sure that each one can be: a folder half filled helps nobody."""
-    from fitting.data.recordings import target_path, write_recording
-    from pneusma_jax.errors import InputError
-
-    for recording in recordings:
-        target = target_path(recording, out)
-        for file in (target, target.with_suffix(".toml")):
-            if file.exists() and not force:
-                raise InputError(
-                    f"{file}: this file is already there; choose another --out, or replace it with --force"
-                )
-    return [write_recording(recording, out, force) for recording in recordings]

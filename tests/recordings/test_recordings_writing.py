@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fitting.data.recordings import read_campaign, read_recording, write_recording
+from fitting.data.recordings import read_campaign, read_recording, write_recording, write_recordings
 from pneusma_jax.errors import InputError
 
 
@@ -90,6 +90,17 @@ def test_files_in_the_way_are_kept_unless_told_otherwise(make, tmp_path):
     write_recording(changed, tmp_path, force=True)
     assert path.read_text() != before
     assert sorted(p.name for p in tmp_path.iterdir()) == ["pull.csv", "pull.toml"]
+
+
+def test_of_several_recordings_none_is_written_where_one_cannot_be(make, tmp_path):
+    backwards = make(name="b", columns=make().columns | {"time_s": np.array([0.0, 2.0, 1.0])})
+    with pytest.raises(InputError, match="time goes backwards"):
+        write_recordings([make(name="a"), backwards], tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    assert [p.name for p in write_recordings([make(name="a"), make(name="b")], tmp_path)] == ["a.csv", "b.csv"]
+    with pytest.raises(InputError, match=r"b\.csv: this file is already there"):
+        write_recordings([make(name="c"), make(name="b")], tmp_path, force=False)
+    assert not (tmp_path / "c.csv").exists()
 
 
 def test_nothing_is_left_behind_when_writing_fails(make, tmp_path, monkeypatch):

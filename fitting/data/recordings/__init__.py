@@ -12,7 +12,7 @@ from .reading import read_recording
 from .recording import Campaign, Recording, Reduction, all_real, require_fitted
 from .schema import NOT_STATED
 from .shared import recordings_folder
-from .writing import target_path, write_recording
+from .writing import target_path, write_recording, write_recordings
 
 __all__ = [
     "NOT_STATED",
@@ -31,4 +31,5 @@ __all__ = [
     "target_path",
     "wire_length",
     "write_recording",
+    "write_recordings",
 ]

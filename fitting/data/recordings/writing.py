@@ -1,6 +1,7 @@
 """Writing of a recording as CSV and sidecar that read back equal. Both files appear whole or not at all."""
 
 import os
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
 from pathlib import Path, PurePosixPath
 
@@ -31,11 +32,7 @@ def write_recording(recording: Recording, folder: str | Path, force: bool = True
     """
     texts = recording_texts(recording, folder)
     target = target_path(recording, folder)
-    for file in texts:
-        if file.exists() and not force:
-            raise refuse(
-                file, "this file is already there; choose another folder, or allow it to be replaced"
-            )
+    _check_free(texts, force)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -44,6 +41,25 @@ def write_recording(recording: Recording, folder: str | Path, force: bool = True
         for file, text in texts.items():  # both or none; the CSV last: without it there is no recording
             drafts.enter_context(replacing(file)).write_bytes(text.encode())
     return target
+
+
+def write_recordings(recordings: Sequence[Recording], folder: str | Path, force: bool = True) -> list[Path]:
+    """Write several recordings, each as `write_recording`. All are checked before the first is written.
+
+    Raises:
+        InputError: as `write_recording`, of any of them; a disk may still refuse a later one.
+    """
+    for recording in recordings:
+        _check_free(recording_texts(recording, folder), force)
+    return [write_recording(recording, folder, force) for recording in recordings]
+
+
+def _check_free(files: Iterable[Path], force: bool) -> None:
+    for file in files:
+        if file.exists() and not force:
+            raise refuse(
+                file, "this file is already there; choose another folder, or replace it with --force"
+            )
 
 
 def recording_texts(recording: Recording, folder: str | Path) -> dict[Path, str]:
