@@ -1,13 +1,14 @@
 """Lists of names in sentences, and sentences that several recordings share."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 MOST_NAMES = 3
 """Maximum number of recordings that a sentence names."""
 
 
-def joined(names: Sequence[str], last: str = "and") -> str:
+def joined(names: Iterable[str], last: str = "and") -> str:
     """Names as a sentence lists them: `a, b and c`."""
+    names = list(names)
     return "".join(names[:1]) if len(names) < 2 else f"{', '.join(names[:-1])} {last} {names[-1]}"
 
 

@@ -1,6 +1,8 @@
 """Sentences about several recordings: one for all that share it, no recording forgotten."""
 
-from fitting.inference.notes import of_several
+import pytest
+
+from fitting.inference.notes import joined, of_several
 
 
 def test_what_several_recordings_share_is_said_once():
@@ -23,3 +25,8 @@ def test_a_colon_in_a_name_does_not_hide_it():
 
 def test_a_colon_does_not_make_a_recording():
     assert of_several(["check: two clocks", "check: two clocks"], ["a"]) == ["check: two clocks"]
+
+
+@pytest.mark.parametrize("kind", [list, tuple, dict.fromkeys, iter])
+def test_names_of_any_collection_are_listed(kind):
+    assert [joined(kind(names)) for names in ([], ["a"], ["a", "b", "c"])] == ["", "a", "a, b and c"]
