@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.inference.lasting_noise import SURE, Series, intervals, lasting, zeros
+from fitting.inference.lasting_noise import SURE_OF_WHITE, Series, intervals, lasting, zeros
 from fitting.inference.lasting_noise.sizes import decided, sizes_of
 
 TIME = np.linspace(0.0, 1.0, 60)
@@ -26,7 +26,7 @@ def campaign(random, drift, offset):
 
 def width(found):
     """Width of the 90 % intervals over that of white noise, shape (parameters,)."""
-    return np.mean(np.sqrt(found.variance[:, None] * found.levels[90]), axis=1)
+    return np.mean(np.sqrt(found.variance[:, None] * found.side_variances[90]), axis=1)
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def test_a_fit_with_the_noise_that_is_found_needs_no_wider_intervals():
         square = sum(zeros.square(one, size) for one in left)
         better = plain - np.linalg.solve(square[:2, :2], square[:2, 2])
         left = [Series(TIME, SLOPES @ better - one, SLOPES, "y") for one in read]
-        found = lasting(left, np.full(2, 1e-8), np.zeros(2), taken={"y": size})
+        found = lasting(left, np.full(2, 1e-8), np.zeros(2), noise_sizes={"y": size})
         white.append(plain), correlated.append(better), ratios.append(np.sqrt(found.variance))
     white, correlated = (np.mean(np.square(x), axis=0) for x in (white, correlated))
     assert correlated[0] < 0.7 * white[0] and correlated[1] < white[1]
@@ -124,7 +124,7 @@ def test_an_interval_reaches_to_where_a_held_constant_would_move_the_fit():
     normal = 4 * SLOPES.T @ SLOPES + np.diag(precision)
     both = np.linalg.solve(normal, SLOPES.T @ np.sum(read, axis=0))
     end = both[0] - 1.645 * np.sqrt(np.linalg.inv(normal)[0, 0])
-    lower = 1.645 * np.sqrt(found.variance[0] * found.levels[90][0, 0]) / np.sqrt(240.0)
+    lower = 1.645 * np.sqrt(found.variance[0] * found.side_variances[90][0, 0]) / np.sqrt(240.0)
     assert found.variance.shape == (1,) and found.steady > 0.5 and both[0] < alone[0] - 0.5
     assert alone[0] - lower < end + 0.1 * (alone[0] - end)
 
@@ -149,7 +149,7 @@ def test_many_clean_outputs_are_not_said_to_have_zeros_and_one_that_drifts_is(re
     random, columns = np.random.default_rng(7), np.sin(300.0 * TIME)[:, None]
     clean = random.standard_normal((6, recordings, outputs, 60))
     steady = [lasting(fitted(y, columns), np.zeros(1), np.zeros(1)).steady for y in clean]
-    assert np.sum(np.less(steady, SURE)) <= 1 and np.median(steady) > 0.8
+    assert np.sum(np.less(steady, SURE_OF_WHITE)) <= 1 and np.median(steady) > 0.8
     clean[0, :, 1] += 4.0 * TIME
     assert lasting(fitted(clean[0], columns), np.zeros(1), np.zeros(1)).steady < 0.01
 
@@ -163,7 +163,7 @@ def test_what_recordings_cannot_tell_is_not_decided():
         without = sizes.size[:, 0, 1] == 0.0
         offsets.append(sizes.weight[without].sum())
         assert np.any(np.isfinite(decided(sizes).before[without]))
-        assert lasting(series, np.zeros(2), np.zeros(2)).steady > SURE
+        assert lasting(series, np.zeros(2), np.zeros(2)).steady > SURE_OF_WHITE
     np.testing.assert_allclose(offsets, 0.5, atol=0.05)
 
 
@@ -172,9 +172,9 @@ def test_a_fit_that_stopped_early_has_the_intervals_of_its_optimum():
     random = np.random.default_rng(9)
     read = random.standard_normal((3, 1, 60)) + random.standard_normal((3, 1, 1))
     ended, early = (lasting(fitted(read, SLOPES, off), np.zeros(2), np.zeros(2)) for off in (0.0, 0.5))
-    assert ended.steady < SURE and ended.variance[0] > 4.0
+    assert ended.steady < SURE_OF_WHITE and ended.variance[0] > 4.0
     np.testing.assert_allclose(early.variance, ended.variance, rtol=1e-4)
-    np.testing.assert_allclose(early.levels[50], ended.levels[50], rtol=1e-4)
+    np.testing.assert_allclose(early.side_variances[50], ended.side_variances[50], rtol=1e-4)
 
 
 @pytest.mark.parametrize("rows", [60, 2])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.inference.lasting_noise import (
-    SURE,
+    SURE_OF_WHITE,
     Series,
     Shared,
     courses_of,
@@ -103,9 +103,9 @@ def test_clean_readings_leave_intervals_as_they_are_and_rows_for_themselves_do_n
         series = [Series(TIME, p.misfit[k], p.slopes[k], name) for p in parts for name, k in rows.items()]
         alone = lasting(series, PRECISION, z * sd)
         for some, one in ((together, said), (apart, alone)):
-            sides = np.sqrt(one.variance[:, None] * one.levels[90])
+            sides = np.sqrt(one.variance[:, None] * one.side_variances[90])
             some.append(np.abs(sides[:, 1] - sides[:, 0]))
-        assert said.steady > SURE and np.all(said.variance < 2.0)
+        assert said.steady > SURE_OF_WHITE and np.all(said.variance < 2.0)
     assert np.median(together) < 0.1 and np.median(apart) > 0.25
 
 
@@ -116,7 +116,7 @@ def test_intervals_hold_beside_a_drift_and_without(drift):
     random, held = np.random.default_rng(2), []
     for _ in range(40):
         z, said = fitted(readings(random, drift))
-        sides = 1.645 * np.sqrt(said.variance[:, None] * said.levels[90])
+        sides = 1.645 * np.sqrt(said.variance[:, None] * said.side_variances[90])
         held.append((-z <= sides[:, 1]) & (z <= sides[:, 0]))
     assert 0.8 < np.mean(held) < 0.98
 
@@ -124,7 +124,7 @@ def test_intervals_hold_beside_a_drift_and_without(drift):
 def test_a_zero_that_drifts_is_found_in_its_output():
     random = np.random.default_rng(3)
     found = [fitted(readings(random, 4.0))[1] for _ in range(3)]
-    assert np.median([one.steady for one in found]) < SURE
+    assert np.median([one.steady for one in found]) < SURE_OF_WHITE
     assert np.mean([one.drift["y"] for one in found]) > 2.0 > 2.0 * np.mean([one.drift["z"] for one in found])
 
 
@@ -140,6 +140,6 @@ def test_the_zero_of_an_output_without_readings_is_not_told():
     said, want = (lasting_beside_trajectories(some, PRECISION, found) for some in (parts, alone))
     assert set(said.drift) == set(said.scale) == {"y"}
     assert said.steady == want.steady and said.drift == want.drift
-    np.testing.assert_array_equal(said.levels[90], want.levels[90])
+    np.testing.assert_array_equal(said.side_variances[90], want.side_variances[90])
     unread = [Shared(p.misfit, p.slopes, p.moved, {"y": TIME[:0], "z": TIME[:0]}, p.count) for p in parts]
     assert not lasting_beside_trajectories(unread, PRECISION, found).drift

@@ -13,7 +13,7 @@ from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end
 from fitting.calibrate.quoted import KELVIN, estimates, of_prior_alone
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, Recording, all_real
-from fitting.inference.lasting_noise import SURE, Lasting, levels_by_name
+from fitting.inference.lasting_noise import SURE_OF_WHITE, Lasting, side_variances_by_name
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Specimen, priors
 from fitting.specimens.refitted import refitted
@@ -96,7 +96,7 @@ class GeneralCharacterisation(Characterisation):
         prior; in the unit of files."""
         last = self.lasting
         units = {} if last is None else _by_name(self.information, last.variance)
-        levels = {} if last is None else levels_by_name(last, self.information.names)
+        levels = {} if last is None else side_variances_by_name(last, self.information.names)
         return estimates(self.fitted, self.profiles, units, levels) | {
             name: of_prior_alone(quantity) for name, quantity in self.unseen.items()
         }
@@ -234,7 +234,7 @@ def _beside_zeros(
 
     Constants that are held at their table's values leave slow misfit, too. Beside them no zero is believed.
     """
-    if now.fit.zeros or unseen or now.lasting.steady >= SURE:
+    if now.fit.zeros or unseen or now.lasting.steady >= SURE_OF_WHITE:
         return now
     found = beside_zeros(now.fit, now.lasting.sizes, progress)
     return _informed(found, unseen) if found.zeros else now

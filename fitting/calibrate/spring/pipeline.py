@@ -17,7 +17,7 @@ from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end
 from fitting.calibrate.quoted import estimates
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, all_real
-from fitting.inference.lasting_noise import SURE, Lasting, Size, levels_by_name
+from fitting.inference.lasting_noise import SURE_OF_WHITE, Lasting, Size, side_variances_by_name
 from fitting.inference.lasting_noise.sizes import DRIFTS
 from fitting.inference.parameters import Parameters
 from fitting.specimens import priors
@@ -107,7 +107,7 @@ class SpringCharacterisation(Characterisation):
         names = self.information.names
         variance = np.ones(len(names)) if self.lasting is None else self.lasting.variance
         units = dict(zip(names, map(float, variance), strict=True))
-        levels = {} if self.lasting is None else levels_by_name(self.lasting, names)
+        levels = {} if self.lasting is None else side_variances_by_name(self.lasting, names)
         return estimates(self.fitted, self.profiles, units, levels=levels)
 
     def sd_given_geometry(self) -> dict[str, float]:
@@ -227,7 +227,7 @@ def _beside_zeros(joint: Joint, progress: Callable[[str], None]) -> Joint:
     if joint.problem.zeros:
         return joint
     last = _lasting(joint)
-    if last.steady >= SURE:
+    if last.steady >= SURE_OF_WHITE:
         return joint
     joint = beside_zeros(joint, _drifting(last.sizes), progress, steady=True)
     for _ in range(ZEROS):
@@ -242,7 +242,7 @@ def _lasting(joint: Joint) -> Lasting:
 
 def _drifting(sizes: Mapping[str, Size]) -> dict[str, Size]:
     """The sizes with a zero of the resistance that drifts as far as any candidate does."""
-    return {n: (max(DRIFTS), *size[1:]) if n == "resistance" else size for n, size in sizes.items()}
+    return {n: Size(max(DRIFTS), *size[1:]) if n == "resistance" else size for n, size in sizes.items()}
 
 
 def _profiled(

@@ -20,12 +20,18 @@ that the residuals at hand exclude. The other is a variance averaged over the gr
 probable as 3 % but six times as wide as the noise doubles it, and widens a 90 % interval by 7 %.
 """
 
-from .intervals import SURE, Lasting, lasting, lasting_beside_trajectories, levels_by_name
+from .intervals import (
+    SURE_OF_WHITE,
+    Lasting,
+    lasting,
+    lasting_beside_trajectories,
+    side_variances_by_name,
+)
 from .shared import Shared
 from .zeros import Series, Size, courses_of, modes_of
 
 __all__ = [
-    "SURE",
+    "SURE_OF_WHITE",
     "Lasting",
     "Series",
     "Shared",
@@ -33,6 +39,6 @@ __all__ = [
     "courses_of",
     "lasting",
     "lasting_beside_trajectories",
-    "levels_by_name",
     "modes_of",
+    "side_variances_by_name",
 ]

@@ -1,14 +1,30 @@
 """A zero of an instrument along a recording: its covariance, its modes, and what residuals tell beside it."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 BINS = 32
 """Maximum number of blocks of rows that a recording is averaged to; drifts are slow."""
-Size = tuple[float, float, float]
-"""Standard deviations of a zero's drift at the end of a recording, of its offset, and of the white noise, all
-in units of the noise as it was stated."""
+
+
+class Size(NamedTuple):
+    """Size of a zero: standard deviations in units of the noise as it was stated.
+
+    Attributes:
+        drift: that of its drift at the end of a recording.
+        offset: that of its offset.
+        scale: that of the white noise.
+    """
+
+    drift: float
+    offset: float
+    scale: float
+
+
+WHITE = Size(0.0, 0.0, 1.0)
+"""A zero that neither is off nor drifts, beside the noise as it was stated."""
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,7 @@ def lasting_sentence(time: float, inflation: float) -> str:
 def lasting_zeros(found: Lasting | None) -> list[str]:
     """Zeros of instruments that are off or drift, in words, where they changed the fit or its errors."""
     grown = 1.0 if found is None else float(np.sqrt(np.max(found.variance, initial=1.0)))
-    if found is None or (grown < 1.0 + TELLING and not found.taken):
+    if found is None or (grown < 1.0 + TELLING and not found.fitted_beside_zeros):
         return []
     seen = [name for name in found.drift if found.offset[name] + found.drift[name] > TELLING]
     if not seen:
@@ -80,7 +80,7 @@ def lasting_zeros(found: Lasting | None) -> list[str]:
         for name in seen
     )
     done = f"Errors were multiplied by up to {number(grown, '.2g')} for it"
-    if found.taken:
+    if found.fitted_beside_zeros:
         done = "Constants were fitted with such zeros"
     return [
         f"What is left changes slowly, as if zeros of instruments were off: {sizes} times its noise. "
