@@ -34,8 +34,9 @@ from .chart import PROBES, choose_chart
 from .gradients import differentiation, with_gradient
 from .laplace import Laplace, start_spread
 from .settings import Settings
+from .starts import CLOSER, TRIES, no_start
 from .target import Evaluator, Target
-from .unbounded import Unbounded
+from .unbounded import WhitenedMaps
 
 SAME_MODEL = 1e-6
 """Maximum relative difference between stored and recomputed log-density of a chain that belongs to this
@@ -43,8 +44,6 @@ model."""
 ACCEPTANCE = 0.9
 """Target of the warm-up for the mean acceptance along trajectories. Curved valleys need more than the usual
 0.8, at which 0.6 % of a banana's transitions diverged."""
-TRIES = 40
-"""Maximum number of draws of a starting point for one chain before the target is given up."""
 ENERGY = 0.3
 """Minimum of the energy's Bayesian fraction of missing information. Below it a chain moves too slowly between
 levels of energy (M. Betancourt, arXiv:1604.00695)."""
@@ -92,7 +91,7 @@ class HamiltonianChains(Chains):
 
     def __init__(self, target: Target, settings: Settings, file: Path | None = None):
         self.target, self.settings, self.file = target, settings, file
-        self._maps: Unbounded | None = None
+        self._maps: WhitenedMaps | None = None
         self._chains: list[_Chain] = []
         self._how: str | None = None
 
@@ -106,7 +105,7 @@ class HamiltonianChains(Chains):
             self.target, found, start_spread(self.target, found), Evaluator(self.target, PROBES),
             self.settings.seed,
         )  # fmt: skip
-        self._maps = Unbounded.around(self.target, found, chart)
+        self._maps = WhitenedMaps.around(self.target, found, chart)
         leaves, programs = self._programs()
 
         def one(k: int) -> _Chain:
@@ -123,11 +122,8 @@ class HamiltonianChains(Chains):
             z = closeness * jax.random.normal(jax.random.fold_in(key, attempt), (self.target.dimension,))
             if np.isfinite(float(density(leaves, z))):
                 return z
-            closeness *= 0.7
-        raise InputError(
-            "a chain finds no starting point near the fit at which the model has an answer; tighten bounds "
-            "or priors, or start elsewhere"
-        )
+            closeness *= CLOSER
+        raise no_start("a chain finds")
 
     def _programs(self) -> tuple[list[Array], "_Programs"]:
         arrays, fixed = eqx.partition((self.target, self._maps), eqx.is_array)
@@ -240,8 +236,8 @@ class HamiltonianChains(Chains):
         checkpoint.same_chain(self.file, header, self.target.fingerprint(), self.settings.chain_identity())
         self.why = header.why
         with checkpoint.opened(self.file) as file:
-            maps = (jnp.asarray(file[f"maps/{name}"][()]) for name in Unbounded.__dataclass_fields__)
-            self._maps = Unbounded(*maps)
+            maps = (jnp.asarray(file[f"maps/{name}"][()]) for name in WhitenedMaps.__dataclass_fields__)
+            self._maps = WhitenedMaps(*maps)
             self._chains = [_read(file[f"chain_{k}"]) for k in range(1, self.settings.ensembles + 1)]
         leaves, programs = self._programs()
         for chain in self._chains:
@@ -277,7 +273,7 @@ def _programs(
 ) -> _Programs:
     """Programs whose arguments are the numbers of a target."""
 
-    def parts(leaves: list[Array]) -> tuple[Target, Unbounded]:
+    def parts(leaves: list[Array]) -> tuple[Target, WhitenedMaps]:
         return eqx.combine(jax.tree.unflatten(structure, leaves), jax.tree.unflatten(static, functions))
 
     def plain(z: Array, leaves: list[Array]) -> Array:

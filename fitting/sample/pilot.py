@@ -23,7 +23,7 @@ from .ensembles import Ensembles
 from .laplace import Laplace, start_spread
 from .settings import Settings
 from .target import Evaluator, Target
-from .unbounded import Unbounded
+from .unbounded import WhitenedMaps
 
 STEPS = 200
 """Number of steps of the pilot. Autocorrelation times above some 20 steps are then underestimated, which
@@ -104,7 +104,7 @@ def _smooth_segments(
 ) -> int:
     """Number of segments on which Simpson's rule over the slope gives the change of the log-density."""
     chart = choose_chart(target, found, start_spread(target, found), Evaluator(target, PROBES), settings.seed)
-    maps = Unbounded.around(target, found, chart)
+    maps = WhitenedMaps.around(target, found, chart)
     random = np.random.default_rng(settings.seed)
     chosen = points[random.choice(len(points), SEGMENTS, replace=len(points) < SEGMENTS)]
     ways = random.standard_normal((SEGMENTS, target.dimension))
@@ -112,7 +112,7 @@ def _smooth_segments(
     starts = np.stack([np.linalg.lstsq(maps.root, chart.to_chart(u) - maps.centre)[0] for u in chosen])
 
     @eqx.filter_jit
-    def errors(target: Target, maps: Unbounded, starts: Array, ways: Array) -> Array:
+    def errors(target: Target, maps: WhitenedMaps, starts: Array, ways: Array) -> Array:
         def one(start: Array, way: Array) -> Array:
             def along(share: Array) -> tuple[Array, Array]:
                 return jax.jvp(lambda s: maps.log_density(target, start + s * way), (share,), (jnp.ones(()),))

@@ -10,6 +10,19 @@ from .laplace import Laplace
 from .target import Evaluator, Target
 
 TRIES = 40
+"""Maximum number of draws of starting points before a target is given up."""
+CLOSER = 0.7
+"""Factor on the distance from the fit of points that are drawn again [1]; after `TRIES` draws it is 6e-7."""
+INSIDE = 1e-3
+"""Least distance of starting points from two finite bounds, as part of the distance between these [1]."""
+
+
+def no_start(who: str) -> InputError:
+    """The error for walkers or chains that find no starting point, such as "a chain finds"."""
+    return InputError(
+        f"{who} no starting point near the fit at which the model has an answer; tighten bounds or priors, or"
+        " start elsewhere"
+    )
 
 
 def dispersed_ball(
@@ -21,12 +34,12 @@ def dispersed_ball(
     walkers: int,
     random: np.random.RandomState,
 ) -> Float[np.ndarray, "walkers n"]:
-    """Starting points of one ensemble around the mode, in the coordinates of walkers.
+    """Starting points of one ensemble around the mode, in the coordinates of the chart.
 
     The ensemble's centre lies about one standard error from the mode, its walkers another one around the
     centre. Ensembles thus start as far apart as the posterior is wide, which makes their agreement
-    meaningful. Points outside the bounds are mirrored inside. Points without an answer of the model are drawn
-    again, closer to the mode.
+    meaningful. Points outside the bounds are mirrored inside, and kept a little away from them. Points
+    without an answer of the model are drawn again, closer to the mode: offset and ensemble's centre shrink.
 
     Args:
         target: target to sample.
@@ -51,18 +64,18 @@ def dispersed_ball(
         wanted = wanted[~np.isfinite(evaluator(inside))]
         if not len(wanted):
             return points
-        closeness *= 0.7
-    raise InputError(
-        f"{len(wanted)} of {walkers} walkers find no starting point near the fit at which the model has an "
-        "answer; tighten bounds or priors, or start elsewhere"
-    )
+        closeness *= CLOSER
+    raise no_start(f"{len(wanted)} of {walkers} walkers find")
 
 
 def _mirrored(target: Target, points: np.ndarray) -> np.ndarray:
-    """Points reflected at the bounds that they cross, and put inside where they would cross the other one."""
+    """Points reflected at the bounds that they cross, and put inside where they would cross the other one.
+
+    Once is enough of draws about the mode. `unbounded` folds without end, since chains may go anywhere.
+    """
     lower, upper = np.asarray(target.lower), np.asarray(target.upper)
     with np.errstate(invalid="ignore"):
         points = np.where(points < lower, 2.0 * lower - points, points)
         points = np.where(points > upper, 2.0 * upper - points, points)
-    edge = 1e-3 * np.where(np.isfinite(upper - lower), upper - lower, 0.0)
+    edge = INSIDE * np.where(np.isfinite(upper - lower), upper - lower, 0.0)
     return np.clip(points, lower + edge, upper - edge)

@@ -13,7 +13,7 @@ from fitting.sample.gradients import differentiation
 from fitting.sample.laplace import laplace
 from fitting.sample.pilot import pilot
 from fitting.sample.tempered import draw_prior
-from fitting.sample.unbounded import Unbounded
+from fitting.sample.unbounded import WhitenedMaps
 from pneusma_jax.errors import InputError
 
 NUTS = Settings(sampler="nuts", max_steps=4000, warm_up=300)
@@ -63,7 +63,7 @@ def test_a_logarithmic_chart_carries_its_jacobian():
     parameters = Parameters(Parameter("x", 2.0, min=0.5, max=8.0))
     target = Target.from_log_likelihood(lambda values, data: -values["x"], parameters)
     found = laplace(target, jnp.asarray([2.0]))
-    maps = Unbounded.around(target, found, Chart(np.array([1])))
+    maps = WhitenedMaps.around(target, found, Chart(np.array([1])))
     for z in (-3.0, 0.1, 4.0):
         u = float(maps.coordinates(jnp.asarray([z]))[0])
         assert 0.5 <= u <= 8.0
