@@ -10,7 +10,7 @@ from pneusma_jax.errors import counted
 
 from ..recordings import NOT_STATED, Recording, check_recording, resistance_range, schema
 from ..recordings.nominal import nominal_geometry
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .channels import (
     UnitMissing,
     canonical,
@@ -302,7 +302,7 @@ def _drop_empty(
     needed = schema.KINDS[making.kind].columns.required
     for name in [name for name, values in columns.items() if np.isnan(values).all()]:
         if name in needed:
-            raise refuse(making.place, f"{name} has no number in it; name its column with --map")
+            raise unusable(making.place, f"{name} has no number in it; name its column with --map")
         notices.append(f"{name} has no number in it and was left out")
         del columns[name]
     data = [values for name, values in columns.items() if name != "time_s"]
@@ -310,7 +310,9 @@ def _drop_empty(
     if "time_s" in columns:
         empty = empty | np.isnan(columns["time_s"])
     if empty.all():
-        raise refuse(making.place, "no row has a time and a value; is a column named that holds no numbers?")
+        raise unusable(
+            making.place, "no row has a time and a value; is a column named that holds no numbers?"
+        )
     if empty.any():
         notices.append(
             f"{counted(int(empty.sum()), 'row')} without a time or without any value dropped"

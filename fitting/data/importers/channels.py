@@ -10,7 +10,7 @@ from pneusma_jax.units import find_unit
 
 from ..recordings import schema
 from ..recordings.columns import convert
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .clock_columns import refuse_several_clocks
 from .grid import Grid
 from .making import Channel, Making
@@ -40,7 +40,7 @@ def units_missing(making: Making) -> InputError:
     labels = ", ".join(repr(making.channels[quantity].label) for quantity in bare)
     subject = f"the unit of {labels} is" if len(bare) == 1 else f"the units of {labels} are"
     options = " ".join(f"--unit {quantity}=..." for quantity in bare)
-    return refuse(
+    return unusable(
         making.place,
         f"{subject} not stated in the file; state {'it' if len(bare) == 1 else 'them'} with {options}",
     )
@@ -120,7 +120,7 @@ def channels_of(sample: Sample, options: Options, notices: list[str]) -> dict[st
                 " correct)"
             )
     for quantity in (q for q in options.units if q in found and found[q].by_row):
-        raise refuse(
+        raise unusable(
             sample.raw.path, f"--unit {quantity}: the file states the unit of {found[quantity].label!r} row"
             " by row; leave the option out",
         )  # fmt: skip
@@ -142,7 +142,7 @@ def mapped_channels(sample: Sample, options: Options) -> dict[str, Channel]:
             listed = (
                 ", ".join(repr(text) for text in texts) if texts else f"numbers 1 to {grid.values.shape[1]}"
             )
-            raise refuse(
+            raise unusable(
                 sample.raw.path, f"--map {quantity}={wanted}: there is no such column; there are {listed}"
             )
         found[quantity] = _channel(grid, column)
@@ -221,7 +221,7 @@ def refuse_absolute_stress(making: Making, grid: Grid) -> None:
             continue
         if heading.written and dimension(heading.unit) == "pressure":
             label = making.channels[quantity].label
-            raise refuse(
+            raise unusable(
                 making.place, f"column {label!r}: {heading.written!r} says from which zero a pressure counts,"
                 f" and a stress is none; if {heading.unit} is meant: --unit {quantity}={heading.unit}",
             )  # fmt: skip
@@ -236,7 +236,7 @@ def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.n
     """
     option = f"state it with --unit {quantity}=..."
     if channel.trouble:
-        raise refuse(place, f"{channel.trouble}; write it as the other numbers are, or leave it empty")
+        raise unusable(place, f"{channel.trouble}; write it as the other numbers are, or leave it empty")
     if channel.unit is None:
         if wanted == "1":
             return channel.values
@@ -247,9 +247,9 @@ def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.n
     try:
         measured = find_unit(unit).dimension
     except InputError as error:
-        raise refuse(place, f"column {channel.label!r}: {error}; {option}") from None
+        raise unusable(place, f"column {channel.label!r}: {error}; {option}") from None
     if measured != find_unit(wanted).dimension:
-        raise refuse(
+        raise unusable(
             place, f"column {channel.label!r} is in {unit}, which is not a unit of {quantity}; {option}"
         )
     return convert(channel.values, unit, wanted)
@@ -306,7 +306,7 @@ def _add_constants(columns: dict[str, np.ndarray], making: Making) -> None:
         if name is None:
             continue
         if name in columns:
-            raise refuse(
+            raise unusable(
                 making.place, f"--constant {quantity}_{unit}: the file has it in"
                 f" {making.channels[quantity].label!r}; leave the option out",
             )  # fmt: skip
@@ -330,13 +330,13 @@ def _check_present(columns: dict[str, np.ndarray], making: Making) -> None:
     absent = [name for name in rules.required if name not in columns and name != "time_s"]
     constant = " ".join(f"--constant {name}=..." for name in absent)
     if absent:
-        raise refuse(
+        raise unusable(
             making.place, f"a recording of kind {making.kind} needs {', '.join(absent)}, which was not"
             f" found{others}; name the columns with --map QUANTITY=COLUMN, or state what did"
             f" not change with {constant}",
         )  # fmt: skip
     if rules.one_of and not any(name in columns for name in rules.one_of):
-        raise refuse(
+        raise unusable(
             making.place, f"a recording of kind {making.kind} needs one of {', '.join(rules.one_of)}{others};"
             " name it with --map QUANTITY=COLUMN",
         )  # fmt: skip

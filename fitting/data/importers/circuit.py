@@ -7,7 +7,7 @@ offset voltage. The logged value may then be `gain (V_out - V_offset)`.
 
 import numpy as np
 
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .channels import in_unit
 from .making import Channel, Making
 
@@ -60,7 +60,7 @@ def add_resistances(making: Making) -> None:
             continue
         missing = [key for key in NEEDED if key not in circuit]
         if missing:
-            raise refuse(
+            raise unusable(
                 place, f"{wanted} follows from {channel.label!r} by Eq. 2.50, which needs the circuit: "
                 "state it with " + " ".join(f"--circuit {key}=..." for key in missing),
             )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 from pneusma_jax.units import UNITS
 
 from ..recordings.columns import convert
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .grid import Grid
 from .parts import Sample
 from .spelling import unit_name
@@ -54,7 +54,7 @@ def refuse_several_clocks(sample: Sample, columns: Mapping[str, int]) -> list[st
             continue
         both = " and ".join(f"{grid.headings[c].text!r} (column {c + 1})" for c in (first, second))
         if float(np.ptp(apart)) > step:
-            raise refuse(
+            raise unusable(
                 sample.raw.path, f"the clocks {both} run up to {np.abs(apart).max():.4g} s apart, so the"
                 " values in a row are not of one moment; bring them to one clock in the file, or, if one"
                 f" clock is right for all columns, name it: --map time={first + 1}",

@@ -7,7 +7,7 @@ import numpy as np
 
 from pneusma_jax.errors import counted
 
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .channels import in_unit
 from .circuit import add_resistances
 from .making import Channel, Making
@@ -76,7 +76,7 @@ def _derive_strain(making: Making) -> None:
         stretch = channels["stretch"]
         values = in_unit(stretch, "1", "stretch", place) - 1.0
         if np.nanmin(values, initial=0.0) <= -1.0:
-            raise refuse(
+            raise unusable(
                 place, f"{stretch.label!r} falls to {np.nanmin(stretch.values):.4g}, but a stretch is 1 at"
                 f" rest and stays above 0; if it is a strain: --map strain={stretch.label!r}",
             )  # fmt: skip
@@ -90,7 +90,7 @@ def _derive_strain(making: Making) -> None:
         label = channels["elongation"].label
         gauge = gauge_length_mm(making)
         if gauge is None:
-            raise refuse(
+            raise unusable(
                 place, f"strain needs the length between the grips, to divide {label!r} by; "
                 "state it with --dimension gauge_length_mm=...",
             )  # fmt: skip
@@ -111,7 +111,7 @@ def _derive_stress(making: Making) -> None:
         label = channels["force"].label
         area = area_mm2(making)
         if area is None:
-            raise refuse(
+            raise unusable(
                 place, f"stress needs the specimen's cross-section, to divide {label!r} by; state it with"
                 " --dimension area_mm2=... (or diameter_mm=..., or width_mm=... and thickness_mm=...)",
             )  # fmt: skip

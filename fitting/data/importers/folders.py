@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pneusma_jax.errors import counted
 
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .parts import samples_of
 from .raw import open_raw
 from .registry import FORMATS
@@ -47,7 +47,7 @@ def raw_files(sources: Iterable[str | Path]) -> tuple[list[Path], list[Path]]:
             )
         ]
         if not with_numbers:
-            raise refuse(
+            raise unusable(
                 source, f"there is no raw file ({', '.join(RAW_ENDINGS)}) with numbers in this folder"
             )
         wanted += with_numbers

@@ -4,7 +4,7 @@
 import numpy as np
 
 from ..recordings import Recording
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .assemble import Facts, assemble, slug
 from .channels import channels_of, in_unit
 from .derive import CREDIBLE_STRESS_MPA
@@ -74,7 +74,7 @@ def _bend(
     span, depth = options.dimensions.get("span_mm"), options.dimensions.get("depth_mm")
     stress = next((i for i, h in enumerate(grid.headings) if h.name == "flexurestress"), None)
     if span is None or depth is None or stress is None or "elongation" not in channels:
-        raise refuse(
+        raise unusable(
             sample.raw.path, "this is three-point bending, not a wire pulled straight; give --dimension"
             " span_mm=... and --dimension depth_mm=... to take the surface of the beam for a wire",
         )  # fmt: skip
@@ -113,7 +113,7 @@ def _check_sizes(channels: dict[str, Channel], options: Options, sample: Sample)
                 " was told a wrong cross-section)"
             )
     if missing:
-        raise refuse(
+        raise unusable(
             sample.raw.path, "this log makes a wire when the specimen's sizes are known; state with"
             " --dimension "
             + " and ".join(missing),

@@ -11,7 +11,7 @@ from pneusma_jax.errors import counted
 from ..recordings import Recording, schema
 from ..recordings.columns import convert
 from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .assemble import Facts, assemble, slug
 from .channels import channels_of, in_unit, named_channels
 from .circuit import VOLTAGES, resistance_named
@@ -99,7 +99,7 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
         )
     unmodelled_test = unmodelled(sample, channels)
     if unmodelled_test and (not fits or unmodelled_test.certain):
-        raise refuse(sample.raw.path, unmodelled_test.sentence)
+        raise unusable(sample.raw.path, unmodelled_test.sentence)
     if len(fits) != 1:
         kinds_text = (
             f"its columns fit the kinds {', '.join(fits)}" if fits else "its columns fit no kind of recording"
@@ -107,7 +107,7 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
         grid = sample.require_grid()
         columns = ", ".join(repr(heading.text) for heading in grid.headings) or "no headings"
         others = unrecognised(grid.headings, {c.column for c in channels.values()}, available)
-        raise refuse(
+        raise unusable(
             sample.raw.path, f"{kinds_text} ({columns}){_nearest(available)}"
             f"{f'; {others}' if others else ''}; state --kind, and name the columns with --map"
             f" QUANTITY=COLUMN. Kinds: {KINDS}",

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass, field, replace
 
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .grid import Grid
 from .labview import with_stated_units
 from .pages import joined_pages, oldest_first, states_a_specimen
@@ -63,7 +63,7 @@ class Sample:
             InputError: if the file holds none.
         """
         if self.grid is None:
-            raise refuse(
+            raise unusable(
                 self.raw.path, f"no table of numbers (at least {LEAST_ROWS} rows) was found in this file"
             )
         return self.grid
@@ -121,7 +121,7 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
 
 def _wanted(raw: RawFile, sheet: str) -> list[Page]:
     if not raw.is_workbook:
-        raise refuse(
+        raise unusable(
             raw.path, f"--sheet {sheet}: this is a text file, it has no sheets; leave the option out"
         )
     names = [page.name for page in raw.pages]
@@ -130,7 +130,7 @@ def _wanted(raw: RawFile, sheet: str) -> list[Page]:
             return [raw.pages[at]]
     if sheet.isdecimal() and 1 <= int(sheet) <= len(names):
         return [raw.pages[int(sheet) - 1]]
-    raise refuse(
+    raise unusable(
         raw.path, f"--sheet {sheet}: there is no such sheet; there are {', '.join(map(repr, names))}"
     )
 

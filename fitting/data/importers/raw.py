@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .numerals import CellNumber
 
 # Time, displacement, force, strain, ...: words that show in which code a text is that is in no other one.
@@ -114,13 +114,13 @@ class RawFile:
 
     def _lines(self) -> list[str]:
         if self.content[:4] == b"\xd0\xcf\x11\xe0":
-            raise refuse(self.path, "this is an old Excel file (.xls); save it as .xlsx or .csv")
+            raise unusable(self.path, "this is an old Excel file (.xls); save it as .xlsx or .csv")
         for start, what in _OTHERS.items():
             if self.content.startswith(start):
-                raise refuse(self.path, f"this is {what}, not a table of text; export it as .csv or .xlsx")
+                raise unusable(self.path, f"this is {what}, not a table of text; export it as .csv or .xlsx")
         text = _decode(self.content)
         if "\0" in text:
-            raise refuse(self.path, "this is neither text nor an Excel workbook; export it as .csv")
+            raise unusable(self.path, "this is neither text nor an Excel workbook; export it as .csv")
         return _joined(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
 
 
@@ -134,11 +134,11 @@ def open_raw(path: str | Path) -> RawFile:
     try:
         content = path.read_bytes()
     except FileNotFoundError:
-        raise refuse(path, "there is no such file") from None
+        raise unusable(path, "there is no such file") from None
     except OSError as error:
-        raise refuse(path, f"the file cannot be read ({error.strerror})") from None
+        raise unusable(path, f"the file cannot be read ({error.strerror})") from None
     if not content.strip():
-        raise refuse(path, "the file is empty")
+        raise unusable(path, "the file is empty")
     return RawFile(path, content)
 
 
@@ -270,7 +270,7 @@ def _check_size(raw: RawFile) -> None:
     except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError):
         return  # the reader of the file reports the error
     if size > MOST_UNPACKED:
-        raise refuse(
+        raise unusable(
             raw.path,
             f"this workbook unpacks to {size / 2**20:,.0f} MiB, but {MOST_UNPACKED // 2**20} MiB is the most "
             "that is read; save the sheet that is wanted as .csv",
@@ -294,7 +294,7 @@ def _read_sheets(raw: RawFile) -> list[Page]:
             sheets = [(s.title, s.sheet_state != "visible", _texts_of(s)) for s in book.worksheets]
             book.close()
     except Exception as error:  # of zip, XML or styles: a damaged workbook can end anywhere in there
-        raise refuse(raw.path, f"this is not an Excel workbook that can be read ({error})") from None
+        raise unusable(raw.path, f"this is not an Excel workbook that can be read ({error})") from None
     pages = []
     for title, hidden, texts in sheets:
         for row in texts:
@@ -303,5 +303,5 @@ def _read_sheets(raw: RawFile) -> list[Page]:
         if any(texts):
             pages.append(Page(title, [], texts, hidden))
     if not pages:
-        raise refuse(raw.path, "the workbook has no filled sheet")
+        raise unusable(raw.path, "the workbook has no filled sheet")
     return pages

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..recordings import Recording
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .format import Format
 from .options import Options
 from .parts import Sample
@@ -22,7 +22,7 @@ def _refused(name: str, recognises: Callable[[Sample], bool], what: str, advice:
     """A format whose files are refused: what they are (a sentence without its end), and what to do."""
 
     def read(sample: Sample, options: Options) -> Recording:
-        raise refuse(sample.raw.path, f"{what}; {advice}")
+        raise unusable(sample.raw.path, f"{what}; {advice}")
 
     return Format(name, what, recognises, read, refuses=True)
 

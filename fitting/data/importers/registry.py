@@ -11,7 +11,7 @@ from pneusma_jax.errors import InputError, counted, nearest
 
 from ..files import names_apart
 from ..recordings import Recording
-from ..recordings.table import first_of, refuse
+from ..recordings.table import first_of, unusable
 from . import (
     compression_test,
     loading_unloading,
@@ -70,29 +70,29 @@ def detect(sample: Sample) -> Format:
             recording already.
     """
     if is_recording(sample):
-        raise refuse(sample.raw.path, SENTENCE)
+        raise unusable(sample.raw.path, SENTENCE)
     hits = [format for format in FORMATS if not format.fallback and format.recognises(sample)]
     hits = hits or [format for format in FORMATS if format.fallback and format.recognises(sample)]
     if len(hits) == 1:
         return hits[0]
     if hits:
         names = " or ".join(hit.name for hit in hits)
-        raise refuse(sample.raw.path, f"this could be {names}; pick one with --format")
+        raise unusable(sample.raw.path, f"this could be {names}; pick one with --format")
     unmodelled_test = unmodelled(sample, named_channels(sample.grid)) if sample.grid is not None else None
     if unmodelled_test:
-        raise refuse(sample.raw.path, unmodelled_test.sentence)
+        raise unusable(sample.raw.path, unmodelled_test.sentence)
     if sample.grid is None or not sample.grid.headings:
         for page in sample.raw.pages:
             if why := in_rows(page):
-                raise refuse(sample.raw.path, why)
+                raise unusable(sample.raw.path, why)
     if sample.grid is None:
         for page in sample.raw.pages:
             if why := words_for_numbers(page):
-                raise refuse(sample.raw.path, f"{why}; write them as numbers, or leave them empty")
+                raise unusable(sample.raw.path, f"{why}; write them as numbers, or leave them empty")
             if why := few_numbers(page):
-                raise refuse(sample.raw.path, why)
+                raise unusable(sample.raw.path, why)
     if why := formulas_without_values(sample.raw):
-        raise refuse(sample.raw.path, why)
+        raise unusable(sample.raw.path, why)
     names = ", ".join(format.name for format in FORMATS)
     headings = [] if sample.grid is None else [heading.text for heading in sample.grid.headings]
     columns = f" ({', '.join(repr(text) for text in headings)})" if headings else ""
@@ -103,7 +103,7 @@ def detect(sample: Sample) -> Format:
         found = named_channels(sample.grid)
         advice = advised(sample.grid.headings, {c.column for c in found.values()}, found)
         advice = f", {advice}" if advice else ""
-    raise refuse(
+    raise unusable(
         sample.raw.path,
         f"no known format; name its columns{columns} with --map QUANTITY=COLUMN{advice},"
         f" where QUANTITY is one of {', '.join(QUANTITIES)}; or see the known formats: {names}",
@@ -127,7 +127,7 @@ def import_file(path: str | Path, options: Options | None = None) -> Recording:
     recordings = import_tests(path, options)
     if len(recordings) > 1:
         titles = ", ".join(repr(recording.source["raw_part"]) for recording in recordings)
-        raise refuse(
+        raise unusable(
             path, f"this file holds {len(recordings)} tests ({titles}); choose one with --sheet or --specimen"
         )
     return recordings[0]
@@ -188,12 +188,12 @@ def _read(format: Format, sample: Sample, options: Options) -> Recording:
         recording = format.read(sample, options)
     except InputError:
         if rows and (why := formulas_without_values(sample.raw, sample.sheet, rows)):
-            raise refuse(sample.raw.path, why) from None
+            raise unusable(sample.raw.path, why) from None
         raise
     gaps = any(np.isnan(values).any() for values in recording.columns.values())
     if rows and (why := formulas_without_values(sample.raw, sample.sheet, rows)):
         if gaps or len(recording) < len(rows):
-            raise refuse(sample.raw.path, why)
+            raise unusable(sample.raw.path, why)
         _add_notices(recording, [f"check: {why}"])
     return recording
 
@@ -203,7 +203,7 @@ def _refuse_doubtful(samples: list[Sample]) -> None:
     for sample in samples:
         if sample.grid is not None and sample.grid.doubt:
             place = f"{sample.raw.path} ({sample.title})" if sample.title else sample.raw.path
-            raise refuse(place, sample.grid.doubt)
+            raise unusable(place, sample.grid.doubt)
 
 
 def _selected_test(samples: list[Sample], options: Options) -> tuple[list[Sample], Options]:
@@ -276,7 +276,7 @@ def _refuse_unused(made: list[Made], options: Options) -> None:
         without = [one for one in made if pair not in one.options.used.names]
         if len(without) == len(made):
             recording, own, _ = made[0]
-            raise refuse(
+            raise unusable(
                 recording.path or recording.name,
                 own.used.why.get(pair, f"{' '.join(pair).strip()} is of no use here"),
             )
@@ -291,7 +291,7 @@ def _named_format(name: str, sample: Sample) -> Format:
             f"--format {name}: no such format, {nearest(name, [known.name for known in FORMATS])}"
         )
     if not chosen.recognises(sample):
-        raise refuse(sample.raw.path, f"this does not look like --format {name} ({chosen.about})")
+        raise unusable(sample.raw.path, f"this does not look like --format {name} ({chosen.about})")
     return chosen
 
 
@@ -328,7 +328,7 @@ def _one_of_all(paths: Sequence[Path], made: Sequence[Made], options: Options) -
     for path in paths:
         count = sum(one.recording.path == path for one in made)
         if count != 1:
-            raise refuse(
+            raise unusable(
                 path, f"this file holds {counted(count, 'test')}, and --successive joins files of one test"
                 " each; choose one with --sheet",
             )  # fmt: skip
@@ -349,7 +349,7 @@ def _refuse_twice(paths: Sequence[Path]) -> None:
     places = [path.resolve() for path in paths]
     for number, (path, place) in enumerate(zip(paths, places, strict=True)):
         if place in places[:number]:
-            raise refuse(path, "this file is given twice")
+            raise unusable(path, "this file is given twice")
 
 
 def _separate_names(recordings: list[Recording]) -> None:

@@ -5,7 +5,7 @@ import numpy as np
 from pneusma_jax.errors import counted
 
 from ..recordings import schema
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .making import Making
 
 LOGGED_CLOCK = "clock_as_logged"
@@ -38,7 +38,7 @@ def with_clock(
     time = columns["time_s"]
     back = np.flatnonzero(np.diff(time) < 0.0)
     if back.size and needed:
-        raise refuse(
+        raise unusable(
             making.place, f"the clock goes back from {time[back[0]]:g} to {time[back[0] + 1]:g} s; cut the"
             " file there, and import the pieces",
             int(rows[back[0] + 1]), "time",

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .channels import in_unit
 from .compression import About, ask_about_compression, make_compression_negative, source_quantity
 from .making import Channel, Making
@@ -156,7 +156,7 @@ def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
         return
     sources = [source_quantity(making, family) for family in ("strain", "stress")]
     unit = pair[1].rpartition("_")[2]
-    raise refuse(
+    raise unusable(
         making.place, f"stress goes to {stress[at]:.4g} {unit} while strain goes to"
         f" {strain[at]:.4g}: one of them is counted the other way; pulled: --scale"
         f" {sources[1 if stress[at] < stress[0] else 0]}=-1, pressed: --scale"
@@ -175,7 +175,7 @@ def _ask_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
     against = largest(x) * largest(y) < 0.0
     if at is not None and steady:
         turned = "force" if y[at] < y[0] else "elongation"
-        raise refuse(
+        raise unusable(
             making.place, f"force goes to {y[at]:.4g} N while elongation goes to {x[at]:.4g} mm, and the"
             f" phase stays: one of them is counted the other way; --scale {turned}=-1",
         )  # fmt: skip
@@ -192,7 +192,7 @@ def _refuse_below_minus_one(columns: dict[str, np.ndarray], pair: tuple[str, str
     least, stress = float(np.nanmin(columns["strain"])), largest(columns[pair[1]])
     if least <= -1.0 and stress < 0.0 and making.channels["strain"].made:
         elongation, force = source_quantity(making, "strain"), source_quantity(making, "stress")
-        raise refuse(
+        raise unusable(
             making.place, f"strain goes to {least:.4g} and stress to {stress:.4g}: nothing can be pressed to"
             " less than no length. If it was pulled, both are counted the other way: --scale"
             f" {elongation}=-1 --scale {force}=-1",

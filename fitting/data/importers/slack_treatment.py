@@ -5,7 +5,7 @@ import numpy as np
 from pneusma_jax.errors import counted
 
 from ..recordings import schema
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from ..slack import Slack, find_slack, noise_of_steps, rest_at_zero
 from .making import Making
 
@@ -62,7 +62,7 @@ def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
         InputError: if no fit of this kind finds zeros.
     """
     if making.kind not in schema.with_zeros():
-        raise refuse(
+        raise unusable(
             making.place, f"--slack fit: no fit of kind {making.kind} finds zeros (kinds that do:"
             f" {', '.join(schema.with_zeros())}); --slack auto takes them off",
         )  # fmt: skip
@@ -97,7 +97,7 @@ def start_at(
     if left < LEAST_LEFT:
         word, unit = ("strain", "") if drive == "strain" else ("elongation", " mm")
         percent = ", and a fraction, so that 5 % is 0.05" if drive == "strain" else ""
-        raise refuse(
+        raise unusable(
             making.place, f"--slack {making.options.slack}: {counted(left, 'row lies', 'rows lie')} beyond"
             f" it; {word} goes from"
             f" {np.nanmin(raw):.4g} to {np.nanmax(raw):.4g}{unit} here, and the slack is its first part"

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..recordings.columns import convert
 from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .making import Channel, Making
 from .spelling import dimension, unit_name
 
@@ -46,17 +46,17 @@ def settle_strain_unit(making: Making) -> None:
     reaches = f"{channel.label!r} has no unit and reaches {largest:.4g}"
     ask = "state it with --unit strain=percent (or --unit strain=1)"
     if making.kind == "wire" and largest > WIRE_STRAIN_LIMIT:
-        raise refuse(
+        raise unusable(
             making.place, f"{reaches}; as a fraction no nitinol wire"
             f" strains beyond {WIRE_STRAIN_LIMIT:g}: {ask}",
         )  # fmt: skip
     if largest > FARTHEST_STRETCH - 1.0:
-        raise refuse(
+        raise unusable(
             making.place, f"{reaches}, which as a fraction would be a"
             f" stretch of {1.0 + largest:.4g}: {ask}",
         )  # fmt: skip
     if _bends_as_percent(making, channel):
-        raise refuse(
+        raise unusable(
             making.place, f"{reaches}; as a fraction the curve would be far"
             f" straighter than any rubber's up to a strain of {min(largest, SHAPED):.3g}, as percent it"
             f" would not: {ask}",
@@ -75,7 +75,7 @@ def _refuse_far(making: Making, channel: Channel) -> None:
     farthest, reaches, stated = _reach(channel)
     if farthest > FARTHEST_STRETCH - 1.0:
         other = "1" if stated == "percent" else "percent"
-        raise refuse(
+        raise unusable(
             making.place, f"{reaches} would be a stretch of {1.0 + farthest:.4g}, further than any rubber"
             f" stretches; state the unit with --unit strain={other} (--unit strain={stated} keeps it)",
         )  # fmt: skip
@@ -97,17 +97,17 @@ def refuse_far_wire(making: Making) -> None:
     first = float(strain[np.isfinite(strain)][0])
     change = float(np.nanmax(strain) - np.nanmin(strain))
     if change <= WIRE_STRAIN_FRACTION_LIMIT:
-        raise refuse(
+        raise unusable(
             making.place, f"strain begins at {first:.4g}, further than any wire strains, and changes by"
             f" {change:.4g}: was it counted from another zero? --subtract strain={first:.4g}",
         )  # fmt: skip
     if channel.made:
-        raise refuse(
+        raise unusable(
             making.place, f"strain, which is {channel.made}, reaches {farthest:.4g}, further than any wire"
             " strains; are units and sizes right? If the specimen is of rubber: --kind elastomer",
         )  # fmt: skip
     other = "" if stated == "percent" else "; if these are percent: --unit strain=percent"
-    raise refuse(
+    raise unusable(
         making.place, f"{reaches} is further than any wire strains; if the specimen is of rubber: --kind"
         f" elastomer{other}",
     )  # fmt: skip

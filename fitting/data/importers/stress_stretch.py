@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..recordings import Recording
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .assemble import Facts, assemble, slug
 from .channels import numbered
 from .format import Format
@@ -57,7 +57,7 @@ def read(sample: Sample, options: Options) -> Recording:
     mode = next((_OTHER_MODES[part] for part in path.parts[-3:-1] if part in _OTHER_MODES), None)
     orders = _orders(sample)
     if mode:
-        raise refuse(
+        raise unusable(
             sample.raw.path, f"its folder says {mode}; an elastomer recording is uniaxial. If this one is,"
             " name its columns: --map stress=1 --map stretch=2 --unit stress=MPa --kind elastomer",
         )  # fmt: skip

@@ -12,7 +12,7 @@ import numpy as np
 from pneusma_jax.errors import InputError, counted
 
 from ..recordings import Recording, check_recording, schema
-from ..recordings.table import refuse
+from ..recordings.table import unusable
 from .sizes import CONSTANTS, SAME, Sizes
 from .specimen_sizes import area_of
 from .starts import AT_START, BEGINS
@@ -85,28 +85,28 @@ def _refuse_unlike(first: Recording, other: Recording) -> None:
     """Refuse a recording of another kind, with other columns, or of another specimen than the first."""
     place, before = _place(other), _place(first)
     if other.kind != first.kind:
-        raise refuse(
+        raise unusable(
             place, f"this is of kind {other.kind}, and {before} is of kind {first.kind}; --successive joins"
             " tests of one specimen",
         )  # fmt: skip
     if set(other.columns) != set(first.columns):
         lacks = ", ".join(sorted(set(first.columns) - set(other.columns))) or "nothing"
         more = ", ".join(sorted(set(other.columns) - set(first.columns))) or "nothing"
-        raise refuse(
+        raise unusable(
             place, f"its columns are not those of {before}, to which --successive joins it: it lacks {lacks},"
             f" and has {more} besides; name them with --map, or import each file by itself",
         )  # fmt: skip
     for key in sorted({*first.geometry, *other.geometry}):
         one, two = (recording.geometry.get(key) for recording in (first, other))
         if one != two:
-            raise refuse(
+            raise unusable(
                 place, f"its {key} is {two}, and that of {before} is {one}; --successive joins tests of one"
                 " specimen: state its size with --dimension",
             )  # fmt: skip
     if (other.source.get(schema.CLOCK) or "") != (first.source.get(schema.CLOCK) or ""):
-        raise refuse(place, f"only one of this file and {before} has a clock; state --interval")
+        raise unusable(place, f"only one of this file and {before} has a clock; state --interval")
     if other.zero or first.zero:
-        raise refuse(
+        raise unusable(
             place, "--slack fit leaves one zero to every recording, and joined files have one each;"
             " leave them with --slack keep, or take them off with --subtract",
         )  # fmt: skip
@@ -120,7 +120,7 @@ def _refuse_other_sizes(first: Recording, other: Recording, known: Sizes, sizes:
     for key in sorted((known.keys() & sizes.keys()) - {*CONSTANTS}):
         one, two = known[key], sizes[key]
         if abs(one.value - two.value) > SAME * abs(one.value):
-            raise refuse(
+            raise unusable(
                 _place(other), f"it states {two.said!r}, and {_place(first)} states {one.said!r}:"
                 " --successive joins tests of one specimen; mend the size in the file, or import each by"
                 " itself",
@@ -138,7 +138,7 @@ def _refuse_other_areas(first: Recording, other: Recording, known: Sizes, sizes:
         return
     one, two = of_first[1], of_other[1]
     if abs(one - two) > SAME * one:
-        raise refuse(
+        raise unusable(
             _place(other), f"it states a cross-section of {two:.6g} mm2, and {_place(first)} states one of"
             f" {one:.6g} mm2: --successive joins tests of one specimen; mend the size in the file, or import"
             " each by itself",
@@ -181,7 +181,7 @@ def _counted_on(
             parts.append(time)
             continue
         if dated and begin < end:
-            raise refuse(
+            raise unusable(
                 _place(recording), f"by its dates it begins {end - begin:.6g} s before the end of the file"
                 " before; name the files in the order of the tests",
             )  # fmt: skip

@@ -9,7 +9,7 @@ from pneusma_jax.errors import InputError
 from . import schema, sidecar, stated_columns
 from .reading import read_merged
 from .recording import Campaign, Recording
-from .table import first_of, refuse
+from .table import first_of, unusable
 
 CAMPAIGN_FILE = "campaign.toml"
 
@@ -30,7 +30,7 @@ def read_campaign(path: str | Path, overrides: Mapping[str, Any] | None = None) 
     """
     path = Path(path)
     if not path.exists():
-        raise refuse(path, "there is no such file or folder")
+        raise unusable(path, "there is no such file or folder")
     sidecar.check_settings(overrides or {}, sidecar.COMMAND_LINE, schema.SIDECAR_KEYS)
     shared = _shared_settings(path if path.is_dir() else path.parent)
     notices: list[str] = []
@@ -67,7 +67,7 @@ def _recordings_in(folder: Path, notices: list[str]) -> list[Path]:
     found = [p for p in sorted(folder.rglob("*")) if not _hidden(p.relative_to(folder))]
     files = [p for p in found if p.suffix.lower() == ".csv" and p.is_file()]
     if not files:
-        raise refuse(folder, "there is no recording (NAME.csv) in this folder")
+        raise unusable(folder, "there is no recording (NAME.csv) in this folder")
     described = {p.with_suffix("") for p in files}
     for other in (p for p in found if p.suffix == ".toml" and p.with_suffix("") not in described):
         if other.name == CAMPAIGN_FILE:
@@ -76,7 +76,7 @@ def _recordings_in(folder: Path, notices: list[str]) -> list[Path]:
                     f"{other.relative_to(folder)} was not used; only the campaign's own folder has one"
                 )
         elif _states_a_kind(other):
-            raise refuse(other, f"this sidecar has no recording; {other.stem}.csv is missing beside it")
+            raise unusable(other, f"this sidecar has no recording; {other.stem}.csv is missing beside it")
     return files
 
 
@@ -97,7 +97,7 @@ def _check_specimens(recordings: list[Recording]) -> None:
     for recording in recordings:
         other = first.setdefault(recording.specimen, recording)
         if other.kind != recording.kind:
-            raise refuse(
+            raise unusable(
                 recording.path or recording.name,
                 f"specimen {recording.specimen!r} is of kind {recording.kind} here but of kind {other.kind}"
                 f" in {other.path}; one specimen is of one kind, give the other its own name",

@@ -12,7 +12,7 @@ from pneusma_jax.errors import InputError
 
 from . import schema
 from .recording import Recording
-from .table import refuse
+from .table import unusable
 
 PRESSURE_LIMIT_KPA = 1000.0
 """Maximum pressure; a silicone tube bursts far below, so more is a pressure in the wrong unit."""
@@ -48,7 +48,7 @@ def _check_tube(recording: Recording, where: Path | str) -> None:
     geometry = recording.full_geometry()
     outer, wall = geometry.get("outer_diameter_mm"), geometry.get("wall_thickness_mm")
     if outer is not None and wall is not None and 2.0 * wall >= outer:
-        raise refuse(
+        raise unusable(
             where, f"[geometry] wall_thickness_mm = {wall:g} leaves no bore in outer_diameter_mm = {outer:g};"
             f" the wall must be less than {outer / 2.0:g}",
         )  # fmt: skip
@@ -61,7 +61,7 @@ def _check_table_names(recording: Recording, where: Path | str) -> None:
             try:
                 _load(recording.table(key), kind)
             except InputError as error:
-                raise refuse(where, f"[geometry] {key}: {error}") from None
+                raise unusable(where, f"[geometry] {key}: {error}") from None
 
 
 def _load(name_or_path: str | Path, kind: str) -> dict[str, float]:
@@ -82,10 +82,10 @@ def _check_missing(recording: Recording, place: Path | str, rows: Sequence[int])
     gone = np.stack([np.isnan(recording.columns[name]) for name in columns])
     for name, column in zip(columns, gone, strict=True):
         if column.all():
-            raise refuse(place, "no row has a value here; remove the column or fill it in", column=name)
+            raise unusable(place, "no row has a value here; remove the column or fill it in", column=name)
     empty = np.flatnonzero(gone.all(axis=0))
     if empty.size:
-        raise refuse(place, "every field is empty; remove the row", rows[int(empty[0])])
+        raise unusable(place, "every field is empty; remove the row", rows[int(empty[0])])
 
 
 def _check_time(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
@@ -94,14 +94,14 @@ def _check_time(recording: Recording, place: Path | str, rows: Sequence[int]) ->
     time = recording.columns["time_s"]
     unknown = np.flatnonzero(np.isnan(time))
     if unknown.size:
-        raise refuse(place, "the time is missing; every row needs one", rows[int(unknown[0])], "time_s")
+        raise unusable(place, "the time is missing; every row needs one", rows[int(unknown[0])], "time_s")
     back = np.flatnonzero(np.diff(time) < 0.0)
     if back.size:
         i = int(back[0]) + 1
         what = (
             f"time goes backwards, {time[i]:g} s after {time[i - 1]:g} s; rows must be in the order of time"
         )
-        raise refuse(place, what, rows[i], "time_s")
+        raise unusable(place, what, rows[i], "time_s")
 
 
 # For recordings of every kind; `Kind.ranges` has those of one.
@@ -136,7 +136,7 @@ def _refuse_first(
     found = np.flatnonzero(bad)
     if found.size:
         i = int(found[0])
-        raise refuse(place, f"{values[i]:g} cannot be: {right}", rows[i], name)
+        raise unusable(place, f"{values[i]:g} cannot be: {right}", rows[i], name)
 
 
 def wire_length(geometry: dict) -> float:

@@ -10,7 +10,7 @@ from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import UNITS, dimension_of, find_unit, from_si, to_si
 
 from . import schema
-from .table import Table, numbers, refuse
+from .table import Table, numbers, unusable
 
 
 def _quantity_of(name: str) -> str:
@@ -37,7 +37,7 @@ def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
         reason = kind.told_by(header)
         if reason:
             return kind.name, reason
-    raise refuse(
+    raise unusable(
         table.path,
         f"the kind of recording cannot be told from the columns {', '.join(table.header)}; "
         "bring a laboratory's file in with `pneusma import`, or state in the sidecar: kind = "
@@ -143,10 +143,10 @@ def _assign(table: Table, kind: str):
         try:
             unit = written_unit(name, canonical)
         except InputError as error:
-            doubtful[name] = refuse(table.path, str(error), table.header_row, name)
+            doubtful[name] = unusable(table.path, str(error), table.header_row, name)
             continue
         if canonical in assigned:
-            raise refuse(
+            raise unusable(
                 table.path, f"this is the same quantity as column {assigned[canonical][0]}; keep one of them",
                 table.header_row, name,
             )  # fmt: skip
@@ -192,14 +192,14 @@ def _check_present(table: Table, kind: str, assigned: set[str], unknown: list[st
         if canonical not in assigned:
             close = difflib.get_close_matches(canonical, unknown, n=1, cutoff=0.6)
             hint = f"; is it the one named {close[0]!r}?" if close else ""
-            raise refuse(
+            raise unusable(
                 table.path,
                 f"a recording of kind {kind} needs the column {canonical}{hint}{_remark(table, kind)}; what"
                 " did"
                 f" not change may be stated in the sidecar instead: [constant] {canonical} = ...",
             )
     if rules.one_of and not any(canonical in assigned for canonical in rules.one_of):
-        raise refuse(
+        raise unusable(
             table.path,
             f"a recording of kind {kind} needs one or more of the columns {', '.join(rules.one_of)}",
         )

@@ -12,7 +12,7 @@ from . import schema, sidecar, stated_columns
 from .checks import check_recording
 from .columns import canonical_columns, held_by, infer_kind
 from .recording import Recording
-from .table import Table, read_table, refuse
+from .table import Table, read_table, unusable
 
 
 def read_recording(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Recording:
@@ -49,7 +49,7 @@ def read_merged(
         InputError: as `read_recording`.
     """
     if path.suffix.lower() == ".toml":
-        raise refuse(path, f"this is a sidecar; name the recording itself, {path.with_suffix('.csv').name}")
+        raise unusable(path, f"this is a sidecar; name the recording itself, {path.with_suffix('.csv').name}")
     table = read_table(path)
     beside = path.with_suffix(".toml")
     stated = (
@@ -106,7 +106,7 @@ def _constants(
     for name in own:
         if held_by(table, kind, name):
             file = table.path.name
-            raise refuse(where, f"[constant] {name}: {file} has a column of it; remove one of them")
+            raise unusable(where, f"[constant] {name}: {file} has a column of it; remove one of them")
     return {**{name: value for name, value in shared.items() if not held_by(table, kind, name)}, **own}
 
 

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from .table import refuse
+from .table import unusable
 
 ENVIRONMENT_VARIABLE = "PNEUSMA_RECORDINGS"
 
@@ -20,7 +20,7 @@ def recordings_folder() -> Path | None:
     stated = os.environ.get(ENVIRONMENT_VARIABLE, "").strip()
     if stated:
         if not Path(stated).is_dir():
-            raise refuse(stated, f"{ENVIRONMENT_VARIABLE} names this, but it is not a folder")
+            raise unusable(stated, f"{ENVIRONMENT_VARIABLE} names this, but it is not a folder")
         return Path(stated)
     beside = Path(__file__).resolve().parents[4] / "shared" / "recordings"
     return beside if beside.is_dir() else None

@@ -12,7 +12,7 @@ from pneusma_jax.errors import InputError, nearest
 
 from . import schema
 from .columns import convert, written_unit
-from .table import refuse
+from .table import unusable
 
 COMMAND_LINE = "command line"
 
@@ -26,9 +26,9 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         text = path.read_bytes().decode("utf-8")
     except OSError as error:
-        raise refuse(path, f"the file cannot be read ({error.strerror})") from None
+        raise unusable(path, f"the file cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
-        raise refuse(path, "this is not UTF-8 text; save it as UTF-8") from None
+        raise unusable(path, "this is not UTF-8 text; save it as UTF-8") from None
     return parse_toml(text, path)
 
 
@@ -51,17 +51,17 @@ def check_settings(
     """
     for key in settings:
         if key not in allowed:
-            raise refuse(where, f"unknown key {key!r}, {nearest(key, allowed)}")
+            raise unusable(where, f"unknown key {key!r}, {nearest(key, allowed)}")
     checked = {key: settings[key] for key in ("title", "specimen") if key in settings}
     for key, value in checked.items():
         if not isinstance(value, str) or not value.strip():
-            raise refuse(where, f"{key} = {value!r} must be a text in quotes")
+            raise unusable(where, f"{key} = {value!r} must be a text in quotes")
     for key, words in (("kind", schema.KINDS), ("role", schema.ROLES)):
         if key in settings:
             checked[key] = _word(settings[key], words, key, where)
     if "real" in settings:
         if not isinstance(settings["real"], bool):
-            raise refuse(where, f"real = {settings['real']!r} must be true (measured) or false (simulated)")
+            raise unusable(where, f"real = {settings['real']!r} must be true (measured) or false (simulated)")
         checked["real"] = settings["real"]
     tables = {
         "source": _check_source,
@@ -74,14 +74,14 @@ def check_settings(
     for key, check in tables.items():
         if key in settings:
             if not isinstance(settings[key], Mapping):
-                raise refuse(where, f"{key} must be a table, [{key}] with one key a line")
+                raise unusable(where, f"{key} must be a table, [{key}] with one key a line")
             checked[key] = check(settings[key], where) if check else dict(settings[key])
     return checked
 
 
 def _word(value: Any, words: tuple[str, ...], key: str, where: Path | str) -> str:
     if value not in words:
-        raise refuse(where, f"{key} = {value!r} is not known, {nearest(str(value), words)}")
+        raise unusable(where, f"{key} = {value!r} is not known, {nearest(str(value), words)}")
     return value
 
 
@@ -92,14 +92,14 @@ def finite_number(value: Any, key: str, where: Path | str) -> float:
         InputError: if it is none, or not finite.
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise refuse(where, f"{key} = {value!r} must be a finite number")
+        raise unusable(where, f"{key} = {value!r} must be a finite number")
     return float(value)
 
 
 def _check_source(table: Mapping[str, Any], where: Path | str) -> dict[str, Any]:
     for key, value in table.items():
         if isinstance(value, Mapping):
-            raise refuse(where, f"[source] {key} must be a text, not a table")
+            raise unusable(where, f"[source] {key} must be a text, not a table")
     return dict(table)
 
 
@@ -121,8 +121,8 @@ def canonical_geometry_key(
             try:
                 return canonical, written_unit(key, canonical)
             except InputError as error:
-                raise refuse(where, f"[{section}] {key}: {error}") from None
-    raise refuse(where, f"unknown key {key!r} in [{section}], {nearest(key, known)}")
+                raise unusable(where, f"[{section}] {key}: {error}") from None
+    raise unusable(where, f"unknown key {key!r} in [{section}], {nearest(key, known)}")
 
 
 def _check_geometry(table: Mapping[str, Any], where: Path | str) -> dict[str, Any]:
@@ -133,15 +133,15 @@ def _check_geometry(table: Mapping[str, Any], where: Path | str) -> dict[str, An
             continue
         canonical, unit = canonical_geometry_key(key, "geometry", where, schema.geometry_keys())
         if canonical in checked:
-            raise refuse(where, f"[geometry] {key} is there twice, in two units; keep one")
+            raise unusable(where, f"[geometry] {key} is there twice, in two units; keep one")
         number = finite_number(value, f"[geometry] {key}", where)
         least, may_equal = schema.GEOMETRY_NUMBERS[canonical]
         if number < least or (number == least and not may_equal):
             right = f"must be {least:g} or more" if may_equal else f"must be more than {least:g}"
-            raise refuse(where, f"[geometry] {key} = {number:g} {right}")
+            raise unusable(where, f"[geometry] {key} = {number:g} {right}")
         checked[canonical] = convert(number, unit, schema.geometry_unit(canonical))
     if checked.get("prestrain", 0.0) >= 1.0:
-        raise refuse(
+        raise unusable(
             where, f"[geometry] prestrain = {checked['prestrain']:g} is a shear strain, a fraction below 1"
         )
     return checked
@@ -156,7 +156,7 @@ def _geometry_word(key: str, value: Any, where: Path | str) -> str:
     if words is not None:
         return _word(value, words, f"[geometry] {key}", where)
     if not isinstance(value, str) or not value.strip():
-        raise refuse(where, f'[geometry] {key} = {value!r} must be a name, the path of a TOML, or "fit"')
+        raise unusable(where, f'[geometry] {key} = {value!r} must be a name, the path of a TOML, or "fit"')
     return value
 
 
@@ -166,11 +166,11 @@ def _check_tolerance(table: Mapping[str, Any], where: Path | str) -> dict[str, f
         canonical, _ = canonical_geometry_key(key, "tolerance", where, schema.tolerance_keys())
         number = finite_number(value, f"[tolerance] {key}", where)
         if number < 0.0:
-            raise refuse(where, f"[tolerance] {key} = {number:g} must be 0 (exact) or more")
+            raise unusable(where, f"[tolerance] {key} = {number:g} must be 0 (exact) or more")
         if number > 1.0:
-            raise refuse(where, f"[tolerance] {key} = {number:g} is relative: 3 percent is 0.03")
+            raise unusable(where, f"[tolerance] {key} = {number:g} is relative: 3 percent is 0.03")
         if canonical in checked:
-            raise refuse(where, f"[tolerance] {key} is there twice, in two units; keep one")
+            raise unusable(where, f"[tolerance] {key} is there twice, in two units; keep one")
         checked[canonical] = number
     return checked
 
@@ -182,7 +182,7 @@ def _check_constant(table: Mapping[str, Any], where: Path | str) -> dict[str, fl
 def _check_zero(table: Mapping[str, Any], where: Path | str) -> dict[str, float]:
     for key, value in table.items():
         if finite_number(value, f"[zero] {key}", where) <= 0.0:
-            raise refuse(
+            raise unusable(
                 where, f"[zero] {key} = {value:g} must be more than 0: one standard deviation of a zero that"
                 " the fit finds; leave it out where the zero is known",
             )  # fmt: skip

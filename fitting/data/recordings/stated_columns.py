@@ -12,7 +12,7 @@ from . import schema
 from .columns import convert, written_unit
 from .recording import Recording
 from .sidecar import finite_number
-from .table import refuse
+from .table import unusable
 
 
 def zeros(table: Mapping[str, float], kind: str, where: Path | str, strict: bool = True) -> dict[str, float]:
@@ -29,7 +29,7 @@ def zeros(table: Mapping[str, float], kind: str, where: Path | str, strict: bool
     """
     columns = schema.KINDS[kind].zeros
     if not columns and table and strict:
-        raise refuse(
+        raise unusable(
             where, f"[zero] is for recordings of kind {', '.join(schema.with_zeros())}; of kind {kind} take a"
             " zero off on import, with --subtract",
         )  # fmt: skip
@@ -37,7 +37,7 @@ def zeros(table: Mapping[str, float], kind: str, where: Path | str, strict: bool
     for key, value in table.items() if columns else ():
         canonical, unit = _column_of(key, columns, "zero", where)
         if canonical in found:
-            raise refuse(where, f"[zero] {key} is there twice, in two units; keep one")
+            raise unusable(where, f"[zero] {key} is there twice, in two units; keep one")
         wanted = schema.quantity_and_unit(canonical)[1]
         found[canonical] = float(convert(value, unit, wanted, difference=True))
     return found
@@ -66,7 +66,7 @@ def constants(
                 continue
             canonical, unit = _column_of(key, columns, "constant", where)
             if canonical in seen:
-                raise refuse(where, f"[constant] {key} is there twice, in two units; keep one")
+                raise unusable(where, f"[constant] {key} is there twice, in two units; keep one")
             seen.add(canonical)
             found[canonical] = float(convert(value, unit, schema.quantity_and_unit(canonical)[1]))
     return found
@@ -134,8 +134,8 @@ def _column_of(key: str, columns: tuple[str, ...], section: str, where: Path | s
             try:
                 return canonical, written_unit(key, canonical)
             except InputError as error:
-                raise refuse(where, f"[{section}] {key}: {error}") from None
-    raise refuse(where, f"unknown column {key!r} in [{section}], {nearest(key, columns)}")
+                raise unusable(where, f"[{section}] {key}: {error}") from None
+    raise unusable(where, f"unknown column {key!r} in [{section}], {nearest(key, columns)}")
 
 
 def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Path | str) -> dict[str, float]:
@@ -160,11 +160,11 @@ def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Pa
         number = finite_number(value, f"[noise] {key}", where)
         canonical, unit = (key, "1") if key in extra else _noise_column(key, rules.known, where)
         if number < 0.0 or (number == 0.0 and canonical in rules.outputs):
-            raise refuse(
+            raise unusable(
                 where, f"[noise] {key} = {number:g} must be more than 0; leave it out to have it estimated"
             )
         if canonical in checked:
-            raise refuse(where, f"[noise] {key} is there twice, in two units; keep one")
+            raise unusable(where, f"[noise] {key} is there twice, in two units; keep one")
         wanted = "1" if key in extra else schema.quantity_and_unit(canonical)[1]
         checked[canonical] = convert(number, unit, wanted, difference=True)
     return checked
@@ -180,5 +180,5 @@ def _noise_column(key: str, columns: tuple[str, ...], where: Path | str) -> tupl
             try:
                 return canonical, written_unit(key, canonical)
             except InputError as error:
-                raise refuse(where, f"[noise] {key}: {error}") from None
-    raise refuse(where, f"unknown column {key!r} in [noise], {nearest(key, columns)}")
+                raise unusable(where, f"[noise] {key}: {error}") from None
+    raise unusable(where, f"unknown column {key!r} in [noise], {nearest(key, columns)}")

@@ -11,7 +11,7 @@ import numpy as np
 from pneusma_jax.errors import InputError, counted
 
 
-def refuse(path: Path | str, what: str, row: int | None = None, column: str | None = None) -> InputError:
+def unusable(path: Path | str, what: str, row: int | None = None, column: str | None = None) -> InputError:
     """The error for unusable input, in a fixed order: file, row, column, problem, remedy."""
     place = [str(path)]
     place += [] if row is None else [f"row {row}"]
@@ -66,14 +66,14 @@ def read_table(path: Path) -> Table:
             comments.append(lines[start][1:].strip())
         start += 1
     if start == len(lines):
-        raise refuse(path, "the file is empty; a header row and data rows are needed")
+        raise unusable(path, "the file is empty; a header row and data rows are needed")
     reader = csv.reader(lines[start:], strict=True)
     try:
         header = [name.strip() for name in next(reader)]
         _check_header(path, header, start + 1)
         records = [(start + reader.line_num, record) for record in reader]
     except csv.Error as error:
-        raise refuse(
+        raise unusable(
             path, f"this is not a comma-separated row ({error})", row=start + reader.line_num
         ) from None
     table = Table(path, comments, header, start + 1, [], {name: [] for name in header})
@@ -86,14 +86,14 @@ def _read_text(path: Path) -> str:
     try:
         raw = path.read_bytes()
     except FileNotFoundError:
-        raise refuse(path, "there is no such file") from None
+        raise unusable(path, "there is no such file") from None
     except OSError as error:
-        raise refuse(path, f"the file cannot be read ({error.strerror})") from None
+        raise unusable(path, f"the file cannot be read ({error.strerror})") from None
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         row = raw[: error.start].count(b"\n") + 1
-        raise refuse(
+        raise unusable(
             path,
             "this is not UTF-8 text; save it as UTF-8, or bring a raw file in with `pneusma import`",
             row=row,
@@ -103,16 +103,16 @@ def _read_text(path: Path) -> str:
 def _check_header(path: Path, header: list[str], row: int) -> None:
     if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
         mark = "semicolons" if ";" in header[0] else "tabs"
-        raise refuse(
+        raise unusable(
             path,
             f"columns are separated by {mark}, not commas; `pneusma import` makes a recording of such a file",
             row,
         )
     if all(_is_number(name) for name in header if name) and any(header):
-        raise refuse(path, "this row holds numbers where the names of the columns belong", row)
+        raise unusable(path, "this row holds numbers where the names of the columns belong", row)
     for name in header:
         if name and header.count(name) > 1:
-            raise refuse(path, "this column is there twice; keep one", row, name)
+            raise unusable(path, "this column is there twice; keep one", row, name)
 
 
 def _fill(table: Table, records: list[tuple[int, list[str]]]) -> None:
@@ -127,12 +127,12 @@ def _fill(table: Table, records: list[tuple[int, list[str]]]) -> None:
         if len(record) != width:
             hint = "; the decimal mark must be a point" if len(record) > width else ""
             fields = counted(len(record), "field")
-            raise refuse(table.path, f"{fields} where the header has {width}{hint}", row)
+            raise unusable(table.path, f"{fields} where the header has {width}{hint}", row)
         table.rows.append(row)
         for cells, text in zip(columns, record, strict=True):
             cells.append(text.strip())
     if not table.rows:
-        raise refuse(table.path, "there is a header but no row of data below it")
+        raise unusable(table.path, "there is a header but no row of data below it")
     table.cells = dict(zip(table.header, columns, strict=True))
     if blank:
         table.notices.append(f"{counted(blank, 'blank line')} between the rows skipped")
@@ -142,7 +142,7 @@ def _drop_nameless(table: Table) -> None:
     if "" not in table.header:
         return
     if table.header.count("") > 1 or any(table.cells[""]):
-        raise refuse(table.path, f"column {table.header.index('') + 1} has no name; name it or remove it")
+        raise unusable(table.path, f"column {table.header.index('') + 1} has no name; name it or remove it")
     del table.cells[""]
     table.header.remove("")
     table.notices.append("an empty column without a name was left out")
@@ -166,7 +166,7 @@ def numbers(table: Table, name: str) -> np.ndarray:
         try:
             values[i] = parse_number(text)
         except ValueError:
-            raise refuse(
+            raise unusable(
                 table.path, f"{text[:40]!r} is not a number; leave the field empty if the sample is missing",
                 table.rows[i], name,
             ) from None  # fmt: skip

@@ -11,7 +11,7 @@ from pneusma_jax.late import tomlkit
 from ..csv_text import csv_text
 from .checks import check_recording
 from .recording import Recording, locate_table
-from .table import refuse
+from .table import unusable
 
 
 def write_recording(recording: Recording, folder: str | Path, force: bool = True) -> Path:
@@ -36,7 +36,7 @@ def write_recording(recording: Recording, folder: str | Path, force: bool = True
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise refuse(target, f"the recording cannot be written here ({error.strerror})") from None
+        raise unusable(target, f"the recording cannot be written here ({error.strerror})") from None
     with ExitStack() as drafts:
         for file, text in texts.items():  # both or none; the CSV last: without it there is no recording
             drafts.enter_context(replacing(file)).write_bytes(text.encode())
@@ -57,7 +57,7 @@ def write_recordings(recordings: Sequence[Recording], folder: str | Path, force:
 def _check_free(files: Iterable[Path], force: bool) -> None:
     for file in files:
         if file.exists() and not force:
-            raise refuse(
+            raise unusable(
                 file, "this file is already there; choose another folder, or replace it with --force"
             )
 
@@ -82,7 +82,7 @@ def target_path(recording: Recording, folder: str | Path) -> Path:
     """
     name = PurePosixPath(recording.name)
     if not recording.name or name.is_absolute() or ".." in name.parts or "\\" in recording.name:
-        raise refuse(folder, f"{recording.name!r} cannot be the name of a file in this folder")
+        raise unusable(folder, f"{recording.name!r} cannot be the name of a file in this folder")
     return Path(folder) / name.parent / f"{name.name}.csv"
 
 
