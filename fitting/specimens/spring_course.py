@@ -12,13 +12,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, PyTree
 
-from fitting.inference.latent_trajectory.gauss_newton import (
-    banded_side_by_side,
-    ended,
-    largest,
-    settle,
-    solve_coupled,
-)
+from fitting.inference.latent_trajectory.elimination import Elimination
+from fitting.inference.latent_trajectory.gauss_newton import ended, largest, settle
 from fitting.inference.latent_trajectory.smoother import Local, variances
 from fitting.specimens.rows import Rows
 
@@ -63,6 +58,12 @@ class Noise(eqx.Module):
         scaled = self.weight * error
         above, below = self.upper * jnp.roll(scaled, -1), jnp.roll(self.upper * scaled, 1)
         return self.weight * (self.diagonal * scaled + above + below)
+
+    @property
+    def inverse_covariance(self) -> tuple[Array, Array]:
+        """Diagonal, and the entry for every row and the one before, shape (rows,)."""
+        beside = self.upper * self.weight * jnp.roll(self.weight, -1)  # the last entry is zero
+        return self.diagonal * self.weight**2, jnp.roll(beside, 1)
 
     def information_on(self, slope: Array) -> tuple[Array, Array]:
         """Fisher information on a trajectory by which the channel changes by `slope`: diagonal and upper
@@ -115,13 +116,14 @@ class _System(eqx.Module):
         return jnp.clip(course + change, 0.0, 1.0) - course
 
     def _solution(self, local: Local, right: Array) -> Array:
-        """Solution of the linear system; its bands alone are a good approximation to it."""
-        _, diagonal, upper = self.bands(local)
-
-        def times(direction: Array) -> Array:
-            return local.back(self.weighed(local.along(direction))) + self.walk(direction) + HELD * direction
-
-        return solve_coupled(times, right, banded_side_by_side(diagonal, upper))
+        """Solution of the linear system."""
+        inverse = [n.inverse_covariance for n in self.noise]
+        information, correlated = (jnp.stack(parts) for parts in zip(*inverse, strict=True))
+        renews = local.source == jnp.arange(local.source.size)
+        system = Elimination.of(
+            local.slope, local.remembered, renews, information, correlated, self.coupling, HELD
+        )
+        return system.solve(right)
 
 
 def _next_row(column: Array) -> Array:
