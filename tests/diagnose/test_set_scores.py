@@ -8,6 +8,7 @@ from scipy.special import comb
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.evidence import log_sets
 from fitting.diagnose.fit.refit import Refitter
+from fitting.diagnose.fit.score_test import simulated
 from fitting.diagnose.fit.sensitivities import sensitivities_about
 from fitting.diagnose.fit.set_scores import Gram, best_sets
 
@@ -101,3 +102,14 @@ def test_a_set_costs_its_misfit_its_priors_and_its_price():
     known = np.eye(2) + P.T @ P * variances / inflation
     expected = score.promised / inflation + 0.5 * np.linalg.slogdet(known)[1] + log_sets(2, 2)
     assert score.cost == pytest.approx(expected)
+
+
+def test_products_with_simulated_errors_are_those_of_errors_drawn_row_by_row():
+    """Directions that depend on each other, and rows that do not count."""
+    rng = np.random.default_rng(0)
+    X = rng.standard_normal((30, 4)) @ rng.standard_normal((4, 6))
+    left = np.where(np.arange(30) < 25, 1.0, 0.0)
+    drawn = np.concatenate([simulated(X, left, rng) for _ in range(40)], axis=1)
+    expected = X[:25].T @ X[:25]
+    assert np.allclose(np.cov(drawn), expected, atol=0.05 * np.abs(expected).max())
+    assert np.abs(drawn.mean(axis=1)).max() < 0.05 * np.sqrt(np.abs(expected).max())

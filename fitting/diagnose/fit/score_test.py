@@ -205,21 +205,33 @@ def _slow_cosines(here: Evaluation, weight: np.ndarray, project: Projector) -> n
     return Q[:, np.abs(np.diag(R)) > 1e-8]
 
 
-def simulated(left: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Independent unit errors wherever a residual counts, (rows, draws)."""
-    return rng.standard_normal((len(left), SCORE_TEST.draws)) * (left != 0.0)[:, None]
+def simulated(X: np.ndarray, left: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Products of directions with independent unit errors wherever a residual counts, (directions, draws).
+
+    They are Gaussian, and their covariance is the Gram matrix. So no error of a single row is drawn.
+
+    Args:
+        X: the directions, (rows, directions).
+        left: residuals, zero where none counts, (rows,).
+        rng: random numbers.
+    """
+    counted = X[left != 0.0]
+    values, axes = np.linalg.eigh(counted.T @ counted)
+    root = axes * np.sqrt(np.maximum(values, 0.0))
+    return root @ rng.standard_normal((len(values), SCORE_TEST.draws))
 
 
 def _p_value(pool: list[tuple], left: np.ndarray, rng: np.random.Generator) -> tuple[float, bool]:
     """P-value of the strongest result among all, by simulation of independent unit errors."""
+    X = np.concatenate([Q for _, Q in pool], axis=1)
+    ends = np.cumsum([Q.shape[1] for _, Q in pool])
 
-    def smallest(R: np.ndarray) -> np.ndarray:
-        found = np.ones(R.shape[1])
-        for _, Q in pool:
-            found = np.minimum(found, log_chi_square_tail(np.sum((Q.T @ R) ** 2, axis=0), Q.shape[1]))
+    def smallest(products: np.ndarray) -> np.ndarray:
+        found = np.ones(products.shape[1])
+        for own in np.split(products, ends[:-1]):
+            found = np.minimum(found, log_chi_square_tail(np.sum(own**2, axis=0), len(own)))
         return found
 
-    errors = simulated(left, rng)
-    null, here = smallest(errors), smallest(left[:, None])[0]
+    null, here = smallest(simulated(X, left, rng)), smallest((X.T @ left)[:, None])[0]
     as_small = int(np.sum(null <= here))
     return (as_small + 1) / (SCORE_TEST.draws + 1), as_small == 0

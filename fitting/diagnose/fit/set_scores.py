@@ -55,7 +55,7 @@ class Gram:
         self._left = 0.5 * square * float(look.left @ look.left)
         total = sum(widths)
         X = np.concatenate([*(b.columns for b in self.blocks), np.zeros((len(look.left), 1))], axis=1)
-        self._X = X
+        self.X = X
         self._G, self._g = X.T @ X, -look.scale * (X.T @ look.left)
         self._place = np.full((len(self.blocks), max(widths, default=1)), total)  # the last column is nothing
         self._low, self._high = np.zeros(total + 1), np.zeros(total + 1)
@@ -110,14 +110,14 @@ class Gram:
                 u[block.own] = c[: len(block.own)]
         return u
 
-    def best_log_p(self, sets: np.ndarray, errors: np.ndarray) -> np.ndarray:
-        """Log p-value of the set that explains most of each column of errors, (columns,).
+    def best_log_p(self, sets: np.ndarray, products: np.ndarray) -> np.ndarray:
+        """Log p-value of the set that explains most of each draw of errors, (draws,).
 
         Args:
             sets: indices of blocks, (sets, size).
-            errors: errors in units of the noise, (rows, columns).
+            products: of all sensitivities with errors in units of the noise, (sensitivities, draws).
         """
-        g, eye = self._X.T @ errors, np.eye(self._place.shape[1] * sets.shape[1])
+        g, eye = products, np.eye(self._place.shape[1] * sets.shape[1])
         place = self._place[sets].reshape(len(sets), -1)
         active = place < len(self._g) - 1
         freedom, most, together = active.sum(axis=1), {}, 200  # for memory's sake alone
@@ -140,7 +140,8 @@ def pairs_p_value(look: Sensitivities, unknowns: Unknowns, rng: np.random.Genera
     if not len(pairs):
         return 1.0
     gram = Gram(look, unknowns)
-    null, here = (gram.best_log_p(pairs, R) for R in (simulated(look.left, rng), look.left[:, None]))
+    drawn, seen = simulated(gram.X, look.left, rng), (gram.X.T @ look.left)[:, None]
+    null, here = (gram.best_log_p(pairs, products) for products in (drawn, seen))
     return float((np.sum(null <= here) + 1) / (len(null) + 1))
 
 
