@@ -220,8 +220,9 @@ class Projection:
         free = self._inside
         if not free.any():
             return 0.0
-        information = (self.design.T @ self.design).toarray() * free
-        return float(np.trace(self._factor(free).solve(np.where(free[:, None], information, 0.0))))
+        (own,) = np.nonzero(free)
+        information = np.where(free[:, None], (self.design.T @ self.design)[:, own].toarray(), 0.0)
+        return float(np.sum(self._factor(free).solve(information)[own, np.arange(len(own))]))
 
     def leverage(self) -> np.ndarray:
         """Leverage of every measured value: the share of its error that trajectories follow, (values,)."""
