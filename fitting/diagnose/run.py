@@ -22,7 +22,7 @@ from pneusma_jax.model_discrepancy import EDGE
 from .check import answers, asked_effects, checked
 from .evaluate.program import Program
 from .evaluate.start import Start, begun_at, characterised, start_of
-from .fit.base_fit import at_bound, gain_by_turns
+from .fit.base_fit import at_bound
 from .search.explain import explain
 from .search.steps import Explanation
 from .settings import DEFAULT
@@ -30,7 +30,7 @@ from .verdict.conclude import conclude
 from .verdict.conclusion import Conclusion
 from .verdict.locate import drivers_of
 from .verdict.text import unstated
-from .verdict.turns import with_turns
+from .verdict.turns import turns_matter, with_turns
 
 CAMPAIGNS = DEFAULT.campaigns
 
@@ -67,12 +67,15 @@ def diagnose(
     progress("building the model of the campaign")
     program = Program.of(campaign, kind, model=model, tables=start.tables, held=start.held)
     _refuse_few_values(campaign, program.observations(program.fitted))
-    turned = _with_turning_points(campaign, program, model, start, progress)
     searched = _search(campaign, kind, seed, progress, model, thorough)
-    explanation = searched(turned or program)
+    explanation = searched(program)
+    turned = _with_turning_points(campaign, program, model, start)
     if turned is not None:
-        progress("looking for effects without turning points between rows")
-        others = searched(program)
+        progress("trying turning points between rows")
+        turned = turned if turns_matter(turned, explanation) else None
+    if turned is not None:
+        progress("looking for effects with turning points between rows")
+        others, explanation = explanation, searched(turned)
     progress("scoring recordings that were not fitted")
     if turned is None:
         conclusion = conclude(explanation)
@@ -131,21 +134,18 @@ def _search(
 
 
 def _with_turning_points(
-    campaign: Campaign,
-    program: Program,
-    model: AugmentedModel | None,
-    start: Start,
-    progress: Callable[[str], None],
+    campaign: Campaign, program: Program, model: AugmentedModel | None, start: Start
 ) -> Program | None:
-    """The program with turning points of drives between rows, if the base model fits clearly better."""
+    """The program with turning points of drives between rows; None where there are none."""
     turned = [with_unsampled_turns(recording) for recording in program.recordings]
     if all(one is other for one, other in zip(turned, program.recordings, strict=True)):
         return None
-    progress("trying turning points between rows")
     whole = dataclasses.replace(campaign, recordings=turned)
-    other = Program.of(whole, program.kind, model=model, tables=start.tables, held=start.held)
+    other = Program.of(
+        whole, program.kind, model=model, tables=start.tables, held=start.held, like=program
+    )
     other.tally = program.tally  # a report counts all models that were fitted
-    return other if gain_by_turns(program, other) else None
+    return other
 
 
 def _notes(

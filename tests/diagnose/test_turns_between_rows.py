@@ -10,7 +10,9 @@ import pytest
 import pneusma_jax as pj
 from fitting.data.recordings import Campaign, Recording
 from fitting.diagnose.evaluate.program import Program
-from fitting.diagnose.fit.base_fit import gain_by_turns
+from fitting.diagnose.fit.refit import Refitter
+from fitting.diagnose.search.steps import Explanation, Named
+from fitting.diagnose.verdict.turns import turns_matter
 from fitting.specimens.unsampled_turns import with_unsampled_turns
 
 SIZES = {
@@ -47,6 +49,12 @@ def slow_campaign():
     return Campaign("slow", recordings, Path("slow"))
 
 
+def explained(program):
+    """The base model, which nobody searched for effects beside."""
+    base = Refitter(program).fit(())
+    return Explanation(program, base, Named(base), [], 1.0, False)
+
+
 @pytest.mark.slow
 def test_the_base_model_passes_through_a_turn_between_rows_that_the_readings_show():
     campaign = slow_campaign()
@@ -56,4 +64,6 @@ def test_the_base_model_passes_through_a_turn_between_rows_that_the_readings_sho
         for r in (campaign.recordings, turned)
     ]
     assert [len(r) for r in programs[1].recordings] == [len(r) + 1 for r in programs[0].recordings]
-    assert gain_by_turns(*programs) > 10.0 and gain_by_turns(*reversed(programs)) == 0.0
+    plain, beside = (explained(program) for program in programs)
+    assert plain.base.objective - beside.base.objective > 10.0
+    assert turns_matter(programs[1], plain) and not turns_matter(programs[0], beside)

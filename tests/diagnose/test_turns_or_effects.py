@@ -11,7 +11,7 @@ from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.steps import Explanation, Named
 from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.text import verdict_sentences
-from fitting.diagnose.verdict.turns import recorded_rows, weighed, with_turns
+from fitting.diagnose.verdict.turns import common_rows, turns_matter, weighed, with_turns
 from fitting.report.diagnosis.payload import content
 
 ADDED = 20
@@ -54,8 +54,8 @@ def searched(world, y):
     return explain(world.program(y), np.random.default_rng(1))
 
 
-def concluded(alike, acts):
-    """A conclusion about recordings in which an effect acts, or a turning point that changes outputs much as it does.
+def acting(alike, acts):
+    """A world, what turning points change in it, and readings under these or under an effect that acts much alike.
 
     Args:
         alike: correlation of what both change.
@@ -66,16 +66,31 @@ def concluded(alike, acts):
     form = STRENGTH * world.effects[CONSTANT][..., 0]
     other = STRENGTH * rng.standard_normal(form.shape)
     turn = alike * form + np.sqrt(1.0 - alike**2) * other
-    y = world.truth(rng, (0.5, -0.3)) + (turn if acts == "turn" else form)
+    return world, turn, world.truth(rng, (0.5, -0.3)) + (turn if acts == "turn" else form)
+
+
+def concluded(alike, acts):
+    """Both searches and the conclusion about `acting`."""
+    world, turn, y = acting(alike, acts)
     explanations = searched(Turned.of(world, turn), y), searched(world, y)
     return *explanations, *with_turns(*explanations)
+
+
+@pytest.mark.parametrize(
+    ("alike", "acts", "matter"),
+    [(0.0, "effect", False), (0.6, "effect", False), (1.0, "effect", True)] + [(a, "turn", True) for a in (0.0, 0.85, 1.0)],
+)
+def test_turning_points_are_searched_with_only_where_they_may_explain_as_much(alike, acts, matter):
+    """An effect without which the base model seems to need them is no reason: it is what explains the readings."""
+    world, turn, y = acting(alike, acts)
+    assert turns_matter(Turned.of(world, turn).program(y), searched(world, y)) is matter
 
 
 @pytest.mark.parametrize("acts", ["turn", "effect"])
 def test_both_are_reported_where_readings_do_not_tell_them_apart(acts):
     turned, plain, conclusion, note = concluded(1.0, acts)
     odds = weighed(turned, plain)
-    assert not odds.apart and not conclusion.mismatch and not conclusion.found
+    assert not odds.turns_lead and not odds.effects_lead and not conclusion.mismatch and not conclusion.found
     (effect,) = conclusion.reported
     assert effect.slug == CONSTANT and 0.1 < effect.probability <= odds.share < 0.9
     assert conclusion.without_turns.probability == pytest.approx(1.0 - odds.share)
@@ -198,8 +213,9 @@ def test_rows_that_were_recorded_are_found_among_those_with_turning_points():
     world = fast(recordings=2)
     y = world.truth(np.random.default_rng(1))
     turned = Turned.of(world, np.zeros(y.shape)).program(y)
-    rows = recorded_rows(turned, world.program(y), 1)
+    rows, recorded = common_rows(turned, world.program(y), 1)
     assert np.array_equal(rows, np.delete(np.arange(y.shape[1] + 1), ADDED))
+    assert np.array_equal(recorded, np.arange(y.shape[1]))
     assert np.all(np.isfinite(turned.bare[1][0].sigma[rows]))
 
 
@@ -211,4 +227,4 @@ def test_rows_of_a_clock_that_stands_still_are_told_apart():
     time = np.array(plain.stacked.time)
     time[1, 10:13] = time[1, 10]
     plain = replace(plain, stacked=replace(plain.stacked, time=time))
-    assert np.array_equal(recorded_rows(plain, plain, 1), np.arange(y.shape[1]))
+    assert all(np.array_equal(rows, np.arange(y.shape[1])) for rows in common_rows(plain, plain, 1))

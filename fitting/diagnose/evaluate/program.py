@@ -87,6 +87,7 @@ class Program:
         model: AugmentedModel | None = None,
         tables: Mapping[str, str | Path | Calibration] = MappingProxyType({}),
         held: Collection[str] = (),
+        like: "Program | None" = None,
     ) -> "Program":
         """Build a program.
 
@@ -98,6 +99,7 @@ class Program:
             tables: tables to start from where an alloy or material is to be identified, as the kind's
                 `rows_for` takes them.
             held: names of constants of the base model that are not free.
+            like: program of the same campaign with other rows, whose compiled function is taken over.
 
         Raises:
             InputError: if the recordings cannot be used together.
@@ -138,7 +140,8 @@ class Program:
         program.untimed = tuple(untimed)
         columns = latent.count(stacked)
         program.process_noise = np.zeros((len(channels), columns))
-        program._compiled = Compiled(specimen, unknowns, model.effects, columns)
+        own = like is None
+        program._compiled = Compiled(specimen, unknowns, model.effects, columns) if own else like._compiled
         program.prepare(unknowns.neutral)
         program.count_input_noise(unknowns.neutral)
         program.prepare(unknowns.neutral)

@@ -50,24 +50,7 @@ def base_fit(
 
 def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:
     """True if another fit of the same model is better by more than the minimum log-likelihood."""
-    return clear_gain(program, fit, other) > 0.0
-
-
-def clear_gain(program: Program, fit: Fit, other: Fit) -> float:
-    """Log-likelihood by which another fit of the same model is better; 0 unless it exceeds the minimum."""
-    gain = float((fit.objective - other.objective) / inflation_of(program, other))
-    return gain if gain > BASE_FIT.minimum_gain else 0.0
-
-
-def gain_by_turns(program: Program, turned: Program) -> float:
-    """Clear gain of the base model once its drives pass through turning points between rows.
-
-    Args:
-        program: program of the campaign.
-        turned: program of the same campaign with these rows.
-    """
-    fit, other = (Refitter(one).fit((), None) for one in (program, turned))
-    return clear_gain(turned, fit, other)
+    return fit.objective - other.objective > BASE_FIT.minimum_gain * inflation_of(program, other)
 
 
 def departed_from(program: Program, fit: Fit, start: np.ndarray) -> bool:

@@ -1,17 +1,20 @@
 """Turning points between rows, or effects without them: both may explain the same readings.
 
-A drive that is taken to turn between two rows can hide an effect that acts alike. So the search is made
-without these turning points, too. Its effects are weighed against them by evidence over the same base model,
-under the same noise.
+A drive that is taken to turn between two rows can hide an effect that acts alike, and an effect that is
+missing can look like such turns. So the drive is first taken as it was recorded. Turning points are tried
+beside the effects that this search names, and in the place of each. Only where they may explain as much is a
+second search made, with them. Both are weighed by evidence over the same base model, under the same noise.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..fit.evidence import effective_degrees_of_freedom, evidence, inflation_of, log_sets
 from ..fit.refit import Fit, Refitter
+from ..search.pool import without
 from ..search.steps import Explanation
 from .conclude import conclude
 from .conclusion import Conclusion, WithoutTurns
@@ -39,14 +42,36 @@ class Weighed:
         return float(weights_of(np.array([self.effects, self.turns]))[0])
 
     @property
-    def apart(self) -> bool:
-        """True if the readings tell which of the two acts."""
-        return told_apart(max(self.turns, self.effects), min(self.turns, self.effects))
+    def turns_lead(self) -> bool:
+        """True if the readings tell that the drive turned."""
+        return self.turns > self.effects and told_apart(self.turns, self.effects)
+
+    @property
+    def effects_lead(self) -> bool:
+        """True if the readings tell that the effects act instead."""
+        return self.effects > self.turns and told_apart(self.effects, self.turns)
 
     @property
     def text(self) -> str:
         """Both numbers, as a part of a sentence."""
         return f"log Bayes factors of {self.turns:.0f} with turning points and {self.effects:.0f} without"
+
+
+def turns_matter(turned: Program, plain: Explanation) -> bool:
+    """True if turning points between rows may explain what effects without them do not, or as well.
+
+    They are tried beside all effects that were named, and in the place of each.
+
+    Args:
+        turned: program of a campaign whose drives pass through turning points between rows.
+        plain: search on the campaign without them.
+    """
+    named, base = plain.final, plain.base
+    program = _under_noise_of(replace(turned, fitted=plain.program.fitted), plain.program, named)
+    whole = Refitter(program).fit(named.slugs, named.u)
+    instead = [without(program, whole, slug) for slug in named.slugs]
+    beside, *each = (_compared(program, drives, plain.program, base, named) for drives in [whole, *instead])
+    return beside.turns_lead or not all(odds.effects_lead for odds in each)
 
 
 def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str]:
@@ -68,7 +93,7 @@ def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str
     if not _hidden(kept, plain):
         return with_them, f"{TURNED}. No other effect explains the recordings without them. {ADVICE}"
     odds = weighed(kept, plain)
-    if odds.apart and odds.turns > odds.effects:
+    if odds.turns_lead:
         names = " and ".join(plain.final.slugs)
         said = f"{TURNED}. Without them the evidence of {names} is less ({odds.text}). {ADVICE}"
         return with_them, said
@@ -78,14 +103,14 @@ def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str
         return with_them, f"{TURNED}. Without them no other effect holds its place. {ADVICE}"
     if without.explanation is not plain:  # not all of its effects held their place
         odds = weighed(kept, without.explanation)
-    if odds.apart and odds.effects > odds.turns:
+    if odds.effects_lead:
         return without, (
             "The base model fits better with turning points of the drive between rows than without. "
             f"The evidence of {names} is clearly more ({odds.text}), so the drive is taken as it was recorded"
         )
-    how = "less" if odds.apart else "as much"
+    how = "less" if odds.turns_lead else "as much"
     said = f"{TURNED}. Without them the evidence of {names} is {how} ({odds.text}). {ADVICE}"
-    return with_them if odds.apart else either(with_them, without, odds), said
+    return with_them if odds.turns_lead else either(with_them, without, odds), said
 
 
 def _hidden(turned: Explanation, plain: Explanation) -> set[str]:
@@ -108,48 +133,66 @@ def weighed(turned: Explanation, plain: Explanation) -> Weighed:
     if np.any(program.fitted != fitted):
         program = replace(program, fitted=fitted)
         drives = Refitter(program).fit(drives.slugs, drives)
-    other, base, effects = _under_noise_of(program, plain)
-    best = min(((program, drives), (other, effects)), key=lambda one: one[1].objective)
-    inflation, followed = inflation_of(*best), effective_degrees_of_freedom(other, base)
-    choice = log_sets(len(program.unknowns.slugs), 1)
-    return Weighed(
-        evidence(program, base, drives, inflation, followed) - choice,
-        evidence(other, base, effects, inflation, followed),
-    )
+    other = replace(plain.program, fitted=fitted)
+    other = _under_noise_of(other, program, plain.final, plain.final.evaluation)
+    refitter = Refitter(other)
+    base, effects = refitter.fit((), plain.base), refitter.fit(plain.final.slugs, plain.final)
+    return _compared(program, drives, other, base, effects)
 
 
-def _under_noise_of(turned: Program, plain: Explanation) -> tuple[Program, Fit, Fit]:
-    """The campaign without turning points under the noise of the one with them, its base model and its
-    effects, both refitted."""
-    program, bare = plain.program, []
-    for k, channels in enumerate(program.bare):
-        rows = recorded_rows(turned, program, k)
-        bare.append([])
-        for channel, other in zip(channels, turned.bare[k], strict=True):
-            sigma = np.full(len(channel.sigma), np.inf)
-            sigma[: len(rows)] = other.sigma[rows]
-            bare[-1].append(replace(channel, sigma=sigma, correlation=other.correlation))
-    program = replace(program, bare=bare, channels=bare, fitted=turned.fitted)
-    program.count_input_noise(plain.final.u)
-    program = program.prepared(plain.final.u, plain.final.evaluation)
-    refitter = Refitter(program)
-    return program, refitter.fit((), plain.base), refitter.fit(plain.final.slugs, plain.final)
-
-
-def recorded_rows(turned: Program, plain: Program, k: int) -> np.ndarray:
-    """Rows of recording k that were recorded, among those with turning points.
+def _compared(turned: Program, drives: Fit, plain: Program, base: Fit, effects: Fit) -> Weighed:
+    """`weighed`, of fits under the same noise.
 
     Args:
-        turned: program of a campaign with turning points.
-        plain: program of the same campaign without them.
+        turned: program with turning points.
+        drives: fit of it.
+        plain: program without them.
+        base, effects: fits of that: its base model, and the one with effects.
+    """
+    best = min(((turned, drives), (plain, effects)), key=lambda one: one[1].objective)
+    inflation, followed = inflation_of(*best), effective_degrees_of_freedom(plain, base)
+    choice = log_sets(len(turned.unknowns.slugs), 1)
+    return Weighed(
+        float(evidence(turned, base, drives, inflation, followed)) - choice,
+        float(evidence(plain, base, effects, inflation, followed)),
+    )
+
+
+def _under_noise_of(program: Program, other: Program, fit: Fit, near: Evaluation | None = None) -> Program:
+    """A program under the noise of another one of the same campaign, whose drives turn between other rows.
+
+    Args:
+        program: program of the campaign.
+        other: the other one.
+        fit: fit about which inputs' noise is counted and latent trajectories are found.
+        near: an evaluation of the program itself close by, if there is one.
+    """
+    bare = []
+    for k, channels in enumerate(program.bare):
+        mine, theirs = common_rows(program, other, k)
+        bare.append([])
+        for channel, known in zip(channels, other.bare[k], strict=True):
+            sigma = np.full(len(channel.sigma), np.inf)
+            sigma[mine] = known.sigma[theirs]
+            bare[-1].append(replace(channel, sigma=sigma, correlation=known.correlation))
+    program = replace(program, bare=bare, channels=bare)
+    program.count_input_noise(fit.u)
+    return program.prepared(fit.u, near)
+
+
+def common_rows(one: Program, other: Program, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of recording k that two programs of a campaign share, by their number in each.
+
+    Args:
+        one, other: programs of the same campaign, with turning points between rows or without.
         k: number of the recording.
     """
-    with_them, recorded = (
-        np.asarray(one.stacked.time)[k][np.asarray(one.stacked.mask)[k]] for one in (turned, plain)
+    mine, theirs = (
+        np.asarray(p.stacked.time)[k][np.asarray(p.stacked.mask)[k]] for p in (one, other)
     )
-    if len(with_them) == len(recorded):  # nothing was added; the clock may stand still
-        return np.arange(len(recorded))
-    return np.searchsorted(with_them, recorded)
+    if len(mine) == len(theirs):  # nothing was added; the clock may stand still
+        return np.arange(len(mine)), np.arange(len(mine))
+    return np.intersect1d(mine, theirs, assume_unique=True, return_indices=True)[1:]
 
 
 def either(turned: Conclusion, plain: Conclusion, odds: Weighed) -> Conclusion:
