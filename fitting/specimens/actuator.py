@@ -23,11 +23,11 @@ from pneusma_jax.pipeline import Effect
 
 from . import actuator_phase, priors, silicones
 from .actuator_data import FIXED, OUTPUTS, TUBE, dimensions, layout_of, undecided_rows_for
-from .actuator_history import COMPILER_OPTIONS, EXPLAINED, SpringPhases, with_effects
+from .actuator_history import EXPLAINED, SpringPhases, with_effects
 from .actuator_rows import ALLOY, trajectory
 from .registry import register
 from .rows import Rows
-from .specimen import FITTED, RowOptions, Specimen
+from .specimen import FITTED, OF_HISTORIES, RowOptions, Specimen
 
 OPPOSING = "opposing_spring_heating"
 """Slug of the effect that acts in the spring that is not driven."""
@@ -50,7 +50,7 @@ class BendingActuator(Specimen):
     wall_drivers = ("time", "current_1", "current_2", "current_3")
     most_rows_with_effects = 128  # every row is an equilibrium
     each_alone = True
-    compiler_options = COMPILER_OPTIONS
+    compiler_options = OF_HISTORIES
     explained = EXPLAINED
     latent = SpringPhases()
 

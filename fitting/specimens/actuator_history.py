@@ -35,13 +35,6 @@ READINGS = ("resistance_1", "resistance_2", "resistance_3")
 """Outputs that are measured to find the latent trajectories."""
 FOLLOWING = ("gain", "ohms", "gamma", "sd")
 """Columns of martensite fractions that follow resistances."""
-COMPILER_OPTIONS = {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": 1}
-"""Compiler options of a history with every effect, a long loop over small arrays.
-
-The older code generation, which jax 0.11 no longer has, needs a fifth less time for it. The lower level
-compiles it in 80 s of processor time instead of 150 s, and a run takes 39 ms instead of 32 ms (six
-recordings of 128 rows, loaded machine).
-"""
 
 
 def hidden_rows_for(campaign: Campaign, **tables: Any) -> list[Rows]:

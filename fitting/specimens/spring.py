@@ -36,7 +36,7 @@ from .latent import Drivers, LatentStates
 from .process_noise import with_process_noise
 from .registry import register
 from .rows import Rows, numbers
-from .specimen import FITTED, RowOptions, Specimen
+from .specimen import FITTED, OF_HISTORIES, RowOptions, Specimen
 from .spring_by_temperature import BY_TEMPERATURE, without_resistance
 from .spring_course import best_course
 from .spring_rows import ALLOY, FIXED, HELD_LENGTH_RANGE, OUTPUTS, dimension_numbers, spring_of
@@ -165,6 +165,7 @@ class SpringOnStand(Specimen):
     identified = "alloy"
     starts_with_model = 1
     element = "spring"
+    compiler_options = OF_HISTORIES
     latent = SpringPhase()
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:

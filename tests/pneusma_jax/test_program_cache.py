@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
-from fitting.specimens.actuator_history import COMPILER_OPTIONS
+from fitting.specimens.specimen import OF_HISTORIES
 from pneusma_jax.program_cache import FOLDER, _known, cached_program, of_package, stored_jit
 
 
@@ -82,7 +82,7 @@ def test_an_unknown_option_leaves_the_others() -> None:
 
 
 def test_an_actuator_is_compiled_at_its_lower_level_by_every_version() -> None:
-    assert set([LEVEL]) <= set(_known(tuple(COMPILER_OPTIONS.items())).items())
+    assert set([LEVEL]) <= set(_known(tuple(OF_HISTORIES.items())).items())
 
 
 class Pair(eqx.Module):
