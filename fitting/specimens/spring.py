@@ -30,6 +30,7 @@ from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import SpringResponse
 from pneusma_jax.pipeline import Effect
+from pneusma_jax.program_cache import cached_program
 
 from . import priors, spring_rows, spring_trajectory
 from .latent import Drivers, LatentStates
@@ -40,7 +41,7 @@ from .specimen import FITTED, OF_HISTORIES, RowOptions, Specimen
 from .spring_by_temperature import BY_TEMPERATURE, without_resistance
 from .spring_course import best_course
 from .spring_rows import ALLOY, FIXED, HELD_LENGTH_RANGE, OUTPUTS, dimension_numbers, spring_of
-from .spring_trajectory import fraction_read
+from .spring_trajectory import fraction_read, undecided
 
 PROCESS_NOISES = tuple(10.0**k for k in range(-16, -2))
 """Candidate process-noise variances per second. The smallest hold a cold wire at one phase, whose limit then
@@ -52,6 +53,14 @@ FACTOR = 10.0
 """Factor of the process-noise variance of a diagnosis over the one that a resistance implies."""
 ADDED = ("weight_", "correlation_")
 """Prefixes of the columns that hold a diagnosis's weights and noise correlations."""
+
+
+def _fractions_of_tests(values: Mapping[str, Array], stacked: Rows) -> Array:
+    """Martensite fractions that resistances imply row by row, shape (recordings, rows)."""
+    return jax.vmap(lambda rows: fraction_read(spring_of(numbers(values, rows)), rows))(stacked)
+
+
+_fractions = cached_program(_fractions_of_tests, "fractions that resistances imply")
 
 
 def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None) -> Rows:
@@ -73,8 +82,8 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
         names = [f"{what}{name}" for what in ADDED]
         extra |= zip(names, map(jnp.asarray, (weight, correlation)), strict=True)
     if BEGUN not in extra:
-        read = lambda rows: fraction_read(spring_of(numbers(values, rows)), rows)  # noqa: E731
-        extra[BEGUN] = jax.vmap(read)(stacked)
+        known = {name: jnp.asarray(value, float) for name, value in values.items()}
+        extra[BEGUN] = _fractions(known, undecided(plain))
     return eqx.tree_at(lambda rows: rows.extra, found, extra)
 
 
