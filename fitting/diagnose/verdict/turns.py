@@ -20,7 +20,7 @@ from .conclude import conclude
 from .conclusion import Conclusion, WithoutTurns
 from .probabilities import UNMODELLED, Found, told_apart, weights_of
 
-TURNED = "The base model fits clearly better with turning points of the drive between rows, listed below"
+TURNED = "The model fits clearly better with turning points of the drive between rows, listed below"
 ADVICE = "Record the turning points, or more rows about them"
 
 
@@ -75,7 +75,7 @@ def turns_matter(turned: Program, plain: Explanation) -> bool:
 
 
 def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str]:
-    """The conclusion where the base model fits clearly better with turning points between rows.
+    """The conclusion where turning points between rows may explain as much as effects do.
 
     It is that of the search with turning points, unless effects without them have clearly more evidence.
     Where recordings do not tell the two apart, it names both. On both sides only effects count that held-out
@@ -105,7 +105,7 @@ def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str
         odds = weighed(kept, without.explanation)
     if odds.effects_lead:
         return without, (
-            "The base model fits better with turning points of the drive between rows than without. "
+            "The model fits better with turning points of the drive between rows than without. "
             f"The evidence of {names} is clearly more ({odds.text}), so the drive is taken as it was recorded"
         )
     how = "less" if odds.turns_lead else "as much"
