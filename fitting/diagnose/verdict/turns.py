@@ -1,9 +1,9 @@
 """Turning points between rows, or effects without them: both may explain the same readings.
 
-A drive that is taken to turn between two rows can hide an effect that acts alike, and an effect that is
-missing can look like such turns. So the drive is first taken as it was recorded. Turning points are tried
-beside the effects that this search names, and in the place of each. Only where they may explain as much is a
-second search made, with them. Both are weighed by evidence over the same base model, under the same noise.
+A drive that is taken to turn between two rows can hide an effect that acts alike. A missing effect can look
+like such turns. So the drive is first taken as it was recorded. Turning points are tried beside the effects
+that this search names, and in the place of each. Only where they may explain as much is a second search made,
+with them. Both are weighed by evidence over the same base model, under the same noise.
 """
 
 from dataclasses import dataclass, replace
