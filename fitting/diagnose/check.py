@@ -165,7 +165,7 @@ def _driven(recording: Recording) -> bool:
         if values.size < 2 or not np.ptp(values) > 0.0:
             continue
         small = dict(CAMPAIGNS.still_ranges).get(name.partition("_")[0])
-        least = float(np.max(np.abs(values))) * CAMPAIGNS.still_share if small is None else small
+        least = float(np.max(np.abs(values))) * CAMPAIGNS.same_share if small is None else small
         unknown = recording.noise_si(name) is None  # coarse samples of a ramp look like noise, too
         if (unknown and np.ptp(values) > least) or np.std(values) > CAMPAIGNS.minimum_driver_ratio * noise_of(
             recording, name
@@ -181,7 +181,7 @@ def _alike(recordings: Sequence[Recording]) -> bool:
         means = np.array([np.nanmean(r.si(name)) for r in held])
         noise = max(noise_of(r, name) for r in held)
         if np.ptp(means) > max(
-            CAMPAIGNS.maximum_deviation * noise, CAMPAIGNS.same_input_share * float(np.max(np.abs(means)))
+            CAMPAIGNS.maximum_deviation * noise, CAMPAIGNS.same_share * float(np.max(np.abs(means)))
         ):
             return False
     return True
@@ -204,9 +204,9 @@ def _contradiction(a: Recording, b: Recording) -> str | None:
         return None
     own = a.specimen == b.specimen
     spread = (
-        CAMPAIGNS.repeat_share
+        CAMPAIGNS.same_share
         if own
-        else CAMPAIGNS.repeat_share + CAMPAIGNS.maximum_deviation * np.sqrt(2.0) * _tolerance(a)
+        else CAMPAIGNS.same_share + CAMPAIGNS.maximum_deviation * np.sqrt(2.0) * _tolerance(a)
     )
     for column in a.outputs:
         quantity, unit = schema.quantity_and_unit(column)
@@ -214,7 +214,7 @@ def _contradiction(a: Recording, b: Recording) -> str | None:
             continue
         x, y = _at(a, quantity, time), _at(b, quantity, time)
         there = np.isfinite(x) & np.isfinite(y)
-        if there.sum() < CAMPAIGNS.minimum_rows:
+        if there.sum() < CAMPAIGNS.minimum_values:
             continue
         apart = np.abs(x - y)[there]
         noise = float(np.hypot(noise_of(a, quantity), noise_of(b, quantity)))
@@ -248,15 +248,15 @@ def _common(a: Recording, b: Recording) -> np.ndarray | None:
     """Times from the start over which two recordings were driven alike; None if these are too short."""
     end = min(np.nanmax(_clock(a)), np.nanmax(_clock(b)))
     count = min(len(a), len(b), CAMPAIGNS.maximum_rows)
-    if not end > 0.0 or count < CAMPAIGNS.minimum_rows:
+    if not end > 0.0 or count < CAMPAIGNS.minimum_values:
         return None
     time = np.linspace(0.0, end, count)
     alike, moved = np.ones(count, bool), np.zeros(count, bool)
     for name in drivers_in(a):
         x, y = _at(a, name, time), _at(b, name, time)
         reach = max(float(np.nanmax(x) - np.nanmin(x)), float(np.nanmax(y) - np.nanmin(y)))
-        noise = min(float(np.hypot(noise_of(a, name), noise_of(b, name))), CAMPAIGNS.same_input_share * reach)
-        alike &= np.abs(x - y) <= CAMPAIGNS.maximum_deviation * noise + CAMPAIGNS.same_input_share * reach
+        noise = min(float(np.hypot(noise_of(a, name), noise_of(b, name))), CAMPAIGNS.same_share * reach)
+        alike &= np.abs(x - y) <= CAMPAIGNS.maximum_deviation * noise + CAMPAIGNS.same_share * reach
         moved |= (
             np.abs(x - x[0])
             > CAMPAIGNS.minimum_driver_ratio * CAMPAIGNS.maximum_deviation * noise

@@ -24,9 +24,9 @@ class Fits:
 
     def fit(self, slugs, start, rounds=0, near=None):
         slug = slugs[-1]
-        if rounds == DEFAULT.optimiser.final_steps:
+        if rounds == DEFAULT.optimiser.maximum_steps:
             self.ended.add(slug)
-        slow = 295.0 if rounds < DEFAULT.optimiser.final_steps else 100.0
+        slow = 295.0 if rounds < DEFAULT.optimiser.maximum_steps else 100.0
         objective = slow if slug == "slow" else 200.0 + 10.0 * SLUGS.index(slug)
         return SimpleNamespace(slugs=slugs, objective=objective, u=np.zeros(1), evaluation=None, at_bound=())
 

@@ -186,11 +186,11 @@ def test_a_discrepancy_that_predicts_better_speaks_against_a_name(discrepancy, l
     """By what a held-out log-likelihood of 5 is for an effect: in units of it, once as much."""
     explanation = named(left_out=(3.0, 1.0))
     program = explanation.program
-    unit = DEFAULT.entry.minimum_gain * inflation_of(program, explanation.final) / (0.5 * program.observations(program.fitted))
+    unit = DEFAULT.evidence.minimum_further * inflation_of(program, explanation.final) / (0.5 * program.observations(program.fitted))
     scaled = lambda x: 1.0 + (x - 1.0) * unit / 0.05  # noqa: E731
     explanation.named.left_out = scaled(left)
     rival = None if discrepancy is None else DiscrepancyEvidence("length", "time", 9.0, scaled(discrepancy), 1.0)
-    assert outdone(explanation, rival) == pytest.approx(units * DEFAULT.entry.minimum_gain)
+    assert outdone(explanation, rival) == pytest.approx(units * DEFAULT.evidence.minimum_further)
 
 
 def test_what_is_said_where_a_discrepancy_predicts_better():

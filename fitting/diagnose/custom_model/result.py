@@ -11,7 +11,7 @@ from fitting.inference.results import Result
 from ..settings import DEFAULT
 from .fits import OwnFit, Problem
 
-CUSTOM_MODEL = DEFAULT.custom_model
+EVIDENCE = DEFAULT.evidence
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Stage:
         return [
             c.name
             for c in self.candidates
-            if c.name != self.chosen and best - c.log_bayes_factor < CUSTOM_MODEL.minimum_evidence
+            if c.name != self.chosen and best - c.log_bayes_factor < EVIDENCE.minimum_difference
         ]
 
 

@@ -13,7 +13,9 @@ from .model import OwnModel
 from .result import Candidate, Explained, Stage
 
 SEARCH = DEFAULT.search
-CUSTOM_MODEL = DEFAULT.custom_model
+EVIDENCE = DEFAULT.evidence
+CANDIDATES = DEFAULT.candidates
+ENTRY = DEFAULT.entry
 
 
 def explain_own(
@@ -47,7 +49,7 @@ def explain_own(
     before, stages = kept, []
     while len(current.present) < most:
         gains = problem.gains(current)
-        order = sorted(gains, key=lambda name: -gains[name])[: CUSTOM_MODEL.tried]
+        order = sorted(gains, key=lambda name: -gains[name])[: CANDIDATES.tried]
         progress(f"fitting {', '.join(order)} together with {', '.join(('the base', *current.present))}")
         fits = {name: problem.fit((*current.present, name), current.result.values) for name in order}
         inflation = _inflation(problem, min(fits.values(), key=lambda f: f.objective))
@@ -56,11 +58,11 @@ def explain_own(
         stage = Stage(current.present, candidates, None, kept)
         stages.append(stage)
         for place, candidate in enumerate(candidates):
-            if candidate.log_bayes_factor < CUSTOM_MODEL.minimum_evidence or candidate.at_bound:
+            if candidate.log_bayes_factor < EVIDENCE.minimum_difference or candidate.at_bound:
                 continue
             score = problem.left_out(fits[candidate.name])
             candidates[place] = candidate.scored(score)
-            if score < (1.0 - CUSTOM_MODEL.minimum_share) * kept:
+            if score < (1.0 - ENTRY.minimum_of_base) * kept:
                 stage.chosen, current, kept = candidate.name, fits[candidate.name], score
                 break
         if stage.chosen is None:
@@ -110,6 +112,6 @@ def _pruned(problem: Problem, fit: OwnFit) -> OwnFit:
     for name in fit.present[:-1]:
         rest = tuple(n for n in fit.present if n != name)
         without = problem.fit(rest, fit.result.values)
-        if (without.objective - fit.objective) / _inflation(problem, fit) < CUSTOM_MODEL.minimum_evidence:
+        if (without.objective - fit.objective) / _inflation(problem, fit) < EVIDENCE.minimum_difference:
             fit = without
     return fit

@@ -20,6 +20,7 @@ from fitting.specimens.block_means import averaged
 from ..settings import DEFAULT
 
 NOISE = DEFAULT.noise
+EVIDENCE = DEFAULT.evidence
 
 
 @dataclass(frozen=True)
@@ -199,8 +200,8 @@ def _chosen(cost: Callable[..., float], always: tuple[int, ...]) -> np.ndarray:
     The last two differ from zero only where they make the differences much likelier.
     """
     price = {
-        1: NOISE.minimum_gain_stated,
-        2: NOISE.minimum_gain_unstated if always else NOISE.minimum_gain_stated,
+        1: EVIDENCE.minimum_difference,
+        2: NOISE.minimum_gain_unstated if always else EVIDENCE.minimum_difference,
     }
     tried = [
         (*_least(cost, (*always, *more)), sum(price[n] for n in more)) for more in ((), (2,), (1,), (1, 2))

@@ -8,6 +8,7 @@ from ..settings import DEFAULT
 from .latent_trajectories import intervals
 
 TRAJECTORIES = DEFAULT.trajectories
+EVIDENCE = DEFAULT.evidence
 
 
 def process_noise_of(
@@ -41,7 +42,7 @@ def process_noise_of(
         evidence -= 0.5 * (np.log(spread) + innovation**2 / spread)
         gain = variance * s / spread
         mean, variance = mean + gain * innovation, variance * sigma**2 / spread
-    decisive = np.ptp(evidence) > TRAJECTORIES.minimum_evidence_spread
+    decisive = np.ptp(evidence) > EVIDENCE.minimum_difference
     return float(candidates[np.argmax(evidence)]) if decisive else np.nan
 
 

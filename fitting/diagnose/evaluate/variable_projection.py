@@ -201,7 +201,7 @@ class Projection:
         walk = self._ordered(np.stack([trajectory.pull() for trajectory in self.trajectories]))
         pull = self.design.T @ misfit + walk
         free, step, factor = self.there.copy(), np.zeros(len(now)), None
-        for _ in range(TRAJECTORIES.limit_passes):
+        for _ in range(TRAJECTORIES.rounds):
             factor = self._factor(free)
             rest = pull + self.system @ np.where(free, 0.0, step)
             step = np.where(free, -factor.solve(np.where(free, rest, 0.0)), step)

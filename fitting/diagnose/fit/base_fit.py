@@ -17,6 +17,7 @@ from .refit import Fit, Refitter
 
 OPTIMISER = DEFAULT.optimiser
 BASE_FIT = DEFAULT.base_fit
+EVIDENCE = DEFAULT.evidence
 
 
 def base_fit(
@@ -50,7 +51,7 @@ def base_fit(
 
 def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:
     """True if another fit of the same model is better by more than the minimum log-likelihood."""
-    return fit.objective - other.objective > BASE_FIT.minimum_gain * inflation_of(program, other)
+    return fit.objective - other.objective > EVIDENCE.minimum_further * inflation_of(program, other)
 
 
 def departed_from(program: Program, fit: Fit, start: np.ndarray) -> bool:

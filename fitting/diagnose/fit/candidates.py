@@ -20,6 +20,8 @@ from .score_test import ScoreTest, about_nominal
 OPTIMISER = DEFAULT.optimiser
 CANDIDATES = DEFAULT.candidates
 EVIDENCE = DEFAULT.evidence
+SCORE_TEST = DEFAULT.score_test
+VERDICT = DEFAULT.verdict
 
 
 @dataclass
@@ -84,11 +86,11 @@ def candidate_fits(
         The candidates, strongest evidence first.
     """
     refitter = Refitter(program)
-    likely = [s for s in found.scores if s.p_value < CANDIDATES.maximum_p_value][: effort * most]
+    likely = [s for s in found.scores if s.p_value < SCORE_TEST.level][: effort * most]
     nominal = about_nominal(refitter, current, found)
     others = [s for s in nominal if s.slug not in {one.slug for one in likely}]
     enough = CANDIDATES.comparable_share * max((s.gain for s in nominal), default=0.0)
-    likely += [s for s in others if s.p_value < CANDIDATES.maximum_p_value and s.gain >= enough][
+    likely += [s for s in others if s.p_value < SCORE_TEST.level and s.gain >= enough][
         : effort * CANDIDATES.about_nominal
     ]
     proposals = [
@@ -153,7 +155,7 @@ def fitted_sets(
     kept = _ahead(program, refitter, best, starts, effort * CANDIDATES.final_count)
     names = ["+".join(slug for slug in slugs if slug not in current.slugs) for slugs in kept]
     progress(f"fitting {', '.join(names)} to the end")
-    best |= dict(run_parallel(fitted, [(slugs, best[slugs], OPTIMISER.final_steps) for slugs in kept]))
+    best |= dict(run_parallel(fitted, [(slugs, best[slugs], OPTIMISER.maximum_steps) for slugs in kept]))
     elsewhere = [(slugs, starts[slugs][1]) for slugs in kept]
     for slugs in kept if not program.hidden else ():
         added = [slug for slug in slugs if slug not in current.slugs]
@@ -191,7 +193,7 @@ def from_elsewhere(
     refitter = Refitter(program)
     other = refitter.fit(fit.slugs, start, CANDIDATES.first_steps + CANDIDATES.second_steps, near)
     if fit.objective - refitter.promised(other) > least * refitter.variance(fit.objective):
-        other = refitter.fit(fit.slugs, other, OPTIMISER.final_steps)
+        other = refitter.fit(fit.slugs, other, OPTIMISER.maximum_steps)
     return min(fit, other, key=lambda one: one.objective)
 
 
@@ -210,7 +212,7 @@ def _ahead(
     rest = sorted((slugs for slugs in best if slugs not in first), key=promised.get)
     first += [slugs for slugs in rest[:1] if promised[slugs] < worst]
     least = min((fit.objective for fit in best.values()), default=np.inf)
-    if least >= log_likelihood(program, CANDIDATES.explained, 1.0):
+    if least >= log_likelihood(program, VERDICT.faint, 1.0):
         return first
     return [slugs for slugs in first if promised[slugs] <= CANDIDATES.hopeless_factor * least]
 
@@ -234,7 +236,7 @@ def starts_of(unknowns: Unknowns, added: Sequence[str], at: np.ndarray) -> tuple
             unknowns.high[own],
         )
         zero = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
-        first[own[zero]] = CANDIDATES.begin_share * typical[zero]
+        first[own[zero]] = CANDIDATES.faint_share * typical[zero]
     return first, nominal
 
 

@@ -11,6 +11,7 @@ from ..settings import DEFAULT
 from .refit import Fit, Refitter
 
 CROSS_VALIDATION = DEFAULT.cross_validation
+VERDICT = DEFAULT.verdict
 
 
 Masks = list[np.ndarray]
@@ -44,7 +45,7 @@ def deciding(program: Program, sizes: Sequence[int]) -> list[Masks]:
     """
     members = np.flatnonzero(program.fitted)
     alone = len({program.recordings[k].specimen for k in members}) == 1
-    if alone and 1 < len(members) <= CROSS_VALIDATION.few_recordings:
+    if alone and 1 < len(members) <= CROSS_VALIDATION.maximum_folds:
         return _parts_of_all(sizes, members)
     return folds(sizes, members, CROSS_VALIDATION.groups)
 
@@ -122,8 +123,8 @@ def gain(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     most = int(np.argmax(misfit))
     rest = np.delete(gains, most), np.delete(misfit, most)
     forgiven = (
-        after[most] > CROSS_VALIDATION.astray_share * before[most]
-        and rest[1].sum() > CROSS_VALIDATION.minimum_rest * misfit.sum()
+        after[most] > VERDICT.maximum_kept * before[most]
+        and rest[1].sum() > VERDICT.imperfect_share * misfit.sum()
     )
     if forgiven and rest[0].min(initial=np.inf) > 0.0 and len(rest[0]) > 1:
         share = max(share, float(rest[0].sum() / rest[1].sum()))

@@ -54,7 +54,7 @@ def evidence(
     gain = (current.objective - further.objective - luck) / inflation
     known = len(program.unknowns.slugs)
     penalty = log_sets(known, len(current.slugs) + len(added)) - log_sets(known, len(current.slugs))
-    penalty += EVIDENCE.bound_penalty * sum(at_its_bound(further, slug) for slug in added)
+    penalty += EVIDENCE.minimum_first * sum(at_its_bound(further, slug) for slug in added)
     found = gain + _occam(program, current, further, added, inflation) - penalty
     nothing = any(absent(program.unknowns, further, slug) for slug in added)
     return min(found, 0.0) if nothing else found

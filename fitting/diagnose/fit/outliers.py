@@ -17,6 +17,7 @@ from ..evaluate.program import Program
 from ..settings import DEFAULT
 
 OUTLIERS = DEFAULT.outliers
+CAMPAIGNS = DEFAULT.campaigns
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,8 @@ class Outliers:
     @property
     def text(self) -> str:
         """Sentence for a report."""
-        at = [f"{t:.4g}" for t in self.times[: OUTLIERS.maximum_told]] + ["..."] * (
-            len(self.times) > OUTLIERS.maximum_told
+        at = [f"{t:.4g}" for t in self.times[: CAMPAIGNS.maximum_told]] + ["..."] * (
+            len(self.times) > CAMPAIGNS.maximum_told
         )
         return (
             f"{self.recording}: not counted, for far from the readings on both sides (by up to "
@@ -96,7 +97,7 @@ def among_readings(recording: Recording, channel: Channel, rows: np.ndarray) -> 
     kept = recording.reduction.rows[rows]
     return rows[
         (far[kept] > OUTLIERS.minimum_distance * channel.sigma[rows])
-        & (apart[kept] < far[kept] / OUTLIERS.neighbour_factor)
+        & (far[kept] > OUTLIERS.minimum_distance * apart[kept])
     ]
 
 
@@ -108,18 +109,14 @@ def outliers_of(channel: Channel, predicted: np.ndarray) -> tuple[np.ndarray, fl
         predicted: predictions of a fitted model, SI, (rows,), NaN where it has no answer.
     """
     there = np.flatnonzero(np.isfinite(channel.sigma) & np.isfinite(predicted))
-    if len(there) < OUTLIERS.minimum_readings:
+    if len(there) < CAMPAIGNS.minimum_values:
         return there[:0], 0.0
     sigma, curve = channel.sigma[there], predicted[there]
     far, apart = _beside((channel.measured[there] - curve) / sigma)
     bends = np.pad(np.abs(np.diff(curve, 2)), 2) / np.pad(sigma, 1, "edge")
     bends = np.lib.stride_tricks.sliding_window_view(bends, 3).max(axis=1)
-    usual = np.median(far) / GAUSSIAN_MAD
-    odd = (
-        (far > max(OUTLIERS.minimum_distance, OUTLIERS.minimum_relative_distance * usual))
-        & (apart < far / OUTLIERS.neighbour_factor)
-        & (far > OUTLIERS.bend_factor * bends)
-    )
+    usual = max(1.0, np.median(far) / GAUSSIAN_MAD)
+    odd = far > OUTLIERS.minimum_distance * np.maximum(np.maximum(apart, bends), usual)
     if not odd.any() or odd.sum() > max(OUTLIERS.maximum_share * len(there), 1.0):
         return there[:0], 0.0
     return there[odd], float(far[odd].max())

@@ -111,7 +111,7 @@ class _Growth:
         """Step of the free numbers to the least objective to first order, within bounds."""
         fit, unknowns = self.fit, self.program.unknowns
         low, high = unknowns.low[fit.free] - fit.u[fit.free], unknowns.high[fit.free] - fit.u[fit.free]
-        within = low - OPTIMISER.bound_gap, high + OPTIMISER.bound_gap
+        within = low - OPTIMISER.rounding, high + OPTIMISER.rounding
         r, A = fit.evaluation.joined(self.chosen.astype(float))
         held, pull = self._held
         step = lsq_linear(np.concatenate([A, held]), np.concatenate([-r, -pull]), within, method="bvls").x
@@ -132,5 +132,5 @@ class _Growth:
         The matrix is a square root of the inverse covariance, which may be singular to rounding.
         """
         variances, axes = np.linalg.eigh(self.fit.covariance)
-        root = np.sqrt(np.maximum(variances, OPTIMISER.singular_share * variances.max()))
+        root = np.sqrt(np.maximum(variances, OPTIMISER.rounding * variances.max()))
         return (axes / root).T, root * (axes.T @ self.alone.gradient(self.fit))

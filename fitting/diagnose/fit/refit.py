@@ -92,7 +92,7 @@ def at_its_bound(fit: Fit, slug: str) -> bool:
 def absent(unknowns: Unknowns, fit: Fit, slug: str) -> bool:
     """True if every strength of an effect ended at its neutral value, so that nothing of it is there."""
     own = unknowns.amplitudes(slug)
-    return not np.any(np.abs(fit.u[own] - unknowns.neutral[own]) > OPTIMISER.negligible_distance)
+    return not np.any(np.abs(fit.u[own] - unknowns.neutral[own]) > OPTIMISER.negligible)
 
 
 def largest_deviation(unknowns: Unknowns, fit: Fit) -> float:
@@ -156,7 +156,7 @@ class Refitter:
             now = self._weighed(u, free, known)
         else:
             now = self._at(u, free, near)
-        damping, failures = OPTIMISER.initial_damping, 0
+        damping, least, failures = OPTIMISER.initial_damping, OPTIMISER.initial_damping**2, 0
         for _ in range(rounds):
             little = OPTIMISER.minimum_decrease * self.variance(now[0])
             step, promised = self._step(u, now, free, damping)
@@ -167,25 +167,19 @@ class Refitter:
             gain = now[0] - then[0]
             if gain > 0.0:
                 u, now, failures = trial, then, 0
-                damping = max(damping * OPTIMISER.damping_decrease, OPTIMISER.minimum_damping)
+                damping = max(damping / OPTIMISER.damping_factor, least)
             else:
-                damping, failures = (
-                    max(damping, OPTIMISER.initial_damping)
-                    * OPTIMISER.damping_increase
-                    * OPTIMISER.damping_growth**failures,
-                    failures + 1,
-                )
-                if (
-                    failures > OPTIMISER.maximum_failures
-                    or max(-gain, promised / OPTIMISER.near_factor) < little
-                ):
+                failures += 1
+                damping = max(damping, OPTIMISER.initial_damping) * OPTIMISER.damping_factor**failures
+                there = max(-gain, promised / OPTIMISER.damping_factor) < little
+                if there or failures > OPTIMISER.maximum_failures:
                     break
         return self._finished(u, free, slugs, now)
 
     def promised(self, fit: Fit) -> float:
         """Predicted objective after a fit's next step, to second order."""
         r, J = fit.evaluation.joined(self.weight)
-        _, decrease = self._step(fit.u, (fit.objective, r, J), fit.free, OPTIMISER.minimum_damping)
+        _, decrease = self._step(fit.u, (fit.objective, r, J), fit.free, OPTIMISER.initial_damping**2)
         return fit.objective - decrease
 
     def variance(self, objective: float) -> float:
@@ -258,7 +252,7 @@ class Refitter:
         factor = np.linalg.cholesky(damped)
         pull = solve_triangular(factor, -g, lower=True)
         step = lsq_linear(
-            factor.T, pull, (low - OPTIMISER.bound_gap, high + OPTIMISER.bound_gap), method="bvls"
+            factor.T, pull, (low - OPTIMISER.rounding, high + OPTIMISER.rounding), method="bvls"
         ).x
         step = np.clip(step, low, high)
         full = np.zeros(len(u))

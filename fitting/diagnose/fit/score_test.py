@@ -24,6 +24,7 @@ from .refit import Fit, Refitter, largest_deviation
 from .sensitivities import Block, Projector, Sensitivities, sensitivities_about
 
 SCORE_TEST = DEFAULT.score_test
+OPTIMISER = DEFAULT.optimiser
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def score_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.ra
     scores, pool = _scores(refitter.unknowns, look)
     pool.append((None, _slow_cosines(look.here, weight, look.project)))
     p_value, bound = _p_value(pool, look.left, rng)
-    untestable = [slug for slug in slugs if look.strength[slug] < SCORE_TEST.minimum_length]
+    untestable = [slug for slug in slugs if look.strength[slug] < OPTIMISER.negligible]
     untestable += refitter.program.untimed
     return ScoreTest(scores, p_value, bound, untestable, look.scale, tuple(slugs), look)
 

@@ -75,7 +75,7 @@ class Projector:
         size = np.linalg.norm(self.A, axis=0)
         size[size == 0.0] = 1.0
         scaled = self.A / size  # columns may be zero or alike where recordings do not tell numbers apart
-        self.H = np.linalg.pinv(scaled.T @ scaled, OPTIMISER.alike_share, hermitian=True) / np.outer(
+        self.H = np.linalg.pinv(scaled.T @ scaled, OPTIMISER.rounding, hermitian=True) / np.outer(
             size, size
         )
         self.rows = len(A)
@@ -112,11 +112,11 @@ def sensitivities_about(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> S
             own = unknowns.amplitudes(slug)
             P = project(J[:, np.isin(columns, own)])
             lengths = np.linalg.norm(P, axis=0)
-            kept = lengths > SCORE_TEST.minimum_length
+            kept = lengths > OPTIMISER.negligible
             strength[slug] = max(strength[slug], float(lengths.max(initial=0.0)))
             if kept.any():
                 blocks.append(Block(slug, P[:, kept], own[kept], u))
-    for slug in [s for s in slugs if strength[s] < SCORE_TEST.minimum_length]:
+    for slug in [s for s in slugs if strength[s] < OPTIMISER.negligible]:
         u = fit.u.copy()
         own = unknowns.of([slug])
         u[own] = [unknowns.items[k].start for k in own]
@@ -124,7 +124,7 @@ def sensitivities_about(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> S
         change = changed.joined(weight)[0] - r
         sensitivity = project(change[:, None])
         strength[slug] = float(np.linalg.norm(sensitivity))
-        if strength[slug] >= SCORE_TEST.minimum_length:
+        if strength[slug] >= OPTIMISER.negligible:
             blocks.append(Block(slug, sensitivity, own, u, whole=True))
     return Sensitivities(here, project, scale, left, blocks, strength)
 
@@ -133,8 +133,8 @@ def constants_at_bound(unknowns: Unknowns, fit: Fit) -> np.ndarray:
     """Indices of base constants that ended at a bound: those absorb no more."""
     base = unknowns.base
     return base[
-        (fit.u[base] <= unknowns.low[base] + OPTIMISER.negligible_distance)
-        | (fit.u[base] >= unknowns.high[base] - OPTIMISER.negligible_distance)
+        (fit.u[base] <= unknowns.low[base] + OPTIMISER.negligible)
+        | (fit.u[base] >= unknowns.high[base] - OPTIMISER.negligible)
     ]
 
 

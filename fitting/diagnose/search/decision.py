@@ -31,6 +31,7 @@ CANDIDATES = DEFAULT.candidates
 EVIDENCE = DEFAULT.evidence
 ENTRY = DEFAULT.entry
 VERDICT = DEFAULT.verdict
+BASE_FIT = DEFAULT.base_fit
 
 LITTLE, BOUND, UNSEEN, LEFT_OUT, SHARE, INSTRUMENTS, REMAINS, BOUND_REMAINS = (
     "too little evidence", "at a bound", "validation recordings", "left-out recordings", "a small share",
@@ -86,7 +87,7 @@ class Judge:
                 break
             size = len(fit.slugs)
             top = tops.setdefault(size, worth)
-            if top - worth > max(EVIDENCE.minimum_difference, EVIDENCE.behind * top):
+            if top - worth > max(EVIDENCE.minimum_difference, VERDICT.minor_share * top):
                 continue
             asked[size] += 1
             if size > 1 and asked[size] > CANDIDATES.final_count:  # the others were not fitted to the end
@@ -130,11 +131,11 @@ class Judge:
             return LITTLE
         strongest = max(worth, key=worth.get)
         bounded = [slug for slug in fit.slugs if at_its_bound(fit, slug)]
-        if bounded and self.scores(self.pool.base).sum() < ENTRY.minimum_at_bound:
+        if bounded and self.scores(self.pool.base).sum() < BASE_FIT.minimum_poor:
             return BOUND
         for rest in rests.values():
             gained, share = gain(self.scores(rest), self.scores(fit))
-            if log_likelihood(program, gained, inflation) < ENTRY.minimum_gain:
+            if log_likelihood(program, gained, inflation) < EVIDENCE.minimum_further:
                 return LEFT_OUT
             if not single and self._small(rest, fit, gained, share):
                 return SHARE
@@ -154,7 +155,7 @@ class Judge:
         before, after, whole = (reduced(program, f, program.fitted) for f in (rest, fit, base))
         by_chance = whole - 1.0 < VERDICT.minimum_deviations * spread(program, program.fitted)
         taken = 0.0 if by_chance else (before - after) / (whole - 1.0)
-        if taken >= ENTRY.large_share:
+        if taken >= VERDICT.minor_share:
             return False
         if share < ENTRY.minimum_further_share:
             return True
@@ -222,7 +223,7 @@ def outweighs(program: Program, lost: float, gained: float, inflation: float) ->
         gained: gain in the reduced chi-square of fitted values that were left out in turn.
         inflation: inflation of variances [1], see `inflation_of`.
     """
-    outweighed = ENTRY.maximum_loss_share * log_likelihood(program, gained)
+    outweighed = VERDICT.imperfect_share * log_likelihood(program, gained)
     return lost / inflation > ENTRY.maximum_loss and lost > outweighed
 
 

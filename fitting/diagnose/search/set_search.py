@@ -171,7 +171,7 @@ class SetSearch:
                 ),
             )
             for s in found.scores[: SEARCH.beam]
-            if s.p_value < CANDIDATES.maximum_p_value
+            if s.p_value < SCORE_TEST.level
         ]
 
     def _from_gram(
@@ -234,7 +234,7 @@ class SetSearch:
                 step = self._scores_beside(program, rest)
                 step.base = rest
                 known = [one for one in pool.of_size(len(fit.slugs)) if refitter.ended(one)]
-                self.fill(program, step, CANDIDATES.tried_beside, known)
+                self.fill(program, step, CANDIDATES.second_count, known)
                 pool.add([step.base, *(candidate.fit for candidate in step.candidates)])
 
     def _weighed(self, explanation: Explanation, pool: Pool, fit: Fit) -> Named:
@@ -269,7 +269,7 @@ class SetSearch:
 
 def polished(program: Program, fit: Fit) -> Fit:
     """A set fitted once more, from its own numbers and from nominal base constants."""
-    again = Refitter(program).fit(fit.slugs, fit, OPTIMISER.final_steps)
+    again = Refitter(program).fit(fit.slugs, fit, OPTIMISER.maximum_steps)
     best = min(fit, again, key=lambda one: one.objective)
     return from_elsewhere(program, best, program.unknowns.at_nominal(fit.u))
 

@@ -9,7 +9,7 @@ Each threshold has a sentence, a unit and the measurement that it rests on (`Thr
 
 from dataclasses import dataclass
 
-from .conclusions import CustomModel, Discrepancy, NextExperiment, Place, Verdict
+from .conclusions import Discrepancy, NextExperiment, Place, Verdict
 from .decisions import CrossValidation, Drift, Entry, Evidence, ScoreTest, Search
 from .fits import BaseFit, Candidates, Optimiser, Scaling
 from .recordings import Campaigns, LatentTrajectories, Noise, Outliers
@@ -40,7 +40,6 @@ class Settings:
     place: Place = Place()
     verdict: Verdict = Verdict()
     next_experiment: NextExperiment = NextExperiment()
-    custom_model: CustomModel = CustomModel()
 
 
 DEFAULT = Settings()

@@ -26,8 +26,9 @@ class Discrepancy:
         (8, 16), "Number of knots for the saved discrepancy: these are tried."
     )
     maximum_kept: float = threshold(
-        0.75, "Maximum share of what effects leave for a saved discrepancy beside them."
-    )
+        0.5, "Maximum share of the held-out misfit for effects to keep and still help.",
+        basis="twelfth run: one slipping crimp kept more under a wrong name, no right name did",
+    )  # fmt: skip
     ridge: float = threshold(
         1e-3, "Factor on the information for holding a discrepancy near zero.", basis=NUMERICAL
     )
@@ -39,7 +40,6 @@ class Place:
     """Thresholds of the place of a misfit."""
 
     bins: int = threshold(10, "Number of bins of a driver for the share that it explains.")
-    drivers: int = threshold(3, "Maximum number of drivers for a report.")
     window_part: float = threshold(
         0.2, "Factor from a recording to the stretch for the place of most misfit."
     )
@@ -55,10 +55,10 @@ class Verdict:
 
     set_probability: float = threshold(0.95, "Minimum probability for an explanation set.")
     imperfect_share: float = threshold(
-        0.05, "Maximum share of the misfit for a right explanation to leave.", basis=RIGHT_FORMS
+        0.05, "Maximum share of the misfit by which a right form may be off.", basis=RIGHT_FORMS
     )
     minor_share: float = threshold(
-        0.2, "Maximum share of all explained misfit for an effect to be another one's imperfect form."
+        0.2, "Maximum share of evidence or explained misfit for an effect to be minor beside others."
     )
     doubtful: float = threshold(
         0.5, "Maximum probability for an effect that something else explains as well."
@@ -107,7 +107,10 @@ class Verdict:
         0.5, "Maximum share of the held-out misfit for effects to keep and still help.",
         basis="twelfth run: one slipping crimp kept more under a wrong name, no right name did",
     )  # fmt: skip
-    faint: float = threshold(1.4, "Maximum reduced chi-square for a misfit without a name to be forgiven.")
+    faint: float = threshold(
+        1.4, "Maximum reduced chi-square for a misfit that is faint.",
+        basis="twentieth run: fits end early that cannot reach what was found",
+    )  # fmt: skip
     sure_deviations: float = threshold(
         3.5, "Minimum excess of a reduced chi-square for a mismatch, where noise is stated.", "sd"
     )
@@ -126,15 +129,3 @@ class NextExperiment:
     rate_factor: float = threshold(10.0, "Factor on the clock for slower and faster repetitions.")
     load_factor: float = threshold(1.25, "Factor on the load for a stronger repetition.")
     pause: float = threshold(300.0, "Number of seconds for holding the largest load.", "s")
-
-
-@dataclass(frozen=True)
-class CustomModel:
-    """The search with a base model of the user's."""
-
-    minimum_length: float = threshold(
-        1e-9, "Minimum length of a sensitivity for the recordings to show a term.", basis=NUMERICAL
-    )
-    tried: int = threshold(6, "Maximum number of terms for a fit together with the base.")
-    minimum_evidence: float = threshold(3.0, "Minimum log Bayes factor for a term.", "nat")
-    minimum_share: float = threshold(0.02, "Minimum share of the held-out chi-square for a term.")

@@ -10,7 +10,7 @@ class ScoreTest:
     """The score of every effect against chance."""
 
     level: float = threshold(
-        0.01, "Maximum p-value for something to be missing.",
+        0.01, "Maximum p-value for a score to stand out: of all effects together, or of one that is fitted.",
         basis="sixteenth to twenty-third run: 3 of 708 nulls called a mismatch, all rules together",
     )  # fmt: skip
     level_together: float = threshold(
@@ -19,9 +19,6 @@ class ScoreTest:
     draws: int = threshold(999, "Number of simulated nulls for a p-value.")
     shapes: int = threshold(5, "Number of shapes of every effect for its score.")
     slow_cosines: int = threshold(6, "Number of cosines over each recording for slow misfit, or for drift.")
-    minimum_length: float = threshold(
-        1e-6, "Minimum length of a sensitivity for the recordings to show the effect.", "sd", NUMERICAL
-    )
     far_from_nominal: float = threshold(
         3.0, "Minimum deviation of a base constant for scores about nominal, too.", "sd",
         "eighteenth run: beyond it a true effect seemed to act the wrong way",
@@ -37,26 +34,23 @@ class Evidence:
     """Log Bayes factors, less the logarithm of the number of candidates."""
 
     minimum_first: float = threshold(
-        8.0, "Minimum log Bayes factor for a first effect, or a model discrepancy.", "nat",
+        8.0, "Minimum log Bayes factor for a first effect, or a model discrepancy. An effect at a bound pays "
+        "as much again.", "nat",
         "sixteenth run: of 130 opened nulls no discrepancy reached 4; one null in a hundred names reached 9",
     )  # fmt: skip
     minimum_further: float = threshold(
-        5.0, "Minimum log Bayes factor for a further effect, or one that must hold its place.", "nat"
-    )
+        5.0, "Minimum log Bayes factor, or log-likelihood of left-out values, for an effect beside others, a "
+        "discrepancy, or another base fit.", "nat",
+        "13th run: of 24 right names none was outdone by as much, of four wrong ones three",
+    )  # fmt: skip
     minimum_settled: float = threshold(
         12.0, "Minimum log Bayes factor, less drift, for more than a tentative name.", "nat",
         "fifteenth run: a null of a wire at 8.9 was named with 0.99",
     )  # fmt: skip
-    bound_penalty: float = threshold(
-        8.0, "Factor on the number of effects at a bound for the evidence that they lose.", "nat"
-    )
     minimum_difference: float = threshold(
-        4.0,
-        "Minimum difference of log Bayes factors for two explanations to be told apart, or for a fit from "
-        "another start to go on.",
-        "nat",
-    )
-    behind: float = threshold(0.2, "Maximum share of the best evidence for an effect to be behind it.")
+        4.0, "Minimum difference of log-likelihoods for two explanations, models of noise or starts to be "
+        "told apart.", "nat",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -65,19 +59,13 @@ class CrossValidation:
 
     blocks: int = threshold(4, "Number of parts of recordings for leaving out in turn.")
     groups: int = threshold(3, "Maximum number of groups of recordings for a decision.")
-    maximum_folds: int = threshold(8, "Maximum number of groups of recordings for a held-out score.")
-    few_recordings: int = threshold(
-        8, "Maximum number of recordings of one specimen for leaving out parts of all."
-    )
+    maximum_folds: int = threshold(
+        8, "Maximum number of groups of recordings for a held-out score, or of recordings whose parts are "
+        "left out.",
+    )  # fmt: skip
     steps: int = threshold(10, "Maximum number of trial steps for a fit without some values.")
     minimum_misfit: float = threshold(
         1e-3, "Minimum excess of a reduced chi-square for a share of it to be told.", basis=NUMERICAL
-    )
-    minimum_rest: float = threshold(
-        0.05, "Minimum share of the misfit outside the worst fold for that fold to be forgiven."
-    )
-    astray_share: float = threshold(
-        0.5, "Minimum share that the worst fold keeps for that fold to be forgiven."
     )
 
 
@@ -85,30 +73,20 @@ class CrossValidation:
 class Entry:
     """Minimum gain of a candidate on left-out values to enter the model."""
 
-    minimum_gain: float = threshold(
-        5.0, "Minimum held-out log-likelihood for an effect, or for a discrepancy against a name.", "nat",
-        "13th run: of 24 right names none was outdone by as much, of four wrong ones three",
-    )  # fmt: skip
     minimum_further_share: float = threshold(
         0.45, "Minimum share of the held-out misfit for a further effect.",
         basis="a prototype on 34 actuators: imperfect forms of true effects breed second ones below 0.6",
     )  # fmt: skip
-    large_share: float = threshold(
-        0.2, "Minimum share of the base misfit for a further effect to need no share of the held-out misfit."
-    )
     minimum_of_base: float = threshold(
-        0.025, "Minimum share of the base model's held-out misfit for a further effect."
-    )
+        0.025, "Minimum share of the base model's held-out misfit for a further effect, or a term of a "
+        "custom model.",
+    )  # fmt: skip
     minimum_of_fitted: float = threshold(
         0.1, "Minimum share of the base model's fitted misfit for a further effect, instead."
     )
     maximum_loss: float = threshold(
         3.0, "Maximum loss of log-likelihood of validation recordings for an effect.", "nat"
     )
-    maximum_loss_share: float = threshold(
-        0.05, "Maximum such loss for an effect, over what left-out recordings gain."
-    )
-    minimum_at_bound: float = threshold(1.2, "Minimum held-out reduced chi-square for an effect at a bound.")
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,6 @@ class Scaling:
     minimum_wide_ratio: float = threshold(
         8.0, "Minimum ratio of its bounds for a shape to be tried at logarithmic distances."
     )
-    maximum_deviation: float = threshold(
-        4.0, "Maximum deviation of a base constant from nominal for its prior.", "sd"
-    )
     shape_deviation: float = threshold(
         1.5, "Factor from a shape's typical departure to the standard deviation of its prior."
     )
@@ -38,39 +35,27 @@ class Optimiser:
     failed_deviation: float = threshold(
         30.0, "Minimum misfit for a row in which the model has no answer.", "sd"
     )
-    maximum_steps: int = threshold(30, "Maximum number of trial steps for a fit.")
-    final_steps: int = threshold(
-        40, "Maximum number of trial steps for a fit to the end, or of a chosen model."
-    )
+    maximum_steps: int = threshold(40, "Maximum number of trial steps for a fit.")
     minimum_decrease: float = threshold(
         0.1, "Minimum predicted decrease of the objective for another step, over reduced chi-square.", "nat"
     )
-    near_factor: float = threshold(
-        5.0, "Factor on that decrease for a failed step to be tried again shorter."
+    initial_damping: float = threshold(
+        1e-3, "Factor on the second derivative for the first damping; its square is the least one."
     )
-    initial_damping: float = threshold(1e-3, "Factor on the second derivative for the first damping.")
-    minimum_damping: float = threshold(
-        1e-6, "Minimum damping for numbers that recordings leave open to hold their place."
-    )
-    damping_decrease: float = threshold(0.2, "Factor on the damping for a step that helps.")
-    damping_increase: float = threshold(8.0, "Factor on the damping for a step that fails.")
-    damping_growth: float = threshold(3.0, "Factor on that factor for every failure in a row.")
+    damping_factor: float = threshold(
+        5.0, "Factor on the damping for a step that fails, once more for every failure in a row; its inverse "
+        "for one that helps.",
+    )  # fmt: skip
     maximum_failures: int = threshold(3, "Maximum number of failures in a row for a fit to go on.")
     maximum_step: float = threshold(3.0, "Maximum step for one scaled unknown.", "sd")
-    bound_gap: float = threshold(
-        1e-12, "Minimum distance for two bounds that meet at an unknown.", "sd", NUMERICAL
+    rounding: float = threshold(
+        1e-12, "Maximum distance, or share of the largest direction, that is rounding.", "sd", NUMERICAL
+    )
+    negligible: float = threshold(
+        1e-6, "Maximum scaled distance, or length of a sensitivity, that is nothing.", "sd", NUMERICAL
     )
     at_bound_share: float = threshold(
         1e-3, "Maximum distance from a bound for a parameter to be at it, over its range."
-    )
-    negligible_distance: float = threshold(
-        1e-6, "Maximum distance for a scaled number to be at its neutral value, or a bound.", "sd", NUMERICAL
-    )
-    singular_share: float = threshold(
-        1e-14, "Minimum share of the largest variance for a direction to be told.", basis=NUMERICAL
-    )
-    alike_share: float = threshold(
-        1e-12, "Minimum share of the largest for a direction to absorb misfit.", basis=NUMERICAL
     )
 
 
@@ -79,16 +64,13 @@ class BaseFit:
     """The fit of the base model that every search begins with."""
 
     minimum_poor: float = threshold(
-        1.2, "Minimum reduced chi-square for the base fit to be tried from other starts."
+        1.2, "Minimum reduced chi-square for other starts of the base fit, or an effect at a bound."
     )
     scattered_starts: int = threshold(
         7, "Number of scattered starts for a hidden or stuck base fit.",
         basis="two of five starts of springs found the better of two optima",
     )  # fmt: skip
     maximum_start: float = threshold(2.0, "Maximum distance from nominal for another start.", "sd")
-    minimum_gain: float = threshold(
-        5.0, "Minimum log-likelihood for another base fit to take the place of one.", "nat"
-    )
     noise_rounds: int = threshold(2, "Number of rounds for noise estimate and base fit.")
     maximum_searches: int = threshold(3, "Maximum number of searches for a base fit that candidates improve.")
 
@@ -98,11 +80,11 @@ class Candidates:
     """Choice of the candidates that are fitted together with the base, and effort for each."""
 
     tried: int = threshold(10, "Maximum number of candidates for a first effect.")
-    tried_beside: int = threshold(5, "Maximum number of candidates for an effect beside others.")
-    maximum_p_value: float = threshold(0.01, "Maximum p-value of its own score for a candidate fit.")
     first_steps: int = threshold(2, "Number of trial steps for every candidate.")
     second_steps: int = threshold(4, "Number of further trial steps for the better candidates.")
-    second_count: int = threshold(5, "Number of candidates for these further steps.")
+    second_count: int = threshold(
+        5, "Number of candidates for these further steps, or for an effect beside others."
+    )
     final_count: int = threshold(3, "Number of candidates for a fit to the end.")
     kept_by_score: int = threshold(
         2, "Number of candidates, first by score, for every step, however they began.",
@@ -113,19 +95,14 @@ class Candidates:
         basis="eighteenth run: beyond three standard deviations a true effect seemed to act the wrong way",
     )  # fmt: skip
     comparable_share: float = threshold(0.3, "Minimum share of the best such score for a candidate.")
-    explained: float = threshold(
-        1.5, "Maximum reduced chi-square for a model that leaves little to explain.",
-        basis="twentieth run: fits end early that cannot reach what was found",
-    )  # fmt: skip
     hopeless_factor: float = threshold(3.0, "Maximum ratio of predicted to best objective for a further fit.")
     other_shapes: tuple[float, ...] = threshold(
         (0.15, 0.5, 0.85), "Number of further starts for shapes, by their share of the range: these.",
         basis="wires, coupons and tubes: widths and time constants have optima of their own",
     )  # fmt: skip
     faint_share: float = threshold(
-        0.1, "Factor on an effect for a second start where the first ended worse than none."
+        0.1, "Factor on a typical effect for a start near its absence."
     )
-    begin_share: float = threshold(0.02, "Factor on a typical amplitude for a start at zero.")
     minimum_ahead: float = threshold(
         0.75, "Minimum share of the best log Bayes factor for another base fit beside trajectories."
     )

@@ -9,7 +9,9 @@ from .threshold import NUMERICAL, threshold
 class Campaigns:
     """Conditions for using a campaign, and for two recordings to contradict each other."""
 
-    minimum_values: int = threshold(20, "Minimum number of fitted values for a diagnosis.")
+    minimum_values: int = threshold(
+        20, "Minimum number of values for a diagnosis, or rows for comparing two recordings."
+    )
     minimum_driver_ratio: float = threshold(
         1.5, "Minimum ratio of a driver's standard deviation to its noise for it to vary."
     )
@@ -21,14 +23,11 @@ class Campaigns:
         "Maximum range for a driver of unstated noise to be still, by quantity.",
         "SI",
     )  # fmt: skip
-    still_share: float = threshold(
-        0.02, "Maximum range for any other driver of unstated noise to be still, over its largest value."
-    )
-    same_input_share: float = threshold(
-        0.01, "Maximum distance for two inputs to be the same, over the driver's range."
+    same_share: float = threshold(
+        0.02, "Maximum difference beyond noise for two courses to be the same, over their range."
     )
     maximum_deviation: float = threshold(
-        4.0, "Maximum difference for two readings of one value, or two specimens, to agree.", "sd"
+        4.0, "Maximum difference for two readings of one value to agree, or for a prior's bounds.", "sd"
     )
     minimum_common_part: float = threshold(
         0.5, "Minimum part of the shorter recording for two inputs to be compared."
@@ -36,12 +35,8 @@ class Campaigns:
     minimum_move: float = threshold(
         0.2, "Minimum change of a driver for its comparison to count, over the driver's range."
     )
-    minimum_rows: int = threshold(16, "Minimum number of rows of a recording for a comparison.", "rows")
     maximum_rows: int = threshold(400, "Maximum number of rows for a comparison.", "rows")
-    repeat_share: float = threshold(
-        0.02, "Maximum difference of repeated tests beyond noise, over the output's range."
-    )
-    maximum_told: int = threshold(3, "Maximum number of contradictions for a report to list.")
+    maximum_told: int = threshold(3, "Maximum number of contradictions, outliers or drivers for a list.")
 
 
 @dataclass(frozen=True)
@@ -73,9 +68,6 @@ class Noise:
     student_degrees: float = threshold(
         4.0, "Number of degrees of freedom of Student's t for corners of a trajectory."
     )
-    minimum_gain_stated: float = threshold(
-        4.0, "Minimum log-likelihood for growth of the noise, or correlation of stated noise.", "nat"
-    )
     minimum_gain_unstated: float = threshold(
         1.0,
         "Minimum log-likelihood for correlation of unstated noise.",
@@ -101,23 +93,13 @@ class Outliers:
     """Single readings that are not counted."""
 
     minimum_distance: float = threshold(
-        6.0, "Minimum distance from the readings on both sides for an outlier.", "sd"
-    )
-    minimum_relative_distance: float = threshold(
-        5.0, "Minimum ratio of that distance to the usual distance for an outlier."
-    )
-    neighbour_factor: float = threshold(
-        3.0, "Minimum ratio of that distance to the neighbours' own spread for an outlier."
-    )
-    bend_factor: float = threshold(
-        2.0, "Minimum ratio of that distance to the bend of the model for an outlier."
-    )
+        6.0, "Minimum ratio of its distance from its neighbours to noise, usual distance, their spread and "
+        "the model's bend for an outlier.",
+    )  # fmt: skip
     neighbours: int = threshold(3, "Number of readings on each side for the comparison.")
     maximum_share: float = threshold(
         0.03, "Maximum share of a recording's readings for all of them to be outliers."
     )
-    minimum_readings: int = threshold(20, "Minimum number of readings of a recording for outliers.")
-    maximum_told: int = threshold(5, "Maximum number of outliers of a recording for a report to list.")
 
 
 @dataclass(frozen=True)
@@ -132,14 +114,10 @@ class LatentTrajectories:
     usual_process_noise_variance: float = threshold(
         1e-6, "Factor from seconds to process-noise variance where no resistance tells it.", "1/s"
     )
-    minimum_evidence_spread: float = threshold(
-        3.0, "Minimum range of log evidence for a resistance to tell its process-noise variance.", "nat"
-    )
     hold_weight: float = threshold(
         1e-6, "Factor on the squared change of a fraction, for rows that say nothing.", basis=NUMERICAL
     )
     maximum_step: float = threshold(0.2, "Maximum change of a fraction for one linear step.")
-    limit_passes: int = threshold(3, "Number of solutions for fractions that reach 0 or 1.")
     maximum_believed_step: float = threshold(
         0.02, "Maximum change of a fraction for its linear answer to be believed."
     )

@@ -12,6 +12,7 @@ from ..settings import DEFAULT
 
 DISCREPANCY = DEFAULT.discrepancy
 PLACE = DEFAULT.place
+CAMPAIGNS = DEFAULT.campaigns
 
 INTERNAL = ("gamma_", "ohms_", "taken", "slope_", "memory_")
 """Beginnings of the names of drivers that reports do not use."""
@@ -37,7 +38,8 @@ class Place:
 
     def led_by(self, driver: str) -> "Place":
         """The same with another driver first."""
-        return replace(self, drivers=[driver, *(d for d in self.drivers if d != driver)][: PLACE.drivers])
+        ranked = [driver, *(d for d in self.drivers if d != driver)]
+        return replace(self, drivers=ranked[: CAMPAIGNS.maximum_told])
 
 
 def locate(explanation: Explanation) -> Place:
@@ -52,7 +54,7 @@ def locate(explanation: Explanation) -> Place:
         share = _explained(values[valid], misfit[valid])
         if share is not None:
             shares[name] = share
-    ranked = sorted(shares, key=lambda name: -shares[name])[: PLACE.drivers]
+    ranked = sorted(shares, key=lambda name: -shares[name])[: CAMPAIGNS.maximum_told]
     regions = [_region(name, drivers[name][valid], misfit[valid]) for name in ranked[:1]]
     rows = _window(program, misfit, valid)
     if rows is not None and regions:

@@ -14,7 +14,6 @@ from .discrepancy_evidence import DiscrepancyEvidence
 
 SCORE_TEST = DEFAULT.score_test
 EVIDENCE = DEFAULT.evidence
-ENTRY = DEFAULT.entry
 DRIFT = DEFAULT.drift
 VERDICT = DEFAULT.verdict
 
@@ -123,4 +122,4 @@ def outdone(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -
     program = explanation.program
     better = explanation.left_out[1] - discrepancy.left_out  # NaN, which gains nothing, if unasked
     gain = log_likelihood(program, better, inflation_of(program, explanation.final))
-    return float(gain) if gain > ENTRY.minimum_gain else 0.0
+    return float(gain) if gain > EVIDENCE.minimum_further else 0.0
