@@ -113,7 +113,7 @@ def test_an_effect_that_ends_at_a_bound_loses_evidence(strength, at_bound):
     assert bool(fit.at_bound) is at_bound
     if at_bound:
         free = evidence(program, base, type(fit)(**{**vars(fit), "at_bound": ()}), 1.0)
-        assert free - evidence(program, base, fit, 1.0) == pytest.approx(DEFAULT.evidence.bound_penalty)
+        assert free - evidence(program, base, fit, 1.0) == pytest.approx(DEFAULT.evidence.minimum_first)
 
 
 def test_the_predictive_chi_square_is_that_of_the_predictive_density(rng):

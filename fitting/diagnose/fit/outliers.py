@@ -97,7 +97,7 @@ def among_readings(recording: Recording, channel: Channel, rows: np.ndarray) -> 
     kept = recording.reduction.rows[rows]
     return rows[
         (far[kept] > OUTLIERS.minimum_distance * channel.sigma[rows])
-        & (far[kept] > OUTLIERS.minimum_distance * apart[kept])
+        & (far[kept] > OUTLIERS.minimum_lead * apart[kept])
     ]
 
 
@@ -116,7 +116,8 @@ def outliers_of(channel: Channel, predicted: np.ndarray) -> tuple[np.ndarray, fl
     bends = np.pad(np.abs(np.diff(curve, 2)), 2) / np.pad(sigma, 1, "edge")
     bends = np.lib.stride_tricks.sliding_window_view(bends, 3).max(axis=1)
     usual = max(1.0, np.median(far) / GAUSSIAN_MAD)
-    odd = far > OUTLIERS.minimum_distance * np.maximum(np.maximum(apart, bends), usual)
+    odd = far > OUTLIERS.minimum_distance * usual
+    odd &= far > OUTLIERS.minimum_lead * np.maximum(apart, bends)
     if not odd.any() or odd.sum() > max(OUTLIERS.maximum_share * len(there), 1.0):
         return there[:0], 0.0
     return there[odd], float(far[odd].max())

@@ -93,9 +93,12 @@ class Outliers:
     """Single readings that are not counted."""
 
     minimum_distance: float = threshold(
-        6.0, "Minimum ratio of its distance from its neighbours to noise, usual distance, their spread and "
-        "the model's bend for an outlier.",
+        6.0, "Minimum ratio of its distance from its neighbours to noise, and to the usual distance, for an "
+        "outlier.",
     )  # fmt: skip
+    minimum_lead: float = threshold(
+        3.0, "Minimum ratio of that distance to the spread of its neighbours, and to the bend of the model."
+    )
     neighbours: int = threshold(3, "Number of readings on each side for the comparison.")
     maximum_share: float = threshold(
         0.03, "Maximum share of a recording's readings for all of them to be outliers."
