@@ -167,11 +167,12 @@ class Refitter:
             gain = now[0] - then[0]
             if gain > 0.0:
                 u, now, failures = trial, then, 0
-                damping = max(damping / OPTIMISER.damping_factor, least)
+                damping = max(damping * OPTIMISER.damping_decrease, least)
             else:
+                damping = max(damping, OPTIMISER.initial_damping) * OPTIMISER.damping_increase
+                damping *= OPTIMISER.damping_growth**failures
                 failures += 1
-                damping = max(damping, OPTIMISER.initial_damping) * OPTIMISER.damping_factor**failures
-                there = max(-gain, promised / OPTIMISER.damping_factor) < little
+                there = max(-gain, promised * OPTIMISER.damping_decrease) < little
                 if there or failures > OPTIMISER.maximum_failures:
                     break
         return self._finished(u, free, slugs, now)
