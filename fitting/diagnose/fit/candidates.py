@@ -236,7 +236,7 @@ def starts_of(unknowns: Unknowns, added: Sequence[str], at: np.ndarray) -> tuple
             unknowns.high[own],
         )
         zero = (first[own] == 0.0) & (typical != 0.0)  # an amplitude at zero never tells its shapes
-        first[own[zero]] = CANDIDATES.faint_share * typical[zero]
+        first[own[zero]] = CANDIDATES.begin_share * typical[zero]
     return first, nominal
 
 

@@ -100,8 +100,12 @@ class Candidates:
         basis="wires, coupons and tubes: widths and time constants have optima of their own",
     )  # fmt: skip
     faint_share: float = threshold(
-        0.1, "Factor on a typical effect for a start near its absence."
+        0.1, "Factor on an effect for a second start where the first ended worse than none."
     )
+    begin_share: float = threshold(
+        0.02, "Factor on a typical amplitude for a start at zero.",
+        basis="with 0.1 the mismatch of an opened tube (c0022) was lost",
+    )  # fmt: skip
     minimum_ahead: float = threshold(
         0.75, "Minimum share of the best log Bayes factor for another base fit beside trajectories."
     )
