@@ -104,7 +104,7 @@ def test_a_fit_beside_zeros_has_the_squares_of_generalised_least_squares(problem
         {**data["rows"].extra, "decisions": decided(point, problem.data()["rows"]).extra["decisions"]},
     )
     left = np.asarray(left_by(point, data["rows"]))
-    slopes = jacobian(point, data)
+    slopes = jacobian(point, data["rows"])
     slopes = np.stack([np.asarray(slopes[name]) for name in problem.parameters], axis=-1)
     ((k, one),) = [p for p in zip(problem.fitted, white, strict=True) if "iso" in problem.tests[p[0]].name]
     found, want = np.column_stack([slopes[k], left[k]]), square_beside(one, zeros)
