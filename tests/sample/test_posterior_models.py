@@ -66,6 +66,14 @@ def campaign(tmp_path, monkeypatch):
     return read_campaign(tmp_path / "campaign")
 
 
+def test_a_posterior_computes_no_recording_for_validation_and_predicts_it(campaign):
+    problem = campaign_problem(campaign)
+    assert len(problem.target.data.mask) == 1 and len(problem.data.mask) == 2
+    fitted, other = (problem.data.measured["length"][k] for k in range(2))
+    assert np.array_equal(problem.target.data.measured["length"][0], fitted) and not np.array_equal(fitted, other)
+    assert [curve.role for curve in problem.curves] == ["fit", "validation"]
+
+
 def test_a_campaign_is_sampled_by_its_models_residual(campaign):
     result = sample_problem(campaign_problem(campaign), ensembles=2, max_steps=2000, progress=False)
     pressure = campaign.recordings[0].si("pressure")
