@@ -9,7 +9,7 @@ from jaxtyping import Array
 
 from fitting.data.recordings import Campaign, Recording, all_real, schema
 from fitting.inference.parameters import Parameters
-from fitting.specimens import Model, Rows, kind_of, residual_of, silenced, specimen_of, stack
+from fitting.specimens import Model, Rows, kind_of, residual_of, specimen_of, stack
 from pneusma_jax.units import from_si
 
 from .problem import Curve, Problem
@@ -60,10 +60,9 @@ def model_problem(
     """
     kind = recordings[0].kind
     model, everything = model or specimen_of(kind), stack(rows)
-    used = [
-        r if recording.role == "fit" else silenced(r) for recording, r in zip(recordings, rows, strict=True)
-    ]
-    target = Target.from_residual(residual_of(model), parameters, stack(used))
+    used = np.array([k for k, recording in enumerate(recordings) if recording.role == "fit"], int)
+    data = jax.tree.map(lambda leaf: np.asarray(leaf)[used], everything)  # of no others: each costs its time
+    target = Target.from_residual(residual_of(model), parameters, data)
     how = f"{NOISE}, larger where it is serially correlated."
     shown = [
         (k, quantity)

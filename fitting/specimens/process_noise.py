@@ -8,10 +8,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from pneusma_jax.program_cache import cached_program
+from fitting.inference.latent_trajectory.smoother import Local
+from pneusma_jax.program_cache import stored_jit
 
 from .rows import Rows
-from .spring_trajectory import process_noise_evidence, undecided
+from .spring_law import Trajectory
+from .spring_trajectory import FromResistance, from_resistance, undecided
 
 CANDIDATES = tuple(float(x) for x in np.logspace(-12, -3, 10))
 """Candidate variances per second. The fraction then changes by 1e-6 to 0.03 in a second."""
@@ -31,12 +33,16 @@ WALK = ("process_noise", "implied_process_noise")
 """Entries of a stack with the process-noise variances: that which a fit uses, and the implied one."""
 
 
-def _evidence_of_tests(values: Mapping[str, Array], stacked: Rows, process_noise: Array) -> Array:
-    """Log-evidence of one variance by every test, shape (recordings,)."""
-    return jax.vmap(lambda rows: process_noise_evidence(values, rows, process_noise))(stacked)
+@stored_jit(FromResistance, Trajectory, Local)
+def from_resistances(values: Mapping[str, Array], plain: Rows, process_noise: Array) -> FromResistance:
+    """Every recording of a stack by its resistance alone, see `from_resistance`.
 
-
-_evidence = cached_program(_evidence_of_tests, "evidence of process noise")
+    Args:
+        values: free parameters by name, SI.
+        plain: stack without decisions, so that one program serves stacks with and without.
+        process_noise: variance of each recording, shape (recordings,).
+    """
+    return jax.vmap(lambda rows, walk: from_resistance(values, rows, walk))(plain, process_noise)
 
 
 def with_process_noise(
@@ -64,8 +70,8 @@ def with_process_noise(
             direction only.
     """
     values = {name: jnp.asarray(value, float) for name, value in values.items()}
-    plain = undecided(stacked)  # so that one program serves stacks with and without decisions
-    evidence = np.array([np.asarray(_evidence(values, plain, jnp.asarray(w))) for w in candidates])
+    plain, ones = undecided(stacked), jnp.ones(len(stacked.mask))
+    evidence = np.array([np.asarray(from_resistances(values, plain, w * ones).evidence) for w in candidates])
     fixed = np.asarray(stacked.extra["level_sd"]) == 0.0
     informative = (np.ptp(evidence, axis=0) > DECISIVE) & ~fixed
     limit_only = informative & (evidence.max(axis=0) - evidence[0] <= DECISIVE) & pooled

@@ -12,6 +12,7 @@ is overweighted.
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -93,9 +94,11 @@ def trajectory(values: Mapping[str, Array], rows: Rows) -> Trajectory:
     law = law_of(values, rows)
     measured = jnp.stack([rows.measured[name] for name in OUTPUTS])
     weight = jnp.stack([rows.weight["force"] * rows.extra["force_informs"], rows.weight["resistance"]])
-    start, noise = _first_guess(law, rows), _independent(rows)
-    course = smoother.profile(_outputs, law, measured, weight, _walk(rows), start, noise)
-    return law.follow(jnp.where(rows.extra["level_sd"] > 0.0, course, _held(law, rows, measured, weight)))
+    start, noise, free = _first_guess(law, rows), _independent(rows), rows.extra["level_sd"] > 0.0
+    # a held fraction has no walk: its search would take all rounds, and in a stack all others wait for it
+    searched = jnp.where(free, weight, 0.0)
+    course = smoother.profile(_outputs, law, measured, searched, _walk(rows), start, noise)
+    return law.follow(jnp.where(free, course, _held(law, rows, measured, weight)))
 
 
 def _held(law: Law, rows: Rows, measured: Array, weight: Array) -> Array:
@@ -214,7 +217,7 @@ def residual(values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
 
     Its sum of squares over the parameters alone is the profile of the joint problem. The walk adds as many
     residuals as it has unknowns. Its degrees of freedom are those of the measured values, less what the
-    trajectory takes of them (`freedom_taken`).
+    trajectory takes of them (`residual_and_freedom`).
     """
     return _misfit(trajectory(values, rows), rows)
 
@@ -224,17 +227,6 @@ def _misfit(found: Trajectory, rows: Rows) -> Float[Array, " m"]:
     differences = [rows.weight[name] * (getattr(found, name) - rows.measured[name]) for name in OUTPUTS]
     misfit, noise = jnp.stack(differences), _independent(rows)
     return jnp.concatenate([(noise(misfit) if noise else misfit).ravel(), _walk(rows).residual(found.xi0)])
-
-
-def evidence(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
-    """Log-likelihood with the latent trajectory integrated out (Laplace), up to a constant of the parameters.
-
-    It serves to choose between process-noise variances at given parameters. As a function of the parameters
-    it would treat the walk as knowledge about the fraction's scale. Fits and samplers use the profile,
-    `residual`.
-    """
-    found = trajectory(values, rows)
-    return -0.5 * (jnp.sum(_misfit(found, rows) ** 2) + _log_determinant(found, rows))
 
 
 def _log_determinant(found: Trajectory, rows: Rows) -> Float[Array, ""]:
@@ -253,16 +245,15 @@ def _log_determinant(found: Trajectory, rows: Rows) -> Float[Array, ""]:
     return smoother.log_determinant_less(*curvature, jnp.concatenate(columns, axis=1))
 
 
-def _sd(found: Trajectory, rows: Rows, share: Array | float = 1.0) -> Array:
-    """Standard deviation of the fraction about a trajectory; `share` is the counted share of each output's
-    weight."""
-    weight = share * jnp.stack([rows.weight[name] for name in OUTPUTS])
+def _sd(found: Trajectory, rows: Rows) -> Array:
+    """Standard deviation of the fraction about a trajectory, shape (rows,)."""
+    weight = jnp.stack([rows.weight[name] for name in OUTPUTS])
     diagonal, upper = smoother.hessian(found.local, weight, _walk(rows), found.xi0)
     return jnp.sqrt(smoother.variances(diagonal, upper))
 
 
-def freedom_taken(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
-    """Degrees of freedom that the trajectory takes from the readings: the trace of its smoother.
+def residual_and_freedom(values: Mapping[str, Array], rows: Rows) -> tuple[Array, Array]:
+    """Residual, and the degrees of freedom that the trajectory takes: the trace of its smoother.
 
     A trajectory that follows every resistance takes one a row. A steady one, as of a cold wire, takes few,
     and one at a limit, as of a hot wire, next to none (T. Hastie and R. Tibshirani, Generalized Additive
@@ -271,29 +262,43 @@ def freedom_taken(values: Mapping[str, Array], rows: Rows) -> Float[Array, ""]:
     """
     found = trajectory(values, rows)
     weight = jnp.stack([rows.weight[name] for name in OUTPUTS])
-    information = smoother.information(found.local, weight)
-    return jnp.where(rows.extra["level_sd"] > 0.0, jnp.sum(information * _sd(found, rows) ** 2), 0.0)
+    taken = jnp.sum(smoother.information(found.local, weight) * _sd(found, rows) ** 2)
+    return _misfit(found, rows), jnp.where(rows.extra["level_sd"] > 0.0, taken, 0.0)
 
 
-def phase_sd(values: Mapping[str, Array], rows: Rows, by_force: bool = True) -> Float[Array, " rows"]:
-    """Standard deviation of the martensite fraction in every row, given the parameters.
+class FromResistance(NamedTuple):
+    """A recording as its resistance alone explains it.
+
+    Attributes:
+        found: the trajectory and what the law predicts along it.
+        sd: standard deviation of the martensite fraction in every row, given the parameters, shape (rows,).
+        evidence: log-likelihood with the trajectory integrated out (Laplace), up to a constant of the
+            parameters.
+    """
+
+    found: Trajectory
+    sd: Array
+    evidence: Array
+
+
+def from_resistance(values: Mapping[str, Array], rows: Rows, process_noise: Array) -> FromResistance:
+    """A recording by its resistance alone, at one process-noise variance of the martensite fraction.
+
+    Force is left out, so that process noise cannot compensate a wrong force law. The evidence serves to
+    choose between variances at given parameters. As a function of the parameters it would treat the walk as
+    knowledge about the fraction's scale. Fits and samplers use the profile, `residual`.
 
     Args:
         values: free parameters by name, SI.
-        rows: one recording.
-        by_force: true if the force takes part; false for the resistance alone.
-    """
-    return _sd(trajectory(values, rows), rows, jnp.asarray([[1.0 if by_force else 0.0], [1.0]]))
-
-
-def process_noise_evidence(values: Mapping[str, Array], rows: Rows, process_noise: Array) -> Float[Array, ""]:
-    """Log-evidence of the process-noise variance of the martensite fraction, from resistance alone.
-
-    Force is left out, so that process noise cannot compensate a wrong force law.
+        rows: one recording; decisions that it carries do not count.
+        process_noise: variance per second.
     """
     rows = undecided(rows)
     extra = {**rows.extra, "process_noise": process_noise, "force_informs": jnp.zeros(())}
     rows = eqx.tree_at(lambda r: r.extra, rows, extra)
     rows = eqx.tree_at(lambda r: r.weight["force"], rows, jnp.zeros_like(rows.weight["force"]))
-    count = jnp.sum(_walk(rows).weight > 0.0)
-    return evidence(values, rows) - 0.5 * count * jnp.log(process_noise)
+    found, count = trajectory(values, rows), jnp.sum(_walk(rows).weight > 0.0)
+    square = jnp.sum(_misfit(found, rows) ** 2) + _log_determinant(found, rows)
+    free = rows.extra["level_sd"] > 0.0
+    sd = jnp.where(free, _sd(found, rows), 0.0)
+    return FromResistance(found, sd, -0.5 * (square + count * jnp.log(process_noise)))

@@ -5,10 +5,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.calibrate.spring.problem import Problem
+from fitting.calibrate.spring import problem as problems
+from fitting.calibrate.spring.problem import Problem, residuals_and_freedom, solve, values_of
 from fitting.calibrate.spring.search import problem_of, readings_of
 from fitting.data.recordings import read_campaign
+from fitting.inference.latent_trajectory import smoother
 from fitting.specimens.rows import Rows, stack
+from fitting.specimens.spring_trajectory import trajectory
 from pneusma_jax.nitinol import load_alloy
 
 
@@ -33,3 +36,41 @@ def test_a_test_of_a_known_alloy_is_held_at_the_phase_that_is_stated_for_it():
     held = {t.name: (float(r.extra["level"]), float(r.extra["level_sd"])) for t, r in zip(reading.tests, rows, strict=True)}
     assert held.pop("hot") == (0.0, 0.0) and held.pop("cold") == (1.0, 0.0)
     assert held and all(sd > 0.0 for _, sd in held.values())
+
+
+@pytest.fixture(scope="module")
+def held():
+    """The shipped campaign with its hot and its cold test held at their phases."""
+    campaign = read_campaign("calibration_data/examples/spring")
+    reading = readings_of(campaign.recordings, {"hot": "hot", "cold": "cold"}, load_alloy("krl35"), None)[0]
+    return problem_of(campaign, reading.tests, None, False, {})
+
+
+def test_a_fit_computes_no_recording_that_it_does_not_count(held, monkeypatch):
+    asked = []
+    monkeypatch.setattr(problems, "fit_least_squares", lambda *_, **options: asked.append(options["data"]["rows"]))
+    solve(held.parameters, held.data())
+    (rows,) = asked
+    left_out = [k for k, test in enumerate(held.tests) if not test.fitted]
+    assert left_out and len(rows.mask) == len(held.tests) - len(left_out)
+    for k, measured in zip(held.fitted, np.asarray(rows.measured["force"]), strict=True):
+        assert np.array_equal(measured, held.stacked.measured["force"][k])
+
+
+def test_a_held_fraction_is_not_searched_and_its_test_counts(held, monkeypatch):
+    """Without a walk its search would take all rounds, and every other recording of a stack would wait."""
+    weights, search = {}, smoother.profile
+
+    def watched(outputs, model, measured, weight, *rest):
+        weights[name] = np.asarray(weight)
+        return search(outputs, model, measured, weight, *rest)
+
+    monkeypatch.setattr(smoother, "profile", watched)
+    numbers = {test.name: k for k, test in enumerate(held.tests)}
+    for name in ("cold", "isoresistive_1"):
+        found = trajectory(values_of(held.parameters), held.rows[numbers[name]])
+        assert (np.ptp(np.asarray(found.xi0)) == 0.0) == (name == "cold")
+    assert not weights["cold"].any() and weights["isoresistive_1"].any()
+    monkeypatch.undo()
+    data = held.data(tests=[numbers["cold"]])
+    assert np.sum(residuals_and_freedom(values_of(held.parameters), data["rows"])[0] ** 2) > 10.0

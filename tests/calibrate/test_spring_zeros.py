@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fitting.calibrate.spring import joint as joints
+from fitting.calibrate.spring import zeros
 from fitting.calibrate.spring.joint import Joint, Start, decided_anew
 from fitting.calibrate.spring.problem import jacobian, values_of
 from fitting.calibrate.spring.search import problem_of, readings_of
@@ -51,6 +52,28 @@ def tests(problem):
     """Residuals of the fitted tests, by name."""
     found = residuals(problem, problem.parameters.valuesdict(), np.zeros(len(problem.parameters), bool))
     return {problem.tests[k].name: (k, one) for k, one in zip(problem.fitted, found, strict=True)}
+
+
+@pytest.mark.parametrize("count", [4, 5])
+def test_zeros_have_courses_in_the_padding_of_a_stack_too(problem, monkeypatch, count):
+    """Five recordings are computed as six: courses of five had no answer."""
+    chosen = [0, *range(len(problem.tests))][-count:]
+    tests, rows = ([pair[k] for k in chosen] for pair in (problem.tests, problem.rows))
+    several = type(problem).of(tests, rows, problem.parameters)
+    lanes, size = several.stacked.mask.shape
+    asked = []
+
+    def moved(values, rows, changes):
+        asked.append({name: change.shape for name, change in changes.items()})
+        return np.zeros((BINS, lanes, 3 * size))
+
+    monkeypatch.setattr(zeros, "decided", lambda values, rows: rows)
+    monkeypatch.setattr(zeros, "with_readings", moved)
+    monkeypatch.setattr(zeros, "jacobian", lambda values, rows: dict.fromkeys(values, np.zeros((lanes, 3 * size))))
+    monkeypatch.setattr(zeros, "residuals_and_freedom", lambda *_: (np.zeros((lanes, 3 * size)), np.zeros(lanes)))
+    found = residuals(several, problem.parameters.valuesdict(), np.zeros(len(problem.parameters), bool))
+    assert lanes == {4: 4, 5: 6}[count] and len(found) == len(several.fitted)
+    assert asked == [dict.fromkeys(OUTPUTS, (BINS, lanes, size))] * len(OUTPUTS)
 
 
 @pytest.mark.slow
@@ -104,7 +127,7 @@ def test_a_fit_beside_zeros_has_the_squares_of_generalised_least_squares(problem
         {**data["rows"].extra, "decisions": decided(point, problem.data()["rows"]).extra["decisions"]},
     )
     left = np.asarray(left_by(point, data["rows"]))
-    slopes = jacobian(point, data)
+    slopes = jacobian(point, data["rows"])
     slopes = np.stack([np.asarray(slopes[name]) for name in problem.parameters], axis=-1)
     ((k, one),) = [p for p in zip(problem.fitted, white, strict=True) if "iso" in problem.tests[p[0]].name]
     found, want = np.column_stack([slopes[k], left[k]]), square_beside(one, zeros)

@@ -306,7 +306,8 @@ def _fit(
     held: Mapping[str, tuple[float, float]] | None = None,
     most: int = MAX_STEPS,
 ) -> FitResult:
-    used = fitted_only(recordings, rows)
+    pairs = zip(recordings, rows, strict=True)
+    used = [one for recording, one in pairs if recording.role == "fit"]  # others would cost as much a step
     return fit_least_squares(
         constrained_residual_of(model),
         parameters,

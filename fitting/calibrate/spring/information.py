@@ -1,13 +1,13 @@
 """Information of the tests of a spring about each parameter, and the tests that could give more."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from fitting.calibrate.information import Information
 from fitting.inference.notes import joined
 from fitting.inference.parameters import Parameters
+from fitting.specimens import Rows
 from fitting.specimens.spring_trajectory import decided
 
 from .problem import Problem, jacobian, scale_of, values_of
@@ -22,18 +22,17 @@ _TESTS_OF = (
 )
 
 
-def fisher(problem: Problem, values: Mapping[str, float], data: Any = None) -> np.ndarray:
+def fisher(problem: Problem, values: Mapping[str, float], stacked: Rows | None = None) -> np.ndarray:
     """Information of each recording of a stack, shape (recordings, n, n), SI.
 
     Args:
         problem: the fitted problem.
         values: values at which the information is computed.
-        data: data of the residual; those of all fitted tests by default.
+        stacked: the stack; that of all fitted tests by default.
     """
-    data = problem.data() if data is None else data
+    stacked = problem.data()["rows"] if stacked is None else stacked
     point = values_of(problem.parameters, values)
-    data = {**data, "rows": decided(point, data["rows"])}
-    slopes = jacobian(point, data)
+    slopes = jacobian(point, decided(point, stacked))
     rows = np.stack([np.asarray(slopes[name]) for name in problem.parameters], axis=-1)
     rows = np.where(np.isfinite(rows), rows, 0.0)
     return np.einsum("kmi,kmj->kij", rows, rows)

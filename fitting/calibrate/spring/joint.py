@@ -11,11 +11,10 @@ from fitting.inference.lasting_noise import Size
 from fitting.inference.least_squares import FitResult
 from fitting.inference.noise import correlation_time, inflation_of
 from fitting.inference.parameters import Parameters
-from fitting.specimens import residual_of
 from fitting.specimens.spring_rows import MARGIN, OUTPUTS
 
 from .information import information
-from .problem import Problem, values_of
+from .problem import Problem, residuals_and_freedom, values_of
 
 MISFIT = 1.3
 """Minimum reduced chi-square that counts as misfit."""
@@ -345,7 +344,7 @@ def _cost(result: FitResult) -> float:
 
 def force_misfit(problem: Problem, values: Mapping[str, float]) -> list[np.ndarray]:
     """Misfit of the force over its noise, of every test that is fitted, in the order of sampling."""
-    found = np.asarray(residual_of("spring")(values_of(problem.parameters, values), problem.stacked))
+    found, _ = residuals_and_freedom(values_of(problem.parameters, values), problem.stacked)
     size = problem.stacked.mask.shape[1]
     place = OUTPUTS.index("force")
     weight = np.asarray(problem.stacked.weight["force"])

@@ -7,16 +7,13 @@ where they began; trials need no slope.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, PyTree
 
-from fitting.specimens import residual_of
 from fitting.specimens.spring_trajectory import decided, undecided
 from pneusma_jax.late import Late
 
-from .problem import Problem, values_of
+from .problem import Problem, residuals_and_freedom, values_of
 from .stages import COLD, UNLOADING
 
 stats = Late("scipy.stats")
@@ -29,11 +26,6 @@ APART = 0.5
 HEATED = "gR_decay"
 """The constant that cold tests know nothing of."""
 DECAYS = 16
-
-
-@jax.jit
-def _square(values: Mapping[str, Array], rows: PyTree) -> Array:
-    return jnp.sum(residual_of("spring")(values, rows) ** 2)
 
 
 def memory_starts(
@@ -115,7 +107,8 @@ def _best(
     for point in points:
         moved = {**base, **{n: jnp.asarray(float(x)) for n, x in zip(names, point, strict=True)}}
         prior = float(np.sum(((point - mean) / scale) ** 2))
-        cost.append(float(_square(moved, decided(moved, rows))) + prior)
+        left, _ = residuals_and_freedom(moved, decided(moved, rows))
+        cost.append(float(np.sum(left**2)) + prior)
     chosen: list[np.ndarray] = []
     for k in np.argsort(np.nan_to_num(cost, nan=np.inf)):
         if all(np.max(np.abs(points[k] - other) / scale) > APART for other in chosen):

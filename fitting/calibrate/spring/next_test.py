@@ -83,8 +83,7 @@ def next_test(problem: Problem, parameters: Parameters, found: Information, iden
         _design(problem, template, phase, xi0, strain, identify) for _, _, phase, xi0, strain in plans
     ]
     stacked = _measured(values_of(problem.parameters, values), stack(designed, problem.stacked))
-    data = {"rows": stacked, "constraints": problem.data()["constraints"]}
-    each = fisher(problem, values, data)
+    each = fisher(problem, values, stacked)
     now = found.sd()
     candidates = []
     for (name, text, *_), more in zip(plans, each, strict=False):

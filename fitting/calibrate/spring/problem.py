@@ -13,7 +13,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, PyTree
+from jaxtyping import Array, Float, PyTree
 
 from fitting.calibrate.soft_constraints import constrained_residual_of, constraint_table
 from fitting.inference.lasting_noise import Size
@@ -22,7 +22,7 @@ from fitting.inference.parameters import Parameters
 from fitting.specimens import Rows, residual_of, stack
 from fitting.specimens.correlated_noise import correlated_stack
 from fitting.specimens.process_noise import walks_of, with_process_noise, with_steady_walks, with_walks
-from fitting.specimens.spring_trajectory import decided, freedom_taken, undecided
+from fitting.specimens.spring_trajectory import decided, residual_and_freedom, undecided
 
 from .stand_tests import StandTest
 
@@ -122,7 +122,7 @@ class Problem:
         loading: bool = False,
         constraints: Mapping[str, tuple[float, float]] | None = None,
     ) -> dict[str, Any]:
-        """Data of the residual.
+        """Data of the residual, and the indices of the tests that any fit may count.
 
         Args:
             tests: indices that count; every fitted one by default.
@@ -134,7 +134,8 @@ class Problem:
         share = counts * (self.stacked.extra["loading"] if loading else 1.0) / self.inflation
         weight = {name: w * share for name, w in self.stacked.weight.items()}
         rows = eqx.tree_at(lambda r: (r.weight, r.mask), self.stacked, (weight, self.stacked.mask & counts))
-        return {"rows": rows, "constraints": constraint_table(self.parameters, constraints)}
+        fitted = np.asarray(self.fitted, int)
+        return {"rows": rows, "constraints": constraint_table(self.parameters, constraints), "fitted": fitted}
 
     def with_decisions(self, values: Mapping[str, float]) -> list[Rows]:
         """Every recording with the noise as taken, and with the rule's decisions at these values.
@@ -203,16 +204,23 @@ def solve(parameters: Parameters, data: PyTree, most: int = MAX_STEPS) -> FitRes
 
     Its observations are the readings less the degrees of freedom that the trajectories take at its end.
     """
-    rows = data["rows"]
-    count = sum(int(np.sum(np.asarray(weight) > 0.0)) for weight in rows.weight.values())
+    rows, count = data["rows"], data["rows"].observations
 
     def left(values: Mapping[str, float]) -> int:
-        taken = float(np.sum(freedom_taken_by(values_of(parameters, values), rows)))
+        taken = float(np.sum(residuals_and_freedom(values_of(parameters, values), rows)[1]))
         return max(count - round(taken), 1)
 
+    part = _fitted(data)
     return fit_least_squares(
-        residual, parameters, data=data, use_priors=True, observations=left, rtol=RTOL, max_steps=most
+        residual, parameters, data=part, use_priors=True, observations=left, rtol=RTOL, max_steps=most
     )
+
+
+def _fitted(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Data of `Problem.data` without the recordings that no fit counts: a step takes the time of all."""
+    chosen = np.asarray(data["fitted"])
+    rows = jax.tree.map(lambda leaf: np.asarray(leaf)[chosen], data["rows"])
+    return {"rows": rows, "constraints": data["constraints"]}
 
 
 def fit_constrained(
@@ -271,27 +279,61 @@ def scale_of(entry: Any) -> float:
     return abs(float(entry.value)) or 1.0
 
 
-def freedom_taken_by(values: Mapping[str, Array], rows: Rows) -> np.ndarray:
-    """Degrees of freedom that the trajectory of each recording takes, shape (recordings,).
+def residuals_and_freedom(values: Mapping[str, Array], rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+    """Residuals of each recording of a stack, shape (recordings, m), and the degrees of freedom that its
+    trajectory takes, shape (recordings,).
 
     Where the model has no answer, every row whose fraction is free and has a resistance takes one: the most.
     """
-    taken = np.asarray(_smoothed_freedom(values, rows))
+    found, taken = jax.device_get(_at_the_end(values, rows))
     free = np.asarray(rows.extra["level_sd"]) > 0.0
     most = free * np.sum(np.asarray(rows.weight["resistance"]) > 0.0, axis=1)
-    return np.where(np.isfinite(taken), taken, most)
+    return found, np.where(np.isfinite(taken), taken, most)
 
 
 @jax.jit
-def _smoothed_freedom(values: Mapping[str, Array], rows: PyTree) -> Array:
-    return jax.vmap(lambda one: freedom_taken(values, one))(rows)
+def _at_the_end(values: Mapping[str, Array], rows: Rows) -> tuple[Array, Array]:
+    return jax.vmap(lambda one: residual_and_freedom(values, one))(rows)
+
+
+def jacobian(values: Mapping[str, Array], rows: Rows) -> dict[str, Array]:
+    """Derivative of a stack's residuals by every parameter, by name, each of shape (recordings, m)."""
+    ways = dict(zip(values, jnp.eye(len(values)), strict=True))
+    still = {name: jnp.zeros((len(values), *x.shape)) for name, x in rows.measured.items()}
+    return dict(zip(values, _along(dict(values), rows, ways, still), strict=True))
+
+
+def with_readings(
+    values: Mapping[str, Array], rows: Rows, moved: Mapping[str, Array]
+) -> Float[np.ndarray, "ways recordings m"]:
+    """Change of a stack's residuals with its readings, the trajectories following.
+
+    It takes the program of `jacobian`, so many ways at once as there are parameters.
+
+    Args:
+        values: free parameters by name, SI.
+        rows: the stack, with decisions.
+        moved: changes of the readings by output, SI, each of shape (ways, recordings, rows).
+    """
+    size, count = len(values), len(next(iter(moved.values())))
+    fixed, found = {name: jnp.zeros(size) for name in values}, []
+    for first in range(0, count, size):
+        chosen = np.minimum(np.arange(first, first + size), count - 1)
+        some = {name: jnp.asarray(np.asarray(x)[chosen]) for name, x in moved.items()}
+        found.append(np.asarray(_along(dict(values), rows, fixed, some)))
+    return np.concatenate(found)[:count]
 
 
 @jax.jit
-def jacobian(values: Mapping[str, Array], data: PyTree) -> dict[str, Array]:
-    """Derivative of the recordings' rows by every parameter, by name, each of shape (recordings, m)."""
+def _along(
+    values: Mapping[str, Array], rows: Rows, of_values: Mapping[str, Array], of_readings: Mapping[str, Array]
+) -> Float[Array, "ways recordings m"]:
+    """Derivative of the residuals along changes of the parameters and of the readings."""
 
-    def rows(values: Mapping[str, Array]) -> Array:
-        return residual_of("spring")(values, data["rows"])
+    def left(values: Mapping[str, Array], readings: Mapping[str, Array]) -> Array:
+        return residual_of("spring")(values, eqx.tree_at(lambda r: r.measured, rows, readings))
 
-    return jax.jacfwd(rows)(dict(values))
+    def one(*way: Mapping[str, Array]) -> Array:
+        return jax.jvp(left, (values, rows.measured), way)[1]
+
+    return jax.vmap(one)(of_values, of_readings)

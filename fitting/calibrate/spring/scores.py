@@ -3,19 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.inference.metrics import metrics
-from fitting.specimens import Rows
 from fitting.specimens.correlated_noise import uncorrelated
-from fitting.specimens.process_noise import FACTOR
+from fitting.specimens.process_noise import FACTOR, from_resistances
 from fitting.specimens.rows import numbers
-from fitting.specimens.spring_law import Trajectory
 from fitting.specimens.spring_rows import spring_of
-from fitting.specimens.spring_trajectory import phase_sd, trajectory, undecided
+from fitting.specimens.spring_trajectory import undecided
 
 from .problem import Problem, values_of
 
@@ -65,26 +61,14 @@ def stress_metrics(stress: np.ndarray, predicted: np.ndarray) -> dict[str, float
     return {new: float(found[old]) for old, new in named.items()}
 
 
-@jax.jit
-def _from_resistance(values: Mapping, stacked: Rows) -> tuple[Trajectory, jax.Array, jax.Array]:
-    def one(rows: Rows) -> tuple[Trajectory, jax.Array, jax.Array]:
-        extra = {**undecided(rows).extra, "force_informs": jnp.zeros(())}
-        extra["process_noise"] = extra["process_noise"] / FACTOR  # the implied variance suits predictions
-        plain = eqx.tree_at(lambda r: r.extra, undecided(rows), extra)
-        sd = phase_sd(values, plain, by_force=False)
-        area = spring_of(numbers(values, rows)).geometry.force(jnp.ones(()))
-        return trajectory(values, plain), jnp.where(extra["level_sd"] > 0.0, sd, 0.0), area
-
-    return jax.vmap(one)(stacked)
-
-
 def scores(problem: Problem, values: Mapping[str, float]) -> list[Score]:
     """Every test, those for validation too, predicted from elongation and resistance."""
-    found, sd, area = jax.device_get(
-        _from_resistance(values_of(problem.parameters, values), uncorrelated(undecided(problem.stacked)))
-    )
+    point, plain = values_of(problem.parameters, values), uncorrelated(undecided(problem.stacked))
+    implied = plain.extra["process_noise"] / FACTOR  # it suits predictions
+    found, sd, _ = jax.device_get(from_resistances(point, plain, implied))
     result = []
     for k, test in enumerate(problem.tests):
+        area = float(spring_of(numbers(point, problem.rows[k])).geometry.force(1.0))
         weight = {name: np.asarray(w[k]) for name, w in problem.stacked.weight.items()}
         compared = np.asarray(problem.stacked.mask[k]) & (weight["force"] > 0.0)
         measured = {name: np.asarray(m[k]) for name, m in problem.stacked.measured.items()}
@@ -96,7 +80,7 @@ def scores(problem: Problem, values: Mapping[str, float]) -> list[Score]:
                 role=test.recording.role,
                 time=np.asarray(problem.stacked.time[k])[compared],
                 gamma=found.gamma[k][compared],
-                stress=measured["force"][compared] / area[k],
+                stress=measured["force"][compared] / area,
                 predicted=found.stress[k][compared],
                 xi0=found.xi0[k][compared],
                 xi0_sd=sd[k][compared],
