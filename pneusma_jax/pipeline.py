@@ -57,6 +57,7 @@ class Effect(eqx.Module):
             empty if nothing is known to.
         lookalike_kinds: recordings in which that is so, as for `kinds`; all where empty.
         by_rate: true if only the clock tells it apart: without times of rows it cannot be tested.
+        remembers: true if what a specimen went through decides, such as its largest strain so far.
 
     The methods below are the slots; each returns its value unchanged unless overridden. `memory` is what
     `begin` made and `remember` keeps; it is a pytree, `None` for an effect without history.
@@ -70,6 +71,7 @@ class Effect(eqx.Module):
     lookalike: ClassVar[str] = ""
     lookalike_kinds: ClassVar[str] = ""
     by_rate: ClassVar[bool] = False
+    remembers: ClassVar[bool] = False
 
     def begin(self, at: Known) -> Any:
         """Memory before the first row, at rest."""
@@ -140,11 +142,6 @@ class Effect(eqx.Module):
 def mimicked_in(effect: type[Effect], kind: str) -> bool:
     """True if an effect's `lookalike` leaves the same misfit in recordings of a kind, given by its letter."""
     return bool(effect.lookalike) and kind in (effect.lookalike_kinds or effect.kinds)
-
-
-def remembers(effect: type[Effect]) -> bool:
-    """True if an effect depends on what was before, and not on the present row alone."""
-    return effect.begin is not Effect.begin
 
 
 class Switched(eqx.Module):

@@ -181,7 +181,7 @@ def _alike(recordings: Sequence[Recording]) -> bool:
         means = np.array([np.nanmean(r.si(name)) for r in held])
         noise = max(noise_of(r, name) for r in held)
         if np.ptp(means) > max(
-            CAMPAIGNS.maximum_deviation * noise, CAMPAIGNS.same_share * float(np.max(np.abs(means)))
+            CAMPAIGNS.maximum_deviation * noise, CAMPAIGNS.same_input_share * float(np.max(np.abs(means)))
         ):
             return False
     return True
@@ -214,7 +214,7 @@ def _contradiction(a: Recording, b: Recording) -> str | None:
             continue
         x, y = _at(a, quantity, time), _at(b, quantity, time)
         there = np.isfinite(x) & np.isfinite(y)
-        if there.sum() < CAMPAIGNS.minimum_values:
+        if there.sum() < CAMPAIGNS.minimum_rows:
             continue
         apart = np.abs(x - y)[there]
         noise = float(np.hypot(noise_of(a, quantity), noise_of(b, quantity)))
@@ -248,15 +248,15 @@ def _common(a: Recording, b: Recording) -> np.ndarray | None:
     """Times from the start over which two recordings were driven alike; None if these are too short."""
     end = min(np.nanmax(_clock(a)), np.nanmax(_clock(b)))
     count = min(len(a), len(b), CAMPAIGNS.maximum_rows)
-    if not end > 0.0 or count < CAMPAIGNS.minimum_values:
+    if not end > 0.0 or count < CAMPAIGNS.minimum_rows:
         return None
     time = np.linspace(0.0, end, count)
     alike, moved = np.ones(count, bool), np.zeros(count, bool)
     for name in drivers_in(a):
         x, y = _at(a, name, time), _at(b, name, time)
         reach = max(float(np.nanmax(x) - np.nanmin(x)), float(np.nanmax(y) - np.nanmin(y)))
-        noise = min(float(np.hypot(noise_of(a, name), noise_of(b, name))), CAMPAIGNS.same_share * reach)
-        alike &= np.abs(x - y) <= CAMPAIGNS.maximum_deviation * noise + CAMPAIGNS.same_share * reach
+        noise = min(float(np.hypot(noise_of(a, name), noise_of(b, name))), CAMPAIGNS.same_input_share * reach)
+        alike &= np.abs(x - y) <= CAMPAIGNS.maximum_deviation * noise + CAMPAIGNS.same_input_share * reach
         moved |= (
             np.abs(x - x[0])
             > CAMPAIGNS.minimum_driver_ratio * CAMPAIGNS.maximum_deviation * noise

@@ -97,6 +97,7 @@ class DetwinnedResistivityMemory(Effect):
     share: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "detwinned_resistivity_memory"
+    remembers: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "AS"
     sentence: ClassVar[str] = "Detwinned martensite stays detwinned on unloading, and its resistance with it."

@@ -31,6 +31,7 @@ class OpposingSpringHeating(Effect):
     power: Array = eqx.field(converter=jnp.asarray, default=1.0)
 
     slug: ClassVar[str] = "opposing_spring_heating"
+    remembers: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "A"
     sentence: ClassVar[str] = "Heat of the driven spring warms the opposite one, which was taken to be cold."
@@ -77,6 +78,7 @@ class UnevenHeating(Effect):
     colder: Array = eqx.field(converter=jnp.asarray, default=12.0)
 
     slug: ClassVar[str] = "uneven_heating"
+    remembers: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "AS"
     sentence: ClassVar[str] = "Part of the wire, near the crimps, stays colder than the rest."

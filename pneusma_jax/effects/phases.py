@@ -31,6 +31,7 @@ class TransformationHysteresis(Effect):
     width_T: Array = eqx.field(converter=jnp.asarray, default=3.0)
 
     slug: ClassVar[str] = "transformation_hysteresis"
+    remembers: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "ASW"
     sentence: ClassVar[str] = "The nitinol returns along a lower branch than it was loaded on."
@@ -300,6 +301,7 @@ class CyclicShakedown(Effect):
     slowness: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "cyclic_shakedown"
+    remembers: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "ASW"
     sentence: ClassVar[str] = "Every cycle leaves a little strain in the nitinol, until it has shaken down."

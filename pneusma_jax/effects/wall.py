@@ -43,6 +43,7 @@ class ViscoelasticRelaxation(Effect):
     tau_3: Array = eqx.field(converter=jnp.asarray, default=100.0)
 
     slug: ClassVar[str] = "viscoelastic_relaxation"
+    remembers: ClassVar[bool] = True
     by_rate: ClassVar[bool] = True
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
@@ -95,6 +96,7 @@ class MullinsSoftening(Effect):
     relative: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "mullins_softening"
+    remembers: ClassVar[bool] = True
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone is softer below the largest stretch it has seen."
@@ -135,6 +137,7 @@ class PermanentSet(Effect):
     cycles: Array = eqx.field(converter=jnp.asarray, default=0.3)
 
     slug: ClassVar[str] = "permanent_set"
+    remembers: ClassVar[bool] = True
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone does not quite return to its rest length after it was stretched."

@@ -4,14 +4,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from linear_world import CONSTANT, DELAY, SIGMA, World, fast, log_density
+from linear_world import CONSTANT, DELAY, SIGMA, SWELLING, World, fast, log_density
 
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.steps import Explanation, Named
 from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.text import verdict_sentences
-from fitting.diagnose.verdict.turns import common_rows, turns_matter, weighed, with_turns
+from fitting.diagnose.verdict.turns import common_rows, turns_help, turns_matter, weighed, with_turns
 from fitting.report.diagnosis.payload import content
 
 ADDED = 20
@@ -83,7 +83,28 @@ def concluded(alike, acts):
 def test_turning_points_are_searched_with_only_where_they_may_explain_as_much(alike, acts, matter):
     """An effect without which the base model seems to need them is no reason: it is what explains the readings."""
     world, turn, y = acting(alike, acts)
-    assert turns_matter(Turned.of(world, turn).program(y), searched(world, y)) is matter
+    turned, plain = Turned.of(world, turn).program(y), searched(world, y)
+    assert (turns_help(turned, plain) and turns_matter(turned, plain)) is matter
+
+
+@pytest.mark.parametrize("size", [0.0, 0.3, 0.6])
+def test_turning_points_that_are_not_there_are_not_searched_with(size):
+    """Beside a strong effect and one of a tenth of its evidence."""
+    rng, world = np.random.default_rng(1), fast(recordings=3)
+    turn = size * rng.standard_normal(world.base.shape[:2])
+    y = world.truth(rng, (0.5, -0.3), **{CONSTANT: 0.9, DELAY: 4.0})
+    assert not turns_help(Turned.of(world, turn).program(y), searched(world, y))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_turning_points_that_look_like_two_effects_are_searched_with(seed):
+    """Beside them neither effect is there, but together they are a rival of both."""
+    rng, world = np.random.default_rng(seed), fast(recordings=3, effects=(SWELLING, DELAY, CONSTANT))
+    turn = STRENGTH * (world.effects[SWELLING][..., 0] + 2.0 * world.effects[DELAY][..., 0])
+    y = world.truth(rng, (0.5, -0.3)) + turn
+    plain = searched(world, y)
+    turned = Turned.of(world, turn).program(y)
+    assert len(plain.final.slugs) == 2 and turns_help(turned, plain) and turns_matter(turned, plain)
 
 
 @pytest.mark.parametrize("acts", ["turn", "effect"])

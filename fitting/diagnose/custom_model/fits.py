@@ -154,11 +154,11 @@ class Problem:
             J = np.stack([slopes[n] for n in term.amplitudes], axis=1)
             spans = [abs(s.typical - s.neutral) or s.high - s.low for s in term.specs.values() if not s.shape]
             J = project(J * np.array(spans))
-            if np.linalg.norm(J) < OPTIMISER.negligible * np.linalg.norm(r):
+            if np.linalg.norm(J) < OPTIMISER.rounding * np.linalg.norm(r):
                 typical = values | {term.full(k): s.typical for k, s in term.specs.items()}
                 J = project(np.asarray(self.residual(_arrays(typical), tree)) - r)[:, None]
             Q, R = np.linalg.qr(J)
-            Q = Q[:, np.abs(np.diag(R)) > OPTIMISER.negligible * max(np.linalg.norm(r), 1e-300)]
+            Q = Q[:, np.abs(np.diag(R)) > OPTIMISER.rounding * max(np.linalg.norm(r), 1e-300)]
             found[term.name] = float(np.sum((Q.T @ r) ** 2))
         return found
 

@@ -26,9 +26,8 @@ class Discrepancy:
         (8, 16), "Number of knots for the saved discrepancy: these are tried."
     )
     maximum_kept: float = threshold(
-        0.5, "Maximum share of the held-out misfit for effects to keep and still help.",
-        basis="twelfth run: one slipping crimp kept more under a wrong name, no right name did",
-    )  # fmt: skip
+        0.75, "Maximum share of what effects leave for a saved discrepancy beside them."
+    )
     ridge: float = threshold(
         1e-3, "Factor on the information for holding a discrepancy near zero.", basis=NUMERICAL
     )
@@ -55,7 +54,7 @@ class Verdict:
 
     set_probability: float = threshold(0.95, "Minimum probability for an explanation set.")
     imperfect_share: float = threshold(
-        0.05, "Maximum share of the misfit by which a right form may be off.", basis=RIGHT_FORMS
+        0.05, "Maximum share of the misfit, or of a gain, that a right form may cost.", basis=RIGHT_FORMS
     )
     minor_share: float = threshold(
         0.2, "Maximum share of evidence or explained misfit for an effect to be minor beside others."
@@ -107,10 +106,7 @@ class Verdict:
         0.5, "Maximum share of the held-out misfit for effects to keep and still help.",
         basis="twelfth run: one slipping crimp kept more under a wrong name, no right name did",
     )  # fmt: skip
-    faint: float = threshold(
-        1.4, "Maximum reduced chi-square for a misfit that is faint.",
-        basis="twentieth run: fits end early that cannot reach what was found",
-    )  # fmt: skip
+    faint: float = threshold(1.4, "Maximum reduced chi-square for a misfit that is faint.")
     sure_deviations: float = threshold(
         3.5, "Minimum excess of a reduced chi-square for a mismatch, where noise is stated.", "sd"
     )

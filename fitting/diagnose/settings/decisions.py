@@ -41,7 +41,7 @@ class Evidence:
     minimum_further: float = threshold(
         5.0, "Minimum log Bayes factor, or log-likelihood of left-out values, for an effect beside others, a "
         "discrepancy, or another base fit.", "nat",
-        "13th run: of 24 right names none was outdone by as much, of four wrong ones three",
+        "13th run, of a discrepancy: of 24 right names none was outdone by as much, of four wrong ones three",
     )  # fmt: skip
     minimum_settled: float = threshold(
         12.0, "Minimum log Bayes factor, less drift, for more than a tentative name.", "nat",

@@ -42,7 +42,9 @@ class Optimiser:
     initial_damping: float = threshold(
         1e-3, "Factor on the second derivative for the first damping; its square is the least one."
     )
-    damping_decrease: float = threshold(0.2, "Factor on the damping for a step that helps.")
+    damping_decrease: float = threshold(
+        0.2, "Factor on the damping for a step that helps, and on the promise of one that is tried shorter."
+    )
     damping_increase: float = threshold(8.0, "Factor on the damping for a step that fails.")
     damping_growth: float = threshold(3.0, "Factor on that factor for every failure in a row.")
     maximum_failures: int = threshold(3, "Maximum number of failures in a row for a fit to go on.")

@@ -9,9 +9,7 @@ from .threshold import NUMERICAL, threshold
 class Campaigns:
     """Conditions for using a campaign, and for two recordings to contradict each other."""
 
-    minimum_values: int = threshold(
-        20, "Minimum number of values for a diagnosis, or rows for comparing two recordings."
-    )
+    minimum_values: int = threshold(20, "Minimum number of values for a diagnosis, or for telling outliers.")
     minimum_driver_ratio: float = threshold(
         1.5, "Minimum ratio of a driver's standard deviation to its noise for it to vary."
     )
@@ -23,9 +21,14 @@ class Campaigns:
         "Maximum range for a driver of unstated noise to be still, by quantity.",
         "SI",
     )  # fmt: skip
-    same_share: float = threshold(
-        0.02, "Maximum difference beyond noise for two courses to be the same, over their range."
+    same_input_share: float = threshold(
+        0.01, "Maximum distance for two inputs to be the same, over the driver's range."
     )
+    same_share: float = threshold(
+        0.02, "Maximum difference of repeated tests beyond noise, over the output's range; or range of a "
+        "still driver of unstated noise, over its largest value.",
+    )  # fmt: skip
+    minimum_rows: int = threshold(16, "Minimum number of rows of a recording for a comparison.", "rows")
     maximum_deviation: float = threshold(
         4.0, "Maximum difference for two readings of one value to agree, or for a prior's bounds.", "sd"
     )

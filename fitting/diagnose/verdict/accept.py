@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from pneusma_jax.effects import CATALOGUE
-from pneusma_jax.pipeline import remembers
 
 from ..fit.evidence import inflation_of
 from ..fit.misfit import accurate
@@ -58,7 +57,7 @@ def beyond_instruments(explanation: Explanation) -> bool:
     An inaccurate instrument errs by a function of what it reads, which is the same whatever was before.
     """
     program, fit = explanation.program, explanation.final
-    if not any(remembers(CATALOGUE[slug]) for slug in fit.slugs):
+    if not any(CATALOGUE[slug].remembers for slug in fit.slugs):
         return False
     return not leaves_more(program, fit) or kept_of(program, explanation.base, fit) <= VERDICT.imperfect_share
 

@@ -10,8 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fitting.inference.notes import joined
+
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
+from ..fit.base_fit import clearly_better
 from ..fit.evidence import effective_degrees_of_freedom, evidence, inflation_of, log_sets
 from ..fit.refit import Fit, Refitter
 from ..search.pool import without
@@ -57,21 +60,49 @@ class Weighed:
         return f"log Bayes factors of {self.turns:.0f} with turning points and {self.effects:.0f} without"
 
 
-def turns_matter(turned: Program, plain: Explanation) -> bool:
-    """True if turning points between rows may explain what effects without them do not, or as well.
-
-    They are tried beside all effects that were named, and in the place of each.
+def turns_help(turned: Program, plain: Explanation) -> bool:
+    """True if the base model fits clearly better with turning points between rows.
 
     Args:
         turned: program of a campaign whose drives pass through turning points between rows.
         plain: search on the campaign without them.
     """
-    named, base = plain.final, plain.base
-    program = _under_noise_of(replace(turned, fitted=plain.program.fitted), plain.program, named)
+    program = _beside(turned, plain)
+    return bool(clearly_better(program, plain.base, _turns_alone(program, plain)))
+
+
+def turns_matter(turned: Program, plain: Explanation) -> bool:
+    """True if turning points between rows may explain what effects without them do not, or as well.
+
+    They are tried beside all effects that were named, in the place of each, and in the place of all. Each
+    time they are weighed against what they replace, over the model without either.
+
+    Args:
+        turned, plain: see `turns_help`.
+    """
+    named = plain.final
+    if not named.slugs:
+        return True
+    program = _beside(turned, plain)
     whole = Refitter(program).fit(named.slugs, named.u)
-    instead = [without(program, whole, slug) for slug in named.slugs]
-    beside, *each = (_compared(program, drives, plain.program, base, named) for drives in [whole, *instead])
-    return beside.turns_lead or not all(odds.effects_lead for odds in each)
+    if _compared(program, whole, plain.program, named, named).turns_lead:
+        return True
+    rests = [(without(program, whole, slug), plain.named.leave_one_out[slug].base) for slug in named.slugs]
+    return not all(
+        _compared(program, drives, plain.program, rest, named).effects_lead
+        for drives, rest in [*rests, (_turns_alone(program, plain), plain.base)]
+    )
+
+
+def _beside(turned: Program, plain: Explanation) -> Program:
+    """The campaign with turning points, under the noise of the search without them."""
+    return _under_noise_of(replace(turned, fitted=plain.program.fitted), plain.program, plain.final)
+
+
+def _turns_alone(program: Program, plain: Explanation) -> Fit:
+    """The base model with turning points: its constants may have given way to what these do."""
+    fits = (Refitter(program).fit((), start) for start in (plain.base.u, None))
+    return min(fits, key=lambda fit: fit.objective)
 
 
 def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str]:
@@ -90,15 +121,17 @@ def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str
     """
     with_them = conclude(turned)
     kept = with_them.explanation  # without effects that did not hold their place
-    if not _hidden(kept, plain):
-        return with_them, f"{TURNED}. No other effect explains the recordings without them. {ADVICE}"
     odds = weighed(kept, plain)
+    if not _hidden(kept, plain):
+        if odds.effects > odds.turns:
+            return conclude(plain), as_recorded(plain)
+        return with_them, f"{TURNED}. No other effect explains the recordings without them. {ADVICE}"
     if odds.turns_lead:
-        names = " and ".join(plain.final.slugs)
+        names = joined(plain.final.slugs)
         said = f"{TURNED}. Without them the evidence of {names} is less ({odds.text}). {ADVICE}"
         return with_them, said
     without = conclude(plain)
-    names = " and ".join(f.slug for f in without.found if f.slug != UNMODELLED)
+    names = joined([f.slug for f in without.found if f.slug != UNMODELLED])
     if not names or not _hidden(kept, without.explanation):
         return with_them, f"{TURNED}. Without them no other effect holds its place. {ADVICE}"
     if without.explanation is not plain:  # not all of its effects held their place
@@ -111,6 +144,15 @@ def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str
     how = "less" if odds.turns_lead else "as much"
     said = f"{TURNED}. Without them the evidence of {names} is {how} ({odds.text}). {ADVICE}"
     return with_them if odds.turns_lead else either(with_them, without, odds), said
+
+
+def as_recorded(plain: Explanation) -> str:
+    """A note where the base model fits better with turning points, and effects explain what they do."""
+    acting = f"Beside {joined(plain.final.slugs)}" if plain.final.slugs else "Beside what else was tried"
+    return (
+        "The base model alone fits better with turning points of the drive between rows. "
+        f"{acting} they explain less, so the drive is taken as it was recorded"
+    )
 
 
 def _hidden(turned: Explanation, plain: Explanation) -> set[str]:
@@ -147,7 +189,8 @@ def _compared(turned: Program, drives: Fit, plain: Program, base: Fit, effects: 
         turned: program with turning points.
         drives: fit of it.
         plain: program without them.
-        base, effects: fits of that: its base model, and the one with effects.
+        base: fit of that, or of its model without what is compared.
+        effects: fit of that with effects.
     """
     best = min(((turned, drives), (plain, effects)), key=lambda one: one[1].objective)
     inflation, followed = inflation_of(*best), effective_degrees_of_freedom(plain, base)
@@ -241,7 +284,7 @@ def either(turned: Conclusion, plain: Conclusion, odds: Weighed) -> Conclusion:
 def _to_tell(hidden: list[Found], odds: Weighed) -> dict:
     """The experiment that tells turning points from effects."""
     names = [f.slug for f in hidden]
-    acts = f"{' and '.join(names)} {'acts' if len(names) == 1 else 'act'}"
+    acts = f"{joined(names)} {'acts' if len(names) == 1 else 'act'}"
     text = f"{ADVICE}: this tells whether the drive turned between rows or {acts}."
     return {
         "text": text,
