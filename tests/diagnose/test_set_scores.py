@@ -113,3 +113,11 @@ def test_products_with_simulated_errors_are_those_of_errors_drawn_row_by_row():
     expected = X[:25].T @ X[:25]
     assert np.allclose(np.cov(drawn), expected, atol=0.05 * np.abs(expected).max())
     assert np.abs(drawn.mean(axis=1)).max() < 0.05 * np.sqrt(np.abs(expected).max())
+
+
+def test_products_of_a_short_direction_are_as_long_as_it():
+    """Beside one that is 1e9 times as long."""
+    rng = np.random.default_rng(2)
+    X = rng.standard_normal((50, 3)) * np.array([1e6, 1.0, 1e-3])
+    drawn = np.concatenate([simulated(X, np.ones(50), rng) for _ in range(10)], axis=1)
+    assert np.std(drawn, axis=1) == pytest.approx(np.linalg.norm(X, axis=0), rel=0.05)

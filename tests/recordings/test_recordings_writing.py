@@ -97,6 +97,9 @@ def test_of_several_recordings_none_is_written_where_one_cannot_be(make, tmp_pat
     with pytest.raises(InputError, match="time goes backwards"):
         write_recordings([make(name="a"), backwards], tmp_path)
     assert list(tmp_path.iterdir()) == []
+    with pytest.raises(InputError, match=r"a\.\w+: two recordings have this name"):
+        write_recordings([make(name="a"), make(name="a")], tmp_path)
+    assert list(tmp_path.iterdir()) == []
     assert [p.name for p in write_recordings([make(name="a"), make(name="b")], tmp_path)] == ["a.csv", "b.csv"]
     with pytest.raises(InputError, match=r"b\.csv: this file is already there"):
         write_recordings([make(name="c"), make(name="b")], tmp_path, force=False)

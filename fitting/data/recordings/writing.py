@@ -47,10 +47,16 @@ def write_recordings(recordings: Sequence[Recording], folder: str | Path, force:
     """Write several recordings, each as `write_recording`. All are checked before the first is written.
 
     Raises:
-        InputError: as `write_recording`, of any of them; a disk may still refuse a later one.
+        InputError: as `write_recording`, of any of them, and where two have one name; a disk may still refuse
+            a later one.
     """
+    taken: set[Path] = set()
     for recording in recordings:
-        _check_free(recording_texts(recording, folder), force)
+        files = list(recording_texts(recording, folder))
+        if taken.intersection(files):
+            raise unusable(files[0], "two recordings have this name")
+        _check_free(files, force)
+        taken.update(files)
     return [write_recording(recording, folder, force) for recording in recordings]
 
 

@@ -217,8 +217,10 @@ def simulated(X: np.ndarray, left: np.ndarray, rng: np.random.Generator) -> np.n
         rng: random numbers.
     """
     counted = X[left != 0.0]
+    lengths = np.linalg.norm(counted, axis=0)
+    counted = counted / np.where(lengths > 0.0, lengths, 1.0)  # rounding is that of each direction
     values, axes = np.linalg.eigh(counted.T @ counted)
-    root = axes * np.sqrt(np.maximum(values, 0.0))
+    root = lengths[:, None] * axes * np.sqrt(np.maximum(values, 0.0))
     return root @ rng.standard_normal((len(values), SCORE_TEST.draws))
 
 
