@@ -130,28 +130,28 @@ def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str
         names = joined(plain.final.slugs)
         said = f"{TURNED}. Without them the evidence of {names} is less ({odds.text}). {ADVICE}"
         return with_them, said
-    without = conclude(plain)
-    names = joined([f.slug for f in without.found if f.slug != UNMODELLED])
-    if not names or not _hidden(kept, without.explanation):
+    recorded = conclude(plain)
+    names = joined([f.slug for f in recorded.found if f.slug != UNMODELLED])
+    if not names or not _hidden(kept, recorded.explanation):
         return with_them, f"{TURNED}. Without them no other effect holds its place. {ADVICE}"
-    if without.explanation is not plain:  # not all of its effects held their place
-        odds = weighed(kept, without.explanation)
+    if recorded.explanation is not plain:  # not all of its effects held their place
+        odds = weighed(kept, recorded.explanation)
     if odds.effects_lead:
-        return without, (
+        return recorded, (
             "The model fits better with turning points of the drive between rows than without. "
             f"The evidence of {names} is clearly more ({odds.text}), so the drive is taken as it was recorded"
         )
     how = "less" if odds.turns_lead else "as much"
     said = f"{TURNED}. Without them the evidence of {names} is {how} ({odds.text}). {ADVICE}"
-    return with_them if odds.turns_lead else either(with_them, without, odds), said
+    return with_them if odds.turns_lead else either(with_them, recorded, odds), said
 
 
 def as_recorded(plain: Explanation) -> str:
     """A note where the base model fits better with turning points, and effects explain what they do."""
-    acting = f"Beside {joined(plain.final.slugs)}" if plain.final.slugs else "Beside what else was tried"
+    why = f"Beside {joined(plain.final.slugs)} they explain less" if plain.final.slugs else "That is too little"
     return (
         "The base model alone fits better with turning points of the drive between rows. "
-        f"{acting} they explain less, so the drive is taken as it was recorded"
+        f"{why}, so the drive is taken as it was recorded"
     )
 
 
