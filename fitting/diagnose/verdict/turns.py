@@ -148,7 +148,8 @@ def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str
 
 def as_recorded(plain: Explanation) -> str:
     """A note where the base model fits better with turning points, and effects explain what they do."""
-    why = f"Beside {joined(plain.final.slugs)} they explain less" if plain.final.slugs else "That is too little"
+    names = joined(plain.final.slugs)
+    why = f"Beside {names} they explain less" if names else "That is too little"
     return (
         "The base model alone fits better with turning points of the drive between rows. "
         f"{why}, so the drive is taken as it was recorded"
