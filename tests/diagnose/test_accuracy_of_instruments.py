@@ -11,6 +11,7 @@ from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.misfit import accurate, range_of, relative_error
 from fitting.diagnose.verdict.text import place_text, verdict_sentences
+from fitting.report.diagnosis.text import next_experiment
 from fitting.report.elastomer.text import verdict
 
 QUIET = 0.02
@@ -62,6 +63,7 @@ def test_a_diagnosis_says_how_far_it_agrees_and_what_to_state(tmp_path):
     assert not found.mismatch and not found.found and found.unknown < 0.1
     said = " ".join(verdict_sentences(found))
     assert "it misses no output by more than 0." in said and "State it, under [noise]" in said
+    assert next_experiment(found).startswith("State the noise")
     own, wide = found.explanation.base.sd(0), found.sd(0)
     assert 5.0 * own < wide <= 1.0  # as uncertain as the forgiven misfit is large and lasting
 

@@ -125,9 +125,13 @@ def _fill(table: Table, records: list[tuple[int, list[str]]]) -> None:
             blank += 1
             continue
         if len(record) != width:
-            hint = "; the decimal mark must be a point" if len(record) > width else ""
+            hint = (
+                "the decimal mark must be a point"
+                if len(record) > width
+                else "`pneusma import` makes a recording of a raw file"
+            )
             fields = counted(len(record), "field")
-            raise unusable(table.path, f"{fields} where the header has {width}{hint}", row)
+            raise unusable(table.path, f"{fields} where the header has {width}; {hint}", row)
         table.rows.append(row)
         for cells, text in zip(columns, record, strict=True):
             cells.append(text.strip())

@@ -70,4 +70,8 @@ def discrepancy(conclusion: Conclusion) -> str:
 def next_experiment(conclusion: Conclusion) -> str:
     """Recommendation of the next measurement."""
     found = conclusion.next_experiment
-    return found["text"] if found else "None is needed."
+    if found:
+        return found["text"]
+    if conclusion.within_accuracy:
+        return "State the noise of the instruments, under [noise]: a smaller misfit may count then."
+    return "None is needed."
