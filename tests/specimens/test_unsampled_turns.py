@@ -85,3 +85,13 @@ def test_nothing_is_added_where_the_rows_are_means_or_nothing_is_remembered():
     columns = {"time_s": time, "pressure_kPa": np.interp(time, *CORNERS), "curvature_1pm": time}
     actuator = Recording("r", None, "actuator", columns=columns)
     assert with_unsampled_turns(actuator) is actuator
+
+
+def test_rows_are_told_by_their_places_in_the_file():
+    """Beside added rows, chosen rows and means."""
+    whole = spring(np.linspace(0.0, 30.0, 35))
+    turned = with_unsampled_turns(whole)
+    assert turned.rows_of_whole(0, len(turned) - 1) == (0, 34) == whole.rows_of_whole(0, 34)
+    chosen = replace(whole, reduction=Reduction(whole, np.arange(0, 35, 5), 1, ""))
+    assert chosen.rows_of_whole(1, 3) == (5, 15)
+    assert replace(whole, reduction=Reduction(whole, None, 4, "")).rows_of_whole(1, 8) == (4, 34)

@@ -150,6 +150,15 @@ class Recording:
         """Number of readings averaged in a row."""
         return self.reduction.block if self.reduction else 1
 
+    def rows_of_whole(self, first: int, last: int) -> tuple[int, int]:
+        """Indices in `whole` of the first and the last of some rows, both included."""
+        if self.reduction is None:
+            return first, last
+        rows = self.reduction.rows
+        if rows is None:
+            return first * self.block, min((last + 1) * self.block, len(self.whole)) - 1
+        return int(rows[first]), int(rows[last])
+
     @property
     def known_columns(self) -> list[str]:
         """Canonical columns of the recording, in the file's order."""

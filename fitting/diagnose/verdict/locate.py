@@ -58,7 +58,11 @@ def locate(explanation: Explanation) -> Place:
     regions = [_region(name, drivers[name][valid], misfit[valid]) for name in ranked[:1]]
     rows = _window(program, misfit, valid)
     if rows is not None and regions:
-        regions[0] += f"; the stretch of one recording that holds most is {rows[0]} rows {rows[1]}-{rows[2]}"
+        where = next(r for r in program.recordings if r.name == rows[0])
+        first, last = where.rows_of_whole(rows[1] - 1, rows[2] - 1)
+        regions[0] += (
+            f"; the stretch of one recording that holds most is {rows[0]} rows {first + 1}-{last + 1}"
+        )
     return Place(ranked, shares, regions, rows, alike)
 
 
