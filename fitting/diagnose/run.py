@@ -30,7 +30,7 @@ from .verdict.conclude import conclude
 from .verdict.conclusion import Conclusion
 from .verdict.locate import drivers_of
 from .verdict.text import unstated
-from .verdict.turns import as_recorded, turns_help, turns_matter, with_turns
+from .verdict.turns import TriedTurns, as_recorded, with_turns
 
 CAMPAIGNS = DEFAULT.campaigns
 
@@ -72,8 +72,9 @@ def diagnose(
     turned = _with_turning_points(campaign, program, model, start)
     if turned is not None:
         progress("trying turning points between rows")
-        turned = turned if turns_help(turned, explanation) else None
-    if turned is not None and not turns_matter(turned, explanation):
+        tried = TriedTurns.beside(turned, explanation)
+        turned = turned if tried.help_base else None
+    if turned is not None and not tried.matter():
         notes, turned = [*notes, as_recorded(explanation)], None
     if turned is not None:
         progress("looking for effects with turning points between rows")

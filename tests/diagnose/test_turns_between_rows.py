@@ -12,7 +12,7 @@ from fitting.data.recordings import Campaign, Recording
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.steps import Explanation, Named
-from fitting.diagnose.verdict.turns import turns_help
+from fitting.diagnose.verdict.turns import TriedTurns
 from fitting.specimens.unsampled_turns import with_unsampled_turns
 
 SIZES = {
@@ -66,4 +66,5 @@ def test_the_base_model_passes_through_a_turn_between_rows_that_the_readings_sho
     assert [len(r) for r in programs[1].recordings] == [len(r) + 1 for r in programs[0].recordings]
     plain, beside = (explained(program) for program in programs)
     assert plain.base.objective - beside.base.objective > 10.0
-    assert turns_help(programs[1], plain) and not turns_help(programs[0], beside)
+    assert TriedTurns.beside(programs[1], plain).help_base
+    assert not TriedTurns.beside(programs[0], beside).help_base

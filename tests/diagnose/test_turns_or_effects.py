@@ -11,7 +11,7 @@ from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.steps import Explanation, Named
 from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.text import verdict_sentences
-from fitting.diagnose.verdict.turns import common_rows, turns_help, turns_matter, weighed, with_turns
+from fitting.diagnose.verdict.turns import TriedTurns, common_rows, weighed, with_turns
 from fitting.report.diagnosis.payload import content
 
 ADDED = 20
@@ -84,7 +84,8 @@ def test_turning_points_are_searched_with_only_where_they_may_explain_as_much(al
     """An effect without which the base model seems to need them is no reason: it is what explains the readings."""
     world, turn, y = acting(alike, acts)
     turned, plain = Turned.of(world, turn).program(y), searched(world, y)
-    assert (turns_help(turned, plain) and turns_matter(turned, plain)) is matter
+    tried = TriedTurns.beside(turned, plain)
+    assert (tried.help_base and tried.matter()) is matter
 
 
 @pytest.mark.parametrize("size", [0.0, 0.3, 0.6])
@@ -93,7 +94,7 @@ def test_turning_points_that_are_not_there_are_not_searched_with(size):
     rng, world = np.random.default_rng(1), fast(recordings=3)
     turn = size * rng.standard_normal(world.base.shape[:2])
     y = world.truth(rng, (0.5, -0.3), **{CONSTANT: 0.9, DELAY: 4.0})
-    assert not turns_help(Turned.of(world, turn).program(y), searched(world, y))
+    assert not TriedTurns.beside(Turned.of(world, turn).program(y), searched(world, y)).help_base
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -104,7 +105,8 @@ def test_turning_points_that_look_like_two_effects_are_searched_with(seed):
     y = world.truth(rng, (0.5, -0.3)) + turn
     plain = searched(world, y)
     turned = Turned.of(world, turn).program(y)
-    assert len(plain.final.slugs) == 2 and turns_help(turned, plain) and turns_matter(turned, plain)
+    tried = TriedTurns.beside(turned, plain)
+    assert len(plain.final.slugs) == 2 and tried.help_base and tried.matter()
 
 
 @pytest.mark.parametrize("acts", ["turn", "effect"])

@@ -60,49 +60,54 @@ class Weighed:
         return f"log Bayes factors of {self.turns:.0f} with turning points and {self.effects:.0f} without"
 
 
-def turns_help(turned: Program, plain: Explanation) -> bool:
-    """True if the base model fits clearly better with turning points between rows.
+@dataclass(frozen=True)
+class TriedTurns:
+    """Turning points between rows, fitted beside what a search without them found.
 
-    Args:
-        turned: program of a campaign whose drives pass through turning points between rows.
+    Attributes:
         plain: search on the campaign without them.
+        program: the campaign with them, under the noise of that search.
+        alone: base model with them.
     """
-    program = _beside(turned, plain)
-    return bool(clearly_better(program, plain.base, _turns_alone(program, plain)))
 
+    plain: Explanation
+    program: Program
+    alone: Fit
 
-def turns_matter(turned: Program, plain: Explanation) -> bool:
-    """True if turning points between rows may explain what effects without them do not, or as well.
+    @classmethod
+    def beside(cls, turned: Program, plain: Explanation) -> "TriedTurns":
+        """The turning points of `turned`, a program of the campaign whose drives pass through them."""
+        program = _under_noise_of(
+            replace(turned, fitted=plain.program.fitted), plain.program, plain.final
+        )
+        # the base model's constants may have given way to what turning points do
+        fits = (Refitter(program).fit((), start) for start in (plain.base.u, None))
+        return cls(plain, program, min(fits, key=lambda fit: fit.objective))
 
-    They are tried beside all effects that were named, in the place of each, and in the place of all. Each
-    time they are weighed against what they replace, over the model without either.
+    @property
+    def help_base(self) -> bool:
+        """True if the base model fits clearly better with them."""
+        return bool(clearly_better(self.program, self.plain.base, self.alone))
 
-    Args:
-        turned, plain: see `turns_help`.
-    """
-    named = plain.final
-    if not named.slugs:
-        return True
-    program = _beside(turned, plain)
-    whole = Refitter(program).fit(named.slugs, named.u)
-    if _compared(program, whole, plain.program, named, named).turns_lead:
-        return True
-    rests = [(without(program, whole, slug), plain.named.leave_one_out[slug].base) for slug in named.slugs]
-    return not all(
-        _compared(program, drives, plain.program, rest, named).effects_lead
-        for drives, rest in [*rests, (_turns_alone(program, plain), plain.base)]
-    )
+    def matter(self) -> bool:
+        """True if they may explain what the effects that were named do not, or as well.
 
-
-def _beside(turned: Program, plain: Explanation) -> Program:
-    """The campaign with turning points, under the noise of the search without them."""
-    return _under_noise_of(replace(turned, fitted=plain.program.fitted), plain.program, plain.final)
-
-
-def _turns_alone(program: Program, plain: Explanation) -> Fit:
-    """The base model with turning points: its constants may have given way to what these do."""
-    fits = (Refitter(program).fit((), start) for start in (plain.base.u, None))
-    return min(fits, key=lambda fit: fit.objective)
+        They are tried beside all of these effects, in the place of each, and in the place of all. Each time
+        they are weighed against what they replace, over the model without either.
+        """
+        plain, named = self.plain, self.plain.final
+        if not named.slugs:
+            return True
+        whole = Refitter(self.program).fit(named.slugs, named.u)
+        if _compared(self.program, whole, plain.program, named, named).turns_lead:
+            return True
+        rests = [
+            (without(self.program, whole, slug), plain.named.leave_one_out[slug].base) for slug in named.slugs
+        ]
+        return not all(
+            _compared(self.program, drives, plain.program, rest, named).effects_lead
+            for drives, rest in [*rests, (self.alone, plain.base)]
+        )
 
 
 def with_turns(turned: Explanation, plain: Explanation) -> tuple[Conclusion, str]:
