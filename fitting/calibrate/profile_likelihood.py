@@ -230,10 +230,14 @@ class Profile:
     def _course(self, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         """Values of one side outwards, the root of their rise, ascending, and the recordings' part of it.
 
-        A point with one as low further out is left out.
+        A point with one as low further out is left out. A fit that stopped early leaves an upper limit of the
+        rise. So it counts at most as the standard error's parabola.
         """
         outwards = slice(int(np.argmin(self.rise)), None, side)
         value, rise = self.value[outwards], self.rise[outwards]
+        if np.isfinite(self.sd):
+            at_most = np.where(self.stopped[outwards], self.parabola[outwards], np.inf)
+            rise = np.minimum(rise, np.maximum(at_most, 0.0))
         kept = [k for k in range(len(rise)) if k == 0 or 0.0 < rise[k] < rise[k + 1 :].min(initial=np.inf)]
         rise_by_data = None if self.rise_by_data is None else self.rise_by_data[outwards][kept]
         return value[kept], np.sqrt(rise[kept]), rise_by_data

@@ -17,6 +17,7 @@ from .elastomer import COUPON
 from .registry import (
     SPECIMENS,
     candidates,
+    derivative_of,
     kind_of,
     parameters_for,
     predictor_of,
@@ -48,6 +49,7 @@ __all__ = [
     "kind_of",
     "numbers",
     "parameters_for",
+    "derivative_of",
     "predictor_of",
     "register",
     "residual_of",

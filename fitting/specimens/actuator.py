@@ -101,14 +101,15 @@ class BendingActuator(Specimen):
             parameters, _ = priors.alloy_parameters(campaign, ALLOY, FIXED, base)
         law, identify = silicones.law_of(campaign, material)
         table = silicones.table_name(campaign, material)
-        parameters.update(silicones.material_parameters(campaign, law, identify, table))
+        constants = silicones.material_parameters(campaign, law, identify, table)
+        parameters.update(constants)
         free_names = {silicones.FACTOR, *(GEOMETRY_KEYS if layout.spring_numbers else TUBE)}
 
         def sizes(recording: Recording) -> dict[str, float]:
             return {name: value for name, value in dimensions(recording).items() if name in free_names}
 
-        own = priors.geometry_parameters(campaign, sizes, silicones.UNITS, silicones.always_open(identify))
-        parameters.update(own)
+        stiffness = silicones.always_open(identify, constants)
+        parameters.update(priors.geometry_parameters(campaign, sizes, silicones.UNITS, stiffness))
         return parameters
 
     def answer(

@@ -133,3 +133,20 @@ def predictor_of(kind: str | Model) -> Callable[[Mapping[str, Array], Rows], dic
 @functools.cache
 def _predictor_of(model: Model) -> Callable[[Mapping[str, Array], Rows], dict[str, Array]]:
     return jax.jit(jax.vmap(lambda values, rows: model.predict(values, rows), in_axes=(None, 0)))
+
+
+def derivative_of(
+    kind: str | Model,
+) -> Callable[[Mapping[str, Array], Mapping[str, Array], Rows], dict[str, Array]]:
+    """Compiled derivative of the prediction of a stack along a direction of the values:
+    `derivative(values, direction, stacked)`."""
+    return _derivative_of(specimen_of(kind) if isinstance(kind, str) else kind)
+
+
+@functools.cache
+def _derivative_of(model: Model) -> Callable[..., dict[str, Array]]:
+    def along(values: Mapping[str, Array], direction: Mapping[str, Array], stacked: Rows) -> dict[str, Array]:
+        predicted = lambda at: jax.vmap(lambda rows: model.predict(at, rows))(stacked)  # noqa: E731
+        return jax.jvp(predicted, (values,), (direction,))[1]
+
+    return jax.jit(along)

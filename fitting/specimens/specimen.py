@@ -85,11 +85,14 @@ class Model(abc.ABC):
     Attributes:
         kind: kind of the recordings.
         outputs: names of the predicted quantities.
+        searches: true if a prediction holds a search that ends within a tolerance. Differences of two
+            predictions are then no derivatives.
     """
 
     kind: str
     outputs: tuple[str, ...]
     failed_residual: float = FAILED_RESIDUAL
+    searches: bool = False
 
     @property
     @abc.abstractmethod

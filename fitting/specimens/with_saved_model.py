@@ -81,6 +81,11 @@ class Augmented(Model):
         return specimen_of(self.kind)
 
     @property
+    def searches(self) -> bool:
+        """True for a spring with effects, whose trajectory is found inside each prediction."""
+        return bool(self.acting) and self.specimen.latent.inside
+
+    @property
     def most_rows(self) -> int:
         """Maximum number of rows of a recording."""
         return self.specimen.most_rows_with_effects if self.acting else MOST_ROWS
@@ -276,7 +281,7 @@ class Augmented(Model):
             values: free parameters by name, SI.
             recordings: recordings from `rows_for`.
         """
-        if self.acting and self.specimen.latent.inside:
+        if self.searches:
             return self._with_process_noise(values, recordings)
         return super().prepared(values, recordings)
 

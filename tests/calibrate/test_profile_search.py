@@ -156,6 +156,13 @@ def test_where_a_fit_gets_stuck_it_is_tried_again_and_an_upper_limit_counts_for_
     np.testing.assert_allclose(stuck.profile(again=freed.fit).quoted(90), [-WIDTH_90, WIDTH_90], rtol=0.05)
 
 
+def test_fits_that_all_stop_early_do_not_narrow_the_interval_of_the_standard_error():
+    """Each of their rises is an upper limit: 30 too high here, which alone would end the interval near the fit."""
+    stuck = Problem(lambda x, y: x**2 + (y - x) ** 2, stuck=lambda x: x != 0.0)
+    for percent, rise in RISES.items():
+        np.testing.assert_allclose(stuck.profile().quoted(percent), [-(rise**0.5), rise**0.5], rtol=1e-3)
+
+
 def test_a_lower_minimum_is_reported_with_its_place():
     problem = Problem(lambda x, y: min(x**2, (x - 3.0) ** 2 - 5.0) + (y - x) ** 2)
     found = problem.profile()

@@ -15,7 +15,7 @@ from fitting.inference.lasting_noise import Size
 from fitting.inference.least_squares import FitResult, Status, fit_least_squares
 from fitting.inference.noise import correlation_time, inflation_of
 from fitting.inference.parameters import Parameter, Parameters
-from fitting.specimens import Model, Rows, predictor_of, silenced, specimen_of, stack
+from fitting.specimens import Model, Rows, derivative_of, predictor_of, silenced, specimen_of, stack
 from fitting.specimens.correlated_noise import correlated, uncorrelated
 
 RTOL = 1e-4
@@ -81,8 +81,22 @@ class GeneralFit:
     def predict(self, values: Mapping[str, float] | None = None) -> list[dict[str, np.ndarray]]:
         """Outputs of every recording at values, those of the fit by default; SI, without padding."""
         values = self.result.values if values is None else values
-        rows = stack([uncorrelated(one) for one in self.rows])
-        found = jax.device_get(predictor_of(self.model)(arrays(values), rows))
+        return self._by_recording(predictor_of(self.model)(arrays(values), self._stacked))
+
+    def derivative(self, name: str) -> list[dict[str, np.ndarray]]:
+        """Derivative of `predict` by one parameter at the fit; SI."""
+        values = arrays(self.result.values)
+        along = {other: jnp.asarray(float(other == name)) for other in values}
+        return self._by_recording(derivative_of(self.model)(values, along, self._stacked))
+
+    @property
+    def _stacked(self) -> Rows:
+        """All recordings as one stack, noise left independent."""
+        return stack([uncorrelated(one) for one in self.rows])
+
+    def _by_recording(self, columns: Mapping[str, jax.Array]) -> list[dict[str, np.ndarray]]:
+        """Columns of every recording, without padding."""
+        found = jax.device_get(columns)
         return [
             {name: column[k][: len(rows.mask)] for name, column in found.items()}
             for k, rows in enumerate(self.rows)

@@ -119,7 +119,10 @@ def _precision(entry: Parameter) -> float:
 
 
 def _slopes(fit: GeneralFit, entry: Parameter, size: float) -> list[dict[str, np.ndarray]]:
-    """Derivative of every output by one parameter, from two predictions inside its bounds."""
+    """Derivative of every output by one parameter: from two predictions inside its bounds, which a search
+    inside a prediction would falsify."""
+    if fit.model.searches:
+        return fit.derivative(entry.name)
     low, high = max(entry.value - STEP * size, entry.min), min(entry.value + STEP * size, entry.max)
     below, above = (fit.predict({**fit.result.values, entry.name: value}) for value in (low, high))
     pairs = zip(below, above, strict=True)
