@@ -188,10 +188,11 @@ def _notes(
 
 
 def _at_bounds(conclusion: Conclusion) -> list[str]:
-    """Constants of the base model that nothing but their bounds held."""
+    """Constants of a contradicted base model that nothing but their bounds held; where it is accepted, the
+    verdict itself says so."""
     program, fit = conclusion.model
     names = at_bound(program.unknowns, fit)
-    if not names:
+    if not names or not conclusion.mismatch:
         return []
     one = len(names) == 1
     return [

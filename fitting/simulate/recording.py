@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -57,6 +57,7 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
     """
     specimen = specimen_of(recording.kind)
     drivers = [name for name in ("time", *specimen.drivers(recording)) if recording.has(name)]
+    recording, bridged = _bridged(recording, drivers) if denoise else (recording, [])
     complete = ~np.any([recording.missing(name) for name in drivers], axis=0)
     if not complete.any():
         raise pj.InputError(f"{place(recording)}: no row has all of {', '.join(drivers)}")
@@ -65,10 +66,36 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
     prediction.outputs = {name: _at_all_rows(values, complete) for name, values in outputs.items()}
     prediction.states = {name: _at_all_rows(values, complete) for name, values in prediction.states.items()}
     prediction.marks = {name: _at_all_rows(values, complete) for name, values in prediction.marks.items()}
+    prediction.notices += bridged
     if not complete.all():
         gaps = f"{int(np.sum(~complete))} of {len(complete)} rows lack one of {', '.join(drivers)}"
         prediction.notices.append(f"{gaps}: they are passed over")
     return prediction
+
+
+def _bridged(recording: Recording, drivers: Sequence[str]) -> tuple[Recording, list[str]]:
+    """The recording with resistances interpolated between readings, in rows that have all other drivers.
+
+    What drives the specimen acts in such a row, too: a pull that turns there is as long as it says.
+    """
+    read = [name for name in drivers if name.startswith("resistance")]
+    others = [recording.missing(name) for name in drivers if name not in read]
+    driven = ~np.any(others, axis=0) if others else np.zeros(0, bool)
+    columns, notices = dict(recording.columns), []
+    for name in read:
+        missing, time = recording.missing(name), recording.si("time")
+        known = np.flatnonzero(~missing & np.isfinite(time))
+        between = missing & driven
+        between[: known[0] if len(known) else len(between)] = False
+        between[known[-1] + 1 if len(known) else 0 :] = False
+        if between.any():
+            column = recording.column(name)
+            values = np.array(columns[column], float)
+            values[between] = np.interp(time[between], time[known], values[known])
+            columns[column] = values
+            rows = f"{int(between.sum())} of {len(between)} rows"
+            notices.append(f"{column} is missing in {rows} that are driven: it was interpolated")
+    return replace(recording, columns=columns), notices
 
 
 @functools.singledispatch

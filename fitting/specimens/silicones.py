@@ -28,8 +28,8 @@ UNKNOWN = 0.4
 AMONG_SPECIMENS = 0.1
 """Relative standard deviation of the stiffness among specimens of a silicone whose law is that open [1].
 
-In a public database of 19 cast mixtures two cylinders each differ by 0 to 7 %. Strips that are cut by hand have
-a doubtful cross-section as well."""
+In a public database of 19 cast mixtures two cylinders of each differ by 0 to 7 %. Strips that are cut by hand
+have a doubtful cross-section as well."""
 SINGLE = {NeoHookean: ("mu",), Yeoh: ("c_10", "c_20", "c_30"), Gent: ("mu", "j_m")}
 
 
@@ -127,8 +127,8 @@ def always_open(identify: bool, law: Parameters) -> dict[str, float]:
     """Relative standard deviation of the stress factor of a silicone to be fitted, where no tolerance states
     it.
 
-    A law whose constants are as open as its stiffness has that stiffness for all specimens. Their factors then
-    are what they differ by. So a specimen that is only predicted is as stiff as those that were fitted.
+    A law whose constants are as open as its stiffness has that stiffness for all specimens. Their factors
+    are then what they differ by. So a specimen that is only predicted is as stiff as those that were fitted.
 
     Args:
         identify: true if the silicone is to be fitted.

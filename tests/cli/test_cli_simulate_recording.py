@@ -78,6 +78,23 @@ def test_rows_with_a_missing_input_are_passed_over():
     assert any("1 of 61 rows" in sentence for sentence in prediction.notices)
 
 
+def test_a_spring_is_driven_in_rows_whose_resistance_is_missing_between_readings():
+    spring = pj.Spring(pj.SpringGeometry(0.25e-3, 0.9e-3, 0.269e-3, 52.0, 14e-3), pj.load_alloy("krl35"), 14e-3)
+    x = 0.03 * np.interp(np.arange(41.0), [0, 10, 20, 30, 40], [0, 1, 0, 1, 0])
+    made = pj.simulate_spring(spring, x, pj.MartensiteFraction(0.8)).rows
+    columns = {
+        "time_s": np.arange(41.0), "elongation_mm": 1e3 * x, "force_N": np.asarray(made.force),
+        "resistance_ohm": np.array(made.resistance),
+    }  # fmt: skip
+    columns["resistance_ohm"][[0, 10, 30, 40]] = np.nan  # at two turns, and at both ends
+    recording = Recording("s", None, "spring", specimen="S", geometry={"free_length_mm": 14.0}, columns=columns)
+    found = predict(recording)
+    assert list(np.flatnonzero(np.isnan(found.outputs["force_N"]))) == [0, 40]
+    assert found.outputs["force_N"][10] == pytest.approx(columns["force_N"][10], rel=0.02)
+    assert any("resistance_ohm is missing in 2 of 41 rows" in notice for notice in found.notices)
+    assert any("2 of 41 rows lack one of" in notice for notice in found.notices)
+
+
 @pytest.mark.slow
 def test_spring_and_tube(tmp_path, run):
     spring = pj.Spring(

@@ -40,6 +40,12 @@ def test_a_branch_is_a_regime():
     assert found.text in ("pressure is falling", f"time above {found.text.split()[-1]}") and found.share > 0.8
 
 
+def test_a_regime_is_one_of_the_recordings_that_the_misfit_is_of():
+    program, base = judged(np.random.default_rng(4), lambda pressure: np.arange(len(pressure))[:, None] == 2)
+    assert regime_of(program, base).text == f"the recording is {program.recordings[2].name}"
+    assert regime_of(program, base, np.arange(4) != 2) is None
+
+
 @pytest.mark.slow
 def test_noise_has_a_regime_no_more_often_than_the_level_of_the_test():
     found = [regime_of(program, base) for program, base in (judged(np.random.default_rng(k), rows=80) for k in range(40))]

@@ -92,5 +92,5 @@ def left_of(
             return None
         return Left(float(score), float(noise), True, fit.slugs, None, explained=float(square))
     held_out = bool(not np.any(mask & program.fitted))
-    regime = regime_of(program, seen)
+    regime = regime_of(program, seen, mask)
     return Left(float(square), float(noise), held_out, fit.slugs, regime, stated=program.noise_stated)

@@ -54,9 +54,16 @@ class _Stretches:
     texts: list[str]
 
 
-def regime_of(program: Program, fit: Fit) -> Regime | None:
-    """The regime of largest misfit of a model, over all recordings; None where no one is confirmed."""
-    found = _stretches(program, fit)
+def regime_of(program: Program, fit: Fit, among: np.ndarray | None = None) -> Regime | None:
+    """The regime of largest misfit of a model; None where no one is confirmed.
+
+    Args:
+        program: program of the campaign.
+        fit: model.
+        among: true for recordings that are looked at, shape (recordings,); all by default.
+    """
+    chosen = np.ones(len(program.recordings), bool) if among is None else among
+    found = _stretches(program, fit, chosen)
     if len(found.square) < 2 or not found.texts:
         return None
     half, other = slice(0, None, 2), slice(1, None, 2)
@@ -83,11 +90,11 @@ def _share(square: np.ndarray, inside: np.ndarray) -> float:
     return float(beyond[inside].sum() / max(beyond.sum(), 1e-12))
 
 
-def _stretches(program: Program, fit: Fit) -> _Stretches:
-    """Every recording in stretches, with the regimes that their rows are in."""
+def _stretches(program: Program, fit: Fit, chosen: np.ndarray) -> _Stretches:
+    """Every chosen recording in stretches, with the regimes that their rows are in."""
     drivers, squares, members, texts = distinct_drivers(program, fit), [], [], []
     regimes = [*_regimes(drivers), *_recordings(program)]
-    for k in range(len(program.channels)):
+    for k in np.flatnonzero(chosen):
         row_squares, first = np.zeros(program.stacked.mask.shape[1]), 0
         counts = np.zeros_like(row_squares)
         for channel in program.channels[k]:

@@ -85,7 +85,7 @@ def _or_without_turns(conclusion: Conclusion, sentences: list[str]) -> list[str]
     whole, names = base_named(conclusion), joined([f.slug for f in rival.found])
     told = (
         f"Turning points have a log Bayes factor of {rival.turns:.0f}, {names} without them of "
-        f"{rival.effects:.0f}: these recordings do not tell which of the two acts."
+        f"{rival.effects:.0f}. That is too small a difference beside what either explains to tell which acts."
     )
     effects = joined([f"{f.slug} ({f.probability:.2f})" for f in rival.found])
     if conclusion.mismatch:
@@ -109,12 +109,14 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     base, after = conclusion.before, conclusion.after
     bound = "at most " if conclusion.explanation.p_is_bound else ""
     chance = f"{bound}{conclusion.explanation.p_value:.3g}"
+    as_turned = "A " if conclusion.without_turns is None else "With the turning points a "
     if conclusion.within_accuracy:
         return _as_accurate(conclusion)
     if not conclusion.mismatch:
         return [
             f"The recordings agree with {base_named(conclusion)} within its tolerances and their noise.",
-            f"A misfit as large as this one would arise by chance with a probability of {chance}.",
+            *_at_ends(conclusion),
+            f"{as_turned}misfit as large as this one would arise by chance with a probability of {chance}.",
             *_not_fitted(conclusion),
         ]
     over = [f for f in conclusion.found[1:] if f.slug == "unmodelled"]  # beside a name that comes first
@@ -183,9 +185,20 @@ def _as_accurate(conclusion: Conclusion) -> list[str]:
     return [
         f"The recordings agree with {base_named(conclusion)}: it misses no output by more than {share} % of "
         "its range in a recording (root mean square).",
+        *_at_ends(conclusion),
         f"Nobody states their noise, and ordinary instruments are accurate to {most} %. State it, under "
         "[noise], to have a smaller misfit judged.",
     ]
+
+
+def _at_ends(conclusion: Conclusion) -> list[str]:
+    """A sentence on constants of an accepted base model that nothing but their bounds held."""
+    program, fit = conclusion.model
+    names = at_bound(program.unknowns, fit)
+    if not names:
+        return []
+    ends = "the end of what is known of it" if len(names) == 1 else "the ends of what is known of them"
+    return [f"It does so only with {joined(names)} at {ends}, which may hide what the model leaves out."]
 
 
 def needless(slugs: Sequence[str]) -> str:

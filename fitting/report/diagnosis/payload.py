@@ -1,7 +1,10 @@
 """The content of `report.json` of a diagnosis."""
 
+from dataclasses import asdict
+
 import numpy as np
 
+from fitting.diagnose.evaluate.noise_used import noise_used
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.held_out import HeldOut
 from fitting.diagnose.verdict.text import place_text
@@ -51,6 +54,7 @@ def content(conclusion: Conclusion) -> dict:
             "averaged": _score(conclusion, conclusion.mean) | {"over": conclusion.members},
         },
         "nameless_correction": _competitor(conclusion),
+        "noise": [asdict(one) for one in noise_used(explanation.program)],
         "base_model": conclusion.start.words or "the published model",
         "base_parameters": _base(conclusion),
         "not_testable_here": explanation.steps[0].score_test.untestable if explanation.steps else [],

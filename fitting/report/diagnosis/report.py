@@ -12,7 +12,15 @@ from . import text
 from .figures import probability_figure, recordings_figure
 from .model import model_of
 from .payload import content
-from .tables import base_table, candidate_table, discrepancy_table, effect_table, score_table, words_of
+from .tables import (
+    base_table,
+    candidate_table,
+    discrepancy_table,
+    effect_table,
+    noise_table,
+    score_table,
+    words_of,
+)
 
 CAPTIONS = {
     "recordings": "Recordings, the base model refitted within its tolerances, and the model with what was "
@@ -51,6 +59,7 @@ def report_of(
             Section("Where", [place_text(conclusion)]),
             Section("What", _findings(conclusion)),
             Section("Held-out recordings", [score_table(conclusion), text.race(conclusion)]),
+            Section("Noise that recordings are judged by", [noise_table(conclusion)]),
             Section("What the base model's constants absorbed", _absorbed(conclusion)),
             *_discrepancy(conclusion),
             Section("Next experiment", [text.next_experiment(conclusion)]),

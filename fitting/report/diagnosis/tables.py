@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fitting.diagnose.evaluate.noise_used import noise_used
 from fitting.diagnose.fit.misfit import reduced
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.held_out import HeldOut
@@ -20,6 +21,12 @@ CANDIDATES = (
     "candidate", "probability", "log Bayes factor", "chi2, fitted", "chi2, cross-validated",
     "largest deviation (sd)", "at its bound",
 )  # fmt: skip
+NOISE = ("recordings", "column", "sd of a row", "stated sd", "readings a row", "correlation")
+NOISE_NOTE = (
+    "Standard deviations are in the unit of the column. Where none is stated, it is told from neighbouring "
+    "readings and what the fitted model leaves. Noise of inputs is added. The correlation is that of "
+    "neighbouring rows."
+)
 NOMINAL = "A constant that returns to its nominal value when an effect is added is evidence for the effect."
 
 
@@ -77,6 +84,22 @@ def score_table(conclusion: Conclusion) -> Table:
         rows.append(row(f"mean of explanations ({shares})", conclusion.mean))
     note = f"On {', '.join(conclusion.before.on)} ({conclusion.before.how})."
     return Table(["model", *names, "reduced chi2"], rows, note)
+
+
+def noise_table(conclusion: Conclusion) -> Table:
+    """Table of the noise that every output is judged by; recordings with the same noise share a row."""
+    shared: dict[tuple[str, ...], list[str]] = {}
+    used = noise_used(conclusion.explanation.program)
+    for one in used:
+        stated = NONE if one.stated is None else number(one.stated, ".3g")
+        cells = one.column, number(one.sd, ".3g"), stated, str(one.readings), number(one.correlation, ".2f")
+        shared.setdefault(cells, []).append(one.recording)
+    everywhere = len({one.recording for one in used})
+    rows = [
+        ["all" if len(names) == everywhere > 1 else ", ".join(names), *cells]
+        for cells, names in shared.items()
+    ]
+    return Table(NOISE, rows, NOISE_NOTE)
 
 
 def base_table(conclusion: Conclusion) -> Table:
