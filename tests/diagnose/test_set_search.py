@@ -98,6 +98,19 @@ def test_three_effects_are_named(monkeypatch):
     assert {f.slug for f in found.found} == {CONSTANT, DELAY, ANOTHER}
 
 
+@pytest.mark.parametrize(
+    ("larger", "delay", "named"),
+    [(1.0, 0.5, {CONSTANT, DELAY}), (100.0, 0.5, {CONSTANT}), (100.0, 2.5, {CONSTANT, DELAY})],
+)
+def test_a_further_effect_explains_more_than_the_form_of_the_first_is_known_by(larger, delay, named):
+    """A lag below the noise is told beside an effect six times as strong. Beside one 600 times as strong nobody knows
+    its form so well. A lag of twice the noise is clearly left over there, and told."""
+    world = tubes(effects=(CONSTANT, DELAY))
+    world.effects[CONSTANT][:] *= larger
+    found = conclude(searched(world, world.truth(np.random.default_rng(6), **{CONSTANT: 3.0, DELAY: delay})))
+    assert {f.slug for f in found.found} == named
+
+
 def test_a_pair_is_named_beside_a_rival_of_one_member():
     """A sensitivity alike to one of the two is said to be one that it is not told from."""
     rng = np.random.default_rng(5)

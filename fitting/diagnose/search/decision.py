@@ -4,8 +4,9 @@ A set is named if every one of its effects is needed beside the others. Its evid
 must be enough, also less what drift and noise of inputs explain. It must predict fitted recordings that are
 left out in turn, and must not make validation recordings worse. A further effect must remove a large share of
 what the others leave. For the imperfect form of a true effect leaves a remainder, which another effect fits
-in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Only the
-strongest effect may end at a bound, unless the set leaves no more than noise.
+in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Where the
+others leave little more than noise, it must explain more than a form that is right to 5 % of its size leaves:
+0.25 % of the evidence. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
 
 A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
 Otherwise it is named only before a set of less evidence that leaves more. So is one with a further effect at
@@ -21,7 +22,7 @@ from ..evaluate.program import Program
 from ..fit.cross_validation import HeldOutScores, gain
 from ..fit.evidence import evidence, inflation_of, log_likelihood
 from ..fit.instrument_drift import drift_evidence
-from ..fit.misfit import limit_of, reduced, spread
+from ..fit.misfit import floor, limit_of, reduced, spread
 from ..fit.prediction import negative_log_predictive_density, predictive_chi_square
 from ..fit.refit import Fit, at_its_bound
 from ..settings import DEFAULT
@@ -129,6 +130,8 @@ class Judge:
         worth = {slug: evidence(program, rest, fit, inflation) for slug, rest in rests.items()}
         if min(worth.values()) < enough:
             return LITTLE
+        if any(self._needless(rest, fit, worth[slug]) for slug, rest in rests.items()):
+            return SHARE
         strongest = max(worth, key=worth.get)
         bounded = [slug for slug in fit.slugs if at_its_bound(fit, slug)]
         if bounded and self.scores(self.pool.base).sum() < BASE_FIT.minimum_poor:
@@ -148,6 +151,18 @@ class Judge:
             if worth[slug] - explained < enough:
                 return INSTRUMENTS
         return BOUND_REMAINS if set(bounded) - {strongest} and leaves_more(program, fit) else None
+
+    def _needless(self, rest: Fit, fit: Fit, worth: float) -> bool:
+        """True if an effect explains next to nothing of the misfit, and a set leaves little more than noise
+        without it."""
+        program, base = self.pool.program, self.pool.base
+        if rest is base or worth >= VERDICT.imperfect_share**2 * evidence(
+            program, base, fit, inflation_of(program, fit)
+        ):
+            return False
+        masks = program.fitted, program.unseen
+        left = max(predictive_chi_square(program, rest, mask) - floor(program, rest, mask) for mask in masks)
+        return left <= VERDICT.clearly_left
 
     def _small(self, rest: Fit, fit: Fit, gained: float, share: float) -> bool:
         """True if an effect removes only a small share of what the others leave, and of the whole misfit."""

@@ -13,6 +13,7 @@ from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
 
+from ..fit.base_fit import at_bound
 from ..fit.misfit import limit_of, range_of, relative_error
 from ..fit.prediction import predictive_chi_square
 from ..settings import DEFAULT
