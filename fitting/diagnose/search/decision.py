@@ -5,8 +5,8 @@ must be enough, also less what drift and noise of inputs explain. It must predic
 left out in turn, and must not make validation recordings worse. A further effect must remove a large share of
 what the others leave. For the imperfect form of a true effect leaves a remainder, which another effect fits
 in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Where the
-others leave little more than noise, it must explain 0.25 % of the evidence. A form that is right to 5 % of its
-size leaves as much. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
+others leave little more than noise, it must explain 0.25 % of the evidence. A form that is right to 5 % of
+its size leaves as much. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
 
 A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
 Otherwise it is named only before a set of less evidence that leaves more. So is one with a further effect at
