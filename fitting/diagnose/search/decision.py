@@ -6,7 +6,8 @@ left out in turn, and must not make validation recordings worse. A further effec
 what the others leave. For the imperfect form of a true effect leaves a remainder, which another effect fits
 in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Where the
 others leave little more than noise, it must explain 0.25 % of the evidence. A form that is right to 5 % of
-its size leaves as much. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
+its size leaves as much. Only the strongest effect may end at a bound, unless the set leaves no more than
+noise.
 
 A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
 Otherwise it is named only before a set of less evidence that leaves more. So is one with a further effect at

@@ -1,11 +1,14 @@
 """Figures of a diagnosis: recordings against both models, residuals, probabilities."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fitting.data.recordings import schema
+from fitting.data.recordings import Recording, schema
 from fitting.diagnose.verdict.conclusion import Conclusion
+from fitting.inference.channels import Channel
 from fitting.inference.notes import joined
 from fitting.report.figures import (
     BLACK,
@@ -27,32 +30,46 @@ BASE, AFTER, DATA, APART = VERMILION, BLUE, BLACK, GREY
 
 
 def recordings_figure(conclusion: Conclusion) -> Figure:
-    """Each recording with the refitted base model and the final one, and the residuals of both below."""
-    shown = _shown(conclusion)
+    """Each recording with the refitted base model and the final one, and the residuals of both below.
+
+    A kind with several outputs has two strips of residuals: of the output that is drawn, and of the other one
+    that the base model misses most.
+    """
+    shown = shown_recordings(conclusion)
+    other = _other_output(conclusion)
+    strips = 1 if other is None else 2
     with style():
         columns = min(3, len(shown))
-        rows = -(-len(shown) // columns)
-        figure = Figure(figsize=(4.2 * columns, 3.6 * rows), layout="constrained")
-        axes = figure.subplots(
-            2 * rows, columns, squeeze=False, gridspec_kw={"height_ratios": [2.2, 1.0] * rows}
-        )
-        for place, k in enumerate(shown):
-            top, below = (
-                axes[2 * (place // columns), place % columns],
-                axes[2 * (place // columns) + 1, place % columns],
-            )
-            _one(conclusion, k, top, below)
-        for place in range(len(shown), rows * columns):
-            axes[2 * (place // columns), place % columns].axis("off")
-            axes[2 * (place // columns) + 1, place % columns].axis("off")
+        rows, high = -(-len(shown) // columns), 1 + strips
+        figure = Figure(figsize=(4.2 * columns, (2.6 + strips) * rows), layout="constrained")
+        ratios = [2.2, *([1.0] * strips)] * rows
+        axes = figure.subplots(high * rows, columns, squeeze=False, gridspec_kw={"height_ratios": ratios})
+        for place in range(rows * columns):
+            panels = axes[high * (place // columns) : high * (place // columns + 1), place % columns]
+            if place < len(shown):
+                _one(conclusion, shown[place], panels, other)
+            else:
+                for panel in panels:
+                    panel.axis("off")
         known = {}
-        for panel in axes[::2].flat:
+        for panel in axes[::high].flat:
             known |= {text: line for line, text in zip(*panel.get_legend_handles_labels(), strict=True)}
         legend_over(figure, known.values(), known, len(known))
     return figure
 
 
-def _shown(conclusion: Conclusion) -> list[int]:
+def _other_output(conclusion: Conclusion) -> str | None:
+    """Quantity that the base model misses most, of those that are not drawn; None if there is one output."""
+    x = conclusion.explanation
+    square: dict[str, float] = {}
+    for k, channels in enumerate(x.program.channels):
+        for j, channel in enumerate(channels[1:], start=1):
+            missed = (x.base.evaluation.predicted[k][j] - channel.measured) / channel.sigma
+            square[channel.quantity] = square.get(channel.quantity, 0.0) + float(np.nansum(missed**2))
+    return max(square, key=square.get, default=None)
+
+
+def shown_recordings(conclusion: Conclusion) -> list[int]:
     """Recordings to draw: validation ones first, then those with most misfit."""
     x = conclusion.explanation
     order = sorted(
@@ -62,46 +79,79 @@ def _shown(conclusion: Conclusion) -> list[int]:
     return sorted(order[:MOST_SHOWN])
 
 
-def _one(conclusion: Conclusion, k: int, top: Axes, below: Axes) -> None:
+def _one(conclusion: Conclusion, k: int, panels: Sequence[Axes], other: str | None) -> None:
+    """One recording: an output in the first panel, residuals in the others.
+
+    Args:
+        conclusion: conclusion of a diagnosis.
+        k: number of the recording.
+        panels: for the first output, its residuals and, if there is another output, that one's residuals.
+        other: the other output.
+    """
     x = conclusion.explanation
-    recording, channel = x.program.recordings[k], x.program.channels[k][0]
-    known = schema.KINDS[recording.kind].columns.outputs
-    column = next(c for c in known if schema.quantity_and_unit(c)[0] == channel.quantity)
+    recording, channels = x.program.recordings[k], x.program.channels[k]
+    top, below = panels[:2]
+    channel = channels[0]
+    column = _column(recording, channel)
     unit = schema.quantity_and_unit(column)[1]
     counted = np.isfinite(channel.sigma)
-    time = np.asarray(x.program.stacked.time)[k][counted]
+    time = np.asarray(x.program.stacked.time)[k]
     show = lambda values: from_si(np.asarray(values)[counted], unit)  # noqa: E731
     base, after = x.base.evaluation.predicted[k][0], conclusion.shown.predicted[k][0]
-    top.plot(time, show(channel.measured), ".", ms=2.5, color=DATA, label="measured")
+    top.plot(time[counted], show(channel.measured), ".", ms=2.5, color=DATA, label="measured")
     begun = specimen_of(recording.kind).set_apart(recording)
     if begun is not None:
         clock = recording.si("time") if recording.has("time") else np.arange(len(recording))
         first = recording.columns[column][: begun.rows]
         top.plot(clock[: begun.rows], first, "x", ms=2.5, color=APART, label="first heating, set apart")
-    top.plot(time, show(base), color=BASE, lw=1.3, label="base model, refitted")
-    changed = conclusion.shown is not x.base.evaluation
-    if changed:
+    top.plot(time[counted], show(base), color=BASE, lw=1.3, label="base model, refitted")
+    if _changed(conclusion):
         terms = ["what was found"] if conclusion.model[1].slugs else []
         terms += ["a smooth term, unexplained"] if conclusion.remainder is not None else []
-        top.plot(time, show(after), color=AFTER, lw=1.3, label=f"with {joined(terms)}")
+        top.plot(time[counted], show(after), color=AFTER, lw=1.3, label=f"with {joined(terms)}")
     role = "" if x.program.fitted[k] else " (validation)"
     top.set_title(f"{recording.name}{role}", fontsize=9)
     top.set_ylabel(axis_label(column), fontsize=8)
-    sigma = channel.sigma[counted]
-    below.plot(time, (np.asarray(base) - channel.measured)[counted] / sigma, color=BASE, lw=0.9)
-    if changed:
-        below.plot(time, (np.asarray(after) - channel.measured)[counted] / sigma, color=AFTER, lw=0.9)
-    below.axhspan(-2, 2, color=SKY, alpha=0.25, lw=0)
+    _residuals(conclusion, k, 0, below)
+    for j, more in enumerate(channels):
+        if other is not None and more.quantity == other:
+            _residuals(conclusion, k, j, panels[2])
+    if other is not None:
+        below.set_ylabel(f"{channel.quantity.replace('_', ' ')}\nresidual / noise", fontsize=7)
+        panels[2].set_ylabel(f"{other.replace('_', ' ')}\nresidual / noise", fontsize=7)
     rows = conclusion.place.rows
     if conclusion.mismatch and rows is not None and rows[0] == recording.name:
-        span = np.asarray(x.program.stacked.time)[k]
-        for axes in (top, below):
-            axes.axvspan(span[rows[1] - 1], span[rows[2] - 1], color=ORANGE, alpha=0.2, lw=0)
-    below.set_ylabel("residual\n/ noise [1]", fontsize=8)
-    below.set_xlabel(axis_label("time_s"), fontsize=8)
-    below.set_xlim(top.get_xlim())
-    for axes in (top, below):
+        for axes in panels:
+            axes.axvspan(time[rows[1] - 1], time[rows[2] - 1], color=ORANGE, alpha=0.2, lw=0)
+    panels[-1].set_xlabel(axis_label("time_s"), fontsize=8)
+    for axes in panels:
+        axes.set_xlim(top.get_xlim())
         axes.tick_params(labelsize=7)
+
+
+def _column(recording: Recording, channel: Channel) -> str:
+    """Canonical column of a channel."""
+    known = schema.KINDS[recording.kind].columns.outputs
+    return next(c for c in known if schema.quantity_and_unit(c)[0] == channel.quantity)
+
+
+def _changed(conclusion: Conclusion) -> bool:
+    """True if something was added to the base model."""
+    return conclusion.shown is not conclusion.explanation.base.evaluation
+
+
+def _residuals(conclusion: Conclusion, k: int, j: int, axes: Axes) -> None:
+    """Residuals of one output of one recording under both models, in standard deviations of its noise."""
+    x = conclusion.explanation
+    channel = x.program.channels[k][j]
+    counted = np.isfinite(channel.sigma)
+    time, sigma = np.asarray(x.program.stacked.time)[k][counted], channel.sigma[counted]
+    models = [(x.base.evaluation, BASE), *([(conclusion.shown, AFTER)] if _changed(conclusion) else [])]
+    for evaluation, colour in models:
+        missed = (np.asarray(evaluation.predicted[k][j]) - channel.measured)[counted]
+        axes.plot(time, missed / sigma, color=colour, lw=0.9)
+    axes.axhspan(-2, 2, color=SKY, alpha=0.25, lw=0)
+    axes.set_ylabel("residual\n/ noise [1]", fontsize=8)
 
 
 def probability_figure(conclusion: Conclusion) -> Figure:

@@ -9,7 +9,7 @@ from pneusma_jax.errors import counted
 
 from ..report import Block, Code, Picture, Points, Report, Section
 from . import text
-from .figures import probability_figure, recordings_figure
+from .figures import probability_figure, recordings_figure, shown_recordings
 from .model import model_of
 from .payload import content
 from .tables import (
@@ -54,7 +54,7 @@ def report_of(
         sections=[
             Section("Effects that were asked about", [Points([one["text"] for one in conclusion.asked])]),
             Section("Recordings and models", [
-                Picture("recordings", CAPTIONS["recordings"], lambda: recordings_figure(conclusion)),
+                Picture("recordings", _caption(conclusion), lambda: recordings_figure(conclusion)),
             ]),
             Section("Where", [place_text(conclusion)]),
             Section("What", _findings(conclusion)),
@@ -72,6 +72,13 @@ def report_of(
             **{f"{name}.toml": render_calibration(table) for name, table in conclusion.start.tables.items()},
         },
     )  # fmt: skip
+
+
+def _caption(conclusion: Conclusion) -> str:
+    """Caption of the recordings, which says how many of them are drawn."""
+    count, drawn = len(conclusion.explanation.program.recordings), len(shown_recordings(conclusion))
+    some = f" {drawn} of {count} recordings: those for validation and those of most misfit."
+    return CAPTIONS["recordings"] + (some if drawn < count else "")
 
 
 def _findings(conclusion: Conclusion) -> list[Block]:
