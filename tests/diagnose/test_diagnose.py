@@ -75,6 +75,17 @@ def test_the_report_keeps_its_schema(which, request, shared):
     jsonschema.validate(json.loads(json.dumps(content(request.getfixturevalue(which)))), schema)
 
 
+def test_the_report_tells_the_noise_that_it_judges_by(soft):
+    found = {one["recording"]: one for one in content(soft)["noise"]}
+    program = soft.explanation.program
+    assert list(found) == [recording.name for recording in program.recordings]
+    for recording, channels in zip(program.recordings, program.channels, strict=True):
+        told = found[recording.name]
+        assert (told["column"], told["unit"], told["stated"]) == ("stress_kPa", "kPa", recording.noise["stress_kPa"])
+        assert told["sd"] == pytest.approx(float(np.median(channels[0].sigma)) / 1e3)
+        assert told["sd"] == pytest.approx(told["stated"] / told["readings"] ** 0.5, rel=0.5)
+
+
 def test_the_augmented_model_reads_back(soft, tmp_path):
     from fitting.specimens.saved_models import save_model
 
