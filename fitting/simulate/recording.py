@@ -3,12 +3,13 @@
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording, schema
-from fitting.inference.latent_trajectory.denoise import denoised, martensite_fraction
+from fitting.inference.latent_trajectory.denoise import denoised
 from fitting.inference.noise import robust_noise
 from fitting.specimens import Specimen, specimen_of
 from fitting.specimens.actuator import BendingActuator
@@ -20,6 +21,7 @@ from fitting.specimens.spring import SpringOnStand
 from pneusma_jax.units import from_si
 
 from .phases import fractions_behind
+from .spring_phase import fraction_behind
 from .unmodelled import marked
 
 
@@ -237,15 +239,15 @@ def _(
     inputs = _inputs(recording, complete, ("time", *specimen.drivers(recording)), model)
     spring = spring_of(recording, model)
     state = pj.SpringState.fresh(full_geometry(recording, model)["prestrain"])
-    ohms = _smoothed(inputs, "resistance", denoise and model.added)
-    history = pj.simulate_spring(
-        spring, inputs["elongation"], pj.Resistance(ohms), state, time=inputs["time"], effects=model.effects,
-        temperature=inputs.get("temperature") if model.added else None,
+    follow = partial(
+        pj.simulate_spring, spring, inputs["elongation"], state=state, time=inputs["time"],
+        effects=model.effects, temperature=inputs.get("temperature") if model.added else None,
     )  # fmt: skip
+    history = follow(pj.Resistance(inputs["resistance"]))
     read = history.rows
-    if denoise and not model.added:
-        xi0 = martensite_fraction(spring, inputs["time"], inputs["resistance"], np.asarray(read.gamma))
-        history = pj.simulate_spring(spring, inputs["elongation"], pj.MartensiteFraction(xi0), state)
+    if denoise:
+        xi0 = fraction_behind(recording, complete, model, read, inputs, spring, state)
+        history = follow(pj.MartensiteFraction(xi0))
     response = history.rows
     outputs = {"force_N": history.seen["force"]}
     notices = spring_cautions(spring, response, "the spring", read)

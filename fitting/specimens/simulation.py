@@ -61,8 +61,7 @@ def simulated(
     """
     options = RowOptions(most=None, fewest=1, smooth=smooth, compared=False)
     campaign = Campaign(recording.name, [recording], recording.path or Path(recording.name))
-    tables = {name: _table(recording, name, model) for name in specimen.options}
-    (rows,) = specimen.rows_for(campaign, options, **tables)
+    (rows,) = specimen.rows_for(campaign, options, **tables_of(specimen, recording, model))
     rows = with_numbers(rows, numbers_of(specimen, model, recording.specimen))
     overrides = {name: jnp.asarray(float(value)) for name, value in (values or {}).items()}
     outputs, drivers = jax.device_get(_answer(specimen, overrides, stack([rows]), model.effects))
@@ -91,6 +90,13 @@ def numbers_of(specimen: Specimen, model: AugmentedModel, name: str | None = Non
         for key, quantity in model.quantities(kind, name).items():
             found.setdefault(key, quantity)
     return found
+
+
+def tables_of(
+    specimen: Specimen, recording: Recording, model: AugmentedModel
+) -> dict[str, Calibration]:
+    """A recording's tables with a model's constants, by the option of `rows_for` that takes each."""
+    return {name: _table(recording, name, model) for name in specimen.options}
 
 
 def _table(recording: Recording, option: str, model: AugmentedModel) -> Calibration:
