@@ -50,7 +50,7 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
     Args:
         recording: checked recording of any kind.
         denoise: true to find the martensite fraction from the whole history of a resistance. False takes each
-            sample alone, noise included. Where a model has effects, the resistance itself is smoothed.
+            sample alone, noise included. Of an actuator with effects the resistance itself is smoothed.
         model: model in place of the base model; outputs are instrument readings.
 
     Raises:

@@ -25,7 +25,7 @@ from .registry import (
     residual_of,
     specimen_of,
 )
-from .rows import Rows, numbers, silenced, stack
+from .rows import Rows, numbers, stack
 from .specimen import FITTED, Model, RowOptions, Specimen
 from .spring import SPRING
 from .spring_by_temperature import BY_TEMPERATURE
@@ -53,7 +53,6 @@ __all__ = [
     "predictor_of",
     "register",
     "residual_of",
-    "silenced",
     "specimen_of",
     "stack",
 ]

@@ -15,7 +15,7 @@ from fitting.inference.lasting_noise import Size
 from fitting.inference.least_squares import FitResult, Status, fit_least_squares
 from fitting.inference.noise import correlation_time, inflation_of
 from fitting.inference.parameters import Parameter, Parameters
-from fitting.specimens import Model, Rows, derivative_of, predictor_of, silenced, specimen_of, stack
+from fitting.specimens import Model, Rows, derivative_of, predictor_of, specimen_of, stack
 from fitting.specimens.correlated_noise import correlated, uncorrelated
 
 RTOL = 1e-4
@@ -73,11 +73,6 @@ class GeneralFit:
         """True if the misfit is more than noise; `result` was made at noise that covers it."""
         return not self.reduced_chi_square <= MISFIT
 
-    @property
-    def used(self) -> list[Rows]:
-        """Recordings as they were fitted: those held out say nothing, and noise is as it was taken."""
-        return inflated(fitted_only(self.recordings, self.rows), self.inflation)
-
     def predict(self, values: Mapping[str, float] | None = None) -> list[dict[str, np.ndarray]]:
         """Outputs of every recording at values, those of the fit by default; SI, without padding."""
         values = self.result.values if values is None else values
@@ -106,12 +101,6 @@ class GeneralFit:
 def arrays(values: Mapping[str, float]) -> dict[str, jax.Array]:
     """Values of parameters as arrays."""
     return {name: jnp.asarray(float(value)) for name, value in values.items()}
-
-
-def fitted_only(recordings: Sequence[Recording], rows: Sequence[Rows]) -> list[Rows]:
-    """The same recordings, of which those with another role than `fit` say nothing."""
-    pairs = zip(recordings, rows, strict=True)
-    return [r if recording.role == "fit" else silenced(r) for recording, r in pairs]
 
 
 def inflated(rows: Sequence[Rows], factor: float) -> list[Rows]:
