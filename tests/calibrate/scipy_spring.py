@@ -71,9 +71,13 @@ class Test:
         self.process_noise, self.level, self.level_sd = (float(extra[n]) for n in ("process_noise", "level", "level_sd"))
 
     def misfit(self, xi0, constants):
-        c = {**self.base, **constants}
+        c, held = {**self.base, **constants}, self.level_sd == 0.0
+        away = xi0 - self.level
+        xi0 = np.full(len(xi0), self.level) if held else xi0
         found = force_and_resistance(xi0, shear_strain(self.elongation, c), c, self.memory)
         parts = [w * (f - m) for w, f, m in zip(self.weight, found, self.measured, strict=True)]
+        if held:  # its fraction is known: what the solver moves there is worth nothing
+            return np.concatenate([*parts, away, np.zeros(len(away))])
         steps = np.diff(xi0) / np.sqrt(self.process_noise * np.maximum(np.diff(self.time), 1e-6))
         outside = np.minimum(xi0, 0.0) + np.maximum(xi0 - 1.0, 0.0)
         return np.concatenate([*parts, [(xi0[0] - self.level) / self.level_sd], steps, outside / OVERSHOOT])

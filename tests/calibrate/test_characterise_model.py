@@ -216,7 +216,10 @@ def test_the_information_of_a_spring_with_effects_is_that_of_its_residuals():
     fisher, *_ = informed(fit)
     values = {name: jnp.asarray(value) for name, value in result.values.items()}
     stacked = stack(rows)
-    residual = lambda x: residual_of(augmented)({**values, **dict(zip(names, x, strict=True))}, stacked).ravel()
+
+    def residual(x):
+        return residual_of(augmented)({**values, **dict(zip(names, x, strict=True))}, stacked).ravel()
+
     slopes = np.asarray(jax.jit(jax.jacfwd(residual))(jnp.stack([values[name] for name in names]))) * fisher.scale
     np.testing.assert_allclose(fisher.matrix * np.outer(fisher.scale, fisher.scale), slopes.T @ slopes, rtol=1e-6, atol=1e-6)
 

@@ -11,10 +11,12 @@ from fitting.inference.lasting_noise import Size
 from fitting.inference.least_squares import FitResult
 from fitting.inference.noise import correlation_time, inflation_of
 from fitting.inference.parameters import Parameters
-from fitting.specimens.spring_rows import MARGIN, OUTPUTS
+from fitting.specimens.rows import numbers
+from fitting.specimens.spring_rows import MARGIN, OUTPUTS, spring_of
 
 from .information import information
 from .problem import Problem, residuals_and_freedom, values_of
+from .stand_tests import level_at_rest
 
 MISFIT = 1.3
 """Minimum reduced chi-square that counts as misfit."""
@@ -26,6 +28,8 @@ WIDE_MARGIN = 0.15
 """Part of the residual strain by which turning points may be off the rule at first."""
 LOOSENED = 3
 """Best fits that are tried so, or decided anew, and how often each while it helps."""
+DEVIATIONS = 3.0
+"""Maximum excess of chi-square over what is expected that chance makes [sd]."""
 PROCESS_NOISE_ROUNDS = 2
 """Number of rounds of fitting and of estimating the process noise."""
 
@@ -190,6 +194,42 @@ def decided_anew(joint: Joint, progress: Callable[[str], None] = lambda _: None)
     how = "decided anew"
     ends = [start for start in _ends(joint) if not start.name.endswith(how)]
     return _gone_on(joint, ends, Problem.undecided, how, progress)
+
+
+def held_at_ends(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> Joint:
+    """The fit with tests held at full cold or full heat, where a free fraction explains them no better.
+
+    Such a trajectory is at its limit, which noise crosses one way only. It then follows the noise and draws
+    the constants after it: the austenite's stiffness by half an error. A free trajectory is expected to
+    explain as much noise as it has degrees of freedom. A test is held unless it explains clearly more.
+
+    Args:
+        joint: joint fit of a known alloy.
+        progress: called with a word for each fit that begins.
+    """
+    best, levels = joint.starts[0], {}
+    if best.result.chi_square is None:
+        return joint
+    problem, cost = best.problem.inflated(1.0), best.result.chi_square
+    rows = problem.data()["rows"]
+    taken = residuals_and_freedom(values_of(problem.parameters, best.result.values), rows)[1]
+    for k in problem.free_tests:
+        alloy = spring_of(numbers(values_of(problem.parameters, best.result.values), problem.rows[k])).alloy
+        level = level_at_rest(alloy, problem.tests[k])
+        if level is None:
+            continue
+        progress(f"{problem.tests[k].name} held at its phase")
+        found = _cost(problem.with_phases({**levels, k: level}).fit())
+        if found <= cost + taken[k] + DEVIATIONS * np.sqrt(2.0 * max(taken[k], 1.0)):
+            levels[k], cost = level, found
+    if not levels:
+        return joint
+    starts = []
+    for start in _ends(joint):
+        name = f"{start.name}, phases held"
+        progress(f"start from {name}")
+        starts.append(Start(name, *start.problem.inflated(1.0).with_phases(levels).fitted_with()))
+    return _settled(tuple(_ranked(starts)), progress)
 
 
 def beside_zeros(

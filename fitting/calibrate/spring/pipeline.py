@@ -19,6 +19,7 @@ from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, all_real
 from fitting.inference.lasting_noise import SURE_OF_WHITE, Lasting, Size, side_variances_by_name
 from fitting.inference.lasting_noise.sizes import DRIFTS
+from fitting.inference.notes import joined
 from fitting.inference.parameters import Parameters
 from fitting.specimens import priors
 from fitting.specimens.specimen import EVERY
@@ -37,7 +38,7 @@ from .profiles import profiles, with_other_fits
 from .scores import Score, scores
 from .search import best_of_readings, order, readings_of
 from .stages import Stage
-from .stand_tests import Phase, Softer, StandTest
+from .stand_tests import STATED, Phase, Softer, StandTest
 from .zeros import zeros
 
 STARTS = 3
@@ -183,12 +184,28 @@ def characterise_spring(
         scores=tuple(scores(joint.problem, joint.values)),
         next_test=next_test(joint.problem, joint.parameters, fisher, identify),
         real=all_real(recordings),
-        notices=(*order(found, best), *notices_of(recordings)),
+        notices=(*order(found, best), *(() if identify else _held(joint)), *notices_of(recordings)),
         seed=seed,
         softer=chosen.reading.softer,
         combinations=tuple(plateaus(single, quantities, fitted, profiled)),
         lasting=last,
     )
+
+
+def _held(joint: Joint) -> list[str]:
+    """A notice of tests of a known alloy that were held at full cold or full heat."""
+    problem, said = joint.problem, []
+    level, free = np.asarray(problem.stacked.extra["level"]), problem.free_tests
+    for phase, fraction in (("cold", 1.0), ("hot", 0.0)):
+        held = [k for k in problem.fitted if k not in free and problem.tests[k].reason != STATED]
+        names = [problem.tests[k].name for k in held if level[k] == fraction]
+        if names:
+            was = "was" if len(names) == 1 else "were"
+            said.append(
+                f"{joined(names)} {was} taken as fully {phase} throughout: a free martensite fraction "
+                "explains no more than noise"
+            )
+    return said
 
 
 def _identifiability(

@@ -91,6 +91,19 @@ class Problem:
         cold = jnp.asarray([k for k, test in enumerate(self.tests) if test.phase == "cold"], int)
         return replace(self, stacked=with_steady_walks(self.stacked, cold))
 
+    def with_phases(self, levels: Mapping[int, float]) -> "Problem":
+        """The same problem with tests held at one martensite fraction throughout, by their indices."""
+        tests, extra = jnp.asarray(list(levels), int), self.stacked.extra
+        level = extra["level"].at[tests].set(jnp.asarray(list(levels.values())))
+        held = {**extra, "level": level, "level_sd": extra["level_sd"].at[tests].set(0.0)}
+        return replace(self, stacked=replace(self.stacked, extra=held))
+
+    @property
+    def free_tests(self) -> list[int]:
+        """Indices of the fitted tests whose martensite fraction is found."""
+        free = np.asarray(self.stacked.extra["level_sd"]) > 0.0
+        return [k for k in self.fitted if free[k]]
+
     def with_walks_of(self, other: "Problem") -> "Problem":
         """The same problem with the process-noise variances of another one, of the same tests."""
         return replace(self, stacked=with_walks(self.stacked, walks_of(other.stacked)))

@@ -15,7 +15,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import Alloy
 from pneusma_jax.units import to_si
 
-from .joint import Joint, decided_anew, fit_jointly, loosened, retried, shifted, try_others
+from .joint import Joint, decided_anew, fit_jointly, held_at_ends, loosened, retried, shifted, try_others
 from .memory_starts import memory_starts
 from .problem import Problem
 from .stages import Stage, run_stages
@@ -167,6 +167,8 @@ def _completed(
     if not identify and _suspicious(single):
         more = _draws(single, MORE, np.random.default_rng([seed, 1]), "further draw")
         single = decided_anew(try_others(single, more, progress, anew=True), progress)
+    if not identify:
+        single = held_at_ends(single, progress)
     if identify:
         single = _remembered_anew(single, seed, progress)
     return replace(begun, single=single, whole=True)

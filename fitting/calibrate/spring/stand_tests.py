@@ -48,6 +48,8 @@ HELD_RESISTANCE = 0.002
 """Relative interquartile range of the resistance below which it was held: an isoresistive test."""
 COLD, HOT = 0.98, 0.4
 """Martensite fractions at rest from which, and to which, a test of a known alloy is called cold and hot."""
+MAYBE_HOT = 0.5
+"""Martensite fraction at rest to which a test may be fully hot: the resistance of hot wire hardly tells."""
 
 
 @dataclass(frozen=True)
@@ -233,6 +235,19 @@ def _phases(readings: Sequence[_Reading], softer: Softer) -> list[tuple[Phase, s
         return [("cold", ALIKE)] * len(readings)
     ends = slopes[hottest], rho[coldest], contrast, sign
     return [_phase(s, r, *ends) for s, r in zip(slopes, rho, strict=True)]
+
+
+def level_at_rest(alloy: Alloy, test: StandTest) -> float | None:
+    """Full cold (1) or full heat (0) that a test may have by its resistance at rest; None if neither.
+
+    Args:
+        alloy: known alloy.
+        test: the test.
+    """
+    if not np.isfinite(test.resistivity):
+        return None
+    xi0 = float(alloy.martensite_fraction(test.resistivity, 0.0).xi0)
+    return 1.0 if xi0 > COLD else 0.0 if xi0 < MAYBE_HOT else None
 
 
 def _by_alloy(alloy: Alloy, reading: _Reading) -> tuple[Phase, str]:

@@ -47,8 +47,16 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     if fit.reduced_chi_square * fit.correlation_time < OVERSTATED:  # correlated noise was enlarged
         sentences.append(overstated_sentence(fit.reduced_chi_square))
     open_ = [e for e in result.identifiability if e["kind"] not in ("at_bound", "absent")]
-    nothing = "These recordings determine everything that was free, each better than was known before."
-    return [*sentences, open_[0]["text"] if open_ else nothing]
+    return [*sentences, open_[0]["text"] if open_ else _told(result)]
+
+
+def _told(result: GeneralCharacterisation) -> str:
+    """A sentence where no constant stays open: all were told, or all but those that stopped at a bound."""
+    stopped = [name for name, entry in result.fitted.items() if entry.free and entry.at_bound]
+    better = "each better than was known before"
+    if not stopped:
+        return f"These recordings determine everything that was free, {better}."
+    return f"These recordings determine what was free, {better}, but for {joined(stopped)} at a bound."
 
 
 def _counted(inflation: float) -> str:
