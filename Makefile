@@ -188,9 +188,9 @@ OLDEST_TESTS ?= tests/test_units.py tests/test_calibration.py tests/pneusma_jax 
 test-oldest: out/oldest/.ready
 	$(TESTING) out/oldest/bin/python -m pytest -m "not slow" -n 2 --dist loadfile $(OLDEST_TESTS)
 
-out/oldest/.ready: pyproject.toml constraints-oldest.txt
+out/oldest/.ready: pyproject.toml tests/constraints-oldest.txt
 	$(OLDEST_PYTHON) -m venv out/oldest
-	@out/oldest/bin/pip install --quiet --disable-pip-version-check -c constraints-oldest.txt '.[test,uq,cluster]'
+	@out/oldest/bin/pip install --quiet --disable-pip-version-check -c tests/constraints-oldest.txt '.[test,uq,cluster]'
 	@touch $@
 
 # without constraints: what a newcomer's pip installs today

@@ -27,7 +27,7 @@ def version(text: str) -> tuple[int, ...]:
 
 @pytest.mark.parametrize("requirement", RUN)
 def test_the_oldest_version_is_the_one_that_the_project_states(requirement):
-    oldest, floor = pinned("constraints-oldest.txt"), requirement.split(">=")[1]
+    oldest, floor = pinned("tests/constraints-oldest.txt"), requirement.split(">=")[1]
     assert version(oldest[plain(requirement)])[: len(version(floor))] == version(floor) or (
         version(floor) < version(oldest[plain(requirement)])
     )
