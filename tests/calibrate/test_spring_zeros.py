@@ -209,10 +209,12 @@ def test_a_fit_without_its_decisions_takes_the_place_of_one_that_keeps_them(monk
 
 @pytest.mark.slow
 def test_no_campaign_stays_with_wrong_decisions(tmp_path):
-    """All starts began with the first fit's decisions and ended at a chi-square of 1,686, the truth at 869."""
+    """All starts began with the first fit's decisions and ended at a chi-square of 1,686, the truth at 869. With cold and
+    hot tests held at their phases they end together, at 1,045 for 1,001 degrees of freedom."""
     write_synthetic(synthesise("spring", seed=39460, interval_s=2.0), tmp_path / "made")
     found = characterise(tmp_path / "made", profile=0)
-    assert found.joint.starts[0].result.chi_square < 900.0
+    ends = [start.result.chi_square for start in found.joint.starts]
+    assert len(ends) > 1 and max(ends) - min(ends) < 3.0
     assert 0.9 < found.joint.reduced_chi_square < 1.1
 
 
