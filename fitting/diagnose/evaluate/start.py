@@ -19,6 +19,7 @@ from fitting.data.recordings import Campaign
 from fitting.inference.notes import joined
 from fitting.specimens import specimen_of
 from fitting.specimens.priors import FIT
+from fitting.specimens.rows import MARK
 from fitting.specimens.silicones import FACTOR, UNKNOWN
 from pneusma_jax.calibration.records import Calibration, Prior
 from pneusma_jax.errors import InputError
@@ -56,8 +57,8 @@ def identifies(campaign: Campaign, kind: str) -> bool:
 def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = lambda _: None) -> Start:
     """The base model of a campaign. A coupon of an unknown silicone gets the law that predicts it best.
 
-    The law of one specimen has moduli as open as a factor on its stress, so the factor is held. Several
-    specimens differ by their factors.
+    The law of one specimen has moduli as open as a factor on its stress, so the factor is held. Of several
+    specimens the first that is fitted is what the law is of: its factor is held, and others differ from it.
 
     Args:
         campaign: recordings of one kind.
@@ -75,7 +76,9 @@ def start_of(campaign: Campaign, kind: str, progress: Callable[[str], None] = la
     except InputError as problem:
         said = f"No law could be fitted to start from, so the source's silicone was taken ({problem})"
         return Start("the source's silicone, its stiffness identified from these recordings", notes=(said,))
-    held = (FACTOR,) if len(campaign.specimens()) == 1 else ()
+    specimens = list(campaign.specimens().values())
+    first = next(k for k, own in enumerate(specimens, 1) if any(r.role == "fit" for r in own))
+    held = (FACTOR if len(specimens) == 1 else f"{FACTOR}{MARK}{first}",)
     words = f"a law fitted to these recordings: {found.best.law.label}"
     return Start(words, {"material": loosened(found)}, held)
 
