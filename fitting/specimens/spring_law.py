@@ -9,9 +9,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from fitting.inference.latent_trajectory import smoother
-from pneusma_jax.nitinol import Spring, SpringState
+from pneusma_jax.nitinol import Alloy, Spring, SpringState
 from pneusma_jax.nitinol.residual_strain import residual_strain
-from pneusma_jax.nitinol.stress import on_detwinning_branch, shear_stress_on
+from pneusma_jax.nitinol.resistivity import mixed_resistivity, mixing_fraction
+from pneusma_jax.nitinol.stress import detwinning_stress, on_detwinning_branch, shear_stress, shear_stress_on
 
 from . import turning_points
 
@@ -59,24 +60,73 @@ class Decisions(eqx.Module):
         return cls(never, never, no, no, jnp.zeros(shape))
 
 
+class Strained(eqx.Module):
+    """A spring's alloy at the strains of a test: everything that the latent trajectory leaves as it is.
+
+    Attributes:
+        gamma: shear strain [1].
+        xi_sm, xi_sa: detwinned fraction of the martensite, and stress-induced fraction of the austenite [1].
+        rho_m, rho_a: resistivities of both phases [ohm/m].
+        exponents: both exponents between the resistivities [1].
+    """
+
+    gamma: Float[Array, " rows"]
+    xi_sm: Float[Array, " rows"]
+    xi_sa: Float[Array, " rows"]
+    rho_m: Float[Array, " rows"]
+    rho_a: Float[Array, " rows"]
+    exponents: tuple[Float[Array, " rows"], Float[Array, " rows"]]
+
+    @classmethod
+    def of(cls, alloy: Alloy, gamma: Float[Array, " rows"]) -> "Strained":
+        """The alloy at these shear strains."""
+        xi_sm, xi_sa = alloy.xi_sm(gamma), alloy.xi_sa(gamma)
+        return cls(gamma, xi_sm, xi_sa, alloy.rho_m_of(xi_sm), alloy.rho_a_of(xi_sa), alloy.exponents(gamma))
+
+    def resistivity(self, xi0: Array) -> Array:
+        """Resistivity of the wire, Eq. 2.40 [ohm/m]."""
+        return mixed_resistivity(mixing_fraction(xi0, *self.exponents), self.rho_m, self.rho_a)
+
+    def detwinning_stress(self, alloy: Alloy, xi0: Array) -> Array:
+        """Difference between the elastic stress and the stress with detwinning, Eq. 2.33 [Pa]."""
+        return detwinning_stress(xi0, self.xi_sm, self.xi_sa, alloy.G_m, alloy.G_a, alloy.gamma_L)
+
+
 class Law(eqx.Module):
-    """A spring and its test, as a function of the latent trajectory."""
+    """A spring and its test, as a function of the latent trajectory.
+
+    Attributes:
+        spring: the spring; prestrain: its shear strain before the test [1].
+        decisions: known decisions of the residual strain's rule; None to follow the rule.
+        strained: the alloy at the strains of the test.
+        limit: residual strain in every row if the wire stays cold, shape (rows,); None without decisions.
+    """
 
     spring: Spring
     prestrain: Array
-    elongation: Array
     decisions: Decisions | None
+    strained: Strained
+    limit: Float[Array, " rows"] | None
 
-    def states(self, gamma: Array, xi0: Array) -> tuple[SpringState, Array]:
+    @classmethod
+    def of(cls, spring: Spring, prestrain: Array, elongation: Array, decisions: Decisions | None) -> "Law":
+        """The law of a test with these elongations [m], shape (rows,)."""
+        strained = Strained.of(spring.alloy, spring.shear_strain(elongation))
+        if decisions is None:
+            return cls(spring, prestrain, None, strained, None)
+        limit = spring.alloy.residual_strain_limit(_strain_set(prestrain, strained.gamma, decisions))
+        return cls(spring, prestrain, decisions, strained, limit)
+
+    def states(self, xi0: Array) -> tuple[SpringState, Array]:
         """Memory at the beginning of every row, by the rule or from the rows that are known to have set it.
 
         The second result is the row that its martensite fraction comes from, -1 for none.
         """
         if self.decisions is None:
-            states, (_, hottest) = self.by_rule(gamma, xi0)
+            states, (_, hottest) = self.by_rule(self.strained.gamma, xi0)
             return states, hottest
-        origin, hottest = self.decisions.origin, self.decisions.hottest
-        strain = jnp.where(origin < 0, self.prestrain, gamma[origin])
+        strain = _strain_set(self.prestrain, self.strained.gamma, self.decisions)
+        hottest = self.decisions.hottest
         return SpringState(strain, jnp.where(hottest < 0, 1.0, xi0[hottest])), hottest
 
     def by_rule(
@@ -105,38 +155,35 @@ class Law(eqx.Module):
         states, *sources = jax.lax.scan(row, (first, never, never), rows)[1]
         return states, tuple(sources)
 
-    def mechanics(self, gamma: Array, xi0: Array, states: SpringState) -> tuple[Array, Array]:
+    def mechanics(self, xi0: Array, states: SpringState) -> tuple[Array, Array]:
         """Shear stress [Pa] and residual strain [1]."""
-        alloy = self.spring.alloy
+        alloy, gamma = self.spring.alloy, self.strained.gamma
+        modulus, detwinning = alloy.modulus(xi0), self.strained.detwinning_stress(alloy, xi0)
         if self.decisions is None:
             gamma_R = alloy.residual_strain(states, xi0)
-            return alloy.shear_stress(gamma, xi0, gamma_R), gamma_R
+            return shear_stress(gamma, modulus, detwinning, gamma_R), gamma_R
         hottest = jnp.where(self.decisions.hotter, xi0, states.xi_min)
-        limit = alloy.residual_strain_limit(states.prestrain)
-        gamma_R = residual_strain(limit, hottest, alloy.gR_decay)
-        modulus, detwinning = alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0)
+        gamma_R = residual_strain(self.limit, hottest, alloy.gR_decay)
         return shear_stress_on(self.decisions.loading, gamma, modulus, detwinning, gamma_R), gamma_R
 
     def follow(self, xi0: Array) -> Trajectory:
         """The test at a given trajectory of the martensite fraction."""
-        alloy, geometry = self.spring.alloy, self.spring.geometry
-        gamma = self.spring.shear_strain(self.elongation)
-        states, hottest = self.states(gamma, xi0)
+        geometry, (states, hottest) = self.spring.geometry, self.states(xi0)
 
-        def outputs(xi0: Array, xi_min: Array) -> tuple[Array, tuple[Array, Array]]:
-            stress, gamma_R = self.mechanics(gamma, xi0, SpringState(states.prestrain, xi_min))
-            resistance = alloy.resistivity(xi0, gamma) * geometry.wire_length
-            return jnp.stack([geometry.force(stress), resistance]), (stress, gamma_R)
+        def force(xi0: Array, xi_min: Array) -> tuple[Array, tuple[Array, Array]]:
+            stress, gamma_R = self.mechanics(xi0, SpringState(states.prestrain, xi_min))
+            return geometry.force(stress), (stress, gamma_R)
 
-        one, none = jnp.ones_like(xi0), jnp.zeros_like(xi0)
-        predicted, slope, (stress, gamma_R) = jax.jvp(
-            outputs, (xi0, states.xi_min), (one, none), has_aux=True
-        )
-        remembered = jax.jvp(outputs, (xi0, states.xi_min), (none, one), has_aux=True)[1]
-        local = smoother.Local(
-            predicted, slope, jnp.where(hottest < 0, 0.0, remembered), jnp.maximum(hottest, 0)
-        )
-        return Trajectory(predicted[0], predicted[1], stress, gamma, xi0, gamma_R, local)
+        def outputs(xi0: Array) -> tuple[Array, tuple[Array, Array]]:
+            pull, known = force(xi0, states.xi_min)
+            return jnp.stack([pull, self.strained.resistivity(xi0) * geometry.wire_length]), known
+
+        one = jnp.ones_like(xi0)
+        predicted, slope, (stress, gamma_R) = jax.jvp(outputs, (xi0,), (one,), has_aux=True)
+        by_memory = jax.jvp(lambda xi_min: force(xi0, xi_min), (states.xi_min,), (one,), has_aux=True)[1]
+        remembered = jnp.stack([jnp.where(hottest < 0, 0.0, by_memory), jnp.zeros_like(xi0)])
+        local = smoother.Local(predicted, slope, remembered, jnp.maximum(hottest, 0))
+        return Trajectory(predicted[0], predicted[1], stress, self.strained.gamma, xi0, gamma_R, local)
 
     def decide(self, xi0: Array, slack: Array | float = 0.0, margin: Array | float = 0.0) -> Decisions:
         """Decisions of the rule at a given trajectory of the martensite fraction.
@@ -147,7 +194,7 @@ class Law(eqx.Module):
                 one is as hot, and its own fraction counts.
             margin: part of the residual strain, see `by_rule`.
         """
-        gamma = self.spring.shear_strain(self.elongation)
+        gamma = self.strained.gamma
         states, (origin, hottest) = self.by_rule(gamma, xi0, slack, margin)
         return self._decisions(gamma, xi0, slack, states, origin, hottest)
 
@@ -164,7 +211,7 @@ class Law(eqx.Module):
             force: measured force [N]; weight: its inverse standard deviation, zero where it was not measured.
             count: number of decisions to return.
         """
-        gamma, area = self.spring.shear_strain(self.elongation), self.spring.geometry.force(jnp.ones(()))
+        gamma, area = self.strained.gamma, self.spring.geometry.force(jnp.ones(()))
         found = turning_points.likeliest(
             self.spring.alloy, self.prestrain, gamma, xi0, slack, margin, force / area, weight * area, count
         )
@@ -188,3 +235,8 @@ class Law(eqx.Module):
         gamma_R = alloy.residual_strain(states, xi0)
         loading = on_detwinning_branch(alloy.modulus(xi0), alloy.detwinning_stress(gamma, xi0), gamma_R)
         return Decisions(origin, hottest, xi0 < states.xi_min + slack, loading, xi0)
+
+
+def _strain_set(prestrain: Array, gamma: Array, decisions: Decisions) -> Float[Array, " rows"]:
+    """Shear strain that set the residual strain at the beginning of every row."""
+    return jnp.where(decisions.origin < 0, prestrain, gamma[decisions.origin])

@@ -49,7 +49,7 @@ def law_of(values: Mapping[str, Array], rows: Rows) -> Law:
     """Law of the spring of a recording, with the decisions that the recording carries."""
     parameters = numbers(values, rows)
     spring, decisions = spring_of(parameters), rows.extra.get("decisions")
-    return Law(spring, parameters["prestrain"], rows.inputs["elongation"], decisions)
+    return Law.of(spring, parameters["prestrain"], rows.inputs["elongation"], decisions)
 
 
 def _walk(rows: Rows) -> smoother.Walk:

@@ -113,9 +113,13 @@ class Alloy(eqx.Module):
 
     def rho_a(self, gamma: Array) -> Array:
         """Resistivity of the fully austenitic wire at a shear strain [ohm/m]."""
-        return resistivity.austenite_resistivity(self.xi_sa(gamma), self.alpha_1, self.alpha_2)
+        return self.rho_a_of(self.xi_sa(gamma))
 
-    def _exponents(self, gamma: Array) -> tuple[Array, Array]:
+    def rho_a_of(self, xi_sa: Array) -> Array:
+        """Resistivity of the fully austenitic wire over its stress-induced fraction [ohm/m]."""
+        return resistivity.austenite_resistivity(xi_sa, self.alpha_1, self.alpha_2)
+
+    def exponents(self, gamma: Array) -> tuple[Array, Array]:
         """Both exponents of the interpolation at a shear strain [1]."""
         first, second = (
             resistivity.interpolation_exponent(gamma, at_rest, self.b, self.gamma_max)
@@ -125,7 +129,7 @@ class Alloy(eqx.Module):
 
     def mixing_fraction(self, xi0: Array, gamma: Array) -> Array:
         """Weight A of the martensite's resistivity at a fraction and a shear strain, Eq. 2.41 [1]."""
-        return resistivity.mixing_fraction(xi0, *self._exponents(gamma))
+        return resistivity.mixing_fraction(xi0, *self.exponents(gamma))
 
     def resistivity(self, xi0: Array, gamma: Array) -> Array:
         """Resistivity of the wire, Eq. 2.40 [ohm/m]."""
@@ -140,7 +144,7 @@ class Alloy(eqx.Module):
 
     def martensite_fraction(self, rho: Array, gamma: Array) -> PhaseReading:
         """Onset martensite fraction from the resistivity [ohm/m], Eq. 2.48."""
-        exponents = self._exponents(gamma)
+        exponents = self.exponents(gamma)
         return resistivity.martensite_fraction(rho, self.rho_m(gamma), self.rho_a(gamma), *exponents)
 
     def martensite_fraction_at(self, temperature: Array) -> Array:

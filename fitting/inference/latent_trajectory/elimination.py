@@ -35,7 +35,7 @@ class Elimination(eqx.Module):
         information: Float[Array, "channels rows"],
         correlated: Float[Array, "channels rows"],
         walk: Float[Array, " rows"],
-        held: float,
+        held: Float[Array, " rows"] | float,
     ) -> "Elimination":
         """The system of measured channels, of a random walk and of a hold on every row.
 
@@ -47,13 +47,16 @@ class Elimination(eqx.Module):
             correlated: its entry for every row and the one before; zero for the first.
             walk: inverse variance of the increment from the row before; zero for the first.
             held: weight of every row's square.
+
+        A walk may be stiffer than the readings by any factor. Its share of a pivot is never subtracted again,
+        so the readings' share keeps all its digits.
         """
         earlier = lambda each: jnp.concatenate([each[:, :1], each[:, :-1]], axis=1)  # noqa: E731
         own_before, remembered_before = earlier(own), earlier(remembered)
         each = lambda weight, one, other: jnp.sum(weight * one * other, axis=0)  # noqa: E731
         rows = (
-            each(information, own, own) + walk + held,
-            each(correlated, own, own_before) - walk,
+            each(information, own, own) + held,
+            each(correlated, own, own_before),
             each(information, own, remembered) + each(correlated, own, remembered_before),
             walk,
             each(correlated, remembered, own_before),
@@ -65,11 +68,12 @@ class Elimination(eqx.Module):
         def eliminate(later: tuple, row: tuple) -> tuple:
             """Couplings of the row before and of what it remembers, once a row is eliminated."""
             here, both, there = later
-            here_row, by_before, by_remembered, before, across, beyond, renewed = row
-            pivot = here_row + here + jnp.where(renewed, 2.0 * both + there, 0.0)
+            here_row, beside, by_remembered, walk, across, beyond, renewed = row
+            rest = here_row + here + jnp.where(renewed, 2.0 * both + there, 0.0)
+            pivot, by_before = rest + walk, beside - walk
             by_remembered = by_remembered + jnp.where(renewed, 0.0, both)
             left = (
-                before - by_before**2 / pivot,
+                (walk * (rest + 2.0 * beside) - beside**2) / pivot,  # walk - by_before**2 / pivot
                 across - by_before * by_remembered / pivot,
                 beyond + jnp.where(renewed, 0.0, there) - by_remembered**2 / pivot,
             )

@@ -17,7 +17,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PyTree
 
-from .gauss_newton import banded, banded_side_by_side, ended, largest, settle, solve_coupled
+from .elimination import Elimination
+from .gauss_newton import banded_side_by_side, ended, largest, settle, solve_coupled
 
 ROUNDS = 20
 """Maximum number of candidate states."""
@@ -68,8 +69,12 @@ class Walk(eqx.Module):
         """Diagonal and upper diagonal (last entry zero) of the second derivative."""
         square = self.weight**2
         after = jnp.concatenate([square[1:], jnp.zeros(1)])
-        diagonal = (square + after).at[0].add(self.level_weight**2)
-        return diagonal + (_outside(state) != 0.0) / OVERSHOOT**2, -after
+        return square + after + self.held(state), -after
+
+    def held(self, state: Array) -> Array:
+        """Part of the second derivative that each row has alone: the initial state and the overshoot."""
+        outside = (_outside(state) != 0.0) / OVERSHOOT**2
+        return outside.at[0].add(self.level_weight**2)
 
 
 def _outside(state: Array) -> Array:
@@ -169,18 +174,28 @@ def solve(
 ) -> Array:
     """Solution of the Gauss-Newton system of the state.
 
-    The system is tridiagonal, apart from rows that remember earlier ones, and from correlated noise.
-    The tridiagonal part preconditions conjugate gradients. They need one iteration for each row that many
-    rows remember, and one for each strong mode of the noise.
+    With white noise the rows are eliminated exactly. Noise that is correlated along the rows couples all of
+    them, by a few strong modes. There this elimination preconditions conjugate gradients, which need one
+    iteration for each mode.
     """
-    diagonal, upper = hessian(local, weight, walk, state)
-    walked = diagonal - information(local, weight)
+    square, none = walk.weight**2, jnp.zeros_like(weight)
+    held = walk.held(state)
+    after = jnp.concatenate([square[1:], jnp.zeros(1)])
+    alone = held + square + after + information(local, weight) == 0.0  # padding is not coupled to any row
+    renews = jnp.concatenate([local.source[1:] == jnp.arange(state.size - 1), jnp.zeros(1, bool)])
+    system = Elimination.of(
+        local.slope, local.remembered, renews, weight**2, none, square, jnp.where(alone, 1.0, held)
+    )
 
     def times(direction: Array) -> Array:
-        coupled = walked * direction + upper * jnp.roll(direction, -1) + jnp.roll(upper * direction, 1)
-        return coupled + local.back(weighed(local.along(direction), weight, independent))
+        rise = square * jnp.diff(direction, prepend=direction[:1])
+        walked = rise - jnp.concatenate([rise[1:], jnp.zeros(1)]) + held * direction
+        return walked + local.back(weighed(local.along(direction), weight, independent))
 
-    return solve_coupled(times, right, banded(diagonal, upper))
+    if independent is None:
+        exact = lambda _, right: system.solve(right)  # noqa: E731
+        return jax.lax.custom_linear_solve(times, right, exact, symmetric=True)
+    return solve_coupled(times, right, system.solve)
 
 
 def _remembered(local: Local, weight: Array) -> Array:
