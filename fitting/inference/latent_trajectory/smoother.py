@@ -149,19 +149,34 @@ def profile(
     """
     frozen, measured_rows = jax.lax.stop_gradient((model, measured)), jnp.any(weight > 0.0, axis=0)
 
-    def step(model: PyTree, measured: Array, state: Array) -> tuple[Array, Array, None]:
-        """Step of the search, see `inference.latent_trajectory.gauss_newton.Step`."""
+    def move(model: PyTree, measured: Array, state: Array) -> tuple[Array, Array]:
+        """Limited step from a state, and the sum of squares there."""
         local = outputs(model, state)
         residual = local.predicted - measured
         pull = local.back(weighed(residual, weight, independent)) + walk.gradient(state)
         left = weight * residual if independent is None else independent(weight * residual)
         square = jnp.sum(left**2) + jnp.sum(walk.residual(state) ** 2)
-        move = -solve(jax.lax.stop_gradient(local), weight, walk, state, pull, independent)
-        return jnp.clip(move, -LONGEST, LONGEST), square, None
+        change = -solve(jax.lax.stop_gradient(local), weight, walk, state, pull, independent)
+        return jnp.clip(change, -LONGEST, LONGEST), square
 
-    solution, _ = settle(lambda state: step(*frozen, state), start, measured_rows, SETTLED, ROUNDS)
-    last = step(model, measured, solution)[0]
-    return ended(solution, last, largest(last, measured_rows) <= SETTLED)
+    def step(state: Array) -> tuple[Array, Array, Array]:
+        """Step of the search, see `inference.latent_trajectory.gauss_newton.Step`."""
+        change, square = move(*frozen, state)
+        return change, square, change
+
+    @jax.custom_jvp
+    def last(model: PyTree, measured: Array, state: Array, change: Array) -> Array:
+        """Step from the end of the search, which knows it: only its derivatives need the law once more."""
+        return change
+
+    @last.defjvp
+    def _(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
+        state, change = primals[2:]
+        return change, jax.jvp(lambda *at: move(*at, state)[0], primals[:2], tangents[:2])[1]
+
+    solution, change = settle(step, start, measured_rows, SETTLED, ROUNDS, jnp.zeros_like(start))
+    change = last(model, measured, solution, change)
+    return ended(solution, change, largest(change, measured_rows) <= SETTLED)
 
 
 def solve(
