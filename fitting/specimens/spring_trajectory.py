@@ -61,11 +61,12 @@ def _walk(rows: Rows) -> smoother.Walk:
 
 def _independent(rows: Rows) -> smoother.Independent | None:
     """Function that makes the noise of the weighted outputs independent; None where it is so."""
-    if KEY not in rows.extra:
-        return None
-    return lambda weighted: jnp.stack([
-        independent(rows, name, one) for name, one in zip(OUTPUTS, weighted, strict=True)
-    ])  # fmt: skip
+    return eqx.Partial(_independent_outputs, rows) if KEY in rows.extra else None
+
+
+def _independent_outputs(rows: Rows, weighted: Float[Array, "k rows"]) -> Float[Array, "k rows"]:
+    parts = zip(OUTPUTS, weighted, strict=True)
+    return jnp.stack([independent(rows, name, one) for name, one in parts])
 
 
 def _first_guess(law: Law, rows: Rows) -> Array:

@@ -41,3 +41,18 @@ def test_it_solves_the_whole_system(how, correlation):
     right = rng.standard_normal(ROWS)
     found = Elimination.of(*map(jnp.asarray, parts), HELD).solve(jnp.asarray(right))
     assert np.allclose(found, np.linalg.solve(whole, right), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("stiffness", [1e15, 1e18])
+def test_a_walk_that_is_stiffer_by_any_factor_loses_no_digits(stiffness):
+    """All rows then move as one, by the sum of what pulls over the sum of what the readings hold."""
+    rng = np.random.default_rng(1)
+    renews = renewing(rng, "first")
+    own, none = rng.standard_normal((2, ROWS)), jnp.zeros((2, ROWS))
+    remembered = np.where(renews, 0.0, rng.standard_normal((2, ROWS)))
+    walk = np.where(np.arange(ROWS) > 0, stiffness, 0.0)
+    right = rng.standard_normal(ROWS)
+    parts = (own, remembered, renews, np.ones((2, ROWS)), none, walk)
+    found = Elimination.of(*map(jnp.asarray, parts), HELD).solve(jnp.asarray(right))
+    together = right.sum() / (np.sum((own + remembered) ** 2) + ROWS * HELD)
+    assert np.allclose(found, together, rtol=1e7 / stiffness, atol=0.0)

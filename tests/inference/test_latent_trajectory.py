@@ -7,6 +7,7 @@ import pytest
 
 from fitting.inference.lasting_noise import modes_of
 from fitting.inference.latent_trajectory import smoother
+from fitting.inference.latent_trajectory.gauss_newton import CLOSE
 from fitting.specimens.correlated_noise import Whitening
 
 ROWS = 40
@@ -91,6 +92,63 @@ def test_beside_correlated_noise_the_course_is_that_of_generalised_least_squares
     np.testing.assert_allclose(course - 0.5, solved(0.2), atol=0.01 * np.max(np.abs(solved(0.2))))
     want = solved(1.2) - solved(0.2)
     np.testing.assert_allclose(moved, want, atol=0.01 * np.max(np.abs(want)))
+
+
+def _dense(local, weights, walk, state, noises=None):
+    """The whole Gauss-Newton matrix of a trajectory."""
+    steps = np.asarray(jax.jacobian(walk.residual)(state))
+    matrix, rows = steps.T @ steps, len(state)
+    for k, (slope, memory) in enumerate(zip(local.slope, local.remembered, strict=True)):
+        design = np.asarray(weights[k])[:, None] * (
+            np.diag(slope) + np.asarray(memory)[:, None] * np.eye(rows)[np.asarray(local.source)]
+        )
+        matrix += design.T @ (design if noises is None else np.linalg.solve(noises[k], design))
+    return matrix
+
+
+@pytest.fixture(scope="module")
+def remembering():
+    """A trajectory with two outputs that remember row 3 from row 4 on, and row 15 from row 16 on.
+
+    Row 15 remembers row 3 itself. Two rows are beyond the limits, and nothing was measured in row 20.
+    """
+    random, number = np.random.default_rng(8), np.arange(ROWS)
+    source = np.where(number < 4, 0, np.where(number < 16, 3, 15))
+    slope, memory = random.standard_normal((2, 2, ROWS))
+    local = smoother.Local(jnp.zeros((2, ROWS)), slope, np.where(number < 4, 0.0, memory), source)
+    weight = random.uniform(1.0, 30.0, (2, ROWS)) * (number != 20)
+    walk = smoother.Walk.over(
+        jnp.asarray(number * 1.0), jnp.ones(ROWS, bool), jnp.asarray(1e-3), jnp.asarray(0.5), jnp.asarray(0.5)
+    )
+    state = np.clip(0.5 + 0.1 * random.standard_normal(ROWS), 0.0, 1.0)
+    state[[5, 15]] = -0.01, 1.02
+    return jax.tree.map(jnp.asarray, (local, weight, walk, state, random.standard_normal(ROWS)))
+
+
+def test_a_step_solves_the_whole_system_of_rows_that_remember(remembering):
+    local, weight, walk, state, right = remembering
+    found = jax.jit(smoother.solve)(*remembering)
+    want = np.linalg.solve(_dense(local, weight, walk, state), right)
+    np.testing.assert_allclose(found, want, rtol=1e-9, atol=1e-12)
+    slope = jax.jit(jax.grad(lambda right: jnp.sum(smoother.solve(local, weight, walk, state, right) ** 2)))(right)
+    back = np.linalg.solve(_dense(local, weight, walk, state), 2.0 * want)
+    np.testing.assert_allclose(slope, back, rtol=1e-9, atol=1e-12)
+
+
+def test_beside_correlated_noise_a_step_solves_the_whole_system_nearly(remembering):
+    local, weight, walk, state, right = remembering
+    noises, whitenings = [], []
+    for zero in ((3.0, 0.1), (1.0, 2.0)):
+        modes, width = modes_of(np.arange(float(ROWS)), np.ones(ROWS), *zero)
+        part = 1.0 - 1.0 / np.sqrt(1.0 + width)
+        whitenings.append(Whitening(modes, modes * part, np.asarray(1.0)))
+        noises.append(np.eye(ROWS) + modes @ np.diag(width) @ modes.T)
+    independent = lambda x: jnp.stack([w(row) for w, row in zip(whitenings, x, strict=True)])  # noqa: E731
+    found = jax.jit(lambda *parts: smoother.solve(*parts, independent))(*remembering)
+    matrix = _dense(local, weight, walk, state, noises)
+    want = np.linalg.solve(matrix, right)
+    off = np.asarray(found) - want
+    assert off @ matrix @ off < (2.0 * CLOSE) ** 2 * (want @ matrix @ want)
 
 
 def _steep(middle, xi0):

@@ -17,6 +17,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int, PyTree
 
+from pneusma_jax.numerics.safe import frozen
+
 from .elimination import Elimination
 from .gauss_newton import banded_side_by_side, ended, largest, settle, solve_coupled
 
@@ -147,36 +149,45 @@ def profile(
         start: first guess of the state, shape (rows,).
         independent: transformation that makes correlated noise independent; None for white noise.
     """
-    frozen, measured_rows = jax.lax.stop_gradient((model, measured)), jnp.any(weight > 0.0, axis=0)
-
-    def move(model: PyTree, measured: Array, state: Array) -> tuple[Array, Array]:
-        """Limited step from a state, and the sum of squares there."""
-        local = outputs(model, state)
-        residual = local.predicted - measured
-        pull = local.back(weighed(residual, weight, independent)) + walk.gradient(state)
-        left = weight * residual if independent is None else independent(weight * residual)
-        square = jnp.sum(left**2) + jnp.sum(walk.residual(state) ** 2)
-        change = -solve(jax.lax.stop_gradient(local), weight, walk, state, pull, independent)
-        return jnp.clip(change, -LONGEST, LONGEST), square
+    known = outputs, model, measured, weight, walk, independent
+    fixed, measured_rows = frozen(known), jnp.any(weight > 0.0, axis=0)
 
     def step(state: Array) -> tuple[Array, Array, Array]:
         """Step of the search, see `inference.latent_trajectory.gauss_newton.Step`."""
-        change, square = move(*frozen, state)
+        change, square = _step(fixed, state)
         return change, square, change
 
-    @jax.custom_jvp
-    def last(model: PyTree, measured: Array, state: Array, change: Array) -> Array:
-        """Step from the end of the search, which knows it: only its derivatives need the law once more."""
-        return change
-
-    @last.defjvp
-    def _(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
-        state, change = primals[2:]
-        return change, jax.jvp(lambda *at: move(*at, state)[0], primals[:2], tangents[:2])[1]
-
     solution, change = settle(step, start, measured_rows, SETTLED, ROUNDS, jnp.zeros_like(start))
-    change = last(model, measured, solution, change)
+    change = _known_step(known, solution, change)
     return ended(solution, change, largest(change, measured_rows) <= SETTLED)
+
+
+Known = tuple[Outputs, PyTree, Array, Array, Walk, Independent | None]
+"""The problem of a trajectory: arguments of `profile` without the first guess."""
+
+
+def _step(known: Known, state: Array) -> tuple[Array, Array]:
+    """Limited step of a trajectory, and the sum of squares at it."""
+    outputs, model, measured, weight, walk, independent = known
+    local = outputs(model, state)
+    residual = local.predicted - measured
+    pull = local.back(weighed(residual, weight, independent)) + walk.gradient(state)
+    left = weight * residual if independent is None else independent(weight * residual)
+    square = jnp.sum(left**2) + jnp.sum(walk.residual(state) ** 2)
+    change = -solve(jax.lax.stop_gradient(local), weight, walk, state, pull, independent)
+    return jnp.clip(change, -LONGEST, LONGEST), square
+
+
+@eqx.filter_custom_jvp
+def _known_step(known: Known, state: Array, change: Array) -> Array:
+    """The step from the end of a search, which knows it: its derivatives alone need the law once more."""
+    return change
+
+
+@_known_step.def_jvp
+def _known_step_jvp(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
+    known, state, change = primals
+    return change, eqx.filter_jvp(lambda known: _step(known, state)[0], primals[:1], tangents[:1])[1]
 
 
 def solve(
