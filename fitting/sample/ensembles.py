@@ -13,6 +13,7 @@ from pneusma_jax.errors import InputError
 from . import checkpoint
 from .chains import Chains
 from .chart import Chart, choose_chart
+from .independent import Proposals, proposals_about
 from .laplace import Laplace, start_spread
 from .settings import Settings, moves
 from .starts import dispersed_ball
@@ -20,6 +21,10 @@ from .target import Evaluator, Target
 from .tempered import PARTICLES, temper
 
 SAME_MODEL = 1e-6  # Maximum relative difference of log-probabilities for a stored chain of the same model
+
+
+PROPOSALS = "proposals"
+"""Group of a chain file with the proposals about the fit; older files have none, and made none."""
 
 
 class Ensembles(Chains):
@@ -35,6 +40,7 @@ class Ensembles(Chains):
         self.target, self.settings, self.file = target, settings, file
         self.evaluator = Evaluator(target, settings.walkers // 2)
         self.chart = Chart(np.zeros(target.dimension, int))
+        self._proposals: Proposals | None = None
         self._backends: list[emcee.backends.Backend] = []
         self._samplers: list[emcee.EnsembleSampler] = []
         self._states: list[emcee.State] = []
@@ -49,6 +55,9 @@ class Ensembles(Chains):
         spread = start_spread(self.target, found)
         if self.settings.sampler != "tempered":  # logarithms need a sign, which the prior may not have
             self.chart = choose_chart(self.target, found, spread, self.evaluator, self.settings.seed)
+            self._proposals = proposals_about(
+                self.target, found, self.chart, self.evaluator, self.settings.seed
+            )
         seeds = np.random.SeedSequence(self.settings.seed).spawn(self.settings.ensembles)
         for k, seed in enumerate(seeds):
             random = np.random.RandomState(np.random.MT19937(seed))
@@ -83,6 +92,7 @@ class Ensembles(Chains):
         with checkpoint.opened(self.file) as file:
             self.chart = Chart(np.asarray(file.attrs["logarithm"], int))
             self._evidence = [float(value) for value in file.attrs.get("log_evidence", [])]
+            self._proposals = _proposals(file)
             backends = [_read(self.file, f"ensemble_{k}") for k in range(1, self.settings.ensembles + 1)]
         density = self.chart.density(Evaluator(self.target, self.settings.walkers // 2))
         for backend in backends:
@@ -94,7 +104,7 @@ class Ensembles(Chains):
     def _add(self, backend: emcee.backends.Backend, state: emcee.State) -> None:
         sampler = emcee.EnsembleSampler(
             self.settings.walkers, self.target.dimension, self.chart.density(self.evaluator),
-            vectorize=True, moves=moves(), backend=backend,
+            vectorize=True, moves=moves(self._proposals), backend=backend,
         )  # fmt: skip
         self._backends.append(backend)
         self._samplers.append(sampler)
@@ -170,6 +180,10 @@ class Ensembles(Chains):
         def fill(file: h5py.File) -> None:
             file.attrs["logarithm"] = self.chart.sign.tolist()
             file.attrs["log_evidence"] = self._evidence
+            if self._proposals is not None:
+                group = file.create_group(PROPOSALS)
+                for name, value in vars(self._proposals).items():
+                    group.create_dataset(name, data=value)
             for k, backend in enumerate(self._backends, start=1):
                 _fill(file.create_group(f"ensemble_{k}"), backend)
 
@@ -189,6 +203,11 @@ def _fill(group: h5py.Group, backend: emcee.backends.Backend) -> None:
     chain, log_prob = backend.chain[:count], backend.log_prob[:count]
     group.create_dataset("chain", data=chain, maxshape=(None, walkers, dimension))
     group.create_dataset("log_prob", data=log_prob, maxshape=(None, walkers))
+
+
+def _proposals(file: h5py.File) -> Proposals | None:
+    """Proposals that a chain was begun with."""
+    return Proposals(**{name: part[()] for name, part in file[PROPOSALS].items()}) if PROPOSALS in file else None
 
 
 def _read(path: Path, name: str) -> emcee.backends.Backend:

@@ -44,6 +44,8 @@ model."""
 ACCEPTANCE = 0.9
 """Target of the warm-up for the mean acceptance along trajectories. Curved valleys need more than the usual
 0.8, at which 0.6 % of a banana's transitions diverged."""
+DOUBLINGS = 6
+"""Maximum number of doublings of a trajectory, so 63 gradients."""
 ENERGY = 0.3
 """Minimum of the energy's Bayesian fraction of missing information. Below it a chain moves too slowly between
 levels of energy (M. Betancourt, arXiv:1604.00695)."""
@@ -105,7 +107,7 @@ class HamiltonianChains(Chains):
             self.target, found, start_spread(self.target, found), Evaluator(self.target, PROBES),
             self.settings.seed,
         )  # fmt: skip
-        self._maps = WhitenedMaps.around(self.target, found, chart)
+        self._maps = WhitenedMaps.around(self.target, found, chart, self.settings.seed)
         leaves, programs = self._programs()
 
         def one(k: int) -> _Chain:
@@ -236,8 +238,9 @@ class HamiltonianChains(Chains):
         checkpoint.same_chain(self.file, header, self.target.fingerprint(), self.settings.chain_identity())
         self.why = header.why
         with checkpoint.opened(self.file) as file:
-            maps = (jnp.asarray(file[f"maps/{name}"][()]) for name in WhitenedMaps.__dataclass_fields__)
-            self._maps = WhitenedMaps(*maps)
+            maps = {name: jnp.asarray(part[()]) for name, part in file["maps"].items()}
+            size = self.target.dimension
+            self._maps = WhitenedMaps(**{"bend": jnp.zeros((size, size, size)), **maps})  # older files: none
             self._chains = [_read(file[f"chain_{k}"]) for k in range(1, self.settings.ensembles + 1)]
         leaves, programs = self._programs()
         for chain in self._chains:
@@ -291,6 +294,7 @@ def _programs(
         adapt = blackjax.window_adaptation_low_rank(
             blackjax.nuts, lambda p: density(p, leaves), adaptation_info_fn=keep,
             max_rank=min(10, z.size), gradient_based_init=True, target_acceptance_rate=ACCEPTANCE,
+            max_num_doublings=DOUBLINGS,
         )  # fmt: skip
         found, adaptation = adapt.run(key, z, num_steps=warm_up_steps)
         last = jax.tree.map(lambda column: column[-1], adaptation.state)
@@ -309,7 +313,7 @@ def _programs(
         def one(i: Array, carry: tuple) -> tuple:
             state, rows = carry
             state, info = kernel(
-                jax.random.fold_in(key, done + i), state, lambda p: density(p, leaves), step, metric
+                jax.random.fold_in(key, done + i), state, lambda p: density(p, leaves), step, metric, DOUBLINGS
             )
             u = maps.coordinates(state.position)
             row = Draws(

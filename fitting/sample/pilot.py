@@ -104,12 +104,12 @@ def _smooth_segments(
 ) -> int:
     """Number of segments on which Simpson's rule over the slope gives the change of the log-density."""
     chart = choose_chart(target, found, start_spread(target, found), Evaluator(target, PROBES), settings.seed)
-    maps = WhitenedMaps.around(target, found, chart)
+    maps = WhitenedMaps.around(target, found, chart, settings.seed)
     random = np.random.default_rng(settings.seed)
     chosen = points[random.choice(len(points), SEGMENTS, replace=len(points) < SEGMENTS)]
     ways = random.standard_normal((SEGMENTS, target.dimension))
     ways *= LENGTH / np.linalg.norm(ways, axis=1, keepdims=True)
-    starts = np.stack([np.linalg.lstsq(maps.root, chart.to_chart(u) - maps.centre)[0] for u in chosen])
+    starts = np.stack([maps.whitened(u) for u in chosen])
 
     @eqx.filter_jit
     def errors(target: Target, maps: WhitenedMaps, starts: Array, ways: Array) -> Array:

@@ -8,6 +8,8 @@ import emcee
 
 from pneusma_jax.errors import InputError, nearest
 
+from .independent import Proposals
+
 FEWEST_WALKERS = 32  # Default number of walkers for few parameters
 SAMPLERS = ("auto", "emcee", "nuts", "tempered")
 """See `Settings.sampler`."""
@@ -73,16 +75,21 @@ class Settings:
         }
 
 
-def moves() -> list[tuple[emcee.moves.Move, float]]:
+def moves(proposals: Proposals | None = None) -> list[tuple[emcee.moves.Move, float]]:
     """Moves of walkers and their probabilities.
 
-    Eight steps in ten are differential evolution. It decorrelates about three times faster than stretches.
-    One in ten has `gamma0 = 1`, a whole difference of two walkers. It lets them change between modes (C. ter
-    Braak, Statistics and Computing 16 (2006) 239). One in ten is a stretch, which no pattern of differences
-    can trap.
+    Steps are draws about the fit as often as their share says. Of all others eight in ten are differential
+    evolution. It decorrelates about three times faster than stretches. One in ten has `gamma0 = 1`, a whole
+    difference of two walkers. It lets them change between modes (C. ter Braak, Statistics and Computing 16
+    (2006) 239). One in ten is a stretch, which no pattern of differences can trap.
+
+    Args:
+        proposals: draws about the fit; None for none.
     """
-    return [
-        (emcee.moves.DEMove(), 0.8),
-        (emcee.moves.DEMove(gamma0=1.0), 0.1),
-        (emcee.moves.StretchMove(), 0.1),
+    share = 0.0 if proposals is None else float(proposals.share)
+    steps = [
+        (emcee.moves.DEMove(), 0.8 * (1.0 - share)),
+        (emcee.moves.DEMove(gamma0=1.0), 0.1 * (1.0 - share)),
+        (emcee.moves.StretchMove(), 0.1 * (1.0 - share)),
     ]
+    return steps if share == 0.0 else [*steps, (proposals.move, share)]

@@ -2,10 +2,11 @@
 
 A sampler moves z. From it the coordinates u of a target follow in three maps:
 
-    z -> y = centre + root z -> w = y, folded at the bounds -> u = w, or +-exp(w)
+    z -> y = centre + root bent(z) -> w = y, folded at the bounds -> u = w, or +-exp(w)
 
-The root of the approximation's covariance gives z about unit variance in every direction. The last map is the
-chart of `chart`, in which the posterior is closest to a Gaussian.
+A curved valley is straight in z (`bend`). The root of the approximation's covariance gives z about unit
+variance in every direction. The last map is the chart of `chart`, in which the posterior is closest to a
+Gaussian.
 
 Bounds are mirrors: y is folded at them as often as needed, so that a straight valley stays straight up to the
 bound. A logistic map between bounds would bend it. On the shipped tubes, whose walls have a tolerance of five
@@ -16,14 +17,24 @@ constant only. Beyond mirrors the density of z repeats, so it cannot be normalis
 judge chains by u.
 """
 
+from functools import partial
+
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from pneusma_jax.numerics.rows import joined, lots
+
+from .bend import Rows, bend_of, bent, unbent
 from .chart import Chart
 from .laplace import Laplace, start_spread
+from .likelihood import UnknownNoise
 from .target import Target
+
+BLOCK = 64
+"""Number of points for which the program of residuals is compiled."""
 
 
 class WhitenedMaps(eqx.Module):
@@ -35,6 +46,7 @@ class WhitenedMaps(eqx.Module):
         lower, upper: bounds of w, infinite for none, shape (n,).
         centre: centre of y, shape (n,).
         root: root of y's covariance, shape (n, n).
+        bend: the bend of the density's valley, shape (n, n, n); see `fitting.sample.bend`.
     """
 
     sign: Float[Array, " n"]
@@ -42,15 +54,35 @@ class WhitenedMaps(eqx.Module):
     upper: Float[Array, " n"]
     centre: Float[Array, " n"]
     root: Float[Array, "n n"]
+    bend: Float[Array, "n n n"]
 
     @classmethod
-    def around(cls, target: Target, approximation: Laplace, chart: Chart) -> "WhitenedMaps":
-        """The maps that whiten a target's Gaussian approximation."""
+    def around(cls, target: Target, approximation: Laplace, chart: Chart, seed: int = 0) -> "WhitenedMaps":
+        """The maps that whiten a target's Gaussian approximation, and straighten its valley.
+
+        Args:
+            target: target to sample.
+            approximation: its Laplace approximation.
+            chart: its chart.
+            seed: seed of the draws that judge whether the valley is straight.
+        """
         ends = np.stack([np.asarray(target.lower), np.asarray(target.upper)])
         lower, upper = np.sort(_log_ends(chart, ends), axis=0)
         centre = np.clip(chart.to_chart(approximation.mode), lower, upper)
         root = chart.scaled_root(approximation, start_spread(target, approximation))
-        return cls(*(jnp.asarray(part, float) for part in (chart.sign, lower, upper, centre, root)))
+        size = target.dimension
+        straight = (chart.sign, lower, upper, centre, root, np.zeros((size, size, size)))
+        maps = cls(*(jnp.asarray(part, float) for part in straight))
+        if target.likelihood.residual is None:
+            return maps
+        bend = bend_of(_rows_of(maps, target), approximation.known, seed)
+        return eqx.tree_at(lambda m: m.bend, maps, jnp.asarray(bend))
+
+    def whitened(self, u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """Coordinates z of a point of the target within its bounds."""
+        w = Chart(np.asarray(self.sign)).to_chart(np.asarray(u))
+        straight = np.linalg.lstsq(np.asarray(self.root), w - np.asarray(self.centre))[0]
+        return unbent(straight, np.asarray(self.bend))
 
     def coordinates(self, z: Float[Array, " n"]) -> Float[Array, " n"]:
         """Coordinates u of the target."""
@@ -69,7 +101,7 @@ class WhitenedMaps(eqx.Module):
 
     def _folded(self, z: Array) -> Array:
         """Chart coordinates w: y, mirrored at bounds."""
-        y = self.centre + self.root @ z
+        y = self.centre + self.root @ bent(z, self.bend)
         low, high = jnp.isfinite(self.lower), jnp.isfinite(self.upper)
         start, end = jnp.where(low, self.lower, 0.0), jnp.where(high, self.upper, 0.0)
         width = jnp.where(low & high & (end > start), end - start, 1.0)
@@ -77,6 +109,33 @@ class WhitenedMaps(eqx.Module):
         between = start + jnp.where(way > width, 2.0 * width - way, way)
         above, below = start + jnp.abs(y - start), end - jnp.abs(end - y)
         return jnp.where(low & high, between, jnp.where(low, above, jnp.where(high, below, y)))
+
+
+@eqx.filter_jit
+def _rows(points: Array, bend: Array, target: Target, maps: WhitenedMaps, scale: Array) -> Array:
+    """Residuals in units of a scale, and priors, at whitened points beside a bend."""
+    bent_maps = eqx.tree_at(lambda m: m.bend, maps, bend)
+
+    def one(z: Array) -> Array:
+        u = jnp.clip(bent_maps.coordinates(z), target.lower, target.upper)
+        own = jnp.ravel(target.likelihood.residual(target.values(u), target.data))
+        return jnp.concatenate([own / scale, target.prior_rows(u)])
+
+    return jax.lax.map(one, points)
+
+
+def _rows_of(maps: WhitenedMaps, target: Target) -> Rows:
+    """The same in units of the noise at the mode, for any number of points."""
+
+    def rows(points: np.ndarray, bend: np.ndarray, scale: float = 1.0) -> np.ndarray:
+        known = jnp.asarray(bend), target, maps, jnp.asarray(scale)
+        return joined([np.asarray(_rows(jnp.asarray(x), *known)) for x in lots(points, BLOCK)], len(points))
+
+    if not isinstance(target.likelihood, UnknownNoise):
+        return rows
+    here = rows(np.zeros((1, target.dimension)), np.asarray(maps.bend))[0]
+    data = here[: len(here) - len(target.prior_names)]
+    return partial(rows, scale=float(np.sqrt(np.sum(data**2) / target.likelihood.observations)))
 
 
 def _log_ends(chart: Chart, ends: np.ndarray) -> np.ndarray:
