@@ -16,7 +16,10 @@ from collections.abc import Callable
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
+
+from .chart import Chart
+from .laplace import Laplace
 
 LONGEST = 3.0
 """Coordinate up to which a bend grows, in standard deviations."""
@@ -38,13 +41,61 @@ def bent(z: Float[Array, " n"], bend: Float[Array, "n n n"]) -> Float[Array, " n
     return z + 0.5 * (bend @ short) @ short
 
 
-def unbent(point: Float[np.ndarray, " n"], bend: Float[np.ndarray, "n n n"]) -> Float[np.ndarray, " n"]:
-    """The inverse of `bent`: the loosest coordinate first."""
-    z = np.array(point, float)
-    for m in range(len(z) - 2, -1, -1):
-        short = LONGEST * np.tanh(z[m + 1 :] / LONGEST)
-        z[m] = point[m] - 0.5 * short @ bend[m, m + 1 :, m + 1 :] @ short
+def unbent(points: Float[np.ndarray, "m n"], bend: Float[np.ndarray, "n n n"]) -> Float[np.ndarray, "m n"]:
+    """The inverse of `bent`, of many points: the loosest coordinate first."""
+    z = np.array(points, float)
+    for k in range(len(bend) - 2, -1, -1):
+        z[:, k] -= _shift(z[:, k + 1 :], bend[k, k + 1 :, k + 1 :])
     return z
+
+
+def _shift(z: Float[np.ndarray, "m k"], form: Float[np.ndarray, "k k"]) -> Float[np.ndarray, " m"]:
+    """Half a quadratic form of shortened coordinates."""
+    short = LONGEST * np.tanh(z / LONGEST)
+    return 0.5 * np.sum((short @ form) * short, axis=1)
+
+
+class BentChart(Chart):
+    """Whitened coordinates in which a posterior's valley is straight, for walkers.
+
+    Args:
+        sign: as of `Chart`.
+        centre: centre of the whitened coordinates in the chart, shape (n,).
+        root: root of their covariance there, regular, shape (n, n).
+        bend: the bend of the valley, shape (n, n, n).
+    """
+
+    def __init__(
+        self,
+        sign: Int[np.ndarray, " n"],
+        centre: Float[np.ndarray, " n"],
+        root: Float[np.ndarray, "n n"],
+        bend: Float[np.ndarray, "n n n"],
+    ):
+        super().__init__(sign)
+        self.centre, self.root, self.bend = (np.asarray(part, float) for part in (centre, root, bend))
+
+    def to_chart(self, vector: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... n"]:
+        """Whitened coordinates from those of the target."""
+        away = np.reshape(super().to_chart(vector) - self.centre, (-1, len(self.centre)))
+        return unbent(np.linalg.solve(self.root, away.T).T, self.bend).reshape(np.shape(vector))
+
+    def to_target(self, point: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... n"]:
+        """Coordinates of the target from whitened ones."""
+        return super().to_target(self._in_chart(point))
+
+    def log_jacobian(self, point: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "..."]:
+        """Logarithm of the Jacobian determinant of `to_target`, up to a constant."""
+        return super().log_jacobian(self._in_chart(point))
+
+    def scaled_root(self, found: Laplace, spread: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
+        """Root of the covariance in whitened coordinates: the identity."""
+        return np.eye(len(self.centre))
+
+    def _in_chart(self, point: np.ndarray) -> np.ndarray:
+        z = np.reshape(point, (-1, len(self.centre)))
+        straight = z + np.stack([_shift(z, form) for form in self.bend], axis=1)
+        return np.reshape(self.centre + straight @ self.root.T, np.shape(point))
 
 
 def bend_of(rows: Rows, determined: Bool[np.ndarray, " n"], seed: int) -> Float[np.ndarray, "n n n"]:

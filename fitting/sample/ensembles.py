@@ -12,6 +12,7 @@ from pneusma_jax.errors import InputError
 
 from . import checkpoint
 from .chains import Chains
+from .bend import BentChart
 from .chart import Chart, choose_chart
 from .independent import Proposals, proposals_about
 from .laplace import Laplace, start_spread
@@ -19,10 +20,13 @@ from .settings import Settings, moves
 from .starts import dispersed_ball
 from .target import Evaluator, Target
 from .tempered import PARTICLES, temper
+from .unbounded import WhitenedMaps
 
 SAME_MODEL = 1e-6  # Maximum relative difference of log-probabilities for a stored chain of the same model
 
 
+BENT = "bent"
+"""Group of a chain file with the whitened coordinates of its walkers, where a valley is bent."""
 PROPOSALS = "proposals"
 """Group of a chain file with the proposals about the fit; older files have none, and made none."""
 
@@ -54,7 +58,8 @@ class Ensembles(Chains):
         """
         spread = start_spread(self.target, found)
         if self.settings.sampler != "tempered":  # logarithms need a sign, which the prior may not have
-            self.chart = choose_chart(self.target, found, spread, self.evaluator, self.settings.seed)
+            chart = choose_chart(self.target, found, spread, self.evaluator, self.settings.seed)
+            self.chart = WhitenedMaps.around(self.target, found, chart, self.settings.seed).chart
             self._proposals = proposals_about(
                 self.target, found, self.chart, self.evaluator, self.settings.seed
             )
@@ -90,7 +95,9 @@ class Ensembles(Chains):
         self.evaluator.evaluations = stored.counters["evaluations"]
         self.evaluator.failures = stored.counters["failures"]
         with checkpoint.opened(self.file) as file:
-            self.chart = Chart(np.asarray(file.attrs["logarithm"], int))
+            sign = np.asarray(file.attrs["logarithm"], int)
+            bent = {name: part[()] for name, part in file[BENT].items()} if BENT in file else None
+            self.chart = Chart(sign) if bent is None else BentChart(sign, **bent)
             self._evidence = [float(value) for value in file.attrs.get("log_evidence", [])]
             self._proposals = _proposals(file)
             backends = [_read(self.file, f"ensemble_{k}") for k in range(1, self.settings.ensembles + 1)]
@@ -117,13 +124,20 @@ class Ensembles(Chains):
 
     @property
     def judged(self) -> list[Float[np.ndarray, "steps walkers n"]]:
-        """Coordinates of all walkers so far, in the chart in which they move."""
+        """Coordinates of all walkers so far: in the target's coordinates, or in a chart of logarithms."""
+        if isinstance(self.chart, BentChart):
+            return list(self.coordinates)
+        return self._moving
+
+    @property
+    def _moving(self) -> list[Float[np.ndarray, "steps walkers n"]]:
+        """The same in the chart in which they move."""
         return [backend.chain[: self.steps] for backend in self._backends]
 
     @property
     def coordinates(self) -> Float[np.ndarray, "ensembles steps walkers n"]:
         """Coordinates of all walkers so far, in the target's coordinates."""
-        return self.chart.to_target(np.stack(self.judged))
+        return self.chart.to_target(np.stack(self._moving))
 
     @property
     def log_probabilities(self) -> Float[np.ndarray, "ensembles steps walkers"]:
@@ -180,6 +194,10 @@ class Ensembles(Chains):
         def fill(file: h5py.File) -> None:
             file.attrs["logarithm"] = self.chart.sign.tolist()
             file.attrs["log_evidence"] = self._evidence
+            if isinstance(self.chart, BentChart):
+                group = file.create_group(BENT)
+                for name in ("centre", "root", "bend"):
+                    group.create_dataset(name, data=getattr(self.chart, name))
             if self._proposals is not None:
                 group = file.create_group(PROPOSALS)
                 for name, value in vars(self._proposals).items():

@@ -27,7 +27,7 @@ from jaxtyping import Array, Float
 
 from pneusma_jax.numerics.rows import joined, lots
 
-from .bend import Rows, bend_of, bent, unbent
+from .bend import BentChart, Rows, bend_of, bent, unbent
 from .chart import Chart
 from .laplace import Laplace, start_spread
 from .likelihood import UnknownNoise
@@ -82,7 +82,14 @@ class WhitenedMaps(eqx.Module):
         """Coordinates z of a point of the target within its bounds."""
         w = Chart(np.asarray(self.sign)).to_chart(np.asarray(u))
         straight = np.linalg.lstsq(np.asarray(self.root), w - np.asarray(self.centre))[0]
-        return unbent(straight, np.asarray(self.bend))
+        return unbent(straight[None], np.asarray(self.bend))[0]
+
+    @property
+    def chart(self) -> Chart:
+        """Coordinates for walkers, which need no mirrors: z where a valley is bent, else w."""
+        sign, centre, root, bend = map(np.asarray, (self.sign, self.centre, self.root, self.bend))
+        regular = np.linalg.matrix_rank(root / np.linalg.norm(root, axis=1, keepdims=True)) == len(root)
+        return BentChart(sign, centre, root, bend) if regular and np.any(bend) else Chart(sign)
 
     def coordinates(self, z: Float[Array, " n"]) -> Float[Array, " n"]:
         """Coordinates u of the target."""
