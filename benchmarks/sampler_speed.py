@@ -1,12 +1,15 @@
 """Effective samples a second of the samplers, on posteriors of five simulated campaigns.
 
     python benchmarks/sampler_speed.py KIND [--samplers emcee,nuts,tempered] [--minutes 5] [--seed 1]
-                                       [--dir FOLDER] [--report]
+                                       [--dir FOLDER] [--plain] [--report]
 
 KIND is tube, wire, spring (known alloy), spring_open or actuator. Every sampler draws from the same density,
 from the same fit. Each goes on until the rule of quotable draws holds (R-hat below 1.01, 1,000 effective
 samples, 50 autocorrelation times) or its minutes of processor time are over. So where two have converged,
 their R-hat is alike.
+
+`--plain` leaves out what this package adds to emcee and NUTS: straightened valleys, and draws about the fit.
+Give it a folder of its own.
 
 Time is that of the processor, which does not mind what else runs. The first piece of a run compiles; the rate
 without it is given beside the whole one. Chains and results lie in the folder: a run that was stopped goes
@@ -75,6 +78,14 @@ def run(fit, sampler: str, seed: int, minutes: float, stem: Path) -> dict:
     return known
 
 
+def leave_out_additions() -> None:
+    """Samplers as others have them: walkers and chains in a chart alone."""
+    from fitting.sample import independent, unbounded
+
+    independent.LIKELY = np.inf
+    unbounded.bend_of = lambda rows, determined, seed: np.zeros((len(determined),) * 3)
+
+
 def line(known: dict) -> str:
     """One row of the table."""
     seconds = [piece["seconds"] for piece in known["pieces"]]
@@ -99,10 +110,13 @@ def main() -> None:
     arguments.add_argument("--seed", type=int, default=1)
     arguments.add_argument("--dir", type=Path, default=Path("sampler_speed"))
     arguments.add_argument("--report", action="store_true", help="only print what is known")
+    arguments.add_argument("--plain", action="store_true", help="no straight valleys, no draws about the fit")
     given = arguments.parse_args()
     from pneusma_jax import enable_float64
 
     enable_float64()
+    if given.plain:
+        leave_out_additions()
     given.dir.mkdir(parents=True, exist_ok=True)
     rows = []
     for sampler in given.samplers.split(","):

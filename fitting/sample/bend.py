@@ -2,11 +2,11 @@
 
 Constants that trade against each other do so along curves. A posterior is then a thin curved valley, in which
 a chain can only make short steps. Second differences of the weighted residual tell how a valley bends.
-Each whitened coordinate is moved by a quadratic form of looser ones:
+Each whitened coordinate is moved by a quadratic form of later ones:
 
     bent_m = z_m + 1/2 sum_ij bend_mij s(z_i) s(z_j),  i, j > m,  s(z) = `LONGEST` tanh(z / `LONGEST`)
 
-Coordinates are in the order of their standard deviations. So this map can be undone for any bend, and it
+Coordinates are in the order of how much they bend others. So this map can be undone for any bend, and it
 keeps volumes. The sampled density needs no Jacobian for it. A wrong bend costs time, never a right answer.
 It is the second-order reparametrisation of D. M. Bates and D. G. Watts (J. R. Stat. Soc. B 42 (1980) 1),
 cut to what is triangular.
@@ -30,6 +30,9 @@ PROBES = 64
 """Number of draws that judge a bend."""
 WORTH = 0.9
 """Maximum ratio of the new to the old distance from a Gaussian for which a bend is taken."""
+
+SLIGHT = 0.01
+"""Sum of squared second differences that counts as none, in standard deviations."""
 
 Rows = Callable[[Float[np.ndarray, "points n"], Float[np.ndarray, "n n n"]], Float[np.ndarray, "points rows"]]
 """Weighted residuals, priors included, at whitened points beside a bend."""
@@ -98,18 +101,33 @@ class BentChart(Chart):
         return np.reshape(self.centre + straight @ self.root.T, np.shape(point))
 
 
-def bend_of(rows: Rows, determined: Bool[np.ndarray, " n"], seed: int) -> Float[np.ndarray, "n n n"]:
-    """The bend of a valley about the origin; zero where it brings the density no closer to a Gaussian.
+def order_of(rows: Rows, determined: Bool[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
+    """Order of the whitened coordinates: those that bend others the most, and are bent the least, last.
 
     Args:
         rows: residuals at whitened points.
         determined: true for the coordinates that the residuals determine, shape (n,).
+    """
+    size = len(determined)
+    slope, second = _differences(rows, np.zeros((size, size, size)), SPANS[0])
+    along = np.linalg.pinv(slope.T) @ second[np.arange(size), np.arange(size)].T
+    along = np.where(np.eye(size, dtype=bool) | ~np.logical_and.outer(determined, determined), 0.0, along)
+    bends, is_bent = np.sum(along**2, axis=0), np.sum(along**2, axis=1)
+    return np.argsort((bends + SLIGHT) / (is_bent + SLIGHT), kind="stable")
+
+
+def bend_of(rows: Rows, determined: Bool[np.ndarray, " n"], seed: int) -> Float[np.ndarray, "n n n"]:
+    """The bend of a valley about the origin; zero where it brings the density no closer to a Gaussian.
+
+    Args:
+        rows: residuals at whitened points, in the order of `order_of`.
+        determined: true for the coordinates that the residuals determine, shape (n,).
         seed: seed of the draws that judge it.
     """
     size = len(determined)
-    straight, order = np.zeros((size, size, size)), np.arange(size)
-    looser = order[:, None, None] < np.minimum(order[:, None], order)
-    allowed = looser & np.multiply.outer(determined, np.multiply.outer(determined, determined))
+    straight, place = np.zeros((size, size, size)), np.arange(size)
+    later = place[:, None, None] < np.minimum(place[:, None], place)
+    allowed = later & np.logical_and.outer(determined, np.logical_and.outer(determined, determined))
     probes = np.random.default_rng(seed).standard_normal((PROBES, size)) * determined
     found, inverse = straight, None
     for span in SPANS:

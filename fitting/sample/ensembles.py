@@ -11,8 +11,8 @@ from jaxtyping import Float
 from pneusma_jax.errors import InputError
 
 from . import checkpoint
-from .chains import Chains
 from .bend import BentChart
+from .chains import Chains
 from .chart import Chart, choose_chart
 from .independent import Proposals, proposals_about
 from .laplace import Laplace, start_spread
@@ -225,7 +225,9 @@ def _fill(group: h5py.Group, backend: emcee.backends.Backend) -> None:
 
 def _proposals(file: h5py.File) -> Proposals | None:
     """Proposals that a chain was begun with."""
-    return Proposals(**{name: part[()] for name, part in file[PROPOSALS].items()}) if PROPOSALS in file else None
+    if PROPOSALS not in file:
+        return None
+    return Proposals(**{name: part[()] for name, part in file[PROPOSALS].items()})
 
 
 def _read(path: Path, name: str) -> emcee.backends.Backend:

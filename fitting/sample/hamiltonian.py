@@ -312,9 +312,8 @@ def _programs(
 
         def one(i: Array, carry: tuple) -> tuple:
             state, rows = carry
-            state, info = kernel(
-                jax.random.fold_in(key, done + i), state, lambda p: density(p, leaves), step, metric, DOUBLINGS
-            )
+            own = jax.random.fold_in(key, done + i)
+            state, info = kernel(own, state, lambda p: density(p, leaves), step, metric, DOUBLINGS)
             u = maps.coordinates(state.position)
             row = Draws(
                 u, state.logdensity - maps.log_jacobian(state.position), info.energy,

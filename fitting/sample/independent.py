@@ -63,7 +63,9 @@ class Proposals:
         return MHMove(proposed, ndim=len(self.centre))
 
 
-def proposals_about(target: Target, found: Laplace, chart: Chart, evaluator: Evaluator, seed: int) -> Proposals:
+def proposals_about(
+    target: Target, found: Laplace, chart: Chart, evaluator: Evaluator, seed: int
+) -> Proposals:
     """Proposals about a fit. Their share is 0 if the posterior would accept hardly any.
 
     The expected acceptance is that of a chain of such proposals alone, from their importance weights.

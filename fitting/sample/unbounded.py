@@ -27,7 +27,7 @@ from jaxtyping import Array, Float
 
 from pneusma_jax.numerics.rows import joined, lots
 
-from .bend import BentChart, Rows, bend_of, bent, unbent
+from .bend import BentChart, Rows, bend_of, bent, order_of, unbent
 from .chart import Chart
 from .laplace import Laplace, start_spread
 from .likelihood import UnknownNoise
@@ -75,7 +75,9 @@ class WhitenedMaps(eqx.Module):
         maps = cls(*(jnp.asarray(part, float) for part in straight))
         if target.likelihood.residual is None:
             return maps
-        bend = bend_of(_rows_of(maps, target), approximation.known, seed)
+        order = order_of(_rows_of(maps, target), approximation.known)
+        maps = eqx.tree_at(lambda m: m.root, maps, maps.root[:, order])
+        bend = bend_of(_rows_of(maps, target), approximation.known[order], seed)
         return eqx.tree_at(lambda m: m.bend, maps, jnp.asarray(bend))
 
     def whitened(self, u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:

@@ -5,7 +5,6 @@ from collections.abc import Callable
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jax.lax.linalg import tridiagonal_solve
 from jaxtyping import Array, Bool, Float, PyTree
 
 CONJUGATE = 16
@@ -97,7 +96,7 @@ def solve_coupled(times: Callable, right: Array, precondition: Callable[[Array],
     Args:
         times: function that multiplies the system matrix by a vector of shape (rows,).
         right: right-hand side, shape (rows,).
-        precondition: function that solves an approximate system, such as the bands.
+        precondition: function that solves an approximate system, such as that of white noise.
     """
 
     def iterate(_: object, right: Array) -> Array:
@@ -128,25 +127,17 @@ def _conjugate_gradients(times: Callable, right: Array, precondition: Callable) 
     return jax.lax.while_loop(unfinished, better, carry)[0]
 
 
-def banded(diagonal: Array, upper: Array) -> Callable[[Array], Array]:
-    """Function that solves a symmetric tridiagonal system by LAPACK, shape (rows,) -> (rows,).
+def banded_side_by_side(diagonal: Array, upper: Array) -> Callable[[Array], Array]:
+    """Function that solves a symmetric positive tridiagonal system, shape (rows,) -> (rows,).
 
-    It is only for programs that run one at a time. A batch of these solves is split over the threads of the
-    runtime and waits for them. With as many parallel programs as threads, it waits for ever.
+    LAPACK's batches are split over the threads of the runtime and wait for them. With as many parallel
+    programs as threads they wait for ever. This needs no library. The method is parallel cyclic reduction
+    (Hockney and Jesshope, Parallel Computers, 1981). Each step couples a row to rows twice as far away, until
+    none is left.
 
     Args:
         diagonal: main diagonal, shape (rows,).
         upper: upper diagonal, shape (rows,); the last entry is zero.
-    """
-    lower = jnp.concatenate([jnp.zeros(1), upper[:-1]])
-    return lambda right: tridiagonal_solve(lower, diagonal, upper, right[:, None])[:, 0]
-
-
-def banded_side_by_side(diagonal: Array, upper: Array) -> Callable[[Array], Array]:
-    """Solver as `banded`, of a positive system, for programs that run in parallel; alone it is half as fast.
-
-    The method is parallel cyclic reduction (Hockney and Jesshope, Parallel Computers, 1981). Each step
-    couples a row to rows twice as far away, until none is left.
     """
     lower, steps = _shifted(upper, 1), []
     for distance in _distances(diagonal.shape[0]):
