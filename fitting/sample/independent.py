@@ -20,10 +20,14 @@ FREEDOM = 20.0
 WIDENED = 1.05
 """Factor of the proposals' standard deviations over those of the approximation."""
 LIKELY = 0.03
-"""Minimum expected acceptance of these proposals for which they are made. Half of all steps are then such
-proposals. At this acceptance a walker is drawn anew every 70 steps."""
+"""Minimum expected acceptance of these proposals for which they are made [1]. At this acceptance a walker is
+drawn anew every 70 steps."""
 SHARE = 0.5
 """Share of steps that are such proposals, if any are made."""
+OFTEN = 0.5
+"""Minimum expected acceptance from which most steps are such proposals [1]."""
+MOST = 0.9
+"""Share of steps that are such proposals where they are accepted so often."""
 
 
 @dataclass(frozen=True)
@@ -78,13 +82,13 @@ def proposals_about(
         seed: seed of the probes.
     """
     root = WIDENED * chart.scaled_root(found, start_spread(target, found))
-    own = Proposals(chart.to_chart(found.mode), root, SHARE)
+    own = Proposals(chart.to_chart(found.mode), root, 0.0)
     if np.linalg.matrix_rank(root / np.linalg.norm(root, axis=1, keepdims=True)) < len(root):
-        return Proposals(own.centre, root, 0.0)
+        return own
     probes = own.draw(PROBES, np.random.RandomState(seed))
     weight = chart.density(evaluator)(probes) - own.log_density(probes)
     weight = np.exp(weight - np.max(weight)) if np.isfinite(np.max(weight)) else np.zeros(len(probes))
-    ratio = weight[None, :] / np.where(weight > 0.0, weight, 1.0)[:, None]
-    accepted = np.mean(np.minimum(ratio, 1.0), axis=1)
-    expected = np.sum(weight * accepted) / max(np.sum(weight), np.finfo(float).tiny)
-    return own if expected >= LIKELY else Proposals(own.centre, root, 0.0)
+    pairs = np.sum(np.minimum(weight[:, None], weight))  # of the accepted weight
+    expected = pairs / max(len(probes) * np.sum(weight), np.finfo(float).tiny)
+    share = MOST if expected >= OFTEN else SHARE if expected >= LIKELY else 0.0
+    return Proposals(own.centre, root, share)

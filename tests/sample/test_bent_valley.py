@@ -10,7 +10,7 @@ from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.sample import Settings, Target, sample
 from fitting.sample.bend import BentChart, bent, unbent
 from fitting.sample.chart import Chart
-from fitting.sample.independent import SHARE, Proposals, proposals_about
+from fitting.sample.independent import MOST, Proposals, proposals_about
 from fitting.sample.laplace import laplace
 from fitting.sample.target import Evaluator
 from fitting.sample.unbounded import WhitenedMaps
@@ -91,7 +91,7 @@ def proposals(residual):
 
 
 def test_draws_about_the_fit_are_made_where_they_are_accepted():
-    assert proposals(lambda values, data: jnp.stack([values["x"], 3.0 * values["y"]])).share == SHARE
+    assert proposals(lambda values, data: jnp.stack([values["x"], 3.0 * values["y"]])).share == MOST
 
     def thin(values, data):
         return jnp.stack([values["x"], 1e4 * (values["y"] - BEND * values["x"] ** 2)])
