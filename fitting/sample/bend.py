@@ -4,7 +4,7 @@ Constants that trade against each other do so along curves. A posterior is then 
 a chain can only make short steps. Second differences of the weighted residual tell how a valley bends.
 Each whitened coordinate is moved by a quadratic form of later ones:
 
-    bent_m = z_m + 1/2 sum_ij bend_mij s(z_i) s(z_j),  i, j > m,  s(z) = `LONGEST` tanh(z / `LONGEST`)
+    bent_m = z_m + 1/2 sum_ij bend_mij s(z_i) s(z_j),  i, j > m,  s(z) = z (1 + (z / `LONGEST`)^8)^(-1/8)
 
 Coordinates are in the order of how much they bend others. So this map can be undone for any bend, and it
 keeps volumes. The sampled density needs no Jacobian for it. A wrong bend costs time, never a right answer.
@@ -21,8 +21,9 @@ from jaxtyping import Array, Bool, Float, Int
 from .chart import Chart
 from .laplace import Laplace
 
-LONGEST = 3.0
-"""Coordinate up to which a bend grows, in standard deviations."""
+LONGEST = 5.0
+"""Coordinate up to which a bend grows, in standard deviations. Up to half of it the growth is quadratic to one
+part in 2,000: a bend may be fifty standard deviations wide."""
 SPANS = (0.3, 1.0, 1.0)
 """Distances over which differences are taken, in standard deviations. Later passes are about the bend of the
 earlier ones; most of what is left is of higher order."""
@@ -40,8 +41,13 @@ Rows = Callable[[Float[np.ndarray, "points n"], Float[np.ndarray, "n n n"]], Flo
 
 def bent(z: Float[Array, " n"], bend: Float[Array, "n n n"]) -> Float[Array, " n"]:
     """Coordinates of the straight whitened map from those that follow the valley."""
-    short = LONGEST * jnp.tanh(z / LONGEST)
+    short = _short(z)
     return z + 0.5 * (bend @ short) @ short
+
+
+def _short(z: Array) -> Array:
+    """The coordinates, none beyond `LONGEST`."""
+    return z * (1.0 + (z / LONGEST) ** 8) ** (-0.125)
 
 
 def unbent(points: Float[np.ndarray, "m n"], bend: Float[np.ndarray, "n n n"]) -> Float[np.ndarray, "m n"]:
@@ -54,7 +60,7 @@ def unbent(points: Float[np.ndarray, "m n"], bend: Float[np.ndarray, "n n n"]) -
 
 def _shift(z: Float[np.ndarray, "m k"], form: Float[np.ndarray, "k k"]) -> Float[np.ndarray, " m"]:
     """Half a quadratic form of shortened coordinates."""
-    short = LONGEST * np.tanh(z / LONGEST)
+    short = _short(z)
     return 0.5 * np.sum((short @ form) * short, axis=1)
 
 
