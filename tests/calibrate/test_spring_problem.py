@@ -11,7 +11,7 @@ from fitting.calibrate.spring.search import problem_of, readings_of
 from fitting.data.recordings import read_campaign
 from fitting.inference.latent_trajectory import smoother
 from fitting.specimens.rows import Rows, stack
-from fitting.specimens.spring_trajectory import trajectory
+from fitting.specimens.spring_trajectory import law_of, trajectory
 from pneusma_jax.nitinol import load_alloy
 
 
@@ -74,3 +74,19 @@ def test_a_held_fraction_is_not_searched_and_its_test_counts(held, monkeypatch):
     monkeypatch.undo()
     data = held.data(tests=[numbers["cold"]])
     assert np.sum(residuals_and_freedom(values_of(held.parameters), data["rows"])[0] ** 2) > 10.0
+
+
+@pytest.mark.parametrize("name", ["isoresistive_1", "hot"])
+def test_a_row_remembers_what_the_row_before_does_or_that_row_itself(held, name):
+    """The elimination of rows relies on it, for the rule's decisions and for those that explain the force best."""
+    rows = held.rows[[test.name for test in held.tests].index(name)]
+    law, random = law_of(values_of(held.parameters), rows), np.random.default_rng(4)
+    course = jnp.asarray(np.clip(rows.extra["level"] + 0.2 * random.standard_normal(len(rows.mask)), 0.0, 1.0))
+    slack, force, weight = jnp.full(course.shape, 0.05), rows.measured["force"], rows.weight["force"]
+    several = law.likeliest(course, slack, jnp.asarray(0.1), force, weight, 4)
+    renewals = 0
+    for hottest in (law.decide(course, slack).hottest, *several.hottest):
+        before, after, row = np.asarray(hottest)[:-1], np.asarray(hottest)[1:], np.arange(len(course) - 1)
+        assert np.all((after == before) | (after == row))
+        renewals += np.sum(after == row)
+    assert renewals > 5

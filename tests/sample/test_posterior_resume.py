@@ -85,7 +85,9 @@ def test_a_larger_budget_continues_the_same_chain(tmp_path):
     short = run(path, settings=Settings(walkers=16, ensembles=2, max_steps=35, seed=7, chunk=10))
     longer = run(path, resume=True)
     np.testing.assert_array_equal(longer.chains[:, :35], short.chains)
-    np.testing.assert_array_equal(longer.chains[:, :200], run().chains[:, :200])
+    steps = longer.chains.shape[1]  # without the pilot's 200 steps it has converged before
+    assert steps > 35
+    np.testing.assert_array_equal(longer.chains, run().chains[:, :steps])
 
 
 def test_emcee_reads_the_file(tmp_path):

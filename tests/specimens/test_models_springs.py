@@ -24,12 +24,12 @@ def law():
     loose = Spring(body.geometry, body.alloy, body.geometry.free_length)
     way = np.concatenate([np.linspace(0.0, 1.0, 20), np.linspace(1.0, 0.0, 20)])
     elongation = jnp.asarray(3.0 * float(body.geometry.free_length) * np.tile(way, 2))
-    return Law(loose, jnp.zeros(()), elongation, None)
+    return Law.of(loose, jnp.zeros(()), elongation, None)
 
 
 def test_rows_that_are_as_hot_as_anyone_can_tell_feel_their_own_heat(law):
     random, sd = np.random.default_rng(0), 1e-4
-    xi0 = jnp.asarray(0.999 + sd * random.standard_normal(law.elongation.size))
+    xi0 = jnp.asarray(0.999 + sd * random.standard_normal(law.strained.gamma.size))
     by_noise, by_what_is_told = decide(law, xi0), decide(law, xi0, 6.0 * sd)
     back = slice(21, 40)  # on the way back the memory is that of the pull
     remembered = np.asarray(xi0)[np.asarray(by_noise.hottest)[back]]
@@ -43,7 +43,7 @@ def test_rows_that_are_as_hot_as_anyone_can_tell_feel_their_own_heat(law):
 
 
 def test_a_heated_row_is_hotter_whatever_the_slack(law):
-    xi0 = jnp.where(jnp.arange(law.elongation.size) < 45, 1.0, 0.6)
+    xi0 = jnp.where(jnp.arange(law.strained.gamma.size) < 45, 1.0, 0.6)
     decisions = decide(law, xi0, 1e-3)
     assert bool(decisions.hotter[45]) and int(decisions.hottest[50]) >= 45
     warmer = decide(law, jnp.where(jnp.arange(xi0.size) < 25, 0.6, 0.62), 1e-3)
@@ -88,7 +88,7 @@ def held():
     rho = jnp.asarray(recording.si("resistance")) / geometry.wire_length
     read = lambda rho, x: spring.alloy.martensite_fraction(rho, spring.shear_strain(x)).xi0  # noqa: E731
     xi0 = jax.jit(read)(rho, elongation)
-    return Law(spring, jnp.zeros(()), elongation, None), xi0, jnp.asarray(recording.si("force"))
+    return Law.of(spring, jnp.zeros(()), elongation, None), xi0, jnp.asarray(recording.si("force"))
 
 
 SLACK = 1e-3
@@ -122,7 +122,7 @@ def likeliest(law, xi0, margin, force, weight):
 def test_without_a_margin_or_without_force_the_rule_decides(held):
     law, xi0, force = held
     rule, weight = decide(law, xi0, jnp.full_like(xi0, SLACK)), jnp.full_like(xi0, 1.0 / NOISE)
-    gamma = np.asarray(law.spring.shear_strain(law.elongation))
+    gamma = np.asarray(law.strained.gamma)
     for margin, told in ((0.0, weight), (0.03, jnp.zeros_like(weight))):
         found = likeliest(law, xi0, jnp.asarray(margin), force, told)
         assert np.array_equal(found.hottest, rule.hottest) and np.array_equal(found.loading, rule.loading)
