@@ -112,10 +112,14 @@ class Law(eqx.Module):
     def of(cls, spring: Spring, prestrain: Array, elongation: Array, decisions: Decisions | None) -> "Law":
         """The law of a test with these elongations [m], shape (rows,)."""
         strained = Strained.of(spring.alloy, spring.shear_strain(elongation))
-        if decisions is None:
-            return cls(spring, prestrain, None, strained, None)
-        limit = spring.alloy.residual_strain_limit(_strain_set(prestrain, strained.gamma, decisions))
-        return cls(spring, prestrain, decisions, strained, limit)
+        by_rule = cls(spring, prestrain, None, strained, None)
+        return by_rule if decisions is None else by_rule.decided(decisions)
+
+    def decided(self, decisions: Decisions) -> "Law":
+        """The same law with known decisions of the residual strain's rule."""
+        strain = _strain_set(self.prestrain, self.strained.gamma, decisions)
+        limit = self.spring.alloy.residual_strain_limit(strain)
+        return Law(self.spring, self.prestrain, decisions, self.strained, limit)
 
     def states(self, xi0: Array) -> tuple[SpringState, Array]:
         """Memory at the beginning of every row, by the rule or from the rows that are known to have set it.

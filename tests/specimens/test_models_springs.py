@@ -35,9 +35,9 @@ def test_rows_that_are_as_hot_as_anyone_can_tell_feel_their_own_heat(law):
     remembered = np.asarray(xi0)[np.asarray(by_noise.hottest)[back]]
     assert remembered.mean() < 0.999 - 0.5 * sd  # the row whose noise was lowest
     assert not np.asarray(by_noise.hotter)[back].all() and np.asarray(by_what_is_told.hotter)[back].all()
-    known = eqx.tree_at(lambda x: x.decisions, law, by_what_is_told, is_leaf=lambda x: x is None)
+    known = law.decided(by_what_is_told)
     truth, found = follow(law, jnp.full_like(xi0, 0.999)), follow(known, xi0)
-    noisy = follow(eqx.tree_at(lambda x: x.decisions, law, by_noise, is_leaf=lambda x: x is None), xi0)
+    noisy = follow(law.decided(by_noise), xi0)
     bias = [float(jnp.mean((x.gamma_R - truth.gamma_R)[back])) for x in (found, noisy)]
     assert abs(bias[0]) < 0.4 * abs(bias[1]) and bias[1] < 0.0
 
@@ -109,8 +109,7 @@ def with_alloy(law, **changes):
 @jax.jit
 def misfit(law, xi0, force, decisions):
     """Mean square of the force's misfit over its noise."""
-    known = eqx.tree_at(lambda x: x.decisions, law, decisions, is_leaf=lambda x: x is None)
-    return jnp.mean(((follow(known, xi0).force - force) / NOISE) ** 2)
+    return jnp.mean(((follow(law.decided(decisions), xi0).force - force) / NOISE) ** 2)
 
 
 @jax.jit
