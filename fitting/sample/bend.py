@@ -21,8 +21,8 @@ from .chart import Chart
 from .laplace import Laplace
 
 LONGEST = 5.0
-"""Coordinate up to which a bend grows, in standard deviations. Up to half of it the growth is quadratic to one
-part in 2,000: a bend may be fifty standard deviations wide."""
+"""Coordinate up to which a bend grows, in standard deviations. Up to half of it the growth is quadratic to
+one part in 1,000, since a bend may be fifty standard deviations wide."""
 SPANS = (0.3, 1.0, 1.0)
 """Distances over which differences are taken, in standard deviations. Later passes are about the bend of the
 earlier ones; most of what is left is of higher order."""
