@@ -149,7 +149,7 @@ def valley(values, data):
 
 @pytest.mark.slow
 def test_a_pilot_chooses_gradients_only_where_they_pay_and_hold():
-    many = Parameters(*[Parameter(f"p{i}", 0.1) for i in range(10)])
+    many = Parameters(*[Parameter(f"p{i}", 0.1) for i in range(16)])
     sampler, why = chosen(
         lambda v, d: valley(v, d) + jnp.floor(4.0 * v["p0"]) + jnp.floor(9.0 * v["p3"]), many
     )
