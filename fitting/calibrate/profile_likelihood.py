@@ -126,8 +126,9 @@ class Profile:
     def quoted(self, percent: int, level: tuple[float, float] = (1.0, 1.0)) -> tuple[float, float]:
         """Interval of 50, 68 or 90 %, SI: where chi-square has risen as of a parabola, or further.
 
-        It is further where less than that share of the density lies within. A side that never rises enough
-        ends at the parameter's bound.
+        It is further where less than that share of the density lies within, and where fits that stopped early
+        alone would narrow the interval of the standard error. A side that never rises enough ends at the
+        parameter's bound.
 
         Args:
             percent: 50, 68 or 90.
@@ -138,7 +139,21 @@ class Profile:
             return lower[0], upper[1]
         low, high = self.interval(RISES[percent])
         below, above = self._holding(percent)
-        return max(min(low, below), self.bounds[0]), min(max(high, above), self.bounds[1])
+        low, high = min(low, below, self._unknown(-1, percent)), max(high, above, self._unknown(1, percent))
+        return max(low, self.bounds[0]), min(high, self.bounds[1])
+
+    def _unknown(self, side: int, percent: int) -> float:
+        """End of the standard error's interval on one side, where only fits that stopped early end the
+        profile's; the best value elsewhere.
+
+        Their rises are upper limits. So they do not narrow the interval of the standard error.
+        """
+        best, limit = int(np.argmin(self.rise)), RISES[percent] * self.unit
+        beyond = np.arange(len(self.rise)) * side > best * side
+        ends = beyond & (self.rise >= limit)
+        if not np.isfinite(self.sd) or not np.any(ends) or np.any(ends & ~self.stopped):
+            return float(self.value[best])
+        return float(self.value[best] + side * self.sd * math.sqrt(limit))
 
     def _holding(self, percent: int) -> tuple[float, float]:
         """Ends of equal rise that hold a share of the density."""
@@ -230,14 +245,10 @@ class Profile:
     def _course(self, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         """Values of one side outwards, the root of their rise, ascending, and the recordings' part of it.
 
-        A point with one as low further out is left out. A fit that stopped early leaves an upper limit of the
-        rise. So it counts at most as the standard error's parabola.
+        A point with one as low further out is left out.
         """
         outwards = slice(int(np.argmin(self.rise)), None, side)
         value, rise = self.value[outwards], self.rise[outwards]
-        if np.isfinite(self.sd):
-            at_most = np.where(self.stopped[outwards], self.parabola[outwards], np.inf)
-            rise = np.minimum(rise, np.maximum(at_most, 0.0))
         kept = [k for k in range(len(rise)) if k == 0 or 0.0 < rise[k] < rise[k + 1 :].min(initial=np.inf)]
         rise_by_data = None if self.rise_by_data is None else self.rise_by_data[outwards][kept]
         return value[kept], np.sqrt(rise[kept]), rise_by_data

@@ -9,7 +9,7 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording, schema
-from fitting.inference.latent_trajectory.denoise import denoised
+from fitting.inference.latent_trajectory.denoise import denoised, martensite_fraction
 from fitting.inference.noise import robust_noise
 from fitting.specimens import Specimen, specimen_of
 from fitting.specimens.actuator import BendingActuator
@@ -21,8 +21,11 @@ from fitting.specimens.spring import SpringOnStand
 from pneusma_jax.units import from_si
 
 from .phases import fractions_behind
-from .spring_phase import fraction_behind
+from .spring_phase import fraction_throughout
 from .unmodelled import marked
+
+LONGEST_GAP = 3
+"""Maximum number of neighbouring rows without a resistance that is interpolated."""
 
 
 @dataclass
@@ -78,7 +81,8 @@ def predict(recording: Recording, denoise: bool = True, model: AugmentedModel = 
 def _bridged(recording: Recording, drivers: Sequence[str]) -> tuple[Recording, list[str]]:
     """The recording with resistances interpolated between readings, in rows that have all other drivers.
 
-    What drives the specimen acts in such a row, too: a pull that turns there is as long as it says.
+    What drives the specimen acts in such a row, too: a pull that turns there is as long as it says. Longer
+    gaps stay: nobody knows what the phase did there.
     """
     read = [name for name in drivers if name.startswith("resistance")]
     others = [recording.missing(name) for name in drivers if name not in read]
@@ -88,8 +92,9 @@ def _bridged(recording: Recording, drivers: Sequence[str]) -> tuple[Recording, l
         missing, time = recording.missing(name), recording.si("time")
         known = np.flatnonzero(~missing & np.isfinite(time))
         between = missing & driven
-        between[: known[0] if len(known) else len(between)] = False
-        between[known[-1] + 1 if len(known) else 0 :] = False
+        for first, last in zip([-1, *known], [*known, len(missing)], strict=True):
+            inside = first >= 0 and last < len(missing) and last - first - 1 <= LONGEST_GAP
+            between[first + 1 : last] &= inside
         if between.any():
             column = recording.column(name)
             values = np.array(columns[column], float)
@@ -239,18 +244,26 @@ def _(
     inputs = _inputs(recording, complete, ("time", *specimen.drivers(recording)), model)
     spring = spring_of(recording, model)
     state = pj.SpringState.fresh(full_geometry(recording, model)["prestrain"])
+    temperature = inputs.get("temperature") if model.added else None
     follow = partial(
         pj.simulate_spring, spring, inputs["elongation"], state=state, time=inputs["time"],
-        effects=model.effects, temperature=inputs.get("temperature") if model.added else None,
+        effects=model.effects, temperature=temperature,
     )  # fmt: skip
-    history = follow(pj.Resistance(inputs["resistance"]))
-    read = history.rows
-    if denoise:
-        xi0 = fraction_behind(recording, complete, model, read, inputs, spring, state)
-        history = follow(pj.MartensiteFraction(xi0))
+    read, notices = follow(pj.Resistance(inputs["resistance"])).rows, []
+    end = fraction_throughout(recording, complete, model, temperature, spring, state) if denoise else None
+    if end is not None:
+        phase = "cold" if end else "hot"
+        notices.append(f"fully {phase} throughout (xi0 = {end:g}) explains every resistance within its noise")
+        history = follow(pj.MartensiteFraction(end))
+    elif denoise and not model.added:
+        strain = np.asarray(read.gamma)
+        fractions = martensite_fraction(spring, inputs["time"], inputs["resistance"], strain)
+        history = follow(pj.MartensiteFraction(fractions))
+    else:
+        history = follow(pj.Resistance(_smoothed(inputs, "resistance", denoise)))
     response = history.rows
     outputs = {"force_N": history.seen["force"]}
-    notices = spring_cautions(spring, response, "the spring", read)
+    notices += spring_cautions(spring, response, "the spring", response if end is not None else read)
     if "temperature" in inputs:
         xi0 = spring.alloy.martensite_fraction_at(inputs["temperature"])
         rho = spring.alloy.resistivity(xi0, response.gamma)

@@ -108,7 +108,7 @@ class BendingActuator(Specimen):
         def sizes(recording: Recording) -> dict[str, float]:
             return {name: value for name, value in dimensions(recording).items() if name in free_names}
 
-        stiffness = silicones.always_open(identify, constants)
+        stiffness = silicones.always_open(campaign, identify, constants)
         parameters.update(priors.geometry_parameters(campaign, sizes, silicones.UNITS, stiffness))
         return parameters
 

@@ -12,6 +12,7 @@ from jaxtyping import Array
 from fitting.data.recordings import Campaign, Recording
 from fitting.inference.parameters import Parameters
 from pneusma_jax.calibration import load_calibration
+from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.silicone import Gent, NeoHookean, Ogden, PolynomialFit, SiliconeLaw, Yeoh, load_silicone
 
 from . import priors
@@ -30,6 +31,8 @@ AMONG_SPECIMENS = 0.1
 
 In a public database of 19 cast mixtures two cylinders of each differ by 0 to 7 %. Strips that are cut by hand
 have a doubtful cross-section as well."""
+NEARLY = 0.99
+"""Share of `UNKNOWN` from which a modulus is as open as that [1]; rounding may make it a little less."""
 SINGLE = {NeoHookean: ("mu",), Yeoh: ("c_10", "c_20", "c_30"), Gent: ("mu", "j_m")}
 
 
@@ -123,21 +126,26 @@ def material_parameters(campaign: Campaign, law: SiliconeLaw, identify: bool, ba
     return parameters
 
 
-def always_open(identify: bool, law: Parameters) -> dict[str, float]:
-    """Relative standard deviation of the stress factor of a silicone to be fitted, where no tolerance states
-    it.
+def always_open(campaign: Campaign, identify: bool, law: Parameters) -> dict[str, float]:
+    """Relative standard deviation of the stress factor of a silicone to be fitted.
 
-    A law whose constants are as open as its stiffness has that stiffness for all specimens. Their factors
-    are then what they differ by. So a specimen that is only predicted is as stiff as those that were fitted.
+    A law whose moduli are as open as its stiffness has that stiffness for all specimens. Their factors are
+    then what they differ by, unless a tolerance says otherwise. So a specimen that is only predicted is as
+    stiff as those that were fitted. Beside any other law the factor has the stiffness that nobody knows.
 
     Args:
+        campaign: recordings of one kind.
         identify: true if the silicone is to be fitted.
         law: free constants of its law.
     """
     if not identify:
         return {}
-    open_law = any(p.prior is not None and p.prior.sd >= UNKNOWN * abs(p.value) for p in law.values())
-    return {FACTOR: AMONG_SPECIMENS if open_law else UNKNOWN}
+    moduli = [p for name, p in law.items() if QUANTITIES["silicone"].get(name) == "pressure"]
+    known = [p for p in moduli if p.prior is None or p.prior.sd < NEARLY * UNKNOWN * abs(p.prior.mean)]
+    if not moduli or known:
+        return {FACTOR: UNKNOWN}
+    stated = all(FACTOR in priors.tolerances(own, [FACTOR]) for own in campaign.specimens().values())
+    return {} if stated else {FACTOR: AMONG_SPECIMENS}
 
 
 def table_name(campaign: Campaign, material: str | Path | None = None) -> str | Path:
@@ -213,6 +221,6 @@ def parameters_of_silicone(campaign: Campaign, material: str | Path | None, size
     law, identify = law_of(campaign, material)
     parameters = material_parameters(campaign, law, identify, table_name(campaign, material))
     free = lambda recording: sizes(recording) | {FACTOR: 1.0}  # noqa: E731
-    stiffness = always_open(identify, parameters)
+    stiffness = always_open(campaign, identify, parameters)
     parameters.update(priors.geometry_parameters(campaign, free, UNITS, stiffness))
     return parameters

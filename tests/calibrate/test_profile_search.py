@@ -163,6 +163,16 @@ def test_fits_that_all_stop_early_do_not_narrow_the_interval_of_the_standard_err
         np.testing.assert_allclose(stuck.profile().quoted(percent), [-(rise**0.5), rise**0.5], rtol=1e-3)
 
 
+def test_a_stopped_fit_far_out_changes_nothing_where_a_converged_one_has_ended_the_interval():
+    """A side that is 2.5 times steeper than its error: the interval ends with it, and no tail begins there."""
+    steep = Problem(lambda x, y: (2.5 * x if x > 0.0 else x) ** 2 + (y - x) ** 2, stuck=lambda x: x > 1.0)
+    low, high = steep.profile().quoted(90)
+    assert low == pytest.approx(-WIDTH_90, rel=0.05) and high == pytest.approx(WIDTH_90 / 2.5, rel=0.1)
+    points = np.array([-1.645, -0.9, 0.0, 0.9, 1.645])
+    outer = Profile("x", points, np.array([9.0, 2.75, 0.0, 2.75, 9.0]), np.abs(points) > 1.0, 1.0, bounds=(-50.0, 50.0))
+    np.testing.assert_allclose(outer.quoted(90), [-0.9, 0.9], rtol=0.05)
+
+
 def test_a_lower_minimum_is_reported_with_its_place():
     problem = Problem(lambda x, y: min(x**2, (x - 3.0) ** 2 - 5.0) + (y - x) ** 2)
     found = problem.profile()

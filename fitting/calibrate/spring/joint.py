@@ -16,7 +16,7 @@ from fitting.specimens.spring_rows import MARGIN, OUTPUTS, spring_of
 
 from .information import information
 from .problem import Problem, residuals_and_freedom, values_of
-from .stand_tests import level_at_rest
+from .stand_tests import STATED, level_at_rest
 
 MISFIT = 1.3
 """Minimum reduced chi-square that counts as misfit."""
@@ -201,7 +201,8 @@ def held_at_ends(joint: Joint, progress: Callable[[str], None] = lambda _: None)
 
     Such a trajectory is at its limit, which noise crosses one way only. It then follows the noise and draws
     the constants after it: the austenite's stiffness by half an error. A free trajectory is expected to
-    explain as much noise as it has degrees of freedom. A test is held unless it explains clearly more.
+    explain as much noise as it has degrees of freedom. A test is held unless it explains clearly more. One
+    whose phase is stated is left as it is stated.
 
     Args:
         joint: joint fit of a known alloy.
@@ -214,6 +215,8 @@ def held_at_ends(joint: Joint, progress: Callable[[str], None] = lambda _: None)
     rows = problem.data()["rows"]
     taken = residuals_and_freedom(values_of(problem.parameters, best.result.values), rows)[1]
     for k in problem.free_tests:
+        if problem.tests[k].reason == STATED:
+            continue
         alloy = spring_of(numbers(values_of(problem.parameters, best.result.values), problem.rows[k])).alloy
         level = level_at_rest(alloy, problem.tests[k])
         if level is None:
@@ -225,10 +228,11 @@ def held_at_ends(joint: Joint, progress: Callable[[str], None] = lambda _: None)
     if not levels:
         return joint
     starts = []
-    for start in _ends(joint):
-        name = f"{start.name}, phases held"
-        progress(f"start from {name}")
-        starts.append(Start(name, *start.problem.inflated(1.0).with_phases(levels).fitted_with()))
+    for end in _ends(joint):
+        alike = [start.name for start in joint.starts if abs(_cost(start.result) - _cost(end.result)) < ALIKE]
+        progress(f"start from {end.name}, phases held")
+        held = end.problem.inflated(1.0).with_phases(levels).fitted_with()
+        starts += [Start(f"{name}, phases held", *held) for name in alike]
     return _settled(tuple(_ranked(starts)), progress)
 
 

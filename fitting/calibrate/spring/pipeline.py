@@ -203,7 +203,8 @@ def _held(joint: Joint) -> list[str]:
             was = "was" if len(names) == 1 else "were"
             said.append(
                 f"{joined(names)} {was} taken as fully {phase} throughout: a free martensite fraction "
-                "explains no more than noise"
+                "explains no more than noise. The errors are those of exactly that phase: 0.3 % of the other "
+                "moves a modulus by some five of them"
             )
     return said
 

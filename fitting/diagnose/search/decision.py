@@ -5,9 +5,8 @@ must be enough, also less what drift and noise of inputs explain. It must predic
 left out in turn, and must not make validation recordings worse. A further effect must remove a large share of
 what the others leave. For the imperfect form of a true effect leaves a remainder, which another effect fits
 in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Where the
-others leave little more than noise, it must explain 0.25 % of the evidence. A form that is right to 5 % of
-its size leaves as much. Only the strongest effect may end at a bound, unless the set leaves no more than
-noise.
+others leave about noise, it must explain 0.25 % of the evidence. A form that is right to 5 % of its size
+leaves as much. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
 
 A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
 Otherwise it is named only before a set of less evidence that leaves more. So is one with a further effect at
@@ -35,9 +34,10 @@ ENTRY = DEFAULT.entry
 VERDICT = DEFAULT.verdict
 BASE_FIT = DEFAULT.base_fit
 
-LITTLE, BOUND, UNSEEN, LEFT_OUT, SHARE, INSTRUMENTS, REMAINS, BOUND_REMAINS = (
+LITTLE, BOUND, UNSEEN, LEFT_OUT, SHARE, FORM, INSTRUMENTS, REMAINS, BOUND_REMAINS = (
     "too little evidence", "at a bound", "validation recordings", "left-out recordings", "a small share",
-    "instruments explain it", "more than noise remains", "at a bound, and more than noise remains",
+    "less than a form is known by", "instruments explain it", "more than noise remains",
+    "at a bound, and more than noise remains",
 )  # fmt: skip
 """Reasons why a set is refused."""
 
@@ -132,7 +132,7 @@ class Judge:
         if min(worth.values()) < enough:
             return LITTLE
         if any(self._needless(rest, fit, worth[slug]) for slug, rest in rests.items()):
-            return SHARE
+            return FORM
         strongest = max(worth, key=worth.get)
         bounded = [slug for slug in fit.slugs if at_its_bound(fit, slug)]
         if bounded and self.scores(self.pool.base).sum() < BASE_FIT.minimum_poor:
@@ -154,8 +154,7 @@ class Judge:
         return BOUND_REMAINS if set(bounded) - {strongest} and leaves_more(program, fit) else None
 
     def _needless(self, rest: Fit, fit: Fit, worth: float) -> bool:
-        """True if an effect explains next to nothing of the misfit, and a set leaves little more than noise
-        without it."""
+        """True if an effect explains next to nothing of the misfit, and a set leaves about noise without it."""
         program, base = self.pool.program, self.pool.base
         if rest is base or worth >= VERDICT.imperfect_share**2 * evidence(
             program, base, fit, inflation_of(program, fit)
@@ -163,7 +162,7 @@ class Judge:
             return False
         masks = program.fitted, program.unseen
         left = max(predictive_chi_square(program, rest, mask) - floor(program, rest, mask) for mask in masks)
-        return left <= VERDICT.clearly_left
+        return left <= VERDICT.minimum_over
 
     def _small(self, rest: Fit, fit: Fit, gained: float, share: float) -> bool:
         """True if an effect removes only a small share of what the others leave, and of the whole misfit."""

@@ -96,6 +96,7 @@ class Explanation:
         second_look: a search on all recordings that named nothing, although a score stood out.
         contending: sets that explain and predict more than `final`, but no more than drift explains. They
             are pairs and triples where effects are named, and the one of most evidence where none is.
+        beyond_form: effects that would explain less beside `final` than a form is known by.
         nearest: fit of least objective of all sets that were tried; None where none was.
         scores: cross-validation of models.
         weigh_effects: leave-one-effect-out evidence of another model of these recordings.
@@ -108,6 +109,7 @@ class Explanation:
     p_value: float
     p_is_bound: bool
     together: bool = False
+    beyond_form: list[str] = field(default_factory=list)
     second_look: "Explanation | None" = None
     contending: list[tuple[str, ...]] = field(default_factory=list)
     nearest: Fit | None = None

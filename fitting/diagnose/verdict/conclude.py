@@ -28,7 +28,7 @@ from .probabilities import (
     probabilities,
     weights_of,
 )
-from .text import contended, separating
+from .text import beyond_form, contended, separating
 from .unexplained import by_discrepancy
 
 VERDICT = DEFAULT.verdict
@@ -108,8 +108,10 @@ def _contending(explanation: Explanation, found: list[Found]) -> list[str]:
     """Remark on sets that contend with the named one, or with the base model where nothing is found."""
     if found and found[0].slug == UNMODELLED:
         return []
-    others = [one for one in explanation.contending if set(one) != set(explanation.final.slugs)]
-    return [contended(one, bool(explanation.final.slugs)) for one in others]
+    named = explanation.final.slugs
+    others = [one for one in explanation.contending if set(one) != set(named)]
+    said = [contended(one, bool(named)) for one in others]
+    return said + [beyond_form(slug, named) for slug in explanation.beyond_form]
 
 
 def _described(

@@ -199,7 +199,7 @@ def _at_ends(conclusion: Conclusion) -> list[str]:
     if not names:
         return []
     ends = "the end of what is known of it" if len(names) == 1 else "the ends of what is known of them"
-    return [f"It does so only with {joined(names)} at {ends}, which may hide what the model leaves out."]
+    return [f"It does so with {joined(names)} at {ends}, which may hide what the model leaves out."]
 
 
 def needless(slugs: Sequence[str]) -> str:
@@ -332,6 +332,15 @@ def contended(slugs: tuple[str, ...], named: bool) -> str:
     return (
         f"{joined(slugs)} {explain} the recordings better than {less}, "
         "but drift or noise of the instruments explains the difference as well"
+    )
+
+
+def beyond_form(slug: str, named: Sequence[str]) -> str:
+    """A sentence about an effect that explains less beside others than their forms are known by."""
+    they = "it explains" if len(named) == 1 else "they explain"
+    return (
+        f"{slug} beside {joined(named)} would explain less than {number(100.0 * VERDICT.imperfect_share**2)} % "
+        f"of what {they}, and no form is known so well: not accepted"
     )
 
 

@@ -113,12 +113,16 @@ def _one(conclusion: Conclusion, k: int, panels: Sequence[Axes], other: str | No
     top.set_title(f"{recording.name}{role}", fontsize=9)
     top.set_ylabel(axis_label(column), fontsize=8)
     _residuals(conclusion, k, 0, below)
-    for j, more in enumerate(channels):
-        if other is not None and more.quantity == other:
-            _residuals(conclusion, k, j, panels[2])
     if other is not None:
         below.set_ylabel(f"{channel.quantity.replace('_', ' ')}\nresidual / noise", fontsize=7)
-        panels[2].set_ylabel(f"{other.replace('_', ' ')}\nresidual / noise", fontsize=7)
+        second = [j for j, more in enumerate(channels) if j > 0 and more.quantity == other]
+        for j in second:
+            _residuals(conclusion, k, j, panels[2])
+        if second:
+            panels[2].set_ylabel(f"{other.replace('_', ' ')}\nresidual / noise", fontsize=7)
+        else:
+            panels[2].axis("off")
+            panels = panels[:2]
     rows = conclusion.place.rows
     if conclusion.mismatch and rows is not None and rows[0] == recording.name:
         for axes in panels:
