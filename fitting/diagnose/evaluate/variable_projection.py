@@ -9,6 +9,7 @@ import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import jax
 import numpy as np
 from scipy.sparse import csc_array, csr_array, vstack
 from scipy.sparse.linalg import SuperLU, splu
@@ -17,6 +18,7 @@ from fitting.inference.channels import Channel
 
 from ..settings import DEFAULT
 from .latent_trajectories import LatentTrajectory
+from .trajectory_elimination import best_steps, projected_columns
 
 TRAJECTORIES = DEFAULT.trajectories
 
@@ -55,7 +57,7 @@ class Projection:
 
     trajectories: Sequence[LatentTrajectory]
     channels: Sequence[Channel]
-    _answers: dict[bytes, tuple] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _answers: dict[bytes, dict] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @functools.cached_property
     def design(self) -> csr_array:
@@ -109,10 +111,7 @@ class Projection:
         """An array (..., trajectories, rows) from unknowns (..., unknowns). Padding moves as the last row."""
         count = len(self.trajectories)
         turned = unknowns.reshape(*unknowns.shape[:-1], unknowns.shape[-1] // count, count)
-        found = np.swapaxes(turned, -1, -2)[..., ::-1].copy()  # kept answers stay as they are
-        for j, trajectory in enumerate(self.trajectories):
-            found[..., j, trajectory.count :] = found[..., j, trajectory.count - 1 : trajectory.count]
-        return found
+        return self._with_padding(np.swapaxes(turned, -1, -2)[..., ::-1])
 
     @functools.cached_property
     def fraction(self) -> np.ndarray:
@@ -189,31 +188,40 @@ class Projection:
         """
         key = misfit.tobytes()  # a search needs the best trajectories first and their derivatives later
         if key not in self._answers:
-            self._answers[key] = self._best(misfit)
-        step, free, factor = self._answers[key]
-        projected, slopes = self._project(jacobian, free, factor)
-        return Answer(self._by_row(step), slopes, misfit + self._changed(step), projected)
-
-    def _best(self, misfit: np.ndarray) -> tuple[np.ndarray, np.ndarray, SuperLU]:
-        """Step of all unknowns, the mask of those that are at no end after it, and the factor of their
-        system."""
-        now = self.fraction
-        walk = self._ordered(np.stack([trajectory.pull() for trajectory in self.trajectories]))
-        pull = self.design.T @ misfit + walk
-        free, step, factor = self.there.copy(), np.zeros(len(now)), None
-        for _ in range(TRAJECTORIES.rounds):
-            factor = self._factor(free)
-            rest = pull + self.system @ np.where(free, 0.0, step)
-            step = np.where(free, -factor.solve(np.where(free, rest, 0.0)), step)
-            beyond = free & ((now + step < 0.0) | (now + step > 1.0))
-            if not beyond.any():
-                break
-            step[beyond] = np.clip(now + step, 0.0, 1.0)[beyond] - now[beyond]
-            free, factor = free & ~beyond, None
-        step = np.clip(
-            np.clip(now + step, 0.0, 1.0) - now, -TRAJECTORIES.maximum_step, TRAJECTORIES.maximum_step
+            shaped = misfit.reshape(len(self.channels), -1)
+            fraction = np.stack([trajectory.fraction for trajectory in self.trajectories])
+            pull = np.stack([trajectory.pull() for trajectory in self.trajectories])
+            self._answers[key] = jax.device_get(best_steps()(self._arrays, fraction, pull, shaped))
+        best, slopes, projected = self._answers[key], [], []
+        width = DEFAULT.optimiser.directions
+        for first in range(0, len(jacobian), width):
+            chunk = np.zeros((width, *best["misfit"].shape))
+            part = jacobian[first : first + width]
+            chunk[: len(part)] = part.reshape(len(part), *best["misfit"].shape)
+            found = jax.device_get(projected_columns()(self._arrays, best["free"], chunk))
+            slopes.append(found["slopes"][: len(part)])
+            projected.append(found["jacobian"][: len(part)].reshape(len(part), -1))
+        steps, none = best["step"], np.zeros((0, *best["step"].shape))
+        return Answer(
+            self._with_padding(steps),
+            self._with_padding(np.concatenate([none, *slopes])),
+            best["misfit"].ravel(),
+            np.concatenate([np.zeros((0, len(misfit))), *projected]),
         )
-        return step, free, self._factor(free) if factor is None else factor
+
+    @functools.cached_property
+    def _arrays(self) -> tuple[np.ndarray, ...]:
+        """The problem as `trajectory_elimination` takes it."""
+        names = "own", "remembered", "source", "precision", "there"
+        own = (np.stack([getattr(one, name) for one in self.trajectories]) for name in names)
+        return *own, *(np.stack(c) for c in zip(*(c.coefficients for c in self.channels), strict=True))
+
+    def _with_padding(self, found: np.ndarray) -> np.ndarray:
+        """An array (..., trajectories, rows) whose padding moves as the last row."""
+        found = found.copy()  # kept answers stay as they are
+        for j, trajectory in enumerate(self.trajectories):
+            found[..., j, trajectory.count :] = found[..., j, trajectory.count - 1 : trajectory.count]
+        return found
 
     def degrees_of_freedom(self) -> float:
         """Degrees of freedom that the trajectories take: trace of their smoother, sum of `leverage`."""
