@@ -1,10 +1,12 @@
 """The compiled function of a campaign: outputs of all recordings, and derivatives along a few directions.
 
-Every candidate effect is in it, neutral where it is absent. Kinds whose rows take long run their recordings
-one by one, side by side on all cores. Their program is then the same for any number of recordings.
+Every candidate effect is in it, neutral where it is absent. Constants that no fit frees have no derivatives
+there. Kinds whose rows take long run their recordings one by one, side by side on all cores. Their program is
+then the same for any number of recordings.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import equinox as eqx
@@ -13,19 +15,21 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.inference.parallel import run_briefly
-from fitting.specimens.rows import Rows
+from fitting.specimens.rows import MARK, Rows
 from fitting.specimens.specimen import Specimen
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.pipeline import Effect, Switched
 from pneusma_jax.program_cache import cached_program, of_package
 
 from ..settings import DEFAULT
-from .evaluation import TRAJECTORY, Raw
+from .evaluation import TRAJECTORY, Raw, trajectories_of
 from .latent_trajectories import remembered_rows
-from .packed import Named, Packed
+from .packed import Grouped, Named, Packed
 from .unknowns import Unknowns
 
 OPTIMISER = DEFAULT.optimiser
+KEPT_STACKS = 8
+"""Maximum number of stacks whose packed recordings are kept."""
 
 Outputs = tuple[dict[str, np.ndarray], dict[str, np.ndarray], dict[str, np.ndarray]]
 """Outputs, (recordings, rows), their derivatives, (directions, recordings, rows), and drivers, by name."""
@@ -47,15 +51,15 @@ class Compiled:
     def __init__(self, specimen: Specimen, unknowns: Unknowns, always: tuple[Effect, ...], trajectories: int):
         self._unknowns, self._always, self._trajectories = unknowns, always, trajectories
         self.one_by_one = specimen.each_alone
+        self._parts: dict[tuple, tuple[list, dict[tuple, Packed]]] = {}
         count = len(unknowns.base)
 
         def outputs(
-            base: Named, own: jax.Array, shifts: jax.Array, on: jax.Array, always: tuple, rows: Rows
+            base: Named, own: jax.Array, moved: jax.Array, on: jax.Array, always: tuple, rows: Rows
         ) -> tuple:
-            rows = eqx.tree_at(lambda r: r.base, rows, base.columns)
+            rows = eqx.tree_at(lambda r: r.base, rows, rows.base | base.columns)
             if trajectories:
-                moved = tuple(x + shifts[j] for j, x in enumerate(rows.extra[TRAJECTORY]))
-                rows = eqx.tree_at(lambda r: r.extra[TRAJECTORY], rows, moved)
+                rows = replace(rows, extra=rows.extra | {TRAJECTORY: tuple(moved)})
             tried = unknowns.effects(jnp.concatenate([jnp.zeros(count), own]))
             effects = (*always, *(Switched(effect, on[k]) for k, effect in enumerate(tried)))
             each = lambda row: specimen.answer({}, row, effects)  # noqa: E731
@@ -63,21 +67,26 @@ class Compiled:
 
         def evaluate(
             base: Named,
+            still: Named,
             own: jax.Array,
+            moved: jax.Array,
             along_base: Named,
             along_own: jax.Array,
-            along_trajectories: jax.Array,
             on: jax.Array,
             always: tuple,
             recordings: Packed,
         ) -> tuple:
-            still, rows = 0.0 * along_trajectories[0], recordings.tree
+            rows = eqx.tree_at(lambda r: r.base, recordings.tree, still.columns)
+            along_trajectories = _each_trajectory(moved, self.width)
 
             def along(*steps: Any) -> tuple:
-                lead = lambda base, own, shifts: outputs(base, own, shifts, on, always, rows)  # noqa: E731
-                return jax.jvp(lead, (base, own, still), steps, has_aux=True)
+                lead = lambda base, own, moved: outputs(base, own, moved, on, always, rows)  # noqa: E731
+                return jax.jvp(lead, (base, own, moved), steps, has_aux=True)
 
-            return jax.vmap(along, out_axes=(None, 0, None))(along_base, along_own, along_trajectories)
+            found, slopes, drivers = jax.vmap(along, out_axes=(None, 0, None))(
+                along_base, along_own, along_trajectories
+            )
+            return Grouped.of(found), Grouped.of(slopes), Grouped.of(drivers)
 
         name = f"diagnosis of {specimen!r}: {' '.join(unknowns.slugs)}"
         keep = all(of_package(CATALOGUE[slug]) for slug in unknowns.slugs)  # one's own may change
@@ -102,8 +111,12 @@ class Compiled:
         """
         unknowns, count = self._unknowns, self._trajectories
         stated, most = unknowns.stated(u, stacked), self.width + 2 * count
-        names = tuple(stated)
-        base = np.stack(list(stated.values()), axis=-1)
+        free = {unknowns.items[k].name.partition(MARK)[0] for k in unknowns.base}
+        names, others = (tuple(n for n in stated if (n in free) == wanted) for wanted in (True, False))
+        base, still = (
+            np.stack([stated[n] for n in some], axis=-1) if some else np.zeros((len(stacked.mask), 0))
+            for some in (names, others)
+        )
         along_base = np.zeros((most, *base.shape))
         along_own = np.zeros((most, len(unknowns) - len(unknowns.base)))
         for row, k in enumerate(columns):
@@ -112,28 +125,23 @@ class Compiled:
                 along_base[row, :, names.index(stem)] = share
             else:
                 along_own[row, k - len(unknowns.base)] = 1.0
-        along = np.zeros((most, count, *stacked.mask.shape))
-        for j in range(count):
-            along[self.width + j, j] = 1.0
-            along[self.width + count + j, j] = remembered_rows(np.asarray(stacked.extra[TRAJECTORY][j]))
         own, on = u[len(unknowns.base) :], unknowns.present(u, columns)
-        leaves, structure = jax.tree.flatten(eqx.tree_at(lambda r: r.base, stacked, {}))
-        leaves = [np.asarray(leaf) for leaf in leaves]
+        moved = np.moveaxis(trajectories_of(stacked), 1, 0) if count else np.zeros((0, *stacked.mask.shape))
+        parts = self._packed(stacked)
 
         def evaluate(part: slice = slice(None)) -> Outputs:
-            rows = structure.unflatten([leaf[part] for leaf in leaves])
-            return jax.device_get(
-                self._evaluate(
-                    Named(base[part], names),
-                    own,
-                    Named(along_base[:, part], names),
-                    along_own,
-                    along[:, :, part],
-                    on,
-                    self._always,
-                    Packed.of(rows),
-                )
+            found = self._evaluate(
+                Named(base[part], names),
+                Named(still[part], others),
+                own,
+                moved[:, part],
+                Named(along_base[:, part], names),
+                along_own,
+                on,
+                self._always,
+                parts(part),
             )
+            return tuple(Grouped.apart(one) for one in jax.device_get(found))
 
         there = np.asarray(stacked.mask).any(axis=1) & (True if chosen is None else chosen)
         found, slopes, drivers = _one_by_one(evaluate, there) if self.one_by_one else evaluate()
@@ -144,6 +152,42 @@ class Compiled:
             {name: value[self.width :] for name, value in slopes.items()},
             drivers,
         )
+
+    def _packed(self, stacked: Rows) -> Callable[[slice], Packed]:
+        """Function that packs a part of a stack, without what runs vary. Parts are packed once."""
+        still = eqx.tree_at(lambda r: r.base, stacked, {})
+        if self._trajectories:
+            still = replace(still, extra={name: x for name, x in still.extra.items() if name != TRAJECTORY})
+        leaves, structure = jax.tree.flatten(still)
+        key = structure, *map(id, leaves)
+        known = self._parts.get(key)
+        if known is None:
+            if len(self._parts) >= KEPT_STACKS:
+                self._parts.pop(next(iter(self._parts)), None)
+            known = self._parts[key] = leaves, {}  # which keeps the arrays, and so their ids
+        packed = known[1]
+
+        def of_part(part: slice) -> Packed:
+            place = part.start, part.stop
+            if place not in packed:
+                packed[place] = Packed.of(structure.unflatten([np.asarray(leaf)[part] for leaf in leaves]))
+            return packed[place]
+
+        return of_part
+
+
+def _each_trajectory(moved: jax.Array, first: int) -> jax.Array:
+    """Directions of a run along trajectories: each as a whole, then its remembered rows alone.
+
+    Args:
+        moved: trajectories, (trajectories, recordings, rows).
+        first: number of directions before these, which are along none.
+    """
+    count = len(moved)
+    still = jnp.zeros((first, *moved.shape))
+    unit = jnp.eye(count)[:, :, None, None]
+    whole = unit * jnp.ones_like(moved)
+    return jnp.concatenate([still, whole, unit * remembered_rows(moved)]) if count else still
 
 
 def _of_one(each: Callable[[Rows], tuple], stack: Rows) -> tuple:

@@ -9,7 +9,11 @@ row that it remembers.
 
 from dataclasses import dataclass
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+
+from pneusma_jax.numerics.safe import namespace_of
 
 
 @dataclass(frozen=True)
@@ -90,12 +94,12 @@ def intervals(time: np.ndarray) -> np.ndarray:
     return np.where(steps > 0.0, steps, usual)
 
 
-def remembered_rows(fraction: np.ndarray) -> np.ndarray:
-    """Rows hotter than all before them, which later rows remember, along the last axis."""
-    lowest = np.minimum.accumulate(fraction, axis=-1)
-    found = np.ones(fraction.shape, bool)
-    found[..., 1:] = fraction[..., 1:] < lowest[..., :-1]
-    return found
+def remembered_rows(fraction: np.ndarray | jax.Array) -> np.ndarray | jax.Array:
+    """Rows hotter than all before them, which later rows remember, along the last axis; may be traced."""
+    xp = namespace_of(fraction)
+    lowest = jax.lax.cummin(fraction, fraction.ndim - 1) if xp is jnp else np.minimum.accumulate(fraction, -1)
+    first = xp.ones((*fraction.shape[:-1], 1), bool)
+    return xp.concatenate([first, fraction[..., 1:] < lowest[..., :-1]], axis=-1)
 
 
 def averaging(slope: np.ndarray, fraction: np.ndarray, block: int) -> np.ndarray:

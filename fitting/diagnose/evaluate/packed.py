@@ -1,5 +1,6 @@
 """Many small arrays as few large ones, since a compiled program takes time for each of its arguments."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -7,6 +8,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+
+SEPARATOR = "\n"
+"""Character between the names of a group; no name has it."""
 
 
 @partial(jax.tree_util.register_dataclass, data_fields=["flat"], meta_fields=["forms", "structure"])
@@ -64,3 +68,24 @@ class Named:
     def columns(self) -> dict[str, jax.Array]:
         """Each column by its name; may be traced."""
         return {name: self.values[..., k] for k, name in enumerate(self.names)}
+
+
+class Grouped:
+    """Arrays by name, those of one shape and type as one array: reading each takes time.
+
+    Names are keys of the groups, so that a stored program says which arrays it returns.
+    """
+
+    @staticmethod
+    def of(arrays: Mapping[str, jax.Array]) -> dict[str, jax.Array]:
+        """Groups of arrays by their joined names; may be traced."""
+        groups: dict[tuple, list[str]] = {}
+        for name, array in arrays.items():
+            groups.setdefault((array.shape, array.dtype), []).append(name)
+        return {SEPARATOR.join(names): jnp.stack([arrays[n] for n in names]) for names in groups.values()}
+
+    @staticmethod
+    def apart(groups: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The arrays of groups by name."""
+        pairs = ((names.split(SEPARATOR), whole) for names, whole in groups.items())
+        return {n: x for names, whole in pairs for n, x in zip(names, whole, strict=True)}
