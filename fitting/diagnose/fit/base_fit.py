@@ -42,10 +42,11 @@ def base_fit(
     if bound or reduced(program, fit, program.fitted) > BASE_FIT.minimum_poor:
         stuck = bool(bound) or not departed_from(program, fit, begin)
         starts = [*_elsewhere(program, fit, stuck), *further(program)]
-        others = run_parallel(lambda u: Refitter(program).fit((), u), starts)
+        refitter = Refitter(program)
+        others = run_parallel(lambda u: refitter.fit((), u, complete=False), starts)
         other = min(others, key=lambda f: f.objective)
         if clearly_better(program, fit, other):
-            program, fit = fit_with_noise(program, other)
+            program, fit = fit_with_noise(program, refitter.completed(other))
     return program, fit
 
 

@@ -138,12 +138,12 @@ def fitted_sets(
 
     def fitted(job: tuple[tuple[str, ...], np.ndarray | Fit, int]) -> tuple[tuple[str, ...], Fit]:
         slugs, start, rounds = job
-        fit = refitter.fit(slugs, start, rounds, near[slugs])
+        fit = refitter.fit(slugs, start, rounds, near[slugs], complete=False)
         if min(fit.objective, best[slugs].objective if slugs in best else np.inf) < current.objective:
             return slugs, fit
         added = [slug for slug in slugs if slug not in current.slugs]
         faint = _fainter(program.unknowns, added, current.u, fit.u if isinstance(start, Fit) else start)
-        again = refitter.fit(slugs, faint, rounds, current.evaluation)
+        again = refitter.fit(slugs, faint, rounds, current.evaluation, complete=False)
         return slugs, min(fit, again, key=lambda f: f.objective)
 
     if fresh:
@@ -164,12 +164,12 @@ def fitted_sets(
 
     def begun_again(job: tuple[tuple[str, ...], np.ndarray]) -> Fit:
         slugs, start = job
-        return from_elsewhere(program, best[slugs], start, near[slugs])
+        return from_elsewhere(program, best[slugs], start, near[slugs], complete=False)
 
     for fit in run_parallel(begun_again, elsewhere):
         if fit.objective < best[fit.slugs].objective:
             best[fit.slugs] = fit
-    return list(best.values())
+    return run_parallel(refitter.completed, best.values())
 
 
 def from_elsewhere(
@@ -178,6 +178,7 @@ def from_elsewhere(
     start: "np.ndarray | Fit",
     near: Evaluation | None = None,
     least: float = EVIDENCE.minimum_difference,
+    complete: bool = True,
 ) -> Fit:
     """The better of a fit and one of the same model from another start.
 
@@ -189,12 +190,14 @@ def from_elsewhere(
         start, near: see `Refitter.fit`.
         least: how much better, over the variance of the misfit [nat]. By default it is the difference by
             which two explanations are told apart.
+        complete: see `Refitter.fit`.
     """
-    refitter = Refitter(program)
-    other = refitter.fit(fit.slugs, start, CANDIDATES.first_steps + CANDIDATES.second_steps, near)
+    refitter, few = Refitter(program), CANDIDATES.first_steps + CANDIDATES.second_steps
+    other = refitter.fit(fit.slugs, start, few, near, complete=False)
     if fit.objective - refitter.promised(other) > least * refitter.variance(fit.objective):
-        other = refitter.fit(fit.slugs, other, OPTIMISER.maximum_steps)
-    return min(fit, other, key=lambda one: one.objective)
+        other = refitter.fit(fit.slugs, other, OPTIMISER.maximum_steps, complete=False)
+    best = min(fit, other, key=lambda one: one.objective)
+    return refitter.completed(best) if complete else best
 
 
 def _ahead(

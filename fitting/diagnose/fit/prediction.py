@@ -104,7 +104,7 @@ class _Growth:
 
         Where steps fail, as at a kink, what the next one promises is not to be had.
         """
-        fit = self.alone.fit(self.slugs, start)
+        fit = self.alone.fit(self.slugs, start, complete=False)
         return self.alone.promised(fit) if self.alone.ended(fit) else fit.objective
 
     def _promised(self) -> np.ndarray:

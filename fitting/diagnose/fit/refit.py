@@ -130,6 +130,7 @@ class Refitter:
         start: "np.ndarray | Fit | None" = None,
         rounds: int = OPTIMISER.maximum_steps,
         near: Evaluation | None = None,
+        complete: bool = True,
     ) -> Fit:
         """Refit base constants and effects.
 
@@ -139,6 +140,7 @@ class Refitter:
                 nominal numbers if None. A fit of the same effects is not evaluated again where it ended.
             rounds: most trial steps.
             near: an evaluation whose latent trajectories are begun with where `start` is no fit.
+            complete: false to evaluate no recording that is not fitted, for fits that go on; see `completed`.
         """
         if not self._partial:
             self.program.tally.count(FITS)
@@ -175,7 +177,20 @@ class Refitter:
                 there = max(-gain, promised * OPTIMISER.damping_decrease) < little
                 if there or failures > OPTIMISER.maximum_failures:
                     break
-        return self._finished(u, free, slugs, now)
+        fit = self._finished(u, free, slugs, now)
+        return self.completed(fit) if complete else fit
+
+    def completed(self, fit: Fit) -> Fit:
+        """The fit with all recordings evaluated, those that were not fitted, too."""
+        others = ~(self.counted | fit.evaluation.asked)
+        if self._partial:  # recordings for validation are not what is left out
+            others &= self.program.fitted
+        if not others.any():
+            return fit
+        beside = self._evaluated(fit.u, fit.free, fit.evaluation, others)
+        if self.program.hidden:  # these trajectories did not follow the fit, which may have gone far
+            beside = beside.bettered(self._evaluated(fit.u, fit.free, None, others))
+        return replace(fit, evaluation=fit.evaluation.taking(beside, others))
 
     def promised(self, fit: Fit) -> float:
         """Predicted objective after a fit's next step, to second order."""
@@ -262,14 +277,6 @@ class Refitter:
 
     def _finished(self, u: np.ndarray, free: np.ndarray, slugs: tuple[str, ...], now: tuple) -> Fit:
         objective, _, J, evaluation = now
-        others = ~(self.counted | evaluation.asked)
-        if self._partial:  # recordings for validation are not what is left out
-            others &= self.program.fitted
-        if others.any():
-            beside = self._evaluated(u, free, evaluation, others)
-            if self.program.hidden:  # these trajectories did not follow the fit, which may have gone far
-                beside = beside.bettered(self._evaluated(u, free, None, others))
-            evaluation = evaluation.taking(beside, others)
         H = J.T @ J + np.diag(prior_sd(self.unknowns, free) ** -2)
         values, vectors = np.linalg.eigh(H)
         values = np.maximum(values, 1e-6)
