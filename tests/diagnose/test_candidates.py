@@ -9,7 +9,9 @@ from linear_world import ANOTHER, CONSTANT, DELAY, SWELLING, tubes
 from fitting.diagnose.check import answers
 from fitting.diagnose.fit import candidates
 from fitting.diagnose.fit.candidates import candidate_fits
+from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.explain import explain
+from fitting.diagnose.search.set_search import scored
 from fitting.diagnose.settings import DEFAULT
 from fitting.diagnose.verdict.conclude import conclude
 
@@ -22,13 +24,16 @@ class Fits:
     def __init__(self, promises):
         self.promises, self.ended = promises, set()
 
-    def fit(self, slugs, start, rounds=0, near=None):
+    def fit(self, slugs, start, rounds=0, near=None, complete=True):
         slug = slugs[-1]
         if rounds == DEFAULT.optimiser.maximum_steps:
             self.ended.add(slug)
         slow = 295.0 if rounds < DEFAULT.optimiser.maximum_steps else 100.0
         objective = slow if slug == "slow" else 200.0 + 10.0 * SLUGS.index(slug)
         return SimpleNamespace(slugs=slugs, objective=objective, u=np.zeros(1), evaluation=None, at_bound=())
+
+    def completed(self, fit):
+        return fit
 
     def variance(self, objective):
         return 1.0
@@ -78,6 +83,26 @@ def test_beside_one_that_leaves_noise_none_is_fitted_on_that_promises_far_more(m
     screen = SimpleNamespace(scores=[_score(s) for s in SLUGS], about_nominal=())
     found = _directions(monkeypatch, fits, screen, values)
     assert fits.ended == ended and len(found) == 9
+
+
+def test_recordings_for_validation_run_where_fits_have_ended():
+    """A fit that goes on leaves them; each set that is handed on has them, as a fit of its own would."""
+    rng = np.random.default_rng(4)
+    world = tubes(roles=("fit", "fit", "fit", "validation"))
+    program = world.program(world.truth(rng, [0.4, -0.3], **{CONSTANT: 8.0}))
+    refitter = Refitter(program)
+    part = refitter.fit((CONSTANT,), complete=False)
+    np.testing.assert_array_equal(part.evaluation.asked, [True, True, True, False])
+    with pytest.raises(ValueError, match="not evaluated"):
+        part.evaluation.chi2(program.unseen.astype(float))
+    whole = refitter.fit((CONSTANT,))
+    for fit in (whole, refitter.completed(part)):
+        np.testing.assert_allclose(fit.u, whole.u)
+        np.testing.assert_allclose(fit.evaluation.misfit[3], whole.evaluation.misfit[3])
+    base = refitter.fit(())
+    handed_on = candidate_fits(program, base, scored(program, base, rng), lambda _: None, 1)
+    assert handed_on
+    assert all(candidate.fit.evaluation.asked.all() for candidate in handed_on)
 
 
 def test_what_is_said_of_an_effect_that_was_asked_for():

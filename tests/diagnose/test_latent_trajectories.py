@@ -82,6 +82,43 @@ def test_the_answer_is_the_least_squares_solution(rng, count):
     )
 
 
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_elimination_of_rows_solves_the_whole_system(rng, count):
+    """Against the dense system: rows that remember others, correlated errors, gaps, padding, rows at an end."""
+    rows, there = 60, 50
+    sigma = np.where(np.arange(rows) < there, 0.1, np.inf)
+    sigma[7] = np.inf
+    members = [Channel(name, rng.normal(size=rows), sigma, c) for name, c in (("curvature", 0.4), ("length", 0.0))]
+    free = []
+    for number in range(count):
+        fraction = np.clip(0.5 + 0.3 * np.cumsum(rng.normal(size=rows)), 0.0, 1.0)
+        slopes = rng.normal(size=(2, 2, rows))
+        free.append(LatentTrajectory.of(number, fraction, *slopes, 1e-3, np.arange(rows) * 0.5, there))
+    projection = Projection(free, members)
+    assert any(np.any(one.source != np.arange(rows)) and np.any(one.remembered) for one in free)
+    misfit, jacobian = 0.3 * rng.normal(size=2 * rows), rng.normal(size=(20, 2 * rows))
+    answer = projection.answer(misfit, jacobian)
+    steps = projection._ordered(answer.steps)
+    end = (projection.fraction + steps <= 0.0) | (projection.fraction + steps >= 1.0)
+    limit = DEFAULT.trajectories.maximum_step
+    held = ~projection.there | end
+    assert np.any(end & projection.there)
+    assert np.all(np.abs(steps) <= limit)
+    # the derivatives of free rows, and what is left of the directions, by dense algebra
+    D, H = projection.design.toarray(), projection.system.toarray()
+    inside = np.flatnonzero(~held)
+    slopes = np.zeros((20, len(held)))
+    slopes[:, inside] = -np.linalg.solve(H[np.ix_(inside, inside)], (D.T @ jacobian.T)[inside]).T
+    found = projection._ordered(answer.slopes)
+    np.testing.assert_allclose(found[:, projection.there], slopes[:, projection.there], atol=1e-10)
+    np.testing.assert_allclose(answer.jacobian, jacobian + slopes @ D.T, atol=1e-10)
+    np.testing.assert_allclose(answer.misfit, misfit + projection.change(np.where(projection.there, steps, 0.0)
+        .reshape(rows, count)[::-1].T), atol=1e-10)  # fmt: skip
+    if np.all(np.abs(steps) < limit):  # no step was cut, so the gradient vanishes in every free row
+        walk = projection._ordered(np.stack([one.pull() for one in free]))
+        np.testing.assert_allclose((D.T @ misfit + walk + H @ np.where(projection.there, steps, 0.0))[inside], 0.0, atol=1e-9)
+
+
 def test_answers_may_be_written_into(rng):
     members = channels(rng)
     projection = Projection([course(rng, smooth(rng))], members)

@@ -1,5 +1,6 @@
 """Recordings that a program runs one by one give what they give together, and only those that are asked for run."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import jax
@@ -8,7 +9,7 @@ import pytest
 from diagnosis_coupons import curve, write
 
 from fitting.data.recordings import read_campaign
-from fitting.diagnose.evaluate.packed import Named, Packed
+from fitting.diagnose.evaluate.packed import Grouped, Named, Packed
 from fitting.diagnose.evaluate.program import Program
 
 
@@ -84,3 +85,29 @@ def test_an_actuator_one_by_one_is_that_of_a_stack():
         np.testing.assert_allclose(alone.jacobian[k], together.jacobian[k], rtol=1e-3, atol=1e-3)
     count = len(program.channels)
     np.testing.assert_allclose(alone.trajectories[:count], together.trajectories[:count], atol=1e-6)
+
+
+def test_arrays_of_one_shape_are_read_as_one_and_keep_their_names():
+    arrays = {"a": np.arange(3.0), "b_2": np.ones((2, 2)), "c": np.arange(3.0) + 5.0, "d": np.arange(3)}
+    groups = jax.device_get(jax.jit(Grouped.of)(arrays))
+    assert len(groups) == 3
+    found = Grouped.apart(groups)
+    assert found.keys() == arrays.keys()
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(found[name], array)
+
+
+def test_derivatives_are_by_the_constants_that_are_free(program):
+    """Those by the others are not compiled; outputs still depend on them."""
+    compiled, unknowns = program._compiled, program.unknowns
+    (k,) = unknowns.base
+    u, step = unknowns.neutral, 1e-4
+    moved = [compiled.run(u + sign * step * (np.arange(len(u)) == k), unknowns.base, program.stacked) for sign in (1, -1)]
+    slope = (moved[0].found["stress"] - moved[1].found["stress"]) / (2.0 * step)
+    np.testing.assert_allclose(moved[0].slopes["stress"][0], slope, rtol=1e-4, atol=1e-9 * np.abs(slope).max())
+    names = [item.name for item in unknowns.items]
+    (held,) = (name for name in program.stacked.base if name == "stress_zero" and name not in names)
+    shifted = {held: np.asarray(program.stacked.base[held]) + 1e3}
+    other = replace(program.stacked, base=program.stacked.base | shifted)
+    change = compiled.run(u, unknowns.base, other).found["stress"] - compiled.run(u, unknowns.base, program.stacked).found["stress"]
+    np.testing.assert_allclose(change, 1e3)

@@ -28,8 +28,6 @@ from .packed import Grouped, Named, Packed
 from .unknowns import Unknowns
 
 OPTIMISER = DEFAULT.optimiser
-KEPT_STACKS = 8
-"""Maximum number of stacks whose packed recordings are kept."""
 
 Outputs = tuple[dict[str, np.ndarray], dict[str, np.ndarray], dict[str, np.ndarray]]
 """Outputs, (recordings, rows), their derivatives, (directions, recordings, rows), and drivers, by name."""
@@ -162,7 +160,7 @@ class Compiled:
         key = structure, *map(id, leaves)
         known = self._parts.get(key)
         if known is None:
-            if len(self._parts) >= KEPT_STACKS:
+            if len(self._parts) >= OPTIMISER.kept_stacks:
                 self._parts.pop(next(iter(self._parts)), None)
             known = self._parts[key] = leaves, {}  # which keeps the arrays, and so their ids
         packed = known[1]

@@ -205,7 +205,7 @@ class Projection:
         return Answer(
             self._with_padding(steps),
             self._with_padding(np.concatenate([none, *slopes])),
-            best["misfit"].ravel(),
+            best["misfit"].flatten(),  # kept answers stay as they are
             np.concatenate([np.zeros((0, len(misfit))), *projected]),
         )
 

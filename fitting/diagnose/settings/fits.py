@@ -32,6 +32,9 @@ class Optimiser:
         16, "Maximum number of unknowns for the derivatives of one run of the compiled program.",
         basis="a triple of actuators has 13 to 16: one run of 20 ms replaced two of 17 ms",
     )  # fmt: skip
+    kept_stacks: int = threshold(
+        8, "Maximum number of stacks of recordings that are kept as a compiled program takes them."
+    )
     failed_deviation: float = threshold(
         30.0, "Minimum misfit for a row in which the model has no answer.", "sd"
     )
