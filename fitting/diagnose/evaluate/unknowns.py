@@ -107,7 +107,10 @@ class Unknowns:
                 *(u for slug in slugs for u in _effect_unknowns(slug, letter)),
             ]
         )
-        self.base = np.array([k for k, item in enumerate(self.items) if not item.effect], int)
+        self._places: dict[str, list[int]] = {}
+        for k, item in enumerate(self.items):
+            self._places.setdefault(item.effect, []).append(k)
+        self.base = np.array(self._places.get("", []), int)
         self.low = np.array([item.low for item in self.items])
         self.high = np.array([item.high for item in self.items])
         self.neutral = np.array([item.start if item.shape else 0.0 for item in self.items])
@@ -118,8 +121,7 @@ class Unknowns:
 
     def of(self, slugs: Iterable[str]) -> np.ndarray:
         """Indices of the parameters of effects, in the order given."""
-        found = [k for slug in slugs for k, item in enumerate(self.items) if item.effect == slug]
-        return np.array(found, int)
+        return np.array([k for slug in slugs for k in self._places.get(slug, [])], int)
 
     def amplitudes(self, slug: str) -> np.ndarray:
         """Indices of the parameters of an effect that are not shapes."""
@@ -137,9 +139,9 @@ class Unknowns:
 
     def present(self, u: np.ndarray, columns: Iterable[int] = ()) -> np.ndarray:
         """True for effects that change anything at `u`, or have one of `columns` as a parameter, (slugs,)."""
-        asked = {self.items[k].effect for k in columns}
-        there = [bool(np.any(u[self.amplitudes(slug)] != 0.0)) or slug in asked for slug in self.slugs]
-        return np.array(there, bool)
+        there = {self.items[k].effect for k in columns}
+        there |= {self.items[k].effect for k in np.flatnonzero(u) if not self.items[k].shape}
+        return np.array([slug in there for slug in self.slugs], bool)
 
     def values(self, u: np.ndarray) -> dict[str, float]:
         """Base constants in SI by name."""
