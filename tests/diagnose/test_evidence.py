@@ -18,7 +18,8 @@ def beside_courses(monkeypatch, again=None):
     """A campaign of one recording with latent trajectories; what a refit near a candidate's courses ends at."""
     monkeypatch.setattr(candidates, "inflation_of", lambda program, fit: 1.0)
     monkeypatch.setattr(evidence, "_occam", lambda *anything: 0.0)
-    refitter = SimpleNamespace(fit=lambda slugs, u, rounds, near=None: again, promised=lambda fit: fit.objective, variance=lambda objective: 1.0)
+    refitter = SimpleNamespace(fit=lambda slugs, u, rounds, near=None, complete=True: again, completed=lambda fit: fit,
+        promised=lambda fit: fit.objective, variance=lambda objective: 1.0)
     monkeypatch.setattr(candidates, "Refitter", lambda program: refitter)
     unknowns = SimpleNamespace(slugs=("a",), base=np.array([0]), neutral=np.zeros(2), amplitudes=lambda slug: np.array([1]))
     return SimpleNamespace(
@@ -54,7 +55,8 @@ def test_no_trial_is_credited_with_a_better_place_of_the_bases_own_constants(mon
     program = beside_courses(monkeypatch)
     program.hidden, program.followed, begun = False, lambda evaluation: [None], []
     refitter = SimpleNamespace(
-        fit=lambda slugs, start, rounds, near=None: begun.append(start) or better, promised=lambda fit: fit.objective - 3.0, variance=lambda objective: 1.0
+        fit=lambda slugs, start, rounds, near=None, complete=True: begun.append(start) or better, completed=lambda fit: fit,
+        promised=lambda fit: fit.objective - 3.0, variance=lambda objective: 1.0
     )
     monkeypatch.setattr(candidates, "Refitter", lambda program: refitter)
     near, far = (candidates.CandidateFit("a", fitted(80.0, 0.0, at), 20.0, 0.0) for at in (0.1, 2.0))
