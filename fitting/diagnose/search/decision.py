@@ -154,7 +154,7 @@ class Judge:
         return BOUND_REMAINS if set(bounded) - {strongest} and leaves_more(program, fit) else None
 
     def _needless(self, rest: Fit, fit: Fit, worth: float) -> bool:
-        """True if an effect explains next to nothing of the misfit, and a set leaves about noise without it."""
+        """True if an effect explains next to nothing of the misfit, and about noise is left without it."""
         program, base = self.pool.program, self.pool.base
         if rest is base or worth >= VERDICT.imperfect_share**2 * evidence(
             program, base, fit, inflation_of(program, fit)

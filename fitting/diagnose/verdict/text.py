@@ -339,8 +339,9 @@ def beyond_form(slug: str, named: Sequence[str]) -> str:
     """A sentence about an effect that explains less beside others than their forms are known by."""
     they = "it explains" if len(named) == 1 else "they explain"
     return (
-        f"{slug} beside {joined(named)} would explain less than {number(100.0 * VERDICT.imperfect_share**2)} % "
-        f"of what {they}, and no form is known so well: not accepted"
+        f"{slug} beside {joined(named)} would explain less than "
+        f"{number(100.0 * VERDICT.imperfect_share**2)} % of what {they}, and no form is known so well: not "
+        "accepted"
     )
 
 
