@@ -2,7 +2,7 @@
 sensitivities.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import equinox as eqx
@@ -74,14 +74,16 @@ def next_test(problem: Problem, parameters: Parameters, found: Information, iden
         problem: the fitted problem.
         parameters: free parameters at the values found.
         found: information of the tests that were made.
-        identify: the alloy is being identified, so cold and hot tests are held at those phases.
+        identify: the alloy is being identified, so cold and hot tests are held at those phases. Of a known
+            alloy they are, where tests of that phase that were made are.
     """
     template = problem.rows[problem.fitted[0]]
     plans = _plans([problem.tests[k] for k in problem.fitted], _reach(template))
     values = parameters.valuesdict()
-    designed = [
-        _design(problem, template, phase, xi0, strain, identify) for _, _, phase, xi0, strain in plans
-    ]
+    level = np.asarray(problem.stacked.extra["level"])
+    held = {float(level[k]) for k in problem.fitted if k not in problem.free_tests}
+    held |= {0.0, 1.0} if identify else set()
+    designed = [_design(problem, template, phase, xi0, strain, held) for _, _, phase, xi0, strain in plans]
     stacked = _measured(values_of(problem.parameters, values), stack(designed, problem.stacked))
     each = fisher(problem, values, stacked)
     now = found.sd()
@@ -144,7 +146,7 @@ def _plans(
 
 
 def _design(
-    problem: Problem, template: Rows, phase: Phase, xi0: float, strain: float, identify: bool
+    problem: Problem, template: Rows, phase: Phase, xi0: float, strain: float, held: Collection[float]
 ) -> Rows:
     """A test that has not been made, at a constant martensite fraction; as long as those that have."""
     size = problem.stacked.mask.shape[1] * 3 // 4
@@ -154,7 +156,7 @@ def _design(
     place = np.linspace(0.0, walked[-1], size)
     elongation = np.interp(place, walked, corners)
     sigma = {name: _typical(problem, name) for name in template.weight}
-    level = LEVEL[phase] if identify else None
+    level = LEVEL[phase] if LEVEL[phase] in held else None
     usual = lambda name: np.asarray(np.median(np.asarray(problem.stacked.extra[name])))  # noqa: E731
     extra = {
         **undecided(template).extra,
