@@ -27,7 +27,7 @@ DEFAULT = "dragon_skin_10_fast"
 UNKNOWN = 0.4
 """Relative standard deviation of the stiffness of a silicone that is to be fitted [1]."""
 AMONG_SPECIMENS = 0.1
-"""Relative standard deviation of the stiffness among specimens of a silicone whose law is that open [1].
+"""Minimum relative standard deviation of stiffness among specimens of a silicone whose law is so open [1].
 
 In a public database of 19 cast mixtures two cylinders of each differ by 0 to 7 %. Strips that are cut by hand
 have a doubtful cross-section as well."""
@@ -130,7 +130,7 @@ def always_open(campaign: Campaign, identify: bool, law: Parameters) -> dict[str
     """Relative standard deviation of the stress factor of a silicone to be fitted.
 
     A law whose moduli are as open as its stiffness has that stiffness for all specimens. Their factors are
-    then what they differ by, unless a tolerance says otherwise. So a specimen that is only predicted is as
+    then what they differ by, at least; a tolerance may say more. So a specimen that is only predicted is as
     stiff as those that were fitted. Beside any other law the factor has the stiffness that nobody knows.
 
     Args:
@@ -144,8 +144,7 @@ def always_open(campaign: Campaign, identify: bool, law: Parameters) -> dict[str
     known = [p for p in moduli if p.prior is None or p.prior.sd < NEARLY * UNKNOWN * abs(p.prior.mean)]
     if not moduli or known:
         return {FACTOR: UNKNOWN}
-    stated = all(FACTOR in priors.tolerances(own, [FACTOR]) for own in campaign.specimens().values())
-    return {} if stated else {FACTOR: AMONG_SPECIMENS}
+    return {FACTOR: max(AMONG_SPECIMENS, priors.tolerances(campaign.recordings, [FACTOR]).get(FACTOR, 0.0))}
 
 
 def table_name(campaign: Campaign, material: str | Path | None = None) -> str | Path:
