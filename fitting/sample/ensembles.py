@@ -26,7 +26,8 @@ SAME_MODEL = 1e-6  # Maximum relative difference of log-probabilities for a stor
 
 
 BENT = "bent"
-"""Group of a chain file with the whitened coordinates of its walkers, where a valley is bent."""
+"""Group of a chain file with the map of its walkers' whitened coordinates, where a valley is bent. The chains
+of such a file are in these coordinates, not in constants."""
 PROPOSALS = "proposals"
 """Group of a chain file with the proposals about the fit; older files have none, and made none."""
 
@@ -161,10 +162,11 @@ class Ensembles(Chains):
 
     @property
     def diagnostics(self) -> dict[str, Any]:
-        """Evidence, for chains that started from the prior."""
-        if not self._evidence:
-            return {}
-        return {"log_evidence": [float(value) for value in self._evidence]}
+        """Evidence, for chains that started from the prior; else how walkers moved."""
+        if self._evidence:
+            return {"log_evidence": [float(value) for value in self._evidence]}
+        share = 0.0 if self._proposals is None else self._proposals.share
+        return {"share_drawn_about_the_fit": share, "straightened": isinstance(self.chart, BentChart)}
 
     @property
     def acceptance(self) -> list[float]:

@@ -3,7 +3,7 @@
 The martensite fraction behind a noisy resistance is such a state. It follows a random walk, and resistance
 and force depend on it, strongly or weakly according to the alloy. Its best trajectory for given parameters
 minimises the same sum of squares as the fit. Rows are coupled to their neighbours and to the few that they
-remember, so each Gauss-Newton step is a few tridiagonal solves.
+remember, so each Gauss-Newton step is one elimination of rows.
 
 A fit sees the profile of the joint problem as a function of the parameters alone. The standard errors then
 contain the state's own uncertainty. A row whose resistance does not depend on the phase says nothing about
