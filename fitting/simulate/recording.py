@@ -249,21 +249,23 @@ def _(
         pj.simulate_spring, spring, inputs["elongation"], state=state, time=inputs["time"],
         effects=model.effects, temperature=temperature,
     )  # fmt: skip
-    read, notices = follow(pj.Resistance(inputs["resistance"])).rows, []
     end = fraction_throughout(recording, complete, model, temperature, spring, state) if denoise else None
+    notices = []
     if end is not None:
         phase = "cold" if end else "hot"
         notices.append(f"fully {phase} throughout (xi0 = {end:g}) explains every resistance within its noise")
         history = follow(pj.MartensiteFraction(end))
-    elif denoise and not model.added:
-        strain = np.asarray(read.gamma)
-        fractions = martensite_fraction(spring, inputs["time"], inputs["resistance"], strain)
-        history = follow(pj.MartensiteFraction(fractions))
+        read = history.rows
     else:
-        history = follow(pj.Resistance(_smoothed(inputs, "resistance", denoise)))
+        history = follow(pj.Resistance(_smoothed(inputs, "resistance", denoise and model.added)))
+        read = history.rows
+        if denoise and not model.added:
+            strain = np.asarray(read.gamma)
+            fractions = martensite_fraction(spring, inputs["time"], inputs["resistance"], strain)
+            history = follow(pj.MartensiteFraction(fractions))
     response = history.rows
     outputs = {"force_N": history.seen["force"]}
-    notices += spring_cautions(spring, response, "the spring", response if end is not None else read)
+    notices += spring_cautions(spring, response, "the spring", read)
     if "temperature" in inputs:
         xi0 = spring.alloy.martensite_fraction_at(inputs["temperature"])
         rho = spring.alloy.resistivity(xi0, response.gamma)

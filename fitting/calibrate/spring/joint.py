@@ -213,13 +213,12 @@ def held_at_ends(joint: Joint, progress: Callable[[str], None] = lambda _: None)
         return joint
     problem, cost = best.problem.inflated(1.0), best.result.chi_square
     rows = problem.data()["rows"]
-    taken = residuals_and_freedom(values_of(problem.parameters, best.result.values), rows)[1]
+    values = values_of(problem.parameters, best.result.values)
+    taken = residuals_and_freedom(values, rows)[1]
     for k in problem.free_tests:
-        if problem.tests[k].reason == STATED:
-            continue
-        alloy = spring_of(numbers(values_of(problem.parameters, best.result.values), problem.rows[k])).alloy
+        alloy = spring_of(numbers(values, problem.rows[k])).alloy
         level = level_at_rest(alloy, problem.tests[k])
-        if level is None:
+        if level is None or problem.tests[k].reason == STATED:
             continue
         progress(f"{problem.tests[k].name} held at its phase")
         found = _cost(problem.with_phases({**levels, k: level}).fit())
