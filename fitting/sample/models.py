@@ -77,7 +77,7 @@ def model_problem(
         real=all_real(recordings),
         target=target,
         parameters=parameters,
-        predict=_predict(model, [(k, q, len(rows[k].mask), _column(kind, q)) for k, q in shown]),
+        predict=_predict(model, [(k, q, len(rows[k].mask), schema.column_of(kind, q)) for k, q in shown]),
         data=everything,
         curves=tuple(_curve(recordings[k], rows[k], quantity) for k, quantity in shown),
         notes=(how, f"Gaussian priors, cut at their bounds, on {', '.join(priors) or 'nothing'}.", *notes),
@@ -95,20 +95,15 @@ def _predict(model: Model, shown: Sequence[tuple[int, str, int, str]]) -> Callab
     return predict
 
 
-def _column(kind: str, quantity: str) -> str:
-    """Canonical column of a quantity: `force_N` of `force`."""
-    return next(c for c in schema.KINDS[kind].columns.known if schema.quantity_and_unit(c)[0] == quantity)
-
-
 def _unit(column: str) -> str:
     return schema.quantity_and_unit(column)[1]
 
 
 def _curve(recording: Recording, rows: Rows, quantity: str) -> Curve:
-    column, weight = _column(recording.kind, quantity), np.asarray(rows.weight[quantity])
+    column, weight = schema.column_of(recording.kind, quantity), np.asarray(rows.weight[quantity])
     counted = weight > 0.0
     over = next((name for name in HORIZONTAL if name in rows.inputs), None)
-    x_column = "time_s" if over is None else _column(recording.kind, over)
+    x_column = "time_s" if over is None else schema.column_of(recording.kind, over)
     x = np.asarray(rows.time if over is None else rows.inputs[over])
     measured = from_si(np.asarray(rows.measured[quantity]), _unit(column))
     sigma = from_si(1.0 / np.where(counted, weight, 1.0), _unit(column), difference=True)

@@ -57,5 +57,4 @@ def _beyond(rest: AddedDiscrepancy, beyond: np.ndarray) -> list[str]:
 
 def _column(kind: str, quantity: str) -> str:
     """Canonical column of an output."""
-    known = schema.KINDS[kind].columns.outputs
-    return next((c for c in known if schema.quantity_and_unit(c)[0] == quantity), quantity)
+    return schema.column_of(kind, quantity) or quantity

@@ -43,24 +43,18 @@ def measures(measured: np.ndarray, predicted: np.ndarray) -> dict[str, float]:
     return {name: float(value) for name, value in metrics(measured, predicted).items()}
 
 
-def column_of(kind: str, quantity: str) -> str:
-    """Canonical column of a quantity: `length_mm` of `length`."""
-    known = schema.KINDS[kind].columns.known
-    return next(c for c in known if schema.quantity_and_unit(c)[0] == quantity)
-
-
 def scores(fit: GeneralFit) -> list[Score]:
     """Every measured output of every recording, held-out ones too."""
     found, kind = [], fit.kind
     for recording, rows, predicted in zip(fit.recordings, fit.rows, fit.predict(), strict=True):
         over = fit.model.specimen.plotted_over(rows)
-        x_column = "time_s" if over == "time" else column_of(kind, over)
+        x_column = "time_s" if over == "time" else schema.column_of(kind, over)
         x = np.asarray(rows.time if over == "time" else rows.inputs[over])
         for name, weight in rows.weight.items():
             held = (np.asarray(weight) > 0.0) & np.isfinite(predicted[name])
             if not held.any():
                 continue
-            column = column_of(kind, name)
+            column = schema.column_of(kind, name)
             unit = schema.quantity_and_unit(column)[1]
             misfit = (weight * (predicted[name] - rows.measured[name]))[held]
             found.append(

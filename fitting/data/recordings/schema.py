@@ -116,6 +116,12 @@ def quantity_and_unit(name: str) -> tuple[str, str]:
     return quantity, unit
 
 
+def column_of(kind: str, quantity: str) -> str | None:
+    """Canonical column of a quantity of a kind: `length_mm` of `length`; None if there is none."""
+    known = KINDS[kind].columns.known
+    return next((name for name in known if quantity_and_unit(name)[0] == quantity), None)
+
+
 DESIGNS = ("pneusma1", "pneusma2", "pneuflex_s", "pneuflex_t", "pneuflex_w", "triad")
 ORIENTATIONS = ("vertical_base_down", "vertical_base_up", "horizontal")
 LAWS = ("polynomial", "neo_hookean", "yeoh", "gent", "ogden")

@@ -38,17 +38,14 @@ def noise_used(program: Program) -> list[NoiseUsed]:
     Args:
         program: program whose noise is judged: that of the fitted model.
     """
-    columns = {}
-    for name in schema.KINDS[program.kind].columns.outputs:
-        quantity, unit = schema.quantity_and_unit(name)
-        columns[quantity] = name, unit
     found = []
     for recording, channels in zip(program.recordings, program.channels, strict=True):
         for channel in channels:
             counted = np.isfinite(channel.sigma)
-            if channel.quantity not in columns or not counted.any():
+            column = schema.column_of(program.kind, channel.quantity)
+            if column is None or not counted.any():
                 continue
-            column, unit = columns[channel.quantity]
+            unit = schema.quantity_and_unit(column)[1]
             stated = recording.noise_si(channel.quantity)
             correlation = np.broadcast_to(channel.correlation, counted.shape)[counted]
             found.append(

@@ -6,9 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fitting.data.recordings import Recording, schema
+from fitting.data.recordings import schema
 from fitting.diagnose.verdict.conclusion import Conclusion
-from fitting.inference.channels import Channel
 from fitting.inference.notes import joined
 from fitting.report.figures import (
     BLACK,
@@ -92,7 +91,7 @@ def _one(conclusion: Conclusion, k: int, panels: Sequence[Axes], other: str | No
     recording, channels = x.program.recordings[k], x.program.channels[k]
     top, below = panels[:2]
     channel = channels[0]
-    column = _column(recording, channel)
+    column = schema.column_of(recording.kind, channel.quantity)
     unit = schema.quantity_and_unit(column)[1]
     counted = np.isfinite(channel.sigma)
     time = np.asarray(x.program.stacked.time)[k]
@@ -131,12 +130,6 @@ def _one(conclusion: Conclusion, k: int, panels: Sequence[Axes], other: str | No
     for axes in panels:
         axes.set_xlim(top.get_xlim())
         axes.tick_params(labelsize=7)
-
-
-def _column(recording: Recording, channel: Channel) -> str:
-    """Canonical column of a channel."""
-    known = schema.KINDS[recording.kind].columns.outputs
-    return next(c for c in known if schema.quantity_and_unit(c)[0] == channel.quantity)
 
 
 def _changed(conclusion: Conclusion) -> bool:
