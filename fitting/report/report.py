@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from .figures import as_written, style
+from .figures import as_written, laid_out, style
 from .table import Table
 
 if TYPE_CHECKING:
@@ -33,9 +33,9 @@ class Picture:
 
     @cached_property
     def figure(self) -> Figure:
-        """The drawing, in the style of all figures."""
+        """The drawing, in the style of all figures and laid out."""
         with style():
-            return as_written(self.draw())
+            return laid_out(as_written(self.draw()))
 
 
 @dataclass(frozen=True)

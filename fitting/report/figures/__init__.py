@@ -125,6 +125,18 @@ def as_written(figure: Figure) -> Figure:
     return figure
 
 
+def laid_out(figure: Figure) -> Figure:
+    """The same figure, whose panels and labels have found their places and keep them.
+
+    Otherwise they are looked for twice at each saving, which takes as long as drawing does.
+    """
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")
+    return figure
+
+
 def unit_of(column: str) -> str:
     """Unit of a canonical column in brackets, such as `[1/m]`; empty where its name has none."""
     label = axis_label(column)
