@@ -255,7 +255,7 @@ def table(found: dict) -> str:
 
 def plot(found: dict, path: Path) -> None:
     """Cost of a row over the number of rows, of a segment over the number of segments."""
-    figure, axes = plt.subplots(1, 2, figsize=(12, 6), width_ratios=(3, 1.3), layout="constrained")
+    figure, axes = plt.subplots(1, 2, figsize=(12, 7.5), width_ratios=(3, 1.3), layout="constrained")
     drawn = {"rows": 0, "segments": 0}
     for name, lines in found["cases"].items():
         title, _, unit = CASES[name]
@@ -272,8 +272,9 @@ def plot(found: dict, path: Path) -> None:
         axis.axhline(1.0, color="black", linewidth=1.0, zorder=0)
         axis.set(xlabel=f"{unit} in a call", ylabel=f"cost per {unit[:-1]} / residual and Jacobian of a row")
         axis.grid(alpha=0.3)
-        if drawn[unit]:
-            axis.legend(fontsize=8)
+        if drawn[unit]:  # under the axes, where no line is
+            columns = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.1), "frameon": False}
+            axis.legend(fontsize=8, ncols=3 if unit == "rows" else 1, **columns)
     segments = CASES["chain"][1]
     axes[1].set_xticks(segments, [str(n) for n in segments])
     axes[1].minorticks_off()
