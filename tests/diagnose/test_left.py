@@ -108,7 +108,7 @@ def test_much_of_a_noise_that_nobody_states_is_said_and_speaks_against_no_name()
 
 
 def test_what_open_numbers_leave_is_said_and_speaks_against_no_name():
-    """A score that predictions with their uncertainty do not have: the first sentence says so."""
+    """A score that predictions with their uncertainty do not have: a sentence of its own says so."""
     rng = np.random.default_rng(7)
     world = fast(effects=(CONSTANT,))
     program, base = base_fit(world.program(world.truth(rng)))
@@ -116,3 +116,18 @@ def test_what_open_numbers_leave_is_said_and_speaks_against_no_name():
     found = left_of(program, base, score=28.0)
     assert found.open and found.trusted and found.reduced_chi2 == 28.0
     assert "28 is left in recordings that were not fitted" in found.text and "uncertainty" in found.text
+
+
+def test_what_open_numbers_leave_is_said_after_the_effect_and_its_meaning():
+    rng = np.random.default_rng(6)
+    world = tubes()
+    conclusion = conclude(explain(world.program(world.truth(rng, **{CONSTANT: 4.0})), np.random.default_rng(1)))
+    plain = verdict_sentences(conclusion)
+    assert conclusion.left is None and "is left in" not in " ".join(plain)
+    left = Left(3.8, 1.0, True, (CONSTANT,), None, explained=0.96)
+    said = verdict_sentences(dataclasses.replace(conclusion, left=left))
+    (more,) = [sentence for sentence in said if sentence not in plain]
+    assert said[0] == plain[0] and len(said) == len(plain) + 1
+    assert more.startswith("A reduced chi-square of 3.8 is left in") and "uncertainty" in more
+    much = dataclasses.replace(left, explained=None)
+    assert "3.8 is left in" in verdict_sentences(dataclasses.replace(conclusion, left=much))[0]

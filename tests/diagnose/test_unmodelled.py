@@ -35,7 +35,7 @@ def test_it_is_described_by_what_it_goes_with(strange):
     assert report["fit"]["averaged"]["over"] == {"unmodelled": 1.0}
     assert report["remainder"]["reduced_chi2"]["after"] == report["fit"]["after"]["reduced_chi2"]
     said = " ".join(verdict_sentences(strange))
-    assert "smooth function of strain added to stress, which explains nothing" in said
+    assert "smooth function of strain added to stress, which names no cause" in said
 
 
 def test_what_is_saved_predicts_what_was_scored(strange, tmp_path):

@@ -146,7 +146,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     if names[0] == "unmodelled":
         terms = [f"{name}, which is doubtful," for name in names[1:]]
         if smooth:
-            terms.append(f"{smooth}, which explains nothing,")
+            terms.append(f"{smooth}, which names no cause,")
         if not terms:
             return [
                 lead,
@@ -159,9 +159,11 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     elif went(base.reduced_chi2, after.reduced_chi2).startswith("rises"):
         allowed = _excuse(conclusion)
     if smooth and names[0] != "unmodelled":
-        with_it += f" and, for what it leaves, {smooth}, which explains nothing,"
+        leaves = "it leaves" if len(names) == 1 else "they leave"
+        with_it += f" and, for what {leaves}, {smooth}, which names no cause,"
     return [
         lead,
+        *_open(conclusion),
         *_not_told_apart(conclusion),
         *(f.text for f in over),
         f"{with_it} the misfit of {held} {went(base.reduced_chi2, after.reduced_chi2)}{allowed}.",
@@ -241,12 +243,20 @@ def _unexplained(conclusion: Conclusion, whole: str) -> str:
 
 
 def _named(conclusion: Conclusion, names: Sequence[str]) -> str:
-    """The first sentence where effects are named; with what they leave beyond noise."""
-    left = "" if conclusion.left is None else f"; {conclusion.left.text}"
+    """The first sentence where effects are named; with what they leave beyond noise and uncertainty."""
+    left = "" if conclusion.left is None or conclusion.left.open else f"; {conclusion.left.text}"
     lead = f"{_capital(base_named(conclusion))} leaves out {joined(names)}"
     if len(names) > 1:
         return f"{lead}{left}."
     return f"{lead}{left}: {CATALOGUE[names[0]].sentence}"
+
+
+def _open(conclusion: Conclusion) -> list[str]:
+    """A sentence on what named effects leave, where the uncertainty of fitted numbers explains it."""
+    left = conclusion.left
+    if left is None or not left.open or conclusion.found[0].slug == "unmodelled":
+        return []
+    return [f"{_capital(left.text)}."]
 
 
 def base_named(conclusion: Conclusion) -> str:
