@@ -39,6 +39,8 @@ UNITS = {
 """SI units of drivers and of what is corrected; of `xi0_2` that of `xi0`."""
 NUMBERED = ("current", "xi0", "resistance")
 """Quantities that each spring of an actuator has; their names may end in its number."""
+CHANNELS = ("unmodelled_", "beyond_")
+"""Prefixes of the channels that hold what was added, and the rows in which that is not known."""
 WALL = "silicone_stiffness"
 """Quantity of a correction of the silicone's stiffness, which is its relative change."""
 STIFFEST, SOFTEST = 10.0, 0.1

@@ -16,6 +16,7 @@ from jaxtyping import Array
 from fitting.data.recordings import Campaign, Recording
 from fitting.inference.channels import Channel
 from fitting.inference.readings import measurements
+from pneusma_jax.model_discrepancy import CHANNELS
 from pneusma_jax.nitinol import MartensiteFraction, SpringState
 from pneusma_jax.pipeline import Effect
 from pneusma_jax.simulate.tracking import track_history
@@ -29,8 +30,6 @@ from .rows import Rows, numbers
 
 EXPLAINED = ("curvature", "bend_angle", "length")
 """Outputs that effects change: all but the direction of the bend."""
-REMAINDER = ("unmodelled_", "beyond_")
-"""Prefixes of the channels that hold a model discrepancy."""
 READINGS = ("resistance_1", "resistance_2", "resistance_3")
 """Outputs that are measured to find the latent trajectories."""
 FOLLOWING = ("gain", "ohms", "gamma", "sd")
@@ -96,7 +95,7 @@ def with_effects(
     for number, response in zip(body.spring_numbers, track.rows.springs, strict=True):
         drivers |= {f"xi0_{number}": response.xi0, f"gamma_{number}": response.gamma}
         drivers[f"ohms_{number}"] = response.resistance
-    found = {name: x for name, x in track.seen.items() if name in EXPLAINED or name.startswith(REMAINDER)}
+    found = {name: x for name, x in track.seen.items() if name in EXPLAINED or name.startswith(CHANNELS)}
     found |= {name: drivers[f"ohms_{name[-1]}"] for name in READINGS if name in rows.measured}
     return found, drivers
 

@@ -24,6 +24,7 @@ from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.effects import find_effect, specs_of
 from pneusma_jax.errors import InputError
+from pneusma_jax.model_discrepancy import CHANNELS
 from pneusma_jax.pipeline import Effect
 
 from .input_noise import carried_over, noisy
@@ -31,7 +32,7 @@ from .priors import CUT, FIT
 from .reduction import thinned
 from .registry import specimen_of
 from .rows import MARK, MOST_ROWS, Rows, stack, with_numbers
-from .saved_models import AddedEffect, AugmentedModel
+from .saved_models import AddedDiscrepancy, AddedEffect, AugmentedModel
 from .silicones import FACTOR
 from .specimen import Model, Specimen
 
@@ -72,8 +73,20 @@ class Augmented(Model):
 
     @property
     def acting(self) -> tuple[AddedEffect, ...]:
-        """Effects that recordings of this kind can show."""
-        return tuple(a for a in self.model.added if self.specimen.letter in find_effect(a.slug).kinds)
+        """Effects of the catalogue that recordings of this kind can show."""
+        named = (one for one in self.model.added if isinstance(one, AddedEffect))
+        return tuple(one for one in named if self.specimen.letter in find_effect(one.slug).kinds)
+
+    @property
+    def discrepancies(self) -> tuple[AddedDiscrepancy, ...]:
+        """Model discrepancies of recordings of this kind. They act as the file states them and are held."""
+        element = self.specimen.element
+        return tuple(one for one in self.model.remainders if specimen_of(one.kind).element == element)
+
+    @property
+    def more_than_base(self) -> bool:
+        """True if an effect or a model discrepancy acts in recordings of this kind."""
+        return bool(self.acting or self.discrepancies)
 
     @property
     def specimen(self) -> Specimen:
@@ -83,17 +96,17 @@ class Augmented(Model):
     @property
     def searches(self) -> bool:
         """True for a spring with effects, whose trajectory is found inside each prediction."""
-        return bool(self.acting) and self.specimen.latent.inside
+        return self.more_than_base and self.specimen.latent.inside
 
     @property
     def most_rows(self) -> int:
         """Maximum number of rows of a recording."""
-        return self.specimen.most_rows_with_effects if self.acting else MOST_ROWS
+        return self.specimen.most_rows_with_effects if self.more_than_base else MOST_ROWS
 
     @property
     def outputs(self) -> tuple[str, ...]:
         """Names of the predicted quantities."""
-        return self.specimen.explained if self.acting else self.specimen.outputs
+        return self.specimen.explained if self.more_than_base else self.specimen.outputs
 
     def options(self, campaign: Campaign, given: Mapping[str, Any]) -> dict[str, str | Path]:
         """Start tables: the given ones first, then the model's, then the recordings'."""
@@ -204,8 +217,10 @@ class Augmented(Model):
         for added in self.model.added:
             if added not in self.acting:
                 why = f"{added.slug} does not act in recordings of kind {self.kind}"
-                own = added.parameters.items()
-                found += [Held(f"{added.slug}_{name}", q.value, q.unit, why) for name, q in own]
+                if added in self.discrepancies:
+                    why = "a model discrepancy is held as the file states it"
+                own = added.parameters
+                found += [Held(f"{added.slug}_{name}", q.value, q.unit, why) for name, q in own.items()]
         for added, names in zip(self.acting, self.names, strict=True):
             for key, quantity in added.parameters.items():
                 name = names.get(key, f"{added.slug}_{key}")
@@ -244,10 +259,15 @@ class Augmented(Model):
         return found
 
     def effects(self, values: Mapping[str, Array]) -> tuple[Effect, ...]:
-        """Acting effects with the parameters of a fit; may be traced."""
-        made = []
-        for added, names in zip(self.acting, self.names, strict=True):
-            made.append(added.build({key: values[name] for key, name in names.items() if name in values}))
+        """Acting effects with the parameters of a fit, and discrepancies as they are; may be traced."""
+        names, made = iter(self.names), []
+        acting, held = self.acting, self.discrepancies
+        for added in self.model.added:  # in the order of the file
+            if isinstance(added, AddedDiscrepancy):
+                made += [added.build()] if added in held else []
+            elif added in acting:
+                found = {key: values[name] for key, name in next(names).items() if name in values}
+                made.append(added.build(found))
         return tuple(made)
 
     def _split(self, values: Mapping[str, Array]) -> tuple[dict[str, Array], tuple[Effect, ...]]:
@@ -255,9 +275,10 @@ class Augmented(Model):
         return {n: v for n, v in values.items() if n not in own}, self.effects(values)
 
     def answer(self, values: Mapping[str, Array], rows: Rows) -> tuple[dict[str, Array], dict[str, Any]]:
-        """Outputs and drivers of one recording through its effects."""
+        """Outputs and drivers of one recording through its effects, without a discrepancy's own channels."""
         base, effects = self._split(values)
-        return self.specimen.answer(base, rows, effects)
+        found, drivers = self.specimen.answer(base, rows, effects)
+        return {name: x for name, x in found.items() if not name.startswith(CHANNELS)}, drivers
 
     def predict(self, values: Mapping[str, Array], rows: Rows) -> dict[str, Float[Array, " rows"]]:
         """Outputs of one recording by quantity, SI."""
@@ -265,14 +286,14 @@ class Augmented(Model):
 
     def residual(self, values: Mapping[str, Array], rows: Rows) -> Float[Array, " m"]:
         """Weighted residual of one recording, in standard deviations."""
-        if not self.acting:
+        if not self.more_than_base:
             return self.specimen.residual(values, rows)
         return self.specimen.misfit(self.predict(values, rows), rows)
 
     def observations(self, recordings: Sequence[Rows]) -> int:
         """Number of measured values that count, less those that latent trajectories use up."""
         count = super().observations(recordings)
-        return max(count - (self.specimen.latent.spent(recordings) if self.acting else 0), 1)
+        return max(count - (self.specimen.latent.spent(recordings) if self.more_than_base else 0), 1)
 
     def prepared(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
         """Recordings with phases read from resistances, or with the process noise of latent trajectories.
@@ -294,7 +315,7 @@ class Augmented(Model):
         drivers."""
         if noisy(recordings):
             return carried_over(self, values, recordings)
-        if not self.acting:
+        if not self.more_than_base:
             return self.specimen.decided(values, recordings)
         program = eqx.filter_jit(jax.vmap(self.answer, (None, 0)))
         point = {name: jnp.asarray(float(value)) for name, value in values.items()}
@@ -362,7 +383,7 @@ def check_kind(model: AugmentedModel, kind: str) -> None:
     """
     tables = specimen_of(kind).tables
     some = any(table in tables for own in (model.base, *model.specimens.values()) for table in own)
-    if some or model.tables or Augmented(kind, model).acting:
+    if some or model.tables or Augmented(kind, model).more_than_base:
         return
     slugs = ", ".join(added.slug for added in model.added) or "no effect"
     raise InputError(

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 import pneusma_jax as pj
 from fitting.cli import main
-from fitting.data.recordings import Recording, write_recording
+from fitting.data.recordings import Campaign, Recording, write_recording
 from fitting.simulate import predict
 from fitting.simulate.unmodelled import BEYOND
 from fitting.simulate.workspace.grid import compute_workspace
@@ -24,6 +24,7 @@ from fitting.specimens.saved_models import (
     save_model,
 )
 from fitting.specimens.saved_models.files import render_model
+from fitting.specimens.with_saved_model import Augmented, check_kind
 from fitting.synthesise import synthesise
 from pneusma_jax.calibration.records import Prior, Quantity
 from pneusma_jax.effects import CATALOGUE, find_effect
@@ -252,3 +253,32 @@ def test_a_single_state_says_that_it_is_beyond(tmp_path):
     )
     assert run.exit_code == 0, run.output
     assert "pressure from 0 to 1e+04 Pa only; beyond it is held at its end value" in run.stderr
+
+
+def test_a_fit_adds_it_as_it_is_and_lists_it_among_what_is_held(ripple):
+    """It has no entry in the catalogue; fits of a model that had one ended there."""
+    law = add_effect(CATALOGUE["mullins_softening"](depth=0.2), SOURCE)
+    model = dataclasses.replace(ripple, added=(*ripple.added, law))
+    campaign = Campaign("c", [pull(0.4)], False)
+    found = {}
+    for name, one in (("with", model), ("without", dataclasses.replace(model, added=(law,)))):
+        augmented = Augmented("elastomer", one)
+        parameters = augmented.parameters_for(campaign)
+        assert "mullins_softening_depth" in parameters and not any("correction" in p for p in parameters)
+        (rows,) = augmented.rows_for(campaign)
+        found[name] = augmented.predict({n: p.value for n, p in parameters.items()}, rows)
+    assert set(found["with"]) == set(found["without"])  # channels of its own are no outputs
+    added = np.asarray(found["with"]["stress"] - found["without"]["stress"])
+    strain = np.linspace(0.0, 0.4, 9)
+    np.testing.assert_allclose(added, np.interp(strain, [0.0, 0.2, 0.4], [0.0, 3e3, 1e3]), atol=1e-6)
+    augmented = Augmented("elastomer", model)
+    held = [h for h in augmented.held(campaign, augmented.parameters_for(campaign)) if "correction" in h.name]
+    assert [h.value for h in held] == [0.0, 3e3, 1e3] and all("discrepancy is held" in h.why for h in held)
+    assert [effect.slug for effect in augmented.effects({})] == ["unmodelled", "mullins_softening"]
+    assert Augmented("wire", ripple).effects({}) == ()
+
+
+def test_a_model_that_is_a_discrepancy_alone_acts_in_recordings_of_its_kind(ripple):
+    check_kind(ripple, "elastomer")
+    with pytest.raises(pj.InputError, match="nothing in this model acts in recordings of kind wire"):
+        check_kind(ripple, "wire")

@@ -30,7 +30,8 @@ def characterise_with(
 ) -> Characterisation:
     """Fit a model on disk to a campaign: base numbers as far as tolerances leave them open, and its effects.
 
-    Springs go through their own stages, at the model's numbers, if no effect of the model acts on a stand.
+    Springs go through their own stages, at the model's numbers, if nothing of the model acts on a stand
+    beyond them.
     Everything else goes through the general pipeline.
 
     Args:
@@ -50,7 +51,7 @@ def characterise_with(
     check_kind(model, kind)
     augmented, specimen = Augmented(kind, model), specimen_of(kind)
     given = {"base": base, "material": material}
-    if specimen is SPRING and not augmented.acting:
+    if specimen is SPRING and not augmented.more_than_base:
         return _staged(augmented, campaign, base, adjust, starts, profile, seed, progress)
     return characterise_general(
         augmented.described(campaign),

@@ -107,6 +107,8 @@ def overstated_sentence(reduced: float) -> str:
 def law_of(result: GeneralCharacterisation) -> str:
     """Name of the fitted law: the base law, with the effects of a model on disk if it has any."""
     effects = [] if result.model is None else [a.slug.replace("_", " ") for a in result.model.acting]
+    if result.model is not None and result.model.discrepancies:
+        effects.append("a model discrepancy")
     return result.specimen.law + (f" with {joined(effects)}" if effects else "")
 
 
@@ -142,6 +144,12 @@ def about_the_model(result: GeneralCharacterisation) -> list[str]:
     for added in result.model.acting:
         effect = find_effect(added.slug)
         sentences.append(f"{added.slug}: {effect.sentence}")
+    for rest in result.model.discrepancies:
+        words = rest.words[:1].upper() + rest.words[1:]
+        sentences.append(
+            f"{words}, is added as the file states it, and was not fitted here. It was seen for "
+            f"{rest.span_words} only."
+        )
     spent = result.model.spent(result.campaign)
     if spent:
         sentences.append(

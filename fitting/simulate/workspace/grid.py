@@ -15,6 +15,7 @@ from fitting.specimens.cautions import actuator_cautions
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.calibration import named_table
+from pneusma_jax.model_discrepancy import CHANNELS
 from pneusma_jax.pipeline import Effect
 from pneusma_jax.units import from_si
 
@@ -255,7 +256,7 @@ def _at_rest(
 
     def one(pressure: Any, given: tuple) -> tuple[pj.Equilibrium, dict[str, Any]]:
         history = pj.simulate_history(actuator, pressure[None], given, time=np.zeros(1), effects=effects)
-        added = {name: x for name, x in history.seen.items() if name.startswith(("unmodelled_", "beyond_"))}
+        added = {name: x for name, x in history.seen.items() if name.startswith(CHANNELS)}
         return jax.tree.map(lambda leaf: leaf[0], (history.rows, added))
 
     return jax.vmap(one)(pressure, given)

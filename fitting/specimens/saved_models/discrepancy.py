@@ -59,6 +59,11 @@ class AddedDiscrepancy:
         return self.knots[0].value, self.knots[-1].value
 
     @property
+    def parameters(self) -> dict[str, Quantity]:
+        """Corrections by their names in the file."""
+        return {quantity.name: quantity for quantity in self.corrections}
+
+    @property
     def words(self) -> str:
         """Description within a sentence."""
         return f"the model discrepancy of {self.quantity}, a smooth function of {self.driver}"
