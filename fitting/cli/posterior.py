@@ -48,6 +48,7 @@ def posterior_command(
     from fitting.cli._common import done, notice, prepare, table_argument
     from fitting.data.publish import check_free
     from fitting.data.recordings import read_campaign
+    from fitting.inference.progress import Steps
     from fitting.report.results import save, text
     from fitting.sample.campaign import sample_problem
     from fitting.sample.command import chain_file, problem_for
@@ -58,7 +59,8 @@ def posterior_command(
     settings = Settings(walkers, ensembles, max_steps, seed, sampler=sampler)
     chain = chain_file(out, resume, force, settings)
     prepare()
-    problem = problem_for(recordings, model and table_argument(model), law, seed)
+    with Steps("fitting") as progress:
+        problem = problem_for(recordings, model and table_argument(model), law, seed, progress)
     result = sample_problem(problem, file=chain, resume=resume, **vars(settings))
     files = save(result, out, force=True)
     for sentence in recordings.notices:

@@ -1,5 +1,7 @@
 """Preparations of `pneusma posterior` before the fit: the file of the chains, the model to sample."""
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +49,13 @@ def chain_file(folder: Path, resume: bool, force: bool, settings: Settings) -> P
     return path
 
 
-def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: int) -> Problem:
+def problem_for(
+    campaign: Campaign,
+    model: str | None,
+    law: str | None,
+    seed: int,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Problem:
     """Problem to sample; fitted first where the kind has a pipeline.
 
     Args:
@@ -56,6 +64,7 @@ def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: in
             are sampled; None for none.
         law: law of elastomers to fit and sample; None for the one that predicts best.
         seed: seed of the fit.
+        progress: called with a word for each step of the fit that begins.
 
     Raises:
         InputError: if the campaign or the table cannot be used, or a law is given for a kind without laws.
@@ -66,15 +75,16 @@ def problem_for(campaign: Campaign, model: str | None, law: str | None, seed: in
         raise InputError(
             f"{campaign.path}: --law is about elastomers, but these recordings are of kind {kind}"
         )
+    fitted = partial(characterise, campaign, seed=seed, progress=progress)
     if model is not None and is_model(model):
         if law is not None:
             raise InputError(f"{model}: a model has a law of its own; leave out --law")
-        return sampling_problem(characterise(campaign, model=model, seed=seed))
+        return sampling_problem(fitted(model=model))
     if specimen.several_laws:
         table, options = _law_and_table(model, law)
-        return sampling_problem(characterise(campaign, seed=seed, **options), table)
+        return sampling_problem(fitted(**options), table)
     options = {} if model is None else _start_table(model, kind)
-    return sampling_problem(characterise(campaign, seed=seed, **options))
+    return sampling_problem(fitted(**options))
 
 
 def _start_table(model: str, kind: str) -> dict[str, str]:

@@ -107,7 +107,10 @@ def test_a_table_of_constants_starts_the_fit_by_its_kind(monkeypatch, table, opt
     monkeypatch.setattr(command, "kind_of", lambda campaign: "actuator")
     monkeypatch.setattr(command, "characterise", lambda campaign, **options: options)
     monkeypatch.setattr(command, "sampling_problem", lambda fit: fit)
-    assert command.problem_for(None, table, None, 3) == {"seed": 3, option: table}
+    told = []
+    found = command.problem_for(None, table, None, 3, told.append)
+    found.pop("progress")("step")  # minutes of a fit are not silent
+    assert found == {"seed": 3, option: table} and told == ["step"]
 
 
 def test_a_table_of_what_a_tube_does_not_have_is_refused(campaign):
