@@ -18,6 +18,8 @@ from .rows import Rows
 
 Drivers = Callable[[list[Rows]], dict[str, np.ndarray]]
 """Drivers of recordings under a model, by name, each of shape (recordings, rows)."""
+SPENT = "spent"
+"""Entry of a recording with the degrees of freedom that its trajectory takes, where that is known."""
 
 
 class LatentStates(abc.ABC):

@@ -33,7 +33,7 @@ from pneusma_jax.pipeline import Effect
 from pneusma_jax.program_cache import cached_program
 
 from . import priors, spring_rows, spring_trajectory
-from .latent import Drivers, LatentStates
+from .latent import SPENT, Drivers, LatentStates
 from .process_noise import with_process_noise
 from .registry import register
 from .rows import Rows, numbers
@@ -157,8 +157,9 @@ class SpringPhase(LatentStates):
         return recordings
 
     def spent(self, recordings: Sequence[Rows]) -> int:
-        """Number of resistances: each determines the fraction of its row."""
-        return sum(int(np.sum(np.asarray(r.weight["resistance"]) > 0.0)) for r in recordings)
+        """What the recordings state; else the number of resistances, each of which determines a fraction."""
+        known = (r.extra.get(SPENT, np.sum(np.asarray(r.weight["resistance"]) > 0.0)) for r in recordings)
+        return round(float(sum(known)))
 
 
 class SpringOnStand(Specimen):

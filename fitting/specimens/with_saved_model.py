@@ -28,6 +28,7 @@ from pneusma_jax.model_discrepancy import CHANNELS
 from pneusma_jax.pipeline import Effect
 
 from .input_noise import carried_over, noisy
+from .latent import SPENT
 from .priors import CUT, FIT
 from .reduction import thinned
 from .registry import specimen_of
@@ -97,6 +98,11 @@ class Augmented(Model):
     def searches(self) -> bool:
         """True for a spring with effects, whose trajectory is found inside each prediction."""
         return self.more_than_base and self.specimen.latent.inside
+
+    @property
+    def in_turn(self) -> bool:
+        """True for histories of actuators, tubes and springs with effects."""
+        return self.more_than_base and (self.specimen.each_alone or self.searches)
 
     @property
     def most_rows(self) -> int:
@@ -326,14 +332,27 @@ class Augmented(Model):
         return self.specimen.latent.settled(recordings, drivers)
 
     def _with_process_noise(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Springs with the process-noise variance that the resistance implies, and no more."""
+        """Springs with the process-noise variance that the resistance implies, and no more. With it come the
+        degrees of freedom that their trajectories take: next to none of a spring that stays cold."""
         base, _ = self._split(values)
         found = np.asarray(self.specimen.latent.prepared(base, stack(recordings)).extra["process_noise"])
         pairs = zip(recordings, found, strict=False)
+        walking = [_with_extra(rows, process_noise=np.asarray(variance)) for rows, variance in pairs]
+        point = {name: jnp.asarray(float(value)) for name, value in values.items()}
+        taken = np.asarray(eqx.filter_jit(self._leverage)(point, stack(walking)))
         return [
-            eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "process_noise": np.asarray(process_noise)})
-            for rows, process_noise in pairs
+            _with_extra(rows, **{SPENT: np.sum(one[: len(rows.mask)])})
+            for rows, one in zip(walking, taken, strict=False)  # a stack may be padded
         ]
+
+    def _leverage(self, values: Mapping[str, Array], stacked: Rows) -> Float[Array, "recordings rows"]:
+        """Share of every row's readings that its trajectory takes up."""
+        return jax.lax.map(lambda rows: self.answer(values, rows)[1]["taken"], stacked)
+
+
+def _with_extra(rows: Rows, **more: np.ndarray) -> Rows:
+    """A recording with further entries."""
+    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **more})
 
 
 def _is_from(title: str, source: str) -> bool:

@@ -17,11 +17,13 @@ from fitting.calibrate.general.with_model import characterise_with
 from fitting.calibrate.open_constants import open_constants
 from fitting.characterise import characterise
 from fitting.cli import main
-from fitting.data.recordings import Recording, read_campaign, write_recording
+from fitting.data.recordings import Campaign, Recording, read_campaign, write_recording
 from fitting.sample.problems import sampling_problem
 from fitting.specimens import residual_of, specimen_of, stack
+from fitting.specimens.latent import SPENT
 from fitting.specimens.saved_models import AugmentedModel, add_effect, fitted, load_model, save_model
 from fitting.specimens.with_saved_model import Augmented
+from fitting.synthesise import synthesise
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.errors import InputError
 from pneusma_jax.silicone import load_silicone
@@ -222,6 +224,19 @@ def test_the_information_of_a_spring_with_effects_is_that_of_its_residuals():
 
     slopes = np.asarray(jax.jit(jax.jacfwd(residual))(jnp.stack([values[name] for name in names]))) * fisher.scale
     np.testing.assert_allclose(fisher.matrix * np.outer(fisher.scale, fisher.scale), slopes.T @ slopes, rtol=1e-6, atol=1e-6)
+
+
+def test_a_steady_fraction_takes_few_degrees_of_freedom_and_a_moving_one_all():
+    """One for every resistance made a reduced chi-square of 2 of what a cold spring left, which was noise."""
+    cold, _, moving, *_ = synthesise("spring", seed=1, spread="none").recordings
+    absent = typical("series_resistance", ohms=0.0)
+    augmented = Augmented("spring", AugmentedModel(added=(add_effect(absent, "absent"),)))
+    campaign = Campaign("c", [cold, moving], False)
+    rows = augmented.prepared(augmented.parameters_for(campaign).valuesdict(), augmented.rows_for(campaign))
+    steady, free = (float(one.extra[SPENT]) / np.sum(np.asarray(one.weight["resistance"]) > 0.0) for one in rows)
+    assert 0.0 <= steady < 0.02 and 0.95 < free <= 1.0
+    spent = round(sum(float(one.extra[SPENT]) for one in rows))
+    assert augmented.observations(rows) == sum(one.observations for one in rows) - spent
 
 
 def test_a_spring_without_effects_goes_through_its_stages(monkeypatch):
