@@ -11,7 +11,7 @@ from fitting.inference.parameters.ties import RESERVED, evaluate, names_in
 from pneusma_jax.actuator.result import solved
 from pneusma_jax.errors import InputError, nearest
 
-from .responses import NOT_FINITE, Driver, Response
+from .responses import FIRST_OUTPUT, MOST_TOLD_APART, NOT_FINITE, Driver, Response
 from .responses.expression import as_expression
 
 REDUCTIONS = ("largest", "smallest", "mean", "first", "last")
@@ -156,7 +156,8 @@ def _check_place(place: float, driver: Driver, where: str) -> None:
 def row_function(response: Response, columns: Columns, names: tuple[str, ...]):
     """One row of the study as a pure function: values [SI] of the named numbers to columns and a status.
 
-    A row without a result, or with a column that is not finite, is NaN in all columns.
+    A row without a result, or with a column that is not finite, is NaN in all columns. Its status tells the
+    first output that is not finite.
     """
     lines = [(f"_{k}", q.expression) for k, q in enumerate(columns.quantities)]
 
@@ -170,9 +171,11 @@ def row_function(response: Response, columns: Columns, names: tuple[str, ...]):
                 value = _reduced(value, quantity.reduce, columns.driver)
             parts.append(jnp.broadcast_to(value, (count,)))
         whole = jnp.concatenate(parts)
-        finite = jnp.all(jnp.isfinite(whole))
-        status = jnp.where(~finite & solved(status), NOT_FINITE, status)
-        return jnp.where(finite & solved(status), whole, jnp.nan), status.astype(jnp.uint8)
+        each = jnp.stack([jnp.all(jnp.isfinite(part)) for part in parts])
+        first = jnp.argmin(each)
+        why = jnp.where(first < MOST_TOLD_APART, FIRST_OUTPUT + first, NOT_FINITE)
+        status = jnp.where(~jnp.all(each) & solved(status), why, status)
+        return jnp.where(jnp.all(each) & solved(status), whole, jnp.nan), status.astype(jnp.uint8)
 
     return row
 

@@ -1,6 +1,6 @@
 """The model of a study: its outputs as one function of the numbers that may vary."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,10 +14,26 @@ NOISE = "noise"
 """Name of the input that picks the white noise of channels."""
 NOT_FINITE = 99
 """Status of a row whose outputs are not all finite, where the model gives no reason."""
+FIRST_OUTPUT = 100
+"""Status of a row whose first output is the first that is not finite; those of the next ones follow."""
+MOST_TOLD_APART = 156
+"""Number of outputs with a status of their own: what is left of a byte."""
 SENTENCES = {int(status): status.sentence for status in pj.Status} | {
     NOT_FINITE: "An output is not a finite number."
 }
-"""Reasons why a row has no result, by status."""
+"""Reasons why a row has no result, by status; see `reason`."""
+
+
+def reason(code: int, outputs: Sequence[str]) -> str:
+    """Sentence on why a row has no result.
+
+    Args:
+        code: status of the row.
+        outputs: names of the study's outputs, in their order.
+    """
+    if FIRST_OUTPUT <= code < FIRST_OUTPUT + len(outputs):
+        return f"The output {outputs[code - FIRST_OUTPUT]} is not a finite number."
+    return SENTENCES.get(code, "no result")
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from fitting.inference.notes import joined
 from fitting.inference.progress import duration
 from fitting.propagate import Propagation
 from fitting.propagate.problem import Problem
 from fitting.propagate.rare import RareResult
-from fitting.propagate.responses import SENTENCES
+from fitting.propagate.responses import FIRST_OUTPUT, reason
 from pneusma_jax.actuator.result import solved
 from pneusma_jax.errors import counted
 
@@ -62,6 +63,9 @@ def _quantity(result: Propagation, name: str) -> str:
         return f"{result.problem.columns.labels[k]}: no row has a result."
     nominal = result.nominal[k]
     beside = f", nominal {nominal:.4g}" if np.isfinite(nominal) else ""
+    failures = result.summary.failures
+    if failures.count:
+        beside += f", of the {_rows(failures.total - failures.count)} with a result"
     return f"{result.problem.columns.labels[k]}: {middle:.4g}, 90 % between {low:.4g} and {high:.4g}{beside}."
 
 
@@ -123,13 +127,18 @@ def failure_sentences(result: Propagation) -> list[str]:
     influence."""
     failures, problem = result.summary.failures, result.problem
     codes = [code for code in np.flatnonzero(failures.reasons) if not solved(code)]
-    why = "; ".join(
-        f"{failures.reasons[c]:,}: {SENTENCES.get(int(c), 'no result').rstrip('.')}" for c in codes
-    )
+    outputs = [quantity.name for quantity in problem.columns.quantities]
+    why = "; ".join(f"{failures.reasons[c]:,}: {reason(int(c), outputs).rstrip('.')}" for c in codes)
     sentences = [
         f"{_rows(failures.count)} ({_percent(lost(result))}) {'has' if failures.count == 1 else 'have'} no "
         f"result ({why})."
     ]
+    undefined = [outputs[c - FIRST_OUTPUT] for c in codes if FIRST_OUTPUT <= c < FIRST_OUTPUT + len(outputs)]
+    if undefined and len(outputs) > len(undefined):
+        sentences.append(
+            "Such a row counts for no output. A study that leaves out "
+            f"{joined(undefined)} counts it for the others."
+        )
     distance = failures.uneven
     names = problem.inputs.names
     k = int(np.argmax(distance))
