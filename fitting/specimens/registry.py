@@ -120,12 +120,12 @@ def residual_of(kind: str | Model) -> Callable[[Mapping[str, Array], Rows], Floa
 @functools.cache
 def _residual_of(model: Model) -> Callable[[Mapping[str, Array], Rows], Array]:
     def residual(values: Mapping[str, Array], stacked: Rows) -> Array:
-        return _of_each(model, lambda rows: model.residual(values, rows), stacked)
+        return of_each(model, lambda rows: model.residual(values, rows), stacked)
 
     return residual
 
 
-def _of_each(model: Model, function: Callable[[Rows], Any], stacked: Rows) -> Any:
+def of_each(model: Model, function: Callable[[Rows], Any], stacked: Rows) -> Any:
     """Results of a function for every recording of a stack, side by side or one after another."""
     return jax.lax.map(function, stacked) if model.in_turn else jax.vmap(function)(stacked)
 
@@ -138,7 +138,7 @@ def predictor_of(kind: str | Model) -> Callable[[Mapping[str, Array], Rows], dic
 @functools.cache
 def _predictor_of(model: Model) -> Callable[[Mapping[str, Array], Rows], dict[str, Array]]:
     def predict(values: Mapping[str, Array], stacked: Rows) -> dict[str, Array]:
-        return _of_each(model, lambda rows: model.predict(values, rows), stacked)
+        return of_each(model, lambda rows: model.predict(values, rows), stacked)
 
     return jax.jit(predict)
 
@@ -154,7 +154,7 @@ def derivative_of(
 @functools.cache
 def _derivative_of(model: Model) -> Callable[..., dict[str, Array]]:
     def along(values: Mapping[str, Array], direction: Mapping[str, Array], stacked: Rows) -> dict[str, Array]:
-        predicted = lambda at: _of_each(model, lambda rows: model.predict(at, rows), stacked)  # noqa: E731
+        predicted = lambda at: of_each(model, lambda rows: model.predict(at, rows), stacked)  # noqa: E731
         return jax.jvp(predicted, (values,), (direction,))[1]
 
     return jax.jit(along)

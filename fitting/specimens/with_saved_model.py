@@ -8,6 +8,7 @@ import dataclasses
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,7 @@ from .input_noise import carried_over, noisy
 from .latent import SPENT
 from .priors import CUT, FIT
 from .reduction import thinned
-from .registry import specimen_of
+from .registry import of_each, specimen_of
 from .rows import MARK, MOST_ROWS, Rows, stack, with_numbers
 from .saved_models import AddedDiscrepancy, AddedEffect, AugmentedModel
 from .silicones import FACTOR
@@ -323,7 +324,7 @@ class Augmented(Model):
             return carried_over(self, values, recordings)
         if not self.more_than_base:
             return self.specimen.decided(values, recordings)
-        program = eqx.filter_jit(jax.vmap(self.answer, (None, 0)))
+        program = eqx.filter_jit(lambda values, stacked: of_each(self, partial(self.answer, values), stacked))
         point = {name: jnp.asarray(float(value)) for name, value in values.items()}
 
         def drivers(rows: list[Rows]) -> dict[str, np.ndarray]:
@@ -347,7 +348,7 @@ class Augmented(Model):
 
     def _leverage(self, values: Mapping[str, Array], stacked: Rows) -> Float[Array, "recordings rows"]:
         """Share of every row's readings that its trajectory takes up."""
-        return jax.lax.map(lambda rows: self.answer(values, rows)[1]["taken"], stacked)
+        return of_each(self, lambda rows: self.answer(values, rows)[1]["taken"], stacked)
 
 
 def _with_extra(rows: Rows, **more: np.ndarray) -> Rows:
