@@ -22,6 +22,8 @@ STEPS = {"length": (0.1, "mm"), "pressure": (1.0, "kPa")}
 STEP_OF_NUMBERS = {"active_coils": 1.0}
 SMALL_STEP = 0.01
 """Step of other plain numbers for sensitivities, such as fractions [1]."""
+ROUNDING = 1e-9
+"""By how much a logarithm may exceed a whole number from rounding alone [1]."""
 LOOSER = 0.01
 """Relaxation of a limit in the table of limits, as part of it [1]."""
 NOTHING = 1e-9
@@ -161,13 +163,18 @@ def chance_words(result: DesignResult) -> list[str]:
 
 
 def step_of(free: Free) -> tuple[float, str]:
-    """Step of a parameter for sensitivities [SI], and the step in words."""
-    dimension = UNITS[free.unit].dimension
-    if dimension in STEPS:
-        size, unit = STEPS[dimension]
-        return to_si(size, unit), f"{size:g} {unit}"
-    size = STEP_OF_NUMBERS.get(free.name.rpartition(".")[2], SMALL_STEP)
-    return size, f"{size:g}"
+    """Step of a parameter for sensitivities [SI], and the step in words.
+
+    It is a tenth, a hundredth and so on of the usual step where that is longer than half the range.
+    """
+    usual = STEP_OF_NUMBERS.get(free.name.rpartition(".")[2], SMALL_STEP)
+    size, unit = STEPS.get(UNITS[free.unit].dimension, (usual, ""))
+    in_si = to_si(size, unit) if unit else size
+    if free.made != "integer" and free.low.parameter is None and free.high.parameter is None:
+        half = 0.5 * (free.high.value - free.low.value)
+        tenths = max(0, math.ceil(math.log10(in_si / half) - ROUNDING))
+        size, in_si = size / 10**tenths, in_si / 10**tenths
+    return in_si, f"{size:g} {unit}".rstrip()
 
 
 def other_table(result: DesignResult) -> Table:
