@@ -75,7 +75,11 @@ def cut_off(
     if any(len(other) != len(last) for other in others):
         return None
     for count, what in (_decimals, "decimals"), (_exponent_digits, "digits of an exponent"):
-        if count(last[-1]) < min(count(other[-1]) for other in others):
+        counts = {count(other[-1]) for other in others}
+        if what == "decimals" and len(counts) > 1 and _PLAIN.fullmatch(last[-1]) and "." not in last[-1]:
+            if page.lines[keep[-1] + 1 :]:
+                continue  # `95` after `94.75` and `93.5`, as programs write whole numbers
+        if count(last[-1]) < min(counts):
             keep_it = f"; if it is whole, write it with as many {what}"
             return CutOff(f"{row} ends with fewer {what} than all others ({end}): {asked}{keep_it}", True)
     above = [to_number(other[-1], decimal) for other in others[-RECENT:]]

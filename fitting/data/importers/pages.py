@@ -62,6 +62,8 @@ def joined_pages(grids: Sequence[Grid], named: Sequence[bool]) -> list[Grid]:
             found[-1] = both
             starts[-1].append(min(grid.rows))
         else:
+            if found and not other and (said := _other_headings(found[-1], grid)):
+                grid = replace(grid, notices=[*grid.notices, said])
             found.append(grid)
             starts.append([])
     return [_said(grid, rows) if rows else grid for grid, rows in zip(found, starts, strict=True)]
@@ -92,6 +94,23 @@ def _one_test(above: Grid, below: Grid) -> Grid | None:
             both = _both(first, second, column, times)
             return replace(both, preamble=above.preamble, notices=_notices(above, below))
     return None
+
+
+def _other_headings(above: Grid, below: Grid) -> str:
+    """Question about a table whose clock goes on from the one above, under headings that differ; or none."""
+    columns = clock_column(above), clock_column(below)
+    texts = [[heading.text for heading in grid.headings] for grid in (above, below)]
+    if None in columns or texts[0] == texts[1] or above.values.shape[1] != below.values.shape[1]:
+        return ""
+    before, after = (grid.values[:, column] for grid, column in zip((above, below), columns, strict=True))
+    if not _goes_on(before, after):
+        return ""
+    one, two = next(pair for pair in zip(*texts, strict=True) if pair[0] != pair[1])
+    return (
+        f"check: the clock goes on from the table above to row {min(below.rows)}, but a heading is {two!r}"
+        f" and was {one!r}: read as a test of its own. If both are one test, give them the same headings and"
+        " units"
+    )
 
 
 def _goes_on(before: np.ndarray, after: np.ndarray) -> bool:

@@ -49,12 +49,14 @@ class Page:
         lines: lines of text.
         rows: cells as text by row, without trailing empty ones; None for text.
         hidden: true if the workbook hides the sheet.
+        hidden_parts: words about its hidden rows and columns; empty without any.
     """
 
     name: str
     lines: list[str]
     rows: list[list[str]] | None = None
     hidden: bool = False
+    hidden_parts: str = ""
 
     @property
     def is_sheet(self) -> bool:
@@ -283,6 +285,35 @@ def _texts_of(sheet: Any) -> list[list[str]]:
     return [[_cell_text(cell) for cell in row] for row in sheet.iter_rows()]
 
 
+_HIDDEN = re.compile(rb'<(?:\w+:)?(row|col) (?=[^>]*\bhidden="(?:1|true)")([^>]*)>')
+
+
+def _hidden_parts(sheet: Any, texts: list[list[str]]) -> str:
+    """Words about the filled rows and columns that a sheet hides; empty without any."""
+    filled = {
+        b"row": {i for i, row in enumerate(texts, start=1) if any(row)},
+        b"col": {j for row in texts for j, text in enumerate(row, start=1) if text},
+    }
+    hidden: dict[bytes, set[int]] = {b"row": set(), b"col": set()}
+    with sheet._get_source() as source:
+        for part, stated in _HIDDEN.findall(source.read()):
+            ends = [
+                int(found[1]) if (found := re.search(rb'\b' + name + rb'="(\d+)"', stated)) else 0
+                for name in ((b"r", b"r") if part == b"row" else (b"min", b"max"))
+            ]
+            hidden[part] |= {i for i in filled[part] if ends[0] <= i <= ends[1]}
+    said = [_listed(word, sorted(hidden[part])) for part, word in ((b"row", "row"), (b"col", "column"))]
+    return " and ".join(filter(None, said))
+
+
+def _listed(word: str, numbers: list[int]) -> str:
+    """A few of many numbers in words: `rows 3, 4, 5, 6, 7, 8 and 12 more`; empty without any."""
+    shown, more = ", ".join(map(str, numbers[:6])), len(numbers) - 6
+    if not numbers:
+        return ""
+    return f"{word}{'s' * (len(numbers) > 1)} {shown}" + (f" and {more} more" if more > 0 else "")
+
+
 def _read_sheets(raw: RawFile) -> list[Page]:
     _check_size(raw)
     import openpyxl  # slow to import, and most files are text
@@ -291,17 +322,18 @@ def _read_sheets(raw: RawFile) -> list[Page]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about styles and extensions that do not touch the numbers
             book = openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=True)
-            sheets = [(s.title, s.sheet_state != "visible", _texts_of(s)) for s in book.worksheets]
+            sheets = [(s, s.title, s.sheet_state != "visible", _texts_of(s)) for s in book.worksheets]
+            parts = [_hidden_parts(sheet, texts) for sheet, *_, texts in sheets]
             book.close()
     except Exception as error:  # of zip, XML or styles: a damaged workbook can end anywhere in there
         raise unusable(raw.path, f"this is not an Excel workbook that can be read ({error})") from None
     pages = []
-    for title, hidden, texts in sheets:
+    for (_, title, hidden, texts), hidden_parts in zip(sheets, parts, strict=True):
         for row in texts:
             while row and not row[-1]:
                 row.pop()
         if any(texts):
-            pages.append(Page(title, [], texts, hidden))
+            pages.append(Page(title, [], texts, hidden, hidden_parts))
     if not pages:
         raise unusable(raw.path, "the workbook has no filled sheet")
     return pages

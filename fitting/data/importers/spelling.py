@@ -13,7 +13,8 @@ _SPELLINGS = {
     "in./in.": "1", "ratio": "1", "abs": "1", "pct": "percent", "%": "percent", "percentage": "percent",
     "prozent": "percent",
     "‰": "permille", "ue": "microstrain", "uε": "microstrain", "με": "microstrain", "ustrain": "microstrain",
-    "µstrain": "microstrain", "\u00b5ε": "microstrain", "mε": "millistrain",
+    "µstrain": "microstrain", "\u00b5ε": "microstrain", "mε": "millistrain", "µe": "microstrain",
+    "µm/m": "microstrain", "um/m": "microstrain", "µin/in": "microstrain", "mm/m": "millistrain",
     "c": "degC", "°c": "degC", "ºc": "degC", "deg c": "degC", "deg. c": "degC", "degrees c": "degC",
     "celsius": "degC",
     "f": "degF", "°f": "degF", "ºf": "degF", "deg f": "degF", "deg. f": "degF", "kelvin": "K",
@@ -69,6 +70,10 @@ _REFERENCE = re.compile(
     r" ]?\(?(?P<zero>a|abs|abs\.|absolute|absolut|g|ga|gauge|gage|rel|rel\.|relative?|ü)\)?$",
     re.IGNORECASE,
 )
+# The same in brackets of its own, and a bracket behind it: `Pressure (bar(g))`, `Pressure [kPa (abs)]`.
+_NESTED = re.compile(r"[(\[]\s*([^()\[\]]+\([^()\[\]]+\))\s*[)\]]\s*$")
+# Words of statistics that are units of time, too: `Load min (N)`, `Load std (N)`.
+_STATISTICS = ("min", "std")
 # Masses that stand for forces, as many load cells display them.
 WEIGHTS = {"g": "gf", "kg": "kgf", "mg": "gf"}
 # Words and letters that end a heading more often as a name than as a unit.
@@ -163,6 +168,9 @@ def pressure_zero(text: str) -> str:
 
 def parse_heading(text: str) -> Heading:
     """Split `Load (N)`, `Strain [-]`, `Force / kN`, `Strain %`, `Load, N`, `force_mN` into name and unit."""
+    nested = _NESTED.search(text)
+    if nested and _REFERENCE.match(_normalised(nested[1])):
+        return _heading(text, text[: nested.start()], nested[1])
     brackets = list(_BRACKETS.finditer(text))
     several = sum(may_be_unit(found[1].strip()) for found in brackets) > 1
     for found in reversed(brackets):
@@ -173,6 +181,8 @@ def parse_heading(text: str) -> Heading:
             return _heading(text, rest if before is None else before.name, content)
     for pattern in (r"^(.+?)\s*[,;:]\s*(\S.*)$", r"^(.+?)\s+(?:/|in)\s+(\S.*)$", r"^(.+?)\s*/\s*(\S+)$"):
         found = re.match(pattern, text)
+        if found and not _closed(found[1]):  # `Load (N/kg)`: the mark stands within the brackets
+            continue
         if found and found[2].strip() and may_be_unit(found[2].strip(" ()[]")):
             unit = found[2].strip(" ()[]")
             return _heading(text, found[1], unit)
@@ -193,6 +203,11 @@ def parse_heading(text: str) -> Heading:
     return Heading(text, plain(text), None, pressure_zero(text))
 
 
+def _closed(text: str) -> bool:
+    """True if every bracket that a text opens is closed in it."""
+    return all(text.count(opens) <= text.count(closes) for opens, closes in ("()", "[]", "{}"))
+
+
 def first_unit(text: str) -> Heading | None:
     """The heading before a unit in brackets that states a unit itself: `Strain %` of `Strain % (-)`, or None.
 
@@ -204,6 +219,8 @@ def first_unit(text: str) -> Heading | None:
     rest = text[: last.start()].strip()
     before = parse_heading(rest)
     if before.unit is None or not may_be_unit(before.unit) or _TAG.search(rest):
+        return None
+    if rest.lower().endswith(_STATISTICS) and dimension(last[1].strip()) != "time":
         return None
     letter = _LETTER_LAST.search(rest)
     return before if letter is None or dimension(before.unit) == dimension(last[1].strip()) else None

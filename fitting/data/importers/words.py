@@ -84,6 +84,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "temperatuur", "lämpötila", "온도", "температура",
     ),
     "resistance": ("resistance", "r", "electrical resistance", "widerstand", "résistance", "ohms", "电阻",
+        "res", "fres",
         "resistenza", "resistencia", "resistência", "weerstand", "抵抗", "저항", "сопротивление",
     ),
     "current": ("current", "i", "strom", "courant", "heating current",
@@ -126,6 +127,7 @@ _NEEDS_UNIT = {
     "tid": "time", "carga": "force", "corsa": "length", "rek": "number",
     "ave": "number", "ave2": "number", "ave 2": "number",
     "pos": "length", "winkel": "angle", "u": "voltage", "v": "voltage",
+    "res": "resistance", "fres": "resistance",
     "lvdt": "length", "dial gauge": "length", "dial indicator": "length", "duration": "time",
 }  # fmt: skip
 _QUANTITY = {word: (quantity, rank) for quantity, words in WORDS.items() for rank, word in enumerate(words)}
@@ -158,6 +160,7 @@ TEST_WORDS = (
 LOT_WORDS = ("material", "batch", "lot", "prüfling", "prüfkörper", "probekörper", "muster", "lot de matière")
 _TAGGED = "|".join((*SPECIMEN_WORDS, *(rf"(?:{word})(?![a-z]{{2}})" for word in TEST_WORDS)))  # no `normal`
 _TAG_PATTERNS = (
+    re.compile(r"^(?P<tag>\d{1,4}) ?<(?P<name>[a-z]+)>$"),  # `101 <RES>`, a channel of a data logger
     # `Stress Specimen 2`, `Stress - sample B`, `Stress_test_3`, `Stress #2`
     re.compile(rf"^(?P<name>.+?)[\s\-:,_]+(?P<tag>(?:{_TAGGED})[\s.#_]*(?:no\.?|nr\.?)?\s*[\w.]{{1,12}})$"),
     re.compile(rf"^(?P<tag>(?:{_TAGGED})[\s.#_]*(?:no\.?|nr\.?)?\s*[\w.]{{1,12}}?)[\s\-:,_]+(?P<name>.+)$"),
@@ -228,6 +231,7 @@ def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
         name,
         name.replace("-", " "),
         re.sub(r"\s+(filtered|raw|corrected|measured|absolute|absolut|gauge|abs|ave|ist|actual)$", "", name),
+        re.sub(r"^(filtered|raw|corrected)\s+", "", name),
         re.sub(r"\btemp\b\.?", "temperature", name),
         re.sub(r"(?<=ss)es$|(?<=ch)es$|(?<=[^s])s$", "", name),
     ):

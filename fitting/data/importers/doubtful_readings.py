@@ -1,0 +1,123 @@
+"""Readings that an instrument gives where it cannot measure: a limit of its range, a turned sign, a leap of
+the clock by an hour."""
+
+import numpy as np
+
+from .making import Making
+
+LONGEST = 5
+"""Minimum number of rows in succession at one largest value, for a limit of the instrument."""
+LONGER = 4
+"""The same, as a multiple of the longest stay at any other value. A coarse resolution stays everywhere."""
+MOVED = 0.03
+"""Minimum change of the drive over those rows, as part of its range."""
+TURNED = 0.2
+"""Minimum value on both sides of a turned sign, as part of the largest one."""
+MIRRORED = 0.2
+"""Maximum sum of the values on both sides of a turned sign, as part of the larger one."""
+STEPS = 5.0
+"""Minimum change at a turned sign, in median changes from row to row."""
+HOUR_S = 3600.0
+"""Leap of a clock at the begin of daylight saving [s]."""
+HOUR_STEPS = 2.0
+"""Maximum distance of a leap from an hour, in median steps of the clock."""
+
+# Driving and responding columns of a test, by kind.
+_PAIRS = {
+    "elastomer": (("strain", "stress_kPa"),),
+    "wire": (("strain", "stress_MPa"),),
+    "spring": (("elongation_mm", "force_N"), ("elongation_mm", "resistance_ohm")),
+    "tube": (("pressure_kPa", "length_mm"),),
+    "actuator": (("pressure_kPa", "bend_angle_deg"), ("pressure_kPa", "curvature_1pm")),
+}
+
+
+def question_readings(
+    columns: dict[str, np.ndarray], rows: np.ndarray, is_clock: bool, making: Making
+) -> None:
+    """Ask about readings that stay at a limit, a sign that turns, and a clock that leaps by an hour.
+
+    Args:
+        columns: canonical columns, each of shape (rows,).
+        rows: number of each row in the file.
+        is_clock: true if the time was read from times of day.
+        making: state of the import; questions are added to its notices.
+    """
+    for drive, answer in _PAIRS.get(making.kind, ()):
+        if drive in columns and answer in columns:
+            finite = np.flatnonzero(np.isfinite(columns[drive]) & np.isfinite(columns[answer]))
+            if finite.size > 2 * LONGEST:
+                _question_limit(columns, (drive, answer), finite, rows, making)
+                _question_sign(columns, (drive, answer), finite, rows, making)
+    if is_clock and "time_s" in columns:
+        _question_hour(columns["time_s"], rows, making)
+
+
+def _stays(values: np.ndarray) -> list[tuple[int, int]]:
+    """Begin and end of each succession of equal values, the end excluded."""
+    edges = np.flatnonzero(np.diff(values) != 0.0) + 1
+    return list(zip([0, *edges.tolist()], [*edges.tolist(), len(values)], strict=True))
+
+
+def _question_limit(
+    columns: dict[str, np.ndarray],
+    pair: tuple[str, str],
+    finite: np.ndarray,
+    rows: np.ndarray,
+    making: Making,
+) -> None:
+    """Ask about a largest value that stays while the specimen moves: the end of a load cell's range?"""
+    x, y = (columns[name][finite] for name in pair)
+    stays = _stays(y)
+    for limit in {float(y.max()), float(y.min())} - {0.0}:
+        if abs(limit) < float(np.abs(y).max()):
+            continue
+        at_limit = [(a, b) for a, b in stays if y[a] == limit]
+        begin, end = max(at_limit, key=lambda stay: stay[1] - stay[0])
+        elsewhere = max((b - a for a, b in stays if y[a] != limit), default=len(y))
+        if end - begin < max(LONGEST, LONGER * elsewhere):
+            continue
+        if np.ptp(x[begin:end]) > MOVED * np.ptp(x):
+            name, _, unit = pair[1].rpartition("_")
+            making.warn(
+                f"{name} stays at its largest value, {limit:.6g} {unit}, from row {rows[finite[begin]]} to"
+                f" {rows[finite[end - 1]]} while {pair[0].split('_')[0]} changes: was that the end of the"
+                " instrument's range? Then leave these fields empty"
+            )
+
+
+def _question_sign(
+    columns: dict[str, np.ndarray],
+    pair: tuple[str, str],
+    finite: np.ndarray,
+    rows: np.ndarray,
+    making: Making,
+) -> None:
+    """Ask about a reading that goes on with the other sign from one row to the next."""
+    x, y = (columns[name][finite] for name in pair)
+    first, second = y[:-1], y[1:]
+    larger = np.maximum(np.abs(first), np.abs(second))
+    turned = (first * second < 0.0) & (x[:-1] * x[1:] > 0.0)
+    turned &= np.minimum(np.abs(first), np.abs(second)) > TURNED * float(np.abs(y).max())
+    turned &= np.abs(first + second) < MIRRORED * larger
+    turned &= np.abs(np.diff(y)) > STEPS * float(np.median(np.abs(np.diff(y))))
+    if turned.any():
+        at = int(np.flatnonzero(turned)[0])
+        name, _, unit = pair[1].rpartition("_")
+        making.warn(
+            f"{name} turns its sign from {first[at]:.4g} to {second[at]:.4g} {unit} at row"
+            f" {rows[finite[at + 1]]} while {pair[0].split('_')[0]} goes on: was the instrument connected the"
+            " other way from there? Then mend these fields in the file"
+        )
+
+
+def _question_hour(time: np.ndarray, rows: np.ndarray, making: Making) -> None:
+    """Ask about a time of day that leaps by an hour, as where daylight saving begins."""
+    steps = np.diff(time)
+    usual = float(np.median(steps)) if steps.size else 0.0
+    leaps = np.flatnonzero(np.abs(steps - usual - HOUR_S) <= HOUR_STEPS * usual)
+    if 0.0 < usual < HOUR_S / 60.0 and leaps.size == 1:
+        making.warn(
+            f"the clock leaps by an hour at row {rows[leaps[0] + 1]}: was it a pause, or did daylight saving"
+            " begin? Then take an hour off the times from there"
+        )

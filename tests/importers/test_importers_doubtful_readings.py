@@ -1,0 +1,82 @@
+"""Readings at a limit, turned signs, a clock that leaps by an hour, and rows that a workbook hides."""
+
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+from answers import checks
+
+from fitting.data.importers import import_file, make_options
+
+N = 60
+TIME = 0.5 * np.arange(N)
+STRAIN = 0.6 * (1.0 - np.abs(np.linspace(-1.0, 1.0, N)))
+STRESS = 90.0 * (1.0 + STRAIN - (1.0 + STRAIN) ** -2)
+
+
+def table(stress, time=TIME, strain=STRAIN, digits=5):
+    rows = "".join(f"{t},{e:.6f},{s:.{digits}f}\n" for t, e, s in zip(time, strain, stress, strict=True))
+    return f"Time (s),Strain (-),Stress (kPa)\n{rows}"
+
+
+def asked(path, words):
+    return [note for note in checks(import_file(path, make_options(kind="elastomer"))) if words in note]
+
+
+def test_a_largest_value_that_stays_is_asked_about(put):
+    rows = np.flatnonzero(STRESS > 70.0) + 2
+    note, = asked(put("a.csv", table(np.minimum(STRESS, 70.0))), "end of the instrument's range")
+    assert f"stays at its largest value, 70 kPa, from row {rows[0]} to {rows[-1]} while strain changes" in note
+
+
+@pytest.mark.parametrize("resolution", [1.0, 8.0, 20.0])
+def test_a_coarse_resolution_is_no_limit(put, resolution):
+    path = put("a.csv", table(resolution * np.round(STRESS / resolution)))
+    assert not asked(path, "end of the instrument's range")
+
+
+def test_a_largest_value_at_which_nothing_moves_is_no_limit(put):
+    strain = np.concatenate([STRAIN[:30], np.full(20, STRAIN[29]), STRAIN[30:]])
+    stress = 90.0 * (1.0 + strain - (1.0 + strain) ** -2)
+    assert not asked(put("a.csv", table(stress, 0.5 * np.arange(N + 20), strain)), "end of the instrument's range")
+
+
+def test_a_sign_that_turns_between_two_rows_is_asked_about(put):
+    note, = asked(put("a.csv", table(np.where(np.arange(N) < 40, STRESS, -STRESS))), "turns its sign")
+    assert "kPa at row 42 while strain goes on" in note
+
+
+def test_a_test_of_both_ways_turns_no_sign(put):
+    strain = 0.3 * np.sin(np.linspace(0.0, 12.0, N))
+    stress = 90.0 * (1.0 + strain - (1.0 + strain) ** -2)
+    assert not asked(put("a.csv", table(stress, TIME, strain)), "turns its sign")
+
+
+def test_a_clock_that_leaps_by_an_hour_is_asked_about(put):
+    start = datetime(2026, 3, 29, 1, 59, 50)
+    moments = [start + timedelta(seconds=t + 3600.0 * (t >= 10.0)) for t in TIME]
+    note, = asked(put("a.csv", table(STRESS, [m.isoformat(" ") for m in moments])), "daylight saving")
+    assert "leaps by an hour at row 22" in note
+    assert not asked(put("b.csv", table(STRESS, TIME + 3600.0 * (TIME >= 10.0))), "daylight saving")
+
+
+def workbook(path, rows=(), columns=""):
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    book.active.append(["Time (s)", "Strain (-)", "Stress (kPa)"])
+    for row in zip(TIME.tolist(), STRAIN.tolist(), STRESS.tolist(), strict=True):
+        book.active.append(row)
+    for row in rows:
+        book.active.row_dimensions[row].hidden = True
+    for column in columns:
+        book.active.column_dimensions[column].hidden = True
+    book.save(path)
+    return path
+
+
+def test_rows_and_columns_that_a_sheet_hides_are_read_and_said(tmp_path):
+    note, = asked(workbook(tmp_path / "a.xlsx", range(10, 20), "B"), "hides")
+    assert "hides rows 10, 11, 12, 13, 14, 15 and 4 more and column 2, which were read" in note
+    assert not asked(workbook(tmp_path / "b.xlsx"), "hides")
+    assert not asked(workbook(tmp_path / "c.xlsx", range(200, 210), "K"), "hides")  # nothing is there

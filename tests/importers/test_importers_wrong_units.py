@@ -1,0 +1,98 @@
+"""Headings whose marks or words look like a unit and are none, and units in the spelling of loggers."""
+
+import numpy as np
+import pytest
+from answers import checks, refusal
+
+from fitting.data.importers import import_file, make_options
+
+N = 40
+TIME = 0.5 * np.arange(N)
+STRAIN = 0.6 * (1.0 - np.abs(np.linspace(-1.0, 1.0, N)))
+STRESS = 90.0 * (1.0 + STRAIN - (1.0 + STRAIN) ** -2)
+SIZES = {"dimensions": ["gauge_length_mm=25", "area_mm2=20"]}
+
+
+def table(head, *columns):
+    rows = zip(TIME, *columns, strict=True)
+    return f"Time (s),{head}\n" + "".join(",".join(f"{x:.6f}" for x in row) + "\n" for row in rows)
+
+
+@pytest.mark.parametrize("heading", ["Load (N/kg)", "Load [N/mm]", "Load (N, kg)", "Load (N : g)"])
+def test_a_mark_within_brackets_divides_no_unit_from_a_name(put, heading):
+    """`Load (N/kg)` was read in kilograms."""
+    head = f'Extension (mm),"{heading}"'
+    try:
+        import_file(put("a.csv", table(head, 25 * STRAIN, STRESS)), make_options(**SIZES))
+    except Exception as error:
+        assert heading in str(error) and "\n" not in str(error)
+    else:
+        pytest.fail("read")
+
+
+@pytest.mark.parametrize("word", ["min", "std"])
+def test_a_statistic_of_a_load_is_no_load_in_a_unit_of_time(put, word):
+    text = table(f"Extension (mm),Load {word} (N)", 25 * STRAIN, 0.02 * STRESS)
+    assert f"Load {word} (N)" in refusal(put("a.csv", text), kind="elastomer", **SIZES)
+
+
+def test_a_load_beside_its_standard_deviation_is_one_test(put):
+    text = table("Extension (mm),Load (N),Load std (N)", 25 * STRAIN, 0.02 * STRESS, 0.001 * STRESS)
+    recording = import_file(put("a.csv", text), make_options(**SIZES))
+    np.testing.assert_allclose(recording.columns["stress_kPa"], STRESS, atol=1e-3)
+    assert any("left aside: 'Load std (N)'" in note for note in recording.notices)
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("µe", 1e6), ("µm/m", 1e6), ("um/m", 1e6), ("mm/m", 1e3), ("µin/in", 1e6)])
+def test_strain_in_parts_of_a_length_is_read(put, unit, scale):
+    recording = import_file(put("a.csv", table(f"Strain ({unit}),Stress (kPa)", scale * STRAIN, STRESS)))
+    np.testing.assert_allclose(recording.columns["strain"], STRAIN, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor", "zero"),
+    [("bar(g)", 0.01, 0.0), ("bar (g)", 0.01, 0.0), ("bar(a)", 0.01, 1.01325), ("kPa(abs)", 1.0, 101.325), ("mbar (abs.)", 10.0, 1013.25)],
+)
+@pytest.mark.parametrize("form", ["Pressure ({})", "Pressure [{}]"])
+def test_the_zero_of_a_pressure_may_stand_in_brackets_of_its_own(put, form, unit, factor, zero):
+    pressure = np.linspace(0.0, 60.0, N)
+    text = table(f"{form.format(unit)},Bend angle (deg)", factor * pressure + zero, 1.5 * pressure)
+    recording = import_file(put("a.csv", text))
+    np.testing.assert_allclose(recording.columns["pressure_kPa"], pressure, atol=1e-3)
+    assert not checks(recording)
+
+
+@pytest.mark.parametrize("channel", ["101 <RES> (OHM)", "203 <FRES> (OHM)", "1 <RES> (ohm)"])
+def test_a_channel_of_a_data_logger_has_its_quantity_in_angle_brackets(put, channel):
+    columns = np.linspace(0.0, 60.0, N), np.linspace(0.0, 3.0, N), np.linspace(2.0, 2.3, N)
+    recording = import_file(put("a.csv", table(f"Elongation (mm),Force (N),{channel}", *columns)), make_options(kind="spring"))
+    np.testing.assert_allclose(recording.columns["resistance_ohm"], columns[2], atol=1e-6)
+
+
+def test_a_corrected_strain_beside_the_strain_is_to_be_looked_at(put):
+    text = table("Strain (%),Corrected strain (%),Stress (kPa)", 110 * STRAIN, 100 * STRAIN, STRESS)
+    said = checks(import_file(put("a.csv", text)))
+    assert any(note.startswith("check: 'Corrected strain (%)'") and "--map strain=3" in note for note in said)
+
+
+@pytest.mark.parametrize(("second", "scale"), [("Extension (mm),Load (mN)", 1e3), ("Load (N),Extension (mm)", None)])
+def test_a_page_with_other_headings_whose_clock_goes_on_is_to_be_looked_at(put, second, scale):
+    from fitting.data.importers import import_tests
+
+    columns = np.array([25 * STRAIN, 0.02 * STRESS])
+    first = table("Extension (mm),Load (N)", *columns).splitlines()[: 1 + N // 2]
+    columns = columns[::-1] if scale is None else columns * [[1.0], [scale]]
+    rest = table(second, *columns).splitlines()
+    text = "\n".join([*first, rest[0], *rest[1 + N // 2 :]]) + "\n"
+    one, two = import_tests(put("a.csv", text), make_options(**SIZES))
+    assert not any("the clock goes on" in note for note in checks(one))
+    assert any("the clock goes on from the table above to row 23, but a heading is" in note for note in checks(two))
+    np.testing.assert_allclose(two.columns["stress_kPa"], STRESS[N // 2 :], atol=1e-3)
+
+
+def test_a_last_number_that_is_whole_is_no_cut_where_decimals_vary(put):
+    temperature = np.linspace(22.0, 95.0, N)
+    rows = "".join(f"{t:g},{e:g},{s:g},{k:g}\n" for t, e, s, k in zip(TIME, 10 * STRAIN, STRESS, temperature + 0.1 * (TIME == 0), strict=True))
+    text = f"Time (s),Strain (%),Stress (MPa),Temperature (degC)\n{rows}"
+    recording = import_file(put("a.csv", text))
+    assert len(recording.columns["time_s"]) == N and not any("cut off" in note for note in recording.notices)
