@@ -97,6 +97,18 @@ def test_comments_bom_windows_line_ends_and_blank_lines(put, tmp_path):
     assert any("1 blank line " in text for text in recording.notices)
 
 
+def test_comments_between_the_rows_are_left_out_and_said(put):
+    recording = read_recording(put("time_s,strain,stress_kPa\n0,0,0\n# belt touched, 5, 7\n1,0.1,5\n# end\n"))
+    np.testing.assert_array_equal(recording.columns["strain"], [0.0, 0.1])
+    assert any("2 comments between the rows skipped (row 3)" in text for text in recording.notices)
+
+
+@pytest.mark.parametrize("name", ["stress_kPa", "stress_Pa"])
+def test_an_instruments_mark_for_no_reading_is_refused(put, name):
+    with pytest.raises(InputError, match=r"row 3, column stress_kPa: 9.9e\+3\d cannot be: an instrument writes it for no reading"):
+        read_recording(put(f"time_s,strain,{name}\n0,0,0\n1,0.1,9.9E37\n"))
+
+
 @pytest.mark.parametrize(
     ("header", "row", "kind"),
     [

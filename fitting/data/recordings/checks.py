@@ -18,6 +18,8 @@ PRESSURE_LIMIT_KPA = 1000.0
 """Maximum pressure; a silicone tube bursts far below, so more is a pressure in the wrong unit."""
 VACUUM_KPA = -102.0  # Minimum gauge pressure: just below perfect vacuum, to allow a sensor's zero error
 ABSOLUTE_ZERO_DEGC = -273.15
+OVERLOAD = 1e30
+"""Least number that is no reading: instruments write 9.9e37 for none, in whatever unit the column has."""
 
 
 def check_recording(
@@ -124,6 +126,10 @@ _RULES: tuple[schema.Rule, ...] = (
 
 
 def _check_ranges(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
+    for name in recording.known_columns:
+        values = recording.columns[name]
+        right = "an instrument writes it for no reading; leave the field empty"
+        _refuse_first(np.abs(values) >= OVERLOAD, values, right, place, rows, name)
     for word, wrong, right in (*_RULES, *schema.KINDS[recording.kind].ranges):
         for name in (name for name in recording.known_columns if name.startswith(word)):
             values = recording.columns[name]

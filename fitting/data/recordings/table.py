@@ -118,11 +118,15 @@ def _check_header(path: Path, header: list[str], row: int) -> None:
 def _fill(table: Table, records: list[tuple[int, list[str]]]) -> None:
     last = max((i for i, (_, record) in enumerate(records) if record), default=-1)
     blank = 0
+    comments: list[int] = []
     width = len(table.header)
     columns: list[list[str]] = [[] for _ in table.header]
     for row, record in records[: last + 1]:
         if not record:
             blank += 1
+            continue
+        if record[0].startswith("#"):
+            comments.append(row)
             continue
         if len(record) != width:
             hint = (
@@ -138,6 +142,9 @@ def _fill(table: Table, records: list[tuple[int, list[str]]]) -> None:
     if not table.rows:
         raise unusable(table.path, "there is a header but no row of data below it")
     table.cells = dict(zip(table.header, columns, strict=True))
+    if comments:
+        said = f"{counted(len(comments), 'comment')} between the rows skipped (row {comments[0]})"
+        table.notices.append(said)
     if blank:
         table.notices.append(f"{counted(blank, 'blank line')} between the rows skipped")
 
