@@ -96,3 +96,45 @@ def test_a_last_number_that_is_whole_is_no_cut_where_decimals_vary(put):
     text = f"Time (s),Strain (%),Stress (MPa),Temperature (degC)\n{rows}"
     recording = import_file(put("a.csv", text))
     assert len(recording.columns["time_s"]) == N and not any("cut off" in note for note in recording.notices)
+
+
+@pytest.mark.parametrize("heading", ["log Load (N)", "Load*10 (N)", "Load/1000 (N)", "Load x10 (N)", "Load^2 (N)", "sqrt Force (N)"])
+def test_a_function_of_a_load_is_no_load(put, heading):
+    text = table(f"Extension (mm),{heading}", 25 * STRAIN, 0.02 * STRESS)
+    assert heading in refusal(put("a.csv", text), kind="elastomer", **SIZES)
+
+
+@pytest.mark.parametrize("unit", ["N", "mN"])
+def test_a_row_of_units_among_the_numbers_counts(put, unit):
+    """The second page was read in the unit of the first one."""
+    lines = [f"{t:.1f},{25 * e:.6f},{0.02 * s:.6f}\n" for t, e, s in zip(TIME, STRAIN, STRESS, strict=True)]
+    text = "Time,Extension,Load\ns,mm,N\n" + "".join(lines[:20]) + f"s,mm,{unit}\n" + "".join(lines[20:])
+    if unit == "N":
+        assert len(import_file(put("a.csv", text), make_options(**SIZES)).columns["strain"]) == N
+    else:
+        assert "row 23 among the numbers states the unit 'mN', and the heading 'Load (N)'" in refusal(put("a.csv", text), **SIZES)
+
+
+@pytest.mark.parametrize(("line", "told"), [("Load cell tared", True), ("range changed to mN", True), ("door opened", False)])
+def test_a_remark_after_which_numbers_may_count_otherwise_is_to_be_looked_at(put, line, told):
+    lines = table("Extension (mm),Load (N)", 25 * STRAIN, 0.02 * STRESS).splitlines()
+    recording = import_file(put("a.csv", "\n".join([*lines[:21], line, *lines[21:]]) + "\n"), make_options(**SIZES))
+    assert any(repr(line) in note for note in checks(recording)) == told
+    assert any(repr(line) in note for note in recording.notices)
+
+
+def test_a_heading_with_a_minus_is_asked_about(put, follow):
+    path = put("a.csv", table("Extension (mm),-Load (N)", 25 * STRAIN, -0.02 * STRESS))
+    assert "--scale force=-1" in refusal(path, **SIZES)
+    path = put("b.csv", table("Extension (mm),-Load (N)", 25 * STRAIN, 0.02 * STRESS))
+    assert any("'-Load (N)' begins with a minus" in note for note in checks(import_file(path, make_options(**SIZES))))
+
+
+def test_a_springs_position_is_asked_about_and_the_advice_works(put):
+    elongation = np.linspace(0.0, 60.0, N)
+    text = table("Position (mm),Force (N),Resistance (ohm)", elongation + 142.3, 0.05 * elongation, 2.0 + 0.005 * elongation)
+    note, = [n for n in checks(import_file(put("a.csv", text), make_options(kind="spring"))) if "another zero" in n]
+    assert "elongation begins at 142.3 mm with a force of 0 N" in note and "--subtract elongation_mm=142.3" in note
+    recording = import_file(put("a.csv", text), make_options(kind="spring", subtracted=["elongation_mm=142.3"]))
+    np.testing.assert_allclose(recording.columns["elongation_mm"], elongation, atol=1e-5)
+    assert not any("another zero" in n for n in checks(recording))

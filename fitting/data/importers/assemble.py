@@ -21,7 +21,7 @@ from .channels import (
 )
 from .compression import About
 from .derive import derive, question_stress
-from .doubtful_readings import question_readings
+from .doubtful_readings import question_labels, question_readings
 from .making import Channel, Making
 from .options import Options
 from .other_headings import unrecognised
@@ -107,6 +107,7 @@ def assemble(
     question_stress(columns, making)
     dated = "time" in channels and channels["time"].column in grid.origins
     question_readings(columns, rows, dated, making)
+    question_labels(channels, making)
     _question_rows(columns, making)
     name, specimen = _names(sample, options, facts)
     recording = Recording(

@@ -1,9 +1,12 @@
 """Readings that an instrument gives where it cannot measure: a limit of its range, a turned sign, a leap of
 the clock by an hour."""
 
+import re
+from collections.abc import Mapping
+
 import numpy as np
 
-from .making import Making
+from .making import Channel, Making
 
 LONGEST = 5
 """Minimum number of rows in succession at one largest value, for a limit of the instrument."""
@@ -21,6 +24,8 @@ HOUR_S = 3600.0
 """Leap of a clock at the begin of daylight saving [s]."""
 HOUR_STEPS = 2.0
 """Maximum distance of a leap from an hour, in median steps of the clock."""
+
+_MINUS = re.compile(r"\s*[-\u2212\u2013]\s?[^\W\d_]")
 
 # Driving and responding columns of a test, by kind.
 _PAIRS = {
@@ -51,6 +56,21 @@ def question_readings(
                 _question_sign(columns, (drive, answer), finite, rows, making)
     if is_clock and "time_s" in columns:
         _question_hour(columns["time_s"], rows, making)
+
+
+def question_labels(channels: Mapping[str, Channel], making: Making) -> None:
+    """Ask about headings that begin with a minus, such as `-Load (N)`.
+
+    Args:
+        channels: channels by quantity, with their columns and headings.
+        making: state of the import; questions are added to its notices.
+    """
+    for quantity, channel in channels.items():
+        if channel.column >= 0 and _MINUS.match(channel.label) and quantity not in making.options.scales:
+            making.warn(
+                f"the heading {channel.label!r} begins with a minus, and its numbers were taken as they"
+                f" stand; if that turns their sign: --scale {quantity}=-1"
+            )
 
 
 def _stays(values: np.ndarray) -> list[tuple[int, int]]:

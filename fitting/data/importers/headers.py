@@ -168,7 +168,7 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> Header:
     if not above:
         return Header([], start)
     units_alone = len(above) > 1 and all(map(_is_unit, fields[above[0]]))
-    place = 1 if units_alone and not _has_units(fields[above[1]]) else 0
+    place = 1 if units_alone and not has_units(fields[above[1]]) else 0
     if names_quantities(_uncommented(fields[above[place]])) < 2:
         place = next((k for k, i in enumerate(above) if _names_all(fields[i], named)), place)
         place = place if all(_is_about_columns(fields[i]) for i in above[:place]) else 0
@@ -177,7 +177,7 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> Header:
     few = len(names) < max(named, 2) or any(t and like_a_number(t) for t in names)
     if names_quantities(names) < 2 and few:
         return Header([], start)
-    row = next((i for i in reversed(below) if _has_units(fields[i])), None)
+    row = next((i for i in reversed(below) if has_units(fields[i])), None)
     units = [] if row is None else [text if _is_unit(text) else "" for text in fields[row]]
     pairs = itertools.zip_longest(names, units, fillvalue="")
     joined = [_with_unit(name, unit.strip("()[]")) for name, unit in pairs]
@@ -193,10 +193,10 @@ def _is_about_columns(row: list[str]) -> bool:
     """True for a row of units or remarks below headings: no numbers, and no headings with units."""
     if any(text and like_a_number(text) for text in row):
         return False
-    return _has_units(row) or all(parse_heading(text).unit is None for text in row)
+    return has_units(row) or all(parse_heading(text).unit is None for text in row)
 
 
-def _has_units(row: list[str]) -> bool:
+def has_units(row: list[str]) -> bool:
     """True if more than half of the filled fields of a row are units."""
     filled = [text for text in row if text]
     return 2 * sum(map(_is_unit, filled)) > len(filled)

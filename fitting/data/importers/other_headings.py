@@ -38,6 +38,8 @@ _NOT_MEASURED = re.compile(
     r"sense|thermal|motor|heater|supply|internal|ambient|room|valve|grip|clamp|cell)\b"
 )
 """Words for what was wished, reduced or measured elsewhere."""
+_COMPUTED = re.compile(r"[*×·/]\s*\d|\d\s*[*×·]|\^|\bx ?\d|\b(?:log|log10|ln|lg|sqrt|squared?|inverse|1/)\b")
+"""Signs of a factor or a function, so that the numbers are not the quantity itself: `Load*10`, `log load`."""
 _EXAMPLES = {
     "force": "Force (N)", "elongation": "Extension (mm)", "resistance": "Resistance (ohm)",
     "temperature": "Temperature (degC)", "current": "Current (A)",
@@ -52,7 +54,7 @@ def quantity_by_word(heading: Heading) -> str | None:
     heading of a set point, a limit or another part of the rig names none.
     """
     name = heading.name
-    if meaning(heading) is not None or _NOT_MEASURED.search(name):
+    if meaning(heading) is not None or _NOT_MEASURED.search(name) or _COMPUTED.search(name):
         return None
     measured = dimension(heading.unit)
     first, _, rest = name.partition(" ")

@@ -32,7 +32,9 @@ def notice_start(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
     if finite.sum() < 8 or not finite[0]:
         return
     x, y = drive[finite], force[finite]
-    if making.kind != "spring" and (_begins_elsewhere(x, making) or _crosses(x, y, pair, making)):
+    if making.kind == "spring":
+        _is_a_position(x, y, making)
+    elif _begins_elsewhere(x, making) or _crosses(x, y, pair, making):
         return
     _notice_rest(x, y, pair, making)
 
@@ -46,6 +48,16 @@ def _begins_elsewhere(x: np.ndarray, making: Making) -> bool:
         f" strain={x[0]:.4g}"
     )
     return True
+
+
+def _is_a_position(x: np.ndarray, y: np.ndarray, making: Making) -> None:
+    """Report an elongation that begins far from 0, with hardly a force or beyond its own range."""
+    begins = abs(x[0]) > AT_START * float(np.ptp(x)) and abs(x[0]) == float(np.abs(x).min())
+    if begins and (abs(y[0]) < AT_START * float(np.abs(y).max()) or abs(x[0]) > float(np.ptp(x)) > 0.0):
+        making.warn(
+            f"elongation begins at {x[0]:.4g} mm with a force of {y[0]:.3g} N: is it a position, counted from"
+            f" another zero? --subtract elongation_mm={x[0]:.4g}"
+        )
 
 
 def _crosses(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making) -> bool:

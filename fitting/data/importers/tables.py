@@ -11,10 +11,11 @@ from pneusma_jax.errors import counted
 
 from .cut_off import cut_off
 from .grid import Grid
-from .headers import Parsed, Rows, Start, first_table, names_quantities, numbered, two_units
+from .headers import Parsed, Rows, Start, first_table, has_units, names_quantities, numbered, two_units
 from .numerals import like_a_number
 from .raw import Page
 from .separators import LEAST_ROWS, best_reading, numeric_row
+from .spelling import may_be_unit, parse_heading, same_unit
 from .summaries import counts_columns, statistics_rows
 from .texts import read_texts
 from .words import heading_of
@@ -22,6 +23,12 @@ from .words import heading_of
 _SEPARATORS = {
     ",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "white space", "": "cells of a sheet",
 }  # fmt: skip
+_CHANGES = re.compile(
+    r"\b(?:re-?)?(?:zero(?:ed|ing)?|tared?|balanc(?:ed|ing)|range|gain|scale|units?|calibrat\w*|offset|"
+    r"tariert|nullabgleich|messbereich)\b",
+    re.IGNORECASE,
+)
+"""Words of a remark after which the numbers below it may count otherwise."""
 _LISTED = 3
 """Number of left-out rows that a notice shows."""
 
@@ -192,7 +199,9 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         preamble=[row for row in fields[begin:top] if row],
         notices=notices,
         cells=[fields[i] for i in keep],
-        doubt=_all_longer(lines, longer, len(keep), stated) if doubtful else "",
+        doubt=_all_longer(lines, longer, len(keep), stated)
+        if doubtful
+        else _other_units(fields, header, keep, dropped),
         breaks=_breaks(fields, keep, dropped),
         described=described,
     )
@@ -244,7 +253,9 @@ def _dropped(lines: _Lines, keep: list[int], dropped: list[int], width: int) -> 
             f" {'was' if len(wider) == 1 else 'were'} dropped:"
             f" {_examples(fields, wider)}"
         )
-    for rows, mark in ((remarks, ""), (mixed, "check: ")):
+    inside = [i for i in remarks if i < keep[-1] and _CHANGES.search(" ".join(fields[i]))]
+    remarks_mark = "check: " if inside else ""
+    for rows, mark in ((remarks, remarks_mark), (mixed, "check: ")):
         if rows:
             what = "row below the header is not", "rows below the header are not"
             count = counted(len(rows), *what)
@@ -268,6 +279,21 @@ def _breaks(fields: Rows, keep: list[int], dropped: list[int]) -> dict[int, Rows
         if 0 < place < len(keep):
             found.setdefault(int(place), []).append(fields[i])
     return found
+
+
+def _other_units(fields: Rows, header: list[str], keep: list[int], dropped: list[int]) -> str:
+    """Reason to refuse a table with a row of units among its numbers that are not those of the headings."""
+    for i in dropped:
+        if not keep[0] < i < keep[-1] or not has_units(fields[i]):
+            continue
+        for heading, text in zip(header, fields[i], strict=False):
+            unit, own = text.strip("()[] "), parse_heading(heading).unit
+            if own is not None and unit and may_be_unit(unit) and not same_unit(own, unit):
+                return (
+                    f"row {i + 1} among the numbers states the unit {unit!r}, and the heading {heading!r}"
+                    " another one; write all rows in one unit, or a table with headings of its own below"
+                )
+    return ""
 
 
 def _heads_all(lines: _Lines, top: int, width: int) -> bool:

@@ -164,8 +164,8 @@ _TAG_PATTERNS = (
     # `Stress Specimen 2`, `Stress - sample B`, `Stress_test_3`, `Stress #2`
     re.compile(rf"^(?P<name>.+?)[\s\-:,_]+(?P<tag>(?:{_TAGGED})[\s.#_]*(?:no\.?|nr\.?)?\s*[\w.]{{1,12}})$"),
     re.compile(rf"^(?P<tag>(?:{_TAGGED})[\s.#_]*(?:no\.?|nr\.?)?\s*[\w.]{{1,12}}?)[\s\-:,_]+(?P<name>.+)$"),
-    re.compile(r"^(?P<tag>[a-z]{1,3} ?\d{1,3})[\s\-:,_]+(?P<name>.+)$"),  # `s1 stress`, `C_1_Force`
-    re.compile(r"^(?P<name>.+?)[\s\-:,_]+(?P<tag>[a-z]{1,3}\d{1,3})$"),  # `stress s1`
+    re.compile(r"^(?P<tag>(?!x ?10)[a-z]{1,3} ?\d{1,3})[\s\-:,_]+(?P<name>.+)$"),  # `s1 stress`, `C_1_Force`
+    re.compile(r"^(?P<name>.+?)[\s\-:,_]+(?P<tag>(?!x10)[a-z]{1,3}\d{1,3})$"),  # `stress s1`, no `stress x10`
     re.compile(r"^(?P<name>.+?)\s*[#.\s\-_]\s*(?P<tag>\d{1,3})$"),  # `stress 2`, `stress.1`, `stress #2`
     re.compile(r"^(?P<name>[^\d\s]{3,}?)(?P<tag>\d{1,3})$"),  # `stress2`
     re.compile(r"^(?P<name>.+?)[\s\-:,_]+(?P<tag>[a-h])$"),  # `stress a`
