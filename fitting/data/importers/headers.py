@@ -239,8 +239,11 @@ def _uncommented(names: list[str]) -> list[str]:
     return [re.sub(r"^[#%]\s*", "", names[0]), *names[1:]] if names else names
 
 
+_FACTOR = re.compile(r"[(\[]\s*[x×*]\s*[\d.,eE^+-]+\s*[)\]]")
+
+
 def _is_unit(text: str) -> bool:
     """True if a field is a unit alone: `(kPa)`, `[-]`, `mm`, or nothing."""
-    if text.casefold() in _NAMES_TOO:
+    if text.casefold() in _NAMES_TOO or _FACTOR.fullmatch(text):
         return False
     return not text or bool(re.fullmatch(r"[(\[].*[)\]]", text)) or may_be_unit(text)
