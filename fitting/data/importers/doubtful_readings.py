@@ -3,6 +3,7 @@ the clock by an hour."""
 
 import re
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,6 +38,32 @@ _PAIRS = {
 }
 
 
+class _Course(NamedTuple):
+    """A responding quantity beside the one that drives it, where both are known.
+
+    Attributes:
+        drive: name of the driving quantity.
+        answer, unit: name of the responding quantity, and its unit.
+        x, y: values of both, shape (rows,).
+        rows: number of each row in the file.
+    """
+
+    drive: str
+    answer: str
+    unit: str
+    x: np.ndarray
+    y: np.ndarray
+    rows: np.ndarray
+
+    @classmethod
+    def of(cls, columns: Mapping[str, np.ndarray], pair: tuple[str, str], rows: np.ndarray) -> "_Course":
+        """Two canonical columns, without the rows in which one is missing."""
+        x, y = (columns[name] for name in pair)
+        finite = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+        answer, _, unit = pair[1].rpartition("_")
+        return cls(pair[0].split("_")[0], answer, unit, x[finite], y[finite], rows[finite])
+
+
 def question_readings(
     columns: dict[str, np.ndarray], rows: np.ndarray, is_clock: bool, making: Making
 ) -> None:
@@ -48,12 +75,12 @@ def question_readings(
         is_clock: true if the time was read from times of day.
         making: state of the import; questions are added to its notices.
     """
-    for drive, answer in _PAIRS.get(making.kind, ()):
-        if drive in columns and answer in columns:
-            finite = np.flatnonzero(np.isfinite(columns[drive]) & np.isfinite(columns[answer]))
-            if finite.size > 2 * LONGEST:
-                _question_limit(columns, (drive, answer), finite, rows, making)
-                _question_sign(columns, (drive, answer), finite, rows, making)
+    for pair in _PAIRS.get(making.kind, ()):
+        if all(name in columns for name in pair):
+            course = _Course.of(columns, pair, rows)
+            if len(course.rows) > 2 * LONGEST:
+                _question_limit(course, making)
+                _question_sign(course, making)
     if is_clock and "time_s" in columns:
         _question_hour(columns["time_s"], rows, making)
 
@@ -79,15 +106,9 @@ def _stays(values: np.ndarray) -> list[tuple[int, int]]:
     return list(zip([0, *edges.tolist()], [*edges.tolist(), len(values)], strict=True))
 
 
-def _question_limit(
-    columns: dict[str, np.ndarray],
-    pair: tuple[str, str],
-    finite: np.ndarray,
-    rows: np.ndarray,
-    making: Making,
-) -> None:
+def _question_limit(course: _Course, making: Making) -> None:
     """Ask about a largest value that stays while the specimen moves: the end of a load cell's range?"""
-    x, y = (columns[name][finite] for name in pair)
+    x, y = course.x, course.y
     stays = _stays(y)
     for limit in {float(y.max()), float(y.min())} - {0.0}:
         if abs(limit) < float(np.abs(y).max()):
@@ -98,23 +119,16 @@ def _question_limit(
         if end - begin < max(LONGEST, LONGER * elsewhere):
             continue
         if np.ptp(x[begin:end]) > MOVED * np.ptp(x):
-            name, _, unit = pair[1].rpartition("_")
             making.warn(
-                f"{name} stays at its largest value, {limit:.6g} {unit}, from row {rows[finite[begin]]} to"
-                f" {rows[finite[end - 1]]} while {pair[0].split('_')[0]} changes: was that the end of the"
-                " instrument's range? Then leave these fields empty"
+                f"{course.answer} stays at its largest value, {limit:.6g} {course.unit}, from row"
+                f" {course.rows[begin]} to {course.rows[end - 1]} while {course.drive} changes: was that the"
+                " end of the instrument's range? Then leave these fields empty"
             )
 
 
-def _question_sign(
-    columns: dict[str, np.ndarray],
-    pair: tuple[str, str],
-    finite: np.ndarray,
-    rows: np.ndarray,
-    making: Making,
-) -> None:
+def _question_sign(course: _Course, making: Making) -> None:
     """Ask about a reading that goes on with the other sign from one row to the next."""
-    x, y = (columns[name][finite] for name in pair)
+    x, y = course.x, course.y
     first, second = y[:-1], y[1:]
     larger = np.maximum(np.abs(first), np.abs(second))
     turned = (first * second < 0.0) & (x[:-1] * x[1:] > 0.0)
@@ -123,11 +137,10 @@ def _question_sign(
     turned &= np.abs(np.diff(y)) > STEPS * float(np.median(np.abs(np.diff(y))))
     if turned.any():
         at = int(np.flatnonzero(turned)[0])
-        name, _, unit = pair[1].rpartition("_")
         making.warn(
-            f"{name} turns its sign from {first[at]:.4g} to {second[at]:.4g} {unit} at row"
-            f" {rows[finite[at + 1]]} while {pair[0].split('_')[0]} goes on: was the instrument connected the"
-            " other way from there? Then mend these fields in the file"
+            f"{course.answer} turns its sign from {first[at]:.4g} to {second[at]:.4g} {course.unit} at row"
+            f" {course.rows[at + 1]} while {course.drive} goes on: was the instrument connected the other way"
+            " from there? Then mend these fields in the file"
         )
 
 

@@ -322,18 +322,20 @@ def _read_sheets(raw: RawFile) -> list[Page]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about styles and extensions that do not touch the numbers
             book = openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=True)
-            sheets = [(s, s.title, s.sheet_state != "visible", _texts_of(s)) for s in book.worksheets]
-            parts = [_hidden_parts(sheet, texts) for sheet, *_, texts in sheets]
+            sheets = [
+                Page(s.title, [], texts, s.sheet_state != "visible", _hidden_parts(s, texts))
+                for s, texts in ((s, _texts_of(s)) for s in book.worksheets)
+            ]
             book.close()
     except Exception as error:  # of zip, XML or styles: a damaged workbook can end anywhere in there
         raise unusable(raw.path, f"this is not an Excel workbook that can be read ({error})") from None
     pages = []
-    for (_, title, hidden, texts), hidden_parts in zip(sheets, parts, strict=True):
-        for row in texts:
+    for page in sheets:
+        for row in page.rows or ():
             while row and not row[-1]:
                 row.pop()
-        if any(texts):
-            pages.append(Page(title, [], texts, hidden, hidden_parts))
+        if any(page.rows or ()):
+            pages.append(page)
     if not pages:
         raise unusable(raw.path, "the workbook has no filled sheet")
     return pages
