@@ -11,7 +11,7 @@ from fitting.inference.parameters.ties import RESERVED, evaluate, names_in
 from pneusma_jax.actuator.result import solved
 from pneusma_jax.errors import InputError, nearest
 
-from .responses import FIRST_OUTPUT, MOST_TOLD_APART, NOT_FINITE, Driver, Response
+from .responses import Driver, Response, not_finite
 from .responses.expression import as_expression
 
 REDUCTIONS = ("largest", "smallest", "mean", "first", "last")
@@ -172,10 +172,8 @@ def row_function(response: Response, columns: Columns, names: tuple[str, ...]):
             parts.append(jnp.broadcast_to(value, (count,)))
         whole = jnp.concatenate(parts)
         each = jnp.stack([jnp.all(jnp.isfinite(part)) for part in parts])
-        first = jnp.argmin(each)
-        why = jnp.where(first < MOST_TOLD_APART, FIRST_OUTPUT + first, NOT_FINITE)
-        status = jnp.where(~jnp.all(each) & solved(status), why, status)
-        return jnp.where(jnp.all(each) & solved(status), whole, jnp.nan), status.astype(jnp.uint8)
+        status = jnp.where(~jnp.all(each) & solved(status), not_finite(jnp.argmin(each)), status)
+        return jnp.where(solved(status), whole, jnp.nan), status.astype(jnp.uint8)
 
     return row
 

@@ -1,18 +1,18 @@
 """The model as a study sees it: a function of numbers that may vary."""
 
 from .response import (
-    FIRST_OUTPUT,
-    MOST_TOLD_APART,
     NOISE,
     NOT_FINITE,
     Answer,
     Driver,
     Known,
     Response,
+    not_finite,
     reason,
+    undefined_output,
 )
 
 __all__ = [
-    "FIRST_OUTPUT", "MOST_TOLD_APART", "NOISE", "NOT_FINITE", "Answer", "Driver", "Known", "Response",
-    "reason",
+    "NOISE", "NOT_FINITE", "Answer", "Driver", "Known", "Response", "not_finite", "reason",
+    "undefined_output",
 ]  # fmt: skip

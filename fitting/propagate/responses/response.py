@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
@@ -16,12 +17,22 @@ NOT_FINITE = 99
 """Status of a row whose outputs are not all finite, where the model gives no reason."""
 FIRST_OUTPUT = 100
 """Status of a row whose first output is the first that is not finite; those of the next ones follow."""
-MOST_TOLD_APART = 156
+MOST_TOLD_APART = 256 - FIRST_OUTPUT
 """Number of outputs with a status of their own: what is left of a byte."""
 SENTENCES = {int(status): status.sentence for status in pj.Status} | {
     NOT_FINITE: "An output is not a finite number."
 }
 """Reasons why a row has no result, by status; see `reason`."""
+
+
+def not_finite(first: Array) -> Array:
+    """Status of a row whose first output that is not finite is the one at an index."""
+    return jnp.where(first < MOST_TOLD_APART, FIRST_OUTPUT + first, NOT_FINITE)
+
+
+def undefined_output(code: int, outputs: Sequence[str]) -> str | None:
+    """Name of the output that a status from `not_finite` tells; None for any other status."""
+    return outputs[code - FIRST_OUTPUT] if 0 <= code - FIRST_OUTPUT < len(outputs) else None
 
 
 def reason(code: int, outputs: Sequence[str]) -> str:
@@ -31,8 +42,9 @@ def reason(code: int, outputs: Sequence[str]) -> str:
         code: status of the row.
         outputs: names of the study's outputs, in their order.
     """
-    if FIRST_OUTPUT <= code < FIRST_OUTPUT + len(outputs):
-        return f"The output {outputs[code - FIRST_OUTPUT]} is not a finite number."
+    undefined = undefined_output(code, outputs)
+    if undefined is not None:
+        return f"The output {undefined} is not a finite number."
     return SENTENCES.get(code, "no result")
 
 

@@ -7,7 +7,7 @@ from fitting.inference.progress import duration
 from fitting.propagate import Propagation
 from fitting.propagate.problem import Problem
 from fitting.propagate.rare import RareResult
-from fitting.propagate.responses import FIRST_OUTPUT, reason
+from fitting.propagate.responses import reason, undefined_output
 from pneusma_jax.actuator.result import solved
 from pneusma_jax.errors import counted
 
@@ -133,7 +133,7 @@ def failure_sentences(result: Propagation) -> list[str]:
         f"{_rows(failures.count)} ({_percent(lost(result))}) {'has' if failures.count == 1 else 'have'} no "
         f"result ({why})."
     ]
-    undefined = [outputs[c - FIRST_OUTPUT] for c in codes if FIRST_OUTPUT <= c < FIRST_OUTPUT + len(outputs)]
+    undefined = [name for c in codes if (name := undefined_output(int(c), outputs)) is not None]
     if undefined and len(outputs) > len(undefined):
         sentences.append(
             "Such a row counts for no output. A study that leaves out "
