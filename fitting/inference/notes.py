@@ -12,6 +12,11 @@ def joined(names: Iterable[str], last: str = "and") -> str:
     return "".join(names[:1]) if len(names) < 2 else f"{', '.join(names[:-1])} {last} {names[-1]}"
 
 
+def capital(text: str) -> str:
+    """The text with a capital first letter, as a sentence begins."""
+    return text[:1].upper() + text[1:]
+
+
 def of_several(notes: Sequence[str], names: Sequence[str]) -> list[str]:
     """Sentences in their order; those that say the same of several recordings become one.
 

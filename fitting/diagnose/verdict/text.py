@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.data.recordings import schema
 from fitting.inference.noise import ACCURACY
-from fitting.inference.notes import joined
+from fitting.inference.notes import capital, joined
 from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
@@ -245,7 +245,7 @@ def _unexplained(conclusion: Conclusion, whole: str) -> str:
 def _named(conclusion: Conclusion, names: Sequence[str]) -> str:
     """The first sentence where effects are named; with what they leave beyond noise and uncertainty."""
     left = "" if conclusion.left is None or conclusion.left.open else f"; {conclusion.left.text}"
-    lead = f"{_capital(base_named(conclusion))} leaves out {joined(names)}"
+    lead = f"{capital(base_named(conclusion))} leaves out {joined(names)}"
     if len(names) > 1:
         return f"{lead}{left}."
     return f"{lead}{left}: {CATALOGUE[names[0]].sentence}"
@@ -256,17 +256,13 @@ def _open(conclusion: Conclusion) -> list[str]:
     left = conclusion.left
     if left is None or not left.open or conclusion.found[0].slug == "unmodelled":
         return []
-    return [f"{_capital(left.text)}."]
+    return [f"{capital(left.text)}."]
 
 
 def base_named(conclusion: Conclusion) -> str:
     """The base model, and in brackets what it is where that is not the published one as it stands."""
     what = conclusion.start.words
     return f"the base model ({what})" if what else "the base model"
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def _not_told_apart(conclusion: Conclusion) -> list[str]:

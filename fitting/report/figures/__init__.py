@@ -128,7 +128,7 @@ def as_written(figure: Figure) -> Figure:
 def laid_out(figure: Figure) -> Figure:
     """The same figure, whose panels and labels have found their places and keep them.
 
-    Otherwise they are looked for twice at each saving, which takes as long as drawing does.
+    Otherwise they are looked for twice at each saving. That took a ninth of the time of a coupon's report.
     """
     engine = figure.get_layout_engine()
     if engine is not None:

@@ -9,7 +9,7 @@ from fitting.calibrate.general.fit import MISFIT, OVERSTATED
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
 from fitting.inference.lasting_noise import Lasting
-from fitting.inference.notes import joined
+from fitting.inference.notes import capital, joined
 from fitting.inference.numbers import number
 from fitting.specimens import BY_TEMPERATURE, WIRE
 from fitting.specimens.spring_by_temperature import ELECTRICAL
@@ -145,10 +145,9 @@ def about_the_model(result: GeneralCharacterisation) -> list[str]:
         effect = find_effect(added.slug)
         sentences.append(f"{added.slug}: {effect.sentence}")
     for rest in result.model.discrepancies:
-        words = rest.words[:1].upper() + rest.words[1:]
         sentences.append(
-            f"{words}, is added as the file states it, and was not fitted here. It was seen for "
-            f"{rest.span_words} only."
+            f"{capital(rest.words)}, is added as the file states it, and was not fitted here. "
+            f"It was seen for {rest.span_words} only."
         )
     spent = result.model.spent(result.campaign)
     if spent:
