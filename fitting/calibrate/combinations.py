@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Array
 
 from fitting.inference.least_squares.covariance import Uncertainty
+from pneusma_jax.numerics.safe import as_arrays
 
 from .profile_likelihood import RISES, WIDTH_90, Profile
 
@@ -60,7 +61,7 @@ def propagated(
     """
     if not labels:
         return []
-    point = {name: jnp.asarray(float(value)) for name, value in values.items()}
+    point = as_arrays(values)
     here = np.asarray(law(point))
     names = uncertainty.names
     slopes = jax.jacfwd(lambda free: law({**point, **free}))({name: point[name] for name in names})

@@ -19,6 +19,7 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.inference.latent_trajectory.denoise import smooth_walk
+from pneusma_jax.numerics.safe import as_arrays
 from pneusma_jax.program_cache import cached_program
 
 from .actuator_rows import Solved, body_of, trajectory
@@ -77,7 +78,7 @@ def decided(values: Mapping[str, float], recordings: Sequence[Rows]) -> list[Row
         values: free parameters by name, SI.
         recordings: recordings from `undecided` or from an earlier call.
     """
-    values = {name: jnp.asarray(float(value)) for name, value in values.items()}
+    values = as_arrays(values)
     numbers_ = recordings[0].extra["layout"].spring_numbers
     wired = [k for k, n in enumerate(numbers_) if f"resistance_{n}" in recordings[0].inputs]
     found = [_with_start(rows, wired) for rows in recordings]

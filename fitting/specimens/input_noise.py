@@ -16,6 +16,7 @@ import numpy as np
 
 from fitting.data.recordings import Recording
 from fitting.inference.readings import noise_found
+from pneusma_jax.numerics.safe import as_arrays
 
 from .registry import predictor_of
 from .rows import CLEAN, Rows, stack
@@ -54,7 +55,7 @@ def carried_over(model: Model, values: Mapping[str, float], recordings: Sequence
         values: free parameters by name, SI.
         recordings: recordings from `with_drivers` or from an earlier call.
     """
-    fixed = {name: jnp.asarray(float(value)) for name, value in values.items()}
+    fixed = as_arrays(values)
     predict, stacked = predictor_of(model), stack(recordings)
     current, more = predict(fixed, stacked), {}
     for driver, sigma in stacked.extra[SIGMA].items():

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.data.recordings import Campaign, Recording
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.records import Quantity
+from pneusma_jax.numerics.safe import as_arrays
 from pneusma_jax.pipeline import Effect
 from pneusma_jax.program_cache import stored_jit
 
@@ -63,7 +63,7 @@ def simulated(
     campaign = Campaign(recording.name, [recording], recording.path or Path(recording.name))
     (rows,) = specimen.rows_for(campaign, options, **tables_of(specimen, recording, model))
     rows = with_numbers(rows, numbers_of(specimen, model, recording.specimen))
-    overrides = {name: jnp.asarray(float(value)) for name, value in (values or {}).items()}
+    overrides = as_arrays(values or {})
     outputs, drivers = jax.device_get(_answer(specimen, overrides, stack([rows]), model.effects))
     count = len(rows.mask)
     cut = lambda courses: {name: np.asarray(x)[0, :count] for name, x in courses.items()}  # noqa: E731

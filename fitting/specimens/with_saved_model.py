@@ -14,7 +14,6 @@ from typing import Any
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -26,6 +25,7 @@ from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.effects import find_effect, specs_of
 from pneusma_jax.errors import InputError
 from pneusma_jax.model_discrepancy import CHANNELS
+from pneusma_jax.numerics.safe import as_arrays
 from pneusma_jax.pipeline import Effect
 
 from .input_noise import carried_over, noisy
@@ -325,7 +325,7 @@ class Augmented(Model):
         if not self.more_than_base:
             return self.specimen.decided(values, recordings)
         program = eqx.filter_jit(lambda values, stacked: of_each(self, partial(self.answer, values), stacked))
-        point = {name: jnp.asarray(float(value)) for name, value in values.items()}
+        point = as_arrays(values)
 
         def drivers(rows: list[Rows]) -> dict[str, np.ndarray]:
             return jax.device_get(program(point, stack(rows))[1])
@@ -339,7 +339,7 @@ class Augmented(Model):
         found = np.asarray(self.specimen.latent.prepared(base, stack(recordings)).extra["process_noise"])
         pairs = zip(recordings, found, strict=False)
         walking = [_with_extra(rows, process_noise=np.asarray(variance)) for rows, variance in pairs]
-        point = {name: jnp.asarray(float(value)) for name, value in values.items()}
+        point = as_arrays(values)
         taken = np.asarray(eqx.filter_jit(self._leverage)(point, stack(walking)))
         return [
             _with_extra(rows, **{SPENT: np.sum(one[: len(rows.mask)])})

@@ -5,6 +5,7 @@ branch that is not taken cannot leak a NaN into a gradient.
 """
 
 import contextlib
+from collections.abc import Mapping
 from types import ModuleType
 from typing import Any, TypeVar
 
@@ -115,6 +116,11 @@ def as_array(value: ArrayLike) -> Array:
     does not."""
     plain = all(isinstance(x, np.ndarray | np.generic | bool | int | float) for x in jax.tree.leaves(value))
     return jax.device_put(np.asarray(value)) if plain else jnp.asarray(value)
+
+
+def as_arrays(values: Mapping[str, float]) -> dict[str, Array]:
+    """Numbers by name as arrays, so that a compiled program takes other numbers without compiling anew."""
+    return {name: jnp.asarray(float(value)) for name, value in values.items()}
 
 
 def evaluated() -> contextlib.AbstractContextManager:

@@ -17,6 +17,7 @@ from fitting.inference.noise import correlation_time, inflation_of
 from fitting.inference.parameters import Parameter, Parameters
 from fitting.specimens import Model, Rows, derivative_of, predictor_of, specimen_of, stack
 from fitting.specimens.correlated_noise import correlated, uncorrelated
+from pneusma_jax.numerics.safe import as_arrays
 
 RTOL = 1e-4
 MAX_STEPS = 300
@@ -76,11 +77,11 @@ class GeneralFit:
     def predict(self, values: Mapping[str, float] | None = None) -> list[dict[str, np.ndarray]]:
         """Outputs of every recording at values, those of the fit by default; SI, without padding."""
         values = self.result.values if values is None else values
-        return self._by_recording(predictor_of(self.model)(arrays(values), self._stacked))
+        return self._by_recording(predictor_of(self.model)(as_arrays(values), self._stacked))
 
     def derivative(self, name: str) -> list[dict[str, np.ndarray]]:
         """Derivative of `predict` by one parameter at the fit; SI."""
-        values = arrays(self.result.values)
+        values = as_arrays(self.result.values)
         along = {other: jnp.asarray(float(other == name)) for other in values}
         return self._by_recording(derivative_of(self.model)(values, along, self._stacked))
 
@@ -96,11 +97,6 @@ class GeneralFit:
             {name: column[k][: len(rows.mask)] for name, column in found.items()}
             for k, rows in enumerate(self.rows)
         ]
-
-
-def arrays(values: Mapping[str, float]) -> dict[str, jax.Array]:
-    """Values of parameters as arrays."""
-    return {name: jnp.asarray(float(value)) for name, value in values.items()}
 
 
 def inflated(rows: Sequence[Rows], factor: float) -> list[Rows]:

@@ -30,8 +30,7 @@ def characterise_with(
 ) -> Characterisation:
     """Fit a model on disk to a campaign: base numbers as far as tolerances leave them open, and its effects.
 
-    Springs go through their own stages, at the model's numbers, if nothing of the model acts on a stand
-    beyond them.
+    Springs go through their own stages, at the model's numbers, if nothing else of the model acts on a stand.
     Everything else goes through the general pipeline.
 
     Args:

@@ -10,6 +10,7 @@ from jaxtyping import Array
 
 from fitting.inference.least_squares import FitResult, fit_least_squares
 from pneusma_jax.errors import InputError
+from pneusma_jax.numerics.safe import as_arrays
 
 from ..settings import DEFAULT
 from .data import OwnRecording, stacked
@@ -108,7 +109,7 @@ class Problem:
 
     def outputs(self, values: Mapping[str, float]) -> dict[str, np.ndarray]:
         """Predictions of every recording, (recordings, rows, ...)."""
-        return jax.device_get(self._outputs(_arrays(values), self.data.tree(self.fitted)))
+        return jax.device_get(self._outputs(as_arrays(values), self.data.tree(self.fitted)))
 
     def rmse(self, values: Mapping[str, float], chosen: np.ndarray) -> dict[str, float]:
         """Error of every output on some recordings, in its unit."""
@@ -120,7 +121,7 @@ class Problem:
 
     def misfit(self, values: Mapping[str, float], chosen: np.ndarray) -> np.ndarray:
         """Misfit of some recordings in standard deviations, (chosen, values)."""
-        flat = np.asarray(self.residual(_arrays(values), self.data.tree(chosen)))
+        flat = np.asarray(self.residual(as_arrays(values), self.data.tree(chosen)))
         return flat.reshape(len(self.recordings), -1)[chosen > 0.0]
 
     def left_out(self, fit: OwnFit) -> float:
@@ -143,8 +144,8 @@ class Problem:
         """
         values = self.model.neutral() | fit.result.values
         tree = self.data.tree(self.fitted)
-        slopes = jax.device_get(self._slopes(_arrays(values), tree))
-        r = np.asarray(self.residual(_arrays(values), tree))
+        slopes = jax.device_get(self._slopes(as_arrays(values), tree))
+        r = np.asarray(self.residual(as_arrays(values), tree))
         free = [n for n in fit.result.parameters if fit.result.parameters[n].free]
         A = np.stack([slopes[name] for name in free], axis=1)
         basis = np.linalg.svd(A / np.maximum(np.linalg.norm(A, axis=0), 1e-300), full_matrices=False)[0]
@@ -156,12 +157,8 @@ class Problem:
             J = project(J * np.array(spans))
             if np.linalg.norm(J) < OPTIMISER.rounding * np.linalg.norm(r):
                 typical = values | {term.full(k): s.typical for k, s in term.specs.items()}
-                J = project(np.asarray(self.residual(_arrays(typical), tree)) - r)[:, None]
+                J = project(np.asarray(self.residual(as_arrays(typical), tree)) - r)[:, None]
             Q, R = np.linalg.qr(J)
             Q = Q[:, np.abs(np.diag(R)) > OPTIMISER.rounding * max(np.linalg.norm(r), 1e-300)]
             found[term.name] = float(np.sum((Q.T @ r) ** 2))
         return found
-
-
-def _arrays(values: Mapping[str, float]) -> dict[str, Array]:
-    return {name: jnp.asarray(float(value)) for name, value in values.items()}
