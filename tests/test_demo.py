@@ -32,3 +32,6 @@ def test_the_diagnosis_finds_what_the_campaign_conceals():
     [found] = conclusion.found
     assert found.slug == "mullins_softening" and found.probability > 0.9
     assert conclusion.mismatch and not conclusion.asked
+    concealed = pulled_silicone.truth()["concealed"]
+    depth = next(entry for name, entry in found.parameters.items() if name.endswith("depth"))
+    assert abs(depth["value"] - concealed["depth"]) < 3.0 * depth["sd"]

@@ -1,6 +1,6 @@
 """Sentences about parameters that recordings leave open: at a bound, hardly informed, known only together."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ def open_constants(
     parameters: Parameters,
     start: Mapping[str, float],
     absent: Mapping[str, str] | None = None,
+    shapes: Set[str] = frozenset(),
     needed: Callable[[str], str] = lambda _: "these recordings do not show it",
     reach: Callable[[Sequence[str]], str] = lambda _: "these recordings",
 ) -> list[dict[str, Any]]:
@@ -34,18 +35,30 @@ def open_constants(
         parameters: free parameters at the values found.
         start: values before the fit, SI.
         absent: parameters whose bound means that there is nothing, with a sentence each.
+        shapes: names of parameters whose range ends at a form of its own, such as a linear one.
         needed: function that says why the recordings do not show a parameter.
         reach: function that names the recordings about some parameters, and how far they go.
 
     Returns:
         Entries with `kind`, `parameters`, a number that says how bad, and `text`. The kinds are `absent`,
-        `at_bound`, `at_start`, `not_informed`, `loose_direction` and `known_together`.
+        `at_bound`, `end_of_range`, `at_start`, `not_informed`, `loose_direction` and `known_together`.
     """
     absent = absent or {}
     stopped = [name for name, fixed in zip(fisher.names, fisher.fixed, strict=True) if fixed]
-    entries = [_bound(name, absent.get(name)) for name in stopped]
+    entries = [
+        _end_of_range(name, parameters[name].value) if name in shapes else _bound(name, absent.get(name))
+        for name in stopped
+    ]
     alone, covered = _alone(fisher, parameters, start, needed)
     return entries + alone + _loose(fisher, covered, reach) + _together(fisher, reach)
+
+
+def _end_of_range(name: str, value: float) -> dict[str, Any]:
+    text = (
+        f"{name} is at {value:g}, an end of its range: no form beyond it was tried. It has no error, and the "
+        "other errors hold if it is truly there."
+    )
+    return {"kind": "end_of_range", "parameters": [name], "text": text}
 
 
 def _bound(name: str, absent: str | None) -> dict[str, Any]:

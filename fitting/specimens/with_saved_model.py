@@ -265,6 +265,14 @@ class Augmented(Model):
                     )
         return found
 
+    def shapes(self) -> frozenset[str]:
+        """Names of the parameters that are shapes of effects, such as a time constant or an exponent."""
+        found = set()
+        for added, names in zip(self.acting, self.names, strict=True):
+            effect = find_effect(added.slug)
+            found |= {name for key, name in names.items() if effect.specs[parameter_of(effect, key)].shape}
+        return frozenset(found)
+
     def effects(self, values: Mapping[str, Array]) -> tuple[Effect, ...]:
         """Acting effects with the parameters of a fit, and discrepancies as they are; may be traced."""
         names, made = iter(self.names), []

@@ -83,11 +83,13 @@ class ViscoelasticRelaxation(Effect):
 
 
 class MullinsSoftening(Effect):
-    """Softer below the largest tensile strain e_m seen: the stress loses `depth (1 - exp(-x))` of itself.
+    """Softer below the largest tensile strain e_m seen: the stress loses a share of itself.
 
-    `x = (e_m - e) / scale * (1 + energy e / e_m)`, over `scale` [1] of strain. With `energy` 0 the distance
-    in strain counts, with 1 the distance in energy of a linear law. `relative` 1 takes `scale` times e_m
-    instead. A larger maximum then softens over a larger distance, as in Ogden and Roxburgh's law.
+    The share is `depth (1 - exp(-d / scale)) / (1 - exp(-1 / scale))`, over the distance `d` [1]. So `depth`
+    [1] is lost where d is 1. Over a small `scale` [1] it is lost at once, over a large one linearly.
+    `d = (e_m - e) (1 + energy e / e_m)`. With `energy` 0 the distance in strain counts, with 1 that in
+    energy of a linear law. With `relative` 1 d is over e_m, and 1 at full unloading. A larger maximum then
+    softens over a larger distance, as in Ogden and Roxburgh's law.
     """
 
     depth: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -102,10 +104,10 @@ class MullinsSoftening(Effect):
     sentence: ClassVar[str] = "The silicone is softer below the largest stretch it has seen."
     literature: ClassVar[str] = "Ogden and Roxburgh, Proc. R. Soc. A 455 (1999) 2861"
     specs: ClassVar[dict[str, Spec]] = {
-        "depth": Spec(0.0, 0.0, 0.7, 0.2, "1", "share of the stress that is lost"),
-        "scale": Spec(0.3, 0.02, 3.0, 0.3, "1", "distance below the largest strain to lose it", True),
+        "depth": Spec(0.0, 0.0, 0.7, 0.2, "1", "share of the stress that is lost at a distance of 1"),
+        "scale": Spec(0.3, 0.02, 10.0, 0.3, "1", "distance over which the loss levels off", True),
         "energy": Spec(0.0, 0.0, 1.0, 0.0, "1", "distance counted in strain (0) or in energy (1)", True),
-        "relative": Spec(0.0, 0.0, 1.0, 0.0, "1", "distance absolute (0), over the largest (1)", True),
+        "relative": Spec(0.0, 0.0, 1.0, 0.0, "1", "distance absolute (0), over the largest strain (1)", True),
     }
 
     def begin(self, at: Known) -> Array:
@@ -117,9 +119,9 @@ class MullinsSoftening(Effect):
         strain = jnp.maximum(at["strain"], 0.0)
         below = jnp.where(memory > strain, memory - strain, 0.0)
         most = jnp.maximum(memory, 1e-6)
-        over = self.scale * (1.0 + self.relative * (most - 1.0))
         counted = 1.0 + self.energy * (jnp.minimum(strain / most, 1.0))
-        lost = self.depth * -jnp.expm1(-below / over * counted)
+        distance = below / (1.0 + self.relative * (most - 1.0)) * counted
+        lost = self.depth * jnp.expm1(-distance / self.scale) / jnp.expm1(-1.0 / self.scale)
         return jnp.where(at["strain"] > 0.0, value * (1.0 - lost), value)
 
     def remember(self, memory: Array, at: Known) -> Array:

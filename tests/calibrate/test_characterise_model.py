@@ -18,6 +18,7 @@ from fitting.calibrate.open_constants import open_constants
 from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.recordings import Campaign, Recording, read_campaign, write_recording
+from fitting.report.general.text import verdict, warnings
 from fitting.sample.problems import sampling_problem
 from fitting.specimens import residual_of, specimen_of, stack
 from fitting.specimens.latent import SPENT
@@ -93,6 +94,18 @@ def test_what_is_left_at_its_neutral_value_is_called_absent(fit):
     information = dataclasses.replace(fit.information, fixed=held)
     entries = open_constants(information, parameters, fit.start, fit.model.absent(parameters))
     assert [e["kind"] for e in entries if e["parameters"] == ["mullins_softening_depth"]] == ["absent"]
+
+
+def test_a_shape_at_an_end_of_its_range_is_no_warning(fit):
+    shapes = fit.model.shapes()
+    assert "mullins_softening_scale" in shapes and "mullins_softening_depth" not in shapes
+    held = np.array([n.endswith("scale") for n in fit.information.names])
+    information = dataclasses.replace(fit.information, fixed=held)
+    [entry] = open_constants(information, fit.fitted, fit.start, shapes=shapes)[:1]
+    assert entry["kind"] == "end_of_range" and "an end of its range" in entry["text"]
+    told = dataclasses.replace(fit, identifiability=[entry])
+    assert not any("mullins_softening_scale" in sentence for sentence in warnings(told))
+    assert not any("end of its range" in sentence for sentence in verdict(told))
 
 
 def test_the_model_found_is_written_and_fits_the_next_campaign(fit, tmp_path):

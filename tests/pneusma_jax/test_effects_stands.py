@@ -56,8 +56,22 @@ def test_softening_spares_the_virgin_curve_and_halves_below_it():
     soft = seen("E", {"mullins_softening.depth": 0.5, "mullins_softening.scale": 0.1})["stress"]
     np.testing.assert_allclose(soft[UP], bare[UP], rtol=1e-12)
     most = np.max(strain[:17])
-    wanted = 1.0 - 0.5 * (1.0 - np.exp(-(most - strain[DOWN]) / 0.1))
+    wanted = 1.0 - 0.5 * (1.0 - np.exp(-(most - strain[DOWN]) / 0.1)) / (1.0 - np.exp(-10.0))
     np.testing.assert_allclose(ratio(soft[DOWN], bare[DOWN]), wanted, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("scale", "linear"), [(0.1, False), (10.0, True)])
+def test_softening_loses_its_depth_at_full_unloading(scale, linear):
+    """Over a long scale the loss grows linearly on the way, over a short one at once."""
+    half = ROWS // 2
+    strain = np.concatenate([np.linspace(1e-6, 0.8, half), np.linspace(0.8, 1e-6, ROWS - half)])
+    names = {"depth": 0.15, "scale": scale, "relative": 1.0}
+    soft = seen("E", {f"mullins_softening.{name}": x for name, x in names.items()}, strain=strain)["stress"]
+    lost = 1.0 - ratio(soft, without("E", strain=strain)["stress"])[half:]
+    np.testing.assert_allclose(lost[-1], 0.15, rtol=1e-4)
+    straight = 0.15 * (1.0 - strain[half:] / 0.8)
+    assert np.allclose(lost, straight, rtol=0.06, atol=1e-9) == linear
+    assert np.all(lost > straight - 1e-9)
 
 
 def test_relaxation_after_a_step_decays_with_its_time():

@@ -289,7 +289,8 @@ def _result(
     """
     fit, fisher = ended.fit, ended.information
     fitted = fit.result.parameters
-    left_open = open_constants(fisher, fitted, start, model and model.absent(fitted))
+    absent, shapes = (model.absent(fitted), model.shapes()) if model else ({}, frozenset())
+    left_open = open_constants(fisher, fitted, start, absent, shapes)
     result = GeneralCharacterisation(
         campaign=campaign,
         identify=_identifies(fit.recordings),

@@ -46,7 +46,7 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
         sentences.append(lasting_sentence(fit.correlation_time, fit.inflation))
     if fit.reduced_chi_square * fit.correlation_time < OVERSTATED:  # correlated noise was enlarged
         sentences.append(overstated_sentence(fit.reduced_chi_square))
-    open_ = [e for e in result.identifiability if e["kind"] not in ("at_bound", "absent")]
+    open_ = [e for e in result.identifiability if e["kind"] not in ("at_bound", "end_of_range", "absent")]
     return [*sentences, open_[0]["text"] if open_ else _told(result)]
 
 
@@ -89,7 +89,7 @@ def lasting_zeros(found: Lasting | None) -> list[str]:
     )
     done = f"Errors were multiplied by up to {number(grown, '.2g')} for it"
     if found.fitted_beside_zeros:
-        done = "Constants were fitted with such zeros"
+        done = "Constants were fitted with such zeros, which the errors below do not count"
     return [
         f"What is left changes slowly, as if zeros of instruments were off: {sizes} times its noise. "
         f"{done}. Read zeros before and after each test."
