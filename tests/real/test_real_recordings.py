@@ -19,7 +19,11 @@ def study(letter):
     return next(s for s in STUDIES if s.letter == letter)
 
 
-SHORT = {("d", "50"): pytest.mark.xfail(reason="both named, held-out error -49 %, not by half")}
+SHORT = {
+    ("b", "ecoflex_30_200"): pytest.mark.xfail(
+        reason="named, but held-out error -44 %, not by half; Yeoh's law fitted by SciPy to the same rows: -41 %"
+    )
+}
 
 
 def cases():
