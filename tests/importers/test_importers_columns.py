@@ -150,3 +150,20 @@ def test_a_column_that_the_user_names_belongs_to_its_clock_too(put, heads):
         import_file(path, options)
     recording = import_file(path, make_options(columns=["strain=2", "stress=4", "time=1"]))
     np.testing.assert_allclose(recording.columns["time_s"], TIME)
+
+
+@pytest.mark.parametrize(
+    ("headings", "told"),
+    [
+        ("Time (s),Temp (°C),Displacement (mm),Load (N)", False),
+        ("Time (s),Temp (°C),Spring displacement (mm),Load (N)", True),
+        ("Time (s),Temp (°C),Elongation (mm),Load (N)", True),
+        ("Time (s),Resistance (ohm),Displacement (mm),Load (N)", True),
+    ],
+)
+def test_a_spring_that_nothing_tells_to_be_one_is_to_be_looked_at(put, headings, told):
+    rows = [f"{8 * k},{3.4 + 0.01 * k:.2f},{0.1 * k:.2f},{9 + 0.1 * k:.2f}" for k in range(12)]
+    raw = put("test.csv", "\n".join([headings, *rows]) + "\n")
+    recording = import_file(raw, make_options())
+    assert recording.kind == "spring"
+    assert any("check: taken as kind spring" in note for note in recording.notices) != told

@@ -46,7 +46,7 @@ def read(sample: Sample, options: Options) -> Recording:
     channels = channels_of(sample, options, notices)
     kind = options.kind or _kind(sample, channels, options)
     if not options.kind:
-        notices.append(f"taken as kind {kind} from its columns (--kind to correct)")
+        notices.append(_taken_as(kind, sample, channels, options))
     notices += say_aside(grid, channels)
     if grid.preamble:
         notices.append(
@@ -60,6 +60,19 @@ def read(sample: Sample, options: Options) -> Recording:
             " files lets them share its constants"
         )
     return assemble(sample, channels, kind, options, Facts(NAME), notices)
+
+
+def _taken_as(kind: str, sample: Sample, channels: dict[str, Channel], options: Options) -> str:
+    """Sentence on the kind that was told from the columns."""
+    measured = any(name.startswith("resistance") for name in _available(channels, options, sample))
+    named = "elongation" in channels["elongation"].label.lower() if "elongation" in channels else False
+    if kind != "spring" or measured or named or _coiled(sample, options):
+        return f"taken as kind {kind} from its columns (--kind to correct)"
+    return (
+        "check: taken as kind spring, for a force and an elongation; no resistance and no word tells that it"
+        " is one. If it is a wire or a coupon: --kind wire or --kind elastomer, with --dimension"
+        " gauge_length_mm=... and its cross-section"
+    )
 
 
 def _available(channels: dict[str, Channel], options: Options, sample: Sample) -> set[str]:
