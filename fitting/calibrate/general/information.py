@@ -158,8 +158,8 @@ def advice(found: Sequence[Repeat]) -> str:
     helped = ", ".join(f"{name} to {100.0 * ratio:.0f} %" for name, ratio in best.shrinks)
     return (
         f"Of repeats of what was measured, one more like {best.name} says most ({best.information:.1f} "
-        f"nats): it would shrink the error of {helped} of what it is. Tests of another kind were not "
-        "compared."
+        f"nats of information): it would shrink the error of {helped} of what it is. Tests of another kind "
+        "were not compared."
     )
 
 

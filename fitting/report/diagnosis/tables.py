@@ -63,8 +63,10 @@ def candidate_table(conclusion: Conclusion) -> Table:
     ]  # fmt: skip
     beside = f" and {joined([words_of(slug) for slug in step.base.slugs])}" if step.base.slugs else ""
     note = (
-        f"Candidates for the first effect, fitted together with the model{beside}. Largest deviation: of a "
-        "constant of the base model from its nominal value."
+        f"Candidates for the first effect, fitted together with the model{beside}. Log Bayes factor: natural "
+        "logarithm of how many times likelier the recordings are with it than without, averaged over all "
+        "that its parameters may be. Largest deviation: of a constant of the base model from its nominal "
+        "value."
     )
     return Table(CANDIDATES, rows, note, [t.slug for t in step.candidates].index(x.first.slug))
 
