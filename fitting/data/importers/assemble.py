@@ -79,40 +79,18 @@ def assemble(
     Raises:
         InputError: if the quantities of the kind cannot be made, or the numbers are impossible.
     """
-    raw, grid = sample.raw, sample.require_grid()
-    place = f"{raw.path} ({sample.title})" if sample.title else str(raw.path)
-    making = Making(
-        with_options(channels, options), kind, options, sample.sizes, place, [*sample.notices, *notices],
-        raw=frozenset(channels),
-        unrecognised=unrecognised(grid.headings, {c.column for c in channels.values()}, channels),
-    )  # fmt: skip
-    refuse_absolute_stress(making, grid)
-    say_other_units(making, grid)
-    columns = _quantities(making)
-    mark_used(making, columns)
-    keep = correct_signs_and_zeros(columns, making, _loading_texts(sample, making))
-    _notice_engineering_stress(columns, making)
-    _notice_preload(sample, making)
-    columns = {name: values[keep] for name, values in columns.items()}
-    columns, rows = _drop_empty(columns, np.array(grid.rows)[keep], making)
-    columns = with_clock(columns, rows, making)
+    making = _making(sample, channels, kind, options, notices)
+    refuse_absolute_stress(making, sample.require_grid())
+    say_other_units(making, sample.require_grid())
+    columns, rows = _columns(sample, making)
     provenance = _provenance(sample, facts, making)
     geometry = _geometry(facts, making)
     say_other_sizes(making)
-    if kind == "wire" and not {"temperature_degC", "resistance_ohm"} & columns.keys():
-        making.warn(
-            "there is no temperature, which the phase of a wire follows: characterise and diagnose refuse "
-            "it. State one that did not change with --constant temperature_degC=..."
-        )
-    question_stress(columns, making)
-    dated = "time" in channels and channels["time"].column in grid.origins
-    question_readings(columns, rows, dated, making)
-    question_labels(channels, making)
-    _question_rows(columns, making)
+    _question(sample, channels, columns, rows, making)
     name, specimen = _names(sample, options, facts)
     recording = Recording(
         name=name,
-        path=raw.path,
+        path=sample.raw.path,
         kind=kind,
         role=options.role,
         specimen=specimen,
@@ -131,6 +109,51 @@ def assemble(
     if making.clock_counts_rows:
         recording.source[schema.CLOCK] = schema.COUNTED
     return recording
+
+
+def _making(
+    sample: Sample, channels: dict[str, Channel], kind: str, options: Options, notices: list[str]
+) -> Making:
+    """What is known before any column is made."""
+    path, headings = sample.raw.path, sample.require_grid().headings
+    place = f"{path} ({sample.title})" if sample.title else str(path)
+    others = unrecognised(headings, {channel.column for channel in channels.values()}, channels)
+    return Making(
+        with_options(channels, options), kind, options, sample.sizes, place, [*sample.notices, *notices],
+        raw=frozenset(channels), unrecognised=others,
+    )  # fmt: skip
+
+
+def _columns(sample: Sample, making: Making) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Columns in canonical units on a clock, with signs and zeros right; and their rows in the file."""
+    columns = _quantities(making)
+    mark_used(making, columns)
+    keep = correct_signs_and_zeros(columns, making, _loading_texts(sample, making))
+    _notice_engineering_stress(columns, making)
+    _notice_preload(sample, making)
+    columns = {name: values[keep] for name, values in columns.items()}
+    columns, rows = _drop_empty(columns, np.array(sample.require_grid().rows)[keep], making)
+    return with_clock(columns, rows, making), rows
+
+
+def _question(
+    sample: Sample,
+    channels: dict[str, Channel],
+    columns: dict[str, np.ndarray],
+    rows: np.ndarray,
+    making: Making,
+) -> None:
+    """Notices on numbers that may be read wrongly; a refusal where they cannot be right."""
+    if making.kind == "wire" and not {"temperature_degC", "resistance_ohm"} & columns.keys():
+        making.warn(
+            "there is no temperature, which the phase of a wire follows: characterise and diagnose refuse "
+            "it. State one that did not change with --constant temperature_degC=..."
+        )
+    question_stress(columns, making)
+    dated = "time" in channels and channels["time"].column in sample.require_grid().origins
+    question_readings(columns, rows, dated, making)
+    question_labels(channels, making)
+    _question_rows(columns, making)
 
 
 def _quantities(making: Making) -> dict[str, np.ndarray]:
