@@ -23,6 +23,7 @@ from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
 from fitting.diagnose.verdict.probabilities import effects_found, probabilities
 from fitting.diagnose.verdict.text import verdict_sentences
 from fitting.diagnose.verdict.unexplained import (
+    chance_without_a_name,
     contradicted,
     discrepancy_probability,
     missed_beyond_drift,
@@ -270,6 +271,18 @@ def test_what_only_a_nameless_correction_of_little_evidence_says_is_tentative(wo
         told = lambda limit: discrepancy_probability(explanation, base, discrepancy, [1.0, 1.0], [limit] * 2)  # noqa: E731
         assert told(1.6) == unknown
         assert told(1.2) == (DEFAULT.verdict.most_unknown if unknown == 0.9 else unknown)
+
+
+@pytest.mark.parametrize(("misfit", "worth", "chance", "is_bound"), [
+    (1.0, 5.0, 0.4, False), (1.0, 9.0, np.exp(-9.0), True), (40.0, 5.0, 0.0, False),
+])  # fmt: skip
+def test_a_mismatch_without_a_name_is_as_likely_by_chance_as_what_decides_it(misfit, worth, chance, is_bound):
+    """Scores of effects that are not there may be quite likely. A Bayes factor of k has a chance of at most 1/k."""
+    explanation = named((), 300.0, 300.0)
+    explanation.p_value, explanation.p_is_bound = 0.4, False
+    found = chance_without_a_name(explanation, misfit, DiscrepancyEvidence("force", "time", worth, 1.0, 1.5))
+    assert found == (pytest.approx(chance), is_bound)
+    assert chance_without_a_name(explanation, 1.0, None) == (0.4, False)
 
 
 @pytest.mark.parametrize(("is_bound", "fitted", "stated", "said"), [

@@ -12,7 +12,14 @@ from ..settings import DEFAULT
 from .discrepancy import Discrepancy, beside
 from .discrepancy_evidence import DiscrepancyEvidence, best_discrepancy
 from .left import left_of
-from .unexplained import contradicted, discrepancy_probability, outdone, steady, tail
+from .unexplained import (
+    chance_without_a_name,
+    contradicted,
+    discrepancy_probability,
+    outdone,
+    steady,
+    tail,
+)
 from .unknown import Signs, probability_of_unknown, signs_of
 
 SCORE_TEST = DEFAULT.score_test
@@ -92,6 +99,8 @@ def assess(explanation: Explanation) -> Assessment:
         unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
     elif mismatch:
         unknown = discrepancy_probability(explanation, base, discrepancy, floors, limits)
+        found = chance_without_a_name(explanation, base[0], discrepancy)
+        explanation.p_value, explanation.p_is_bound = found
     elif not contradiction:  # no candidate survived being fitted; what is left is judged as a whole
         explanation.p_value = max(explanation.p_value, tail(program, steady(base[0], discrepancy)))
         explanation.p_is_bound = False

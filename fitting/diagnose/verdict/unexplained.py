@@ -1,5 +1,7 @@
 """Judgement of the remaining misfit: chance, drift, a model discrepancy, held-out recordings."""
 
+import math
+
 from fitting.inference.chance import chi_square_tail
 
 from ..evaluate.program import Program
@@ -110,6 +112,25 @@ def tail(program: Program, reduced_chi2: float) -> float:
     """Probability of a chi-square of the fitted recordings as large as this by chance."""
     count = program.observations(program.fitted)
     return float(chi_square_tail(reduced_chi2 * count, count))
+
+
+def chance_without_a_name(
+    explanation: Explanation, base: float, discrepancy: DiscrepancyEvidence | None
+) -> tuple[float, bool]:
+    """P-value of a mismatch without a named effect, and whether it is a bound.
+
+    The least of three: that of the strongest score, of the whole misfit, and of the discrepancy that decides.
+    By Markov's inequality noise gives a Bayes factor of k with a probability of at most 1/k.
+
+    Args:
+        explanation: result of the search.
+        base: reduced chi-square of the base model, of fitted recordings.
+        discrepancy: discrepancy of largest evidence.
+    """
+    found = [(explanation.p_value, explanation.p_is_bound), (tail(explanation.program, base), False)]
+    if discrepancy is not None and by_discrepancy(discrepancy):
+        found.append((math.exp(-discrepancy.bayes), True))
+    return min(found)
 
 
 def outdone(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -> float:
