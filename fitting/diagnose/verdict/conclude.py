@@ -28,6 +28,7 @@ from .probabilities import (
     probabilities,
     weights_of,
 )
+from .repeats import Repeats, repeats_of
 from .text import beyond_form, contended, separating
 from .unexplained import by_discrepancy
 
@@ -50,11 +51,15 @@ def conclude(explanation: Explanation) -> Conclusion:
     if judged.mimicked and not judged.beyond:
         unknown += _share_with_lookalikes(judged.mimicked, candidates, found)
     place, members = locate(explanation), _members(explanation)
-    if mismatch and (unknown > 0.5 or not named):
+    unnamed = mismatch and (unknown > 0.5 or not named)
+    repeats = repeats_of(program, explanation.final) if unnamed or judged.beyond else None
+    if unnamed:
         if by_discrepancy(discrepancy):
             place = place.led_by(discrepancy.driver)
         seen = None if discrepancy is None else discrepancy.quantity
-        found, model, rest, before, after = _described(explanation, place, seen, unknown, found, scores)
+        found, model, rest, before, after = _described(
+            explanation, place, seen, unknown, found, scores, repeats
+        )
         share = unknown if named else 1.0
         members = [(s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in members if s != "base"]
         members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
@@ -90,6 +95,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         [*taken_back, *_contending(explanation, found)],
         left=left,
         signs=judged.signs,
+        repeats=repeats,
     )
 
 
@@ -121,6 +127,7 @@ def _described(
     unknown: float,
     doubtful: list[Found],
     scores: Scores,
+    repeats: Repeats | None,
 ) -> tuple[list[Found], tuple[Program, Fit], Discrepancy | None, HeldOut, HeldOut]:
     """The model discrepancy and the scores where something is unmodelled.
 
@@ -137,7 +144,7 @@ def _described(
                 (score, [*alone, *sorted(doubtful, key=lambda f: -f.probability)], explanation.final, None)
             )
     for _, found, fit, _ in tuple(options):
-        rest = fitted_discrepancy(program, fit, place, seen)
+        rest = fitted_discrepancy(program, fit, place, seen, repeats)
         if rest is not None:
             options.append((scores.averaged([(program, fit, 1.0, rest.corrected)]), found, fit, rest))
     after, found, fit, rest = min(options, key=lambda option: option[0].reduced_chi2)

@@ -17,6 +17,7 @@ from .held_out import HeldOut
 from .left import Left
 from .locate import Place
 from .probabilities import UNMODELLED, Found
+from .repeats import Repeats
 from .unknown import Signs
 
 LEVEL = DEFAULT.score_test.level
@@ -65,6 +66,7 @@ class Conclusion:
         left: misfit beyond noise that names and the remainder leave.
         signs: what speaks for something unknown beside names; None where none was found.
         without_turns: effects that explain as much as turning points between rows; None if there are none.
+        repeats: period of a misfit that no name explains; None where there is none.
     """
 
     explanation: Explanation
@@ -89,6 +91,7 @@ class Conclusion:
     left: Left | None = None
     signs: Signs | None = None
     without_turns: WithoutTurns | None = None
+    repeats: Repeats | None = None
 
     @property
     def reported(self) -> list[Found]:

@@ -17,6 +17,7 @@ from ..fit.refit import Fit
 from ..settings import DEFAULT
 from .discrepancy_places import Response, acts, hats, responses
 from .locate import Place, distinct_drivers, drivers_of, knots_of
+from .repeats import Repeats
 
 DISCREPANCY = DEFAULT.discrepancy
 
@@ -91,20 +92,28 @@ class Discrepancy:
 
 
 def fitted_discrepancy(
-    program: Program, fit: Fit, place: Place, seen: str | None = None
+    program: Program, fit: Fit, place: Place, seen: str | None = None, repeats: Repeats | None = None
 ) -> Discrepancy | None:
     """The discrepancy of a model, by the driver that predicts left-out parts best.
 
-    None where no driver predicts them better than nothing.
+    None where no driver predicts them better than nothing. Along a driver by which the misfit repeats, knots
+    are also tried that are close enough for its period. In time a period begins anew in every recording, so
+    that no function of time predicts it.
 
     Args:
         program: program of the campaign.
         fit: model whose misfit it is.
         place: place of the misfit, with the drivers that are tried.
         seen: output, or silicone stiffness, on which the discrepancy of largest evidence acts.
+        repeats: period of the misfit, if it has one.
     """
     first = _first(program)
-    return _described(program, fit, (first,) if seen in (None, first) else (first, seen), place.drivers, 1.0)
+    quantities = dict.fromkeys((first, seen or first))
+    if repeats is None or repeats.driver == "time":
+        return _described(program, fit, [*quantities], place.drivers, 1.0)
+    quantities |= {repeats.quantity: None}
+    drivers = dict.fromkeys([*place.drivers, repeats.driver])
+    return _described(program, fit, [*quantities], [*drivers], 1.0, repeats)
 
 
 def beside(program: Program, fit: Fit) -> Discrepancy | None:
@@ -123,7 +132,12 @@ def _first(program: Program) -> str:
 
 
 def _described(
-    program: Program, fit: Fit, quantities: Sequence[str], drivers: Sequence[str], worth: float
+    program: Program,
+    fit: Fit,
+    quantities: Sequence[str],
+    drivers: Sequence[str],
+    worth: float,
+    repeats: Repeats | None = None,
 ) -> Discrepancy | None:
     """The discrepancy by the place and driver that predict left-out parts best.
 
@@ -137,7 +151,11 @@ def _described(
     excess = sum(evaluation.chi2(out) for out in outs)
     noise = program.observations(program.fitted)
     best, least = None, excess if worth >= 1.0 else noise + worth * (excess - noise)
-    for quantity, name, count in product(quantities, drivers, DISCREPANCY.saved_knots):
+    counts = [(name, count) for name, count in product(drivers, DISCREPANCY.saved_knots)]
+    if repeats is not None:
+        periods = np.ptp(np.nan_to_num(drivers_of_rows[repeats.driver])) / repeats.period
+        counts.append((repeats.driver, round(DISCREPANCY.period_knots * periods)))
+    for quantity, (name, count) in product(quantities, counts):
         knots = _knots(program, drivers_of_rows[name], count)
         if quantity not in places or not acts(quantity, name, program.kind) or knots is None:
             continue

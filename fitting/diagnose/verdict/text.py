@@ -12,6 +12,7 @@ from fitting.inference.notes import capital, joined
 from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
+from pneusma_jax.units import from_si
 
 from ..fit.base_fit import at_bound
 from ..fit.misfit import limit_of, range_of, relative_error
@@ -109,7 +110,7 @@ def unstated(conclusion: Conclusion) -> list[str]:
 def _verdict(conclusion: Conclusion) -> list[str]:
     base, after = conclusion.before, conclusion.after
     bound = "at most " if conclusion.explanation.p_is_bound else ""
-    chance = f"{bound}{conclusion.explanation.p_value:.3g}"
+    chance = _probability(conclusion.explanation.p_value, bound)
     as_turned = "A " if conclusion.without_turns is None else "With the turning points a "
     if conclusion.within_accuracy:
         return _as_accurate(conclusion)
@@ -152,6 +153,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
                 lead,
                 "Nothing that was recorded goes with what is left closely enough to be modelled: the misfit "
                 f"of {held} stays at a reduced chi-square of {number(base.reduced_chi2)}.",
+                *_repeating(conclusion),
                 *_in_units(conclusion),
                 _by_chance(chance),
             ]
@@ -167,8 +169,31 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         *_not_told_apart(conclusion),
         *(f.text for f in over),
         f"{with_it} the misfit of {held} {went(base.reduced_chi2, after.reduced_chi2)}{allowed}.",
+        *_repeating(conclusion),
         *_in_units(conclusion, it),
         _by_chance(chance),
+    ]
+
+
+def _repeating(conclusion: Conclusion) -> list[str]:
+    """A sentence on the period of a misfit without a name."""
+    found = conclusion.repeats
+    if found is None:
+        return []
+    kind = conclusion.explanation.program.kind
+    sizes = []
+    for name, value in ((found.driver, found.period), (found.quantity, found.amplitude)):
+        column = schema.column_of(kind, name)
+        unit = "1" if column is None else schema.quantity_and_unit(column)[1]
+        sizes.append(f"{number(from_si(value, unit, difference=True))} {unit}".removesuffix(" 1"))
+    period, amplitude = sizes
+    driver, quantity = (name.replace("_", " ") for name in (found.driver, found.quantity))
+    every, like = f"{period} of {driver}", "the error of a screw or a gear"
+    if found.driver == "time":
+        every, like = period, "a pump, a switched heater or mains hum"
+    return [
+        f"A part of the misfit of {quantity} repeats every {every}, as {like} does. "
+        f"Its amplitude is {amplitude}."
     ]
 
 
@@ -320,6 +345,11 @@ def _not_fitted(conclusion: Conclusion) -> list[str]:
         f"{missed} and the uncertainty of the refitted constants does not explain that {without}: "
         "fit one of them as well before you rely on this."
     ]
+
+
+def _probability(p_value: float, bound: str) -> str:
+    """A probability in words. No model of noise is good enough to tell one below one in a million."""
+    return f"{bound}{p_value:.3g}" if p_value >= 1e-6 else "less than one in a million"
 
 
 def _by_chance(chance: str) -> str:

@@ -60,6 +60,7 @@ def content(conclusion: Conclusion) -> dict:
         "not_testable_here": explanation.steps[0].score_test.untestable if explanation.steps else [],
         "remainder": _discrepancy(conclusion),
         "left": _left(conclusion),
+        "repeats": None if conclusion.repeats is None else vars(conclusion.repeats),
         "turning_points": _turns(conclusion),
         "tries": explanation.tries,
         "next_experiment": conclusion.next_experiment,
