@@ -89,7 +89,7 @@ class MullinsSoftening(Effect):
     [1] is lost where d is 1. Over a small `scale` [1] it is lost at once, over a large one linearly.
     `d = (e_m - e) (1 + energy e / e_m)`. With `energy` 0 the distance in strain counts, with 1 that in
     energy of a linear law. With `relative` 1 d is over e_m, and 1 at full unloading. A larger maximum then
-    softens over a larger distance, as in Ogden and Roxburgh's law.
+    softens over a larger distance, as in Ogden and Roxburgh's law. No more than all of the stress is lost.
     """
 
     depth: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -121,7 +121,8 @@ class MullinsSoftening(Effect):
         most = jnp.maximum(memory, 1e-6)
         counted = 1.0 + self.energy * (jnp.minimum(strain / most, 1.0))
         distance = below / (1.0 + self.relative * (most - 1.0)) * counted
-        lost = self.depth * jnp.expm1(-distance / self.scale) / jnp.expm1(-1.0 / self.scale)
+        share = jnp.expm1(-distance / self.scale) / jnp.expm1(-1.0 / self.scale)
+        lost = jnp.minimum(self.depth * share, 1.0)
         return jnp.where(at["strain"] > 0.0, value * (1.0 - lost), value)
 
     def remember(self, memory: Array, at: Known) -> Array:

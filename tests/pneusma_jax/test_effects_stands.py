@@ -74,6 +74,12 @@ def test_softening_loses_its_depth_at_full_unloading(scale, linear):
     assert np.all(lost > straight - 1e-9)
 
 
+def test_softening_never_turns_a_pull_into_a_push():
+    strain = np.concatenate([np.linspace(0.0, 5.0, ROWS // 2), np.linspace(5.0, 0.0, ROWS - ROWS // 2)])
+    soft = seen("E", {"mullins_softening.depth": 0.7, "mullins_softening.scale": 10.0}, strain=strain)["stress"]
+    assert np.all(soft >= 0.0) and np.any(soft[ROWS // 2 + 1 :] == 0.0)
+
+
 def test_relaxation_after_a_step_decays_with_its_time():
     strain = np.where(TIME < 3.0, 0.0, 0.4)
     bare = without("E", strain=strain)["stress"]
