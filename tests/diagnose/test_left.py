@@ -9,6 +9,7 @@ from linear_world import CONSTANT, DELAY, World, fast, smooth, tubes
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.verdict.conclude import conclude
+from fitting.diagnose.verdict.conclusion import WithoutTurns
 from fitting.diagnose.verdict.left import Left, left_of
 from fitting.diagnose.verdict.regime import regime_of
 from fitting.diagnose.verdict.text import verdict_sentences
@@ -118,16 +119,27 @@ def test_what_open_numbers_leave_is_said_and_speaks_against_no_name():
     assert "28 is left in recordings that were not fitted" in found.text and "uncertainty" in found.text
 
 
-def test_what_open_numbers_leave_is_said_after_the_effect_and_its_meaning():
+@pytest.mark.parametrize("turns", [False, True])
+@pytest.mark.parametrize("stated", [True, False])
+def test_what_open_numbers_leave_is_said_after_the_effect_and_its_meaning(turns, stated):
+    """Directly: what else may be the cause comes behind it."""
     rng = np.random.default_rng(6)
     world = tubes()
     conclusion = conclude(explain(world.program(world.truth(rng, **{CONSTANT: 4.0})), np.random.default_rng(1)))
+    if stated:
+        for recording in conclusion.explanation.program.recordings:
+            recording.geometry["length_mm"] = 50.0
+    if turns:
+        rival = WithoutTurns([conclusion.found[0]], 12.0, 11.0, 0.7)
+        conclusion = dataclasses.replace(conclusion, without_turns=rival)
     plain = verdict_sentences(conclusion)
+    assert ("No [geometry] is stated" in " ".join(plain)) is not stated
+    assert ("Or the drive did not turn" in " ".join(plain)) is turns
     assert conclusion.left is None and "is left in" not in " ".join(plain)
     left = Left(3.8, 1.0, True, (CONSTANT,), None, explained=0.96)
     said = verdict_sentences(dataclasses.replace(conclusion, left=left))
     (more,) = [sentence for sentence in said if sentence not in plain]
-    assert said[0] == plain[0] and len(said) == len(plain) + 1
+    assert said == [plain[0], more, *plain[1:]]
     assert more.startswith("A reduced chi-square of 3.8 is left in") and "uncertainty" in more
     much = dataclasses.replace(left, explained=None)
     assert "3.8 is left in" in verdict_sentences(dataclasses.replace(conclusion, left=much))[0]

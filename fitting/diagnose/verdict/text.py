@@ -71,19 +71,24 @@ def separating(slugs: Sequence[str]) -> str:
 
 
 def verdict_sentences(conclusion: Conclusion) -> list[str]:
-    """The verdict first, in one sentence, then what stands behind it."""
-    sentences = _or_without_turns(conclusion, _verdict(conclusion))
-    if unstated(conclusion):
-        other = "another specimen than the source's looks like this, too."
-        sentences.insert(1, f"No [geometry] is stated: {other}")
-    return sentences
+    """The verdict first, in one sentence, then what stands behind it.
+
+    What named effects leave qualifies the verdict, so its sentence follows directly.
+    """
+    verdict, *behind = _verdict(conclusion)
+    verdict, rival = _or_without_turns(conclusion, verdict)
+    other = ["No [geometry] is stated: another specimen than the source's looks like this, too."]
+    return [verdict, *_open(conclusion), *(other if unstated(conclusion) else []), *rival, *behind]
 
 
-def _or_without_turns(conclusion: Conclusion, sentences: list[str]) -> list[str]:
-    """The same sentences, or those of two explanations if recordings do not tell which of them acts."""
+def _or_without_turns(conclusion: Conclusion, verdict: str) -> tuple[str, list[str]]:
+    """The verdict, and sentences on effects that explain the recordings as well without turning points.
+
+    If the recordings agree with the base model, the verdict names both explanations.
+    """
     rival = conclusion.without_turns
     if rival is None:
-        return sentences
+        return verdict, []
     whole, names = base_named(conclusion), joined([f.slug for f in rival.found])
     told = (
         f"Turning points have a log Bayes factor of {rival.turns:.0f}, {names} without them of "
@@ -92,13 +97,12 @@ def _or_without_turns(conclusion: Conclusion, sentences: list[str]) -> list[str]
     effects = joined([f"{f.slug} ({f.probability:.2f})" for f in rival.found])
     if conclusion.mismatch:
         acts = "acts" if len(rival.found) == 1 else "act"
-        other = f"Or the drive did not turn between rows, and {effects} {acts}."
-        return [sentences[0], other, told, *sentences[1:]]
-    lead = (
+        return verdict, [f"Or the drive did not turn between rows, and {effects} {acts}.", told]
+    both = (
         f"One of two acts. Either the drive turned between rows (probability {rival.probability:.2f}), and "
         f"the recordings agree with {whole}. Or it did not, and that model leaves out {effects}."
     )
-    return [lead, told, *(f.text for f in rival.found), *sentences[1:]]
+    return both, [told, *(f.text for f in rival.found)]
 
 
 def unstated(conclusion: Conclusion) -> list[str]:
@@ -165,7 +169,6 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         with_it += f" and, for what {leaves}, {smooth}, which names no cause,"
     return [
         lead,
-        *_open(conclusion),
         *_not_told_apart(conclusion),
         *(f.text for f in over),
         f"{with_it} the misfit of {held} {went(base.reduced_chi2, after.reduced_chi2)}{allowed}.",
@@ -279,7 +282,8 @@ def _named(conclusion: Conclusion, names: Sequence[str]) -> str:
 def _open(conclusion: Conclusion) -> list[str]:
     """A sentence on what named effects leave, where the uncertainty of fitted numbers explains it."""
     left = conclusion.left
-    if left is None or not left.open or conclusion.found[0].slug == "unmodelled":
+    named = bool(conclusion.found) and conclusion.found[0].slug != "unmodelled"
+    if left is None or not left.open or not named:
         return []
     return [f"{capital(left.text)}."]
 
