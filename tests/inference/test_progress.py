@@ -3,6 +3,7 @@
 import threading
 import time
 
+import numpy as np
 import pytest
 
 from fitting.inference import progress as told
@@ -105,3 +106,22 @@ def test_sampling_says_in_a_log_how_far_it_is(clock, capsys):
             clock[0] = 40.0
             bar.advance_to(200)
         assert capsys.readouterr().err == said
+
+
+@pytest.mark.parametrize(
+    ("tau", "lengths", "left"),
+    [(np.full((2, 1), 10.0), 10, "2 min"), (np.full((2, 1), np.inf), 0, "3 min")],  # of 551 steps; of the budget
+)
+def test_sampling_says_in_a_log_what_was_judged(clock, capsys, tau, lengths, left):
+    from fitting.sample.convergence import Convergence
+    from fitting.sample.progress import SamplingBar
+
+    state = Convergence(100, 0, tau, np.array([1.02]), np.array([250.0]))
+    with SamplingBar(None, 1000) as bar:
+        clock[0] = 20.0
+        bar.judged(state)
+        clock[0] = 40.0
+        bar.advance_to(200)
+    judged = f"250 effective samples, {lengths} of 50 autocorrelation times, R-hat 1.020, about {left} left"
+    line = f"sampling, 40 s: 200 steps of at most 1000; when last judged: {judged}"
+    assert capsys.readouterr().err.splitlines() == [line]

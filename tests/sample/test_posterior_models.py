@@ -11,6 +11,7 @@ from fitting.sample.campaign import sample_problem
 from fitting.sample.models import campaign_problem
 from fitting.specimens import FITTED, SPECIMENS, Specimen
 from fitting.specimens.rows import Rows, numbers
+from fitting.specimens.saved_models import AugmentedModel, save_model
 from pneusma_jax.errors import InputError
 
 SIGMA, COMPLIANCE = 0.1e-3, 0.2e-6  # m, m/Pa
@@ -107,10 +108,34 @@ def test_a_table_of_constants_starts_the_fit_by_its_kind(monkeypatch, table, opt
     monkeypatch.setattr(command, "kind_of", lambda campaign: "actuator")
     monkeypatch.setattr(command, "characterise", lambda campaign, **options: options)
     monkeypatch.setattr(command, "sampling_problem", lambda fit: fit)
-    told = []
-    found = command.problem_for(None, table, None, 3, told.append)
-    found.pop("progress")("step")  # minutes of a fit are not silent
-    assert found == {"seed": 3, option: table} and told == ["step"]
+    found = command.problem_for(None, table, None, 3)
+    found.pop("progress")
+    assert found == {"seed": 3, option: table}
+
+
+@pytest.mark.parametrize(
+    ("kind", "model", "law"),
+    [
+        ("actuator", None, None), ("actuator", "krl35", None), ("actuator", "saved", None),
+        ("elastomer", None, None), ("elastomer", None, "yeoh"), ("elastomer", "dragon_skin_10_fast", None),
+        ("elastomer", "saved", None),
+    ],
+)  # fmt: skip
+def test_the_fit_before_a_posterior_says_its_steps(monkeypatch, tmp_path, kind, model, law):
+    """Its minutes are not silent, whatever is fitted."""
+    monkeypatch.setattr(command, "kind_of", lambda campaign: kind)
+    monkeypatch.setattr(command, "sampling_problem", lambda fit, table=None: fit)
+
+    def characterise(campaign, progress=lambda word: None, **options):
+        progress("step")
+        return options
+
+    monkeypatch.setattr(command, "characterise", characterise)
+    if model == "saved":
+        model = str(save_model(AugmentedModel(), tmp_path / "model.toml"))
+    said = []
+    found = command.problem_for(None, model, law, 3, said.append)
+    assert said == ["step"] and found["seed"] == 3
 
 
 def test_a_table_of_what_a_tube_does_not_have_is_refused(campaign):
