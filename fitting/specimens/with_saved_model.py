@@ -199,17 +199,22 @@ class Augmented(Model):
         return self._known(own).get(stem)
 
     @property
+    def stems(self) -> tuple[str, ...]:
+        """Beginning of the names of each effect's parameters; the second effect of a slug has its number."""
+        slugs = [added.slug for added in self.model.added]
+        counts = [slugs[: k + 1].count(slug) for k, slug in enumerate(slugs)]
+        return tuple(slug if n == 1 else f"{slug}_{n}" for slug, n in zip(slugs, counts, strict=True))
+
+    @property
     def names(self) -> tuple[dict[str, str], ...]:
         """Free parameters of each acting effect: the name in the fit by the name in the file."""
-        result, counts = [], {}
-        for added in self.acting:
-            counts[added.slug] = count = counts.get(added.slug, 0) + 1
-            stem = added.slug if count == 1 else f"{added.slug}_{count}"
-            effect = find_effect(added.slug)
-            acts = specs_of(effect, self.specimen.letter)
-            result.append({
-                key: f"{stem}_{key}" for key in added.parameters if parameter_of(effect, key) in acts
-            })  # fmt: skip
+        result = []
+        for added, stem in zip(self.model.added, self.stems, strict=True):
+            if added in self.acting:
+                effect = find_effect(added.slug)
+                acts = specs_of(effect, self.specimen.letter)
+                own = (key for key in added.parameters if parameter_of(effect, key) in acts)
+                result.append({key: f"{stem}_{key}" for key in own})
         return tuple(result)
 
     def held(self, campaign: Campaign, parameters: Parameters) -> list[Held]:
@@ -221,24 +226,19 @@ class Augmented(Model):
         """
         free = set(parameters.layout().free)
         found = []
-        for added in self.model.added:
-            if added not in self.acting:
-                why = f"{added.slug} does not act in recordings of kind {self.kind}"
-                if added in self.discrepancies:
-                    why = "a model discrepancy is held as the file states it"
-                own = added.parameters
-                found += [Held(f"{added.slug}_{name}", q.value, q.unit, why) for name, q in own.items()]
-        for added, names in zip(self.acting, self.names, strict=True):
+        for added, stem in zip(self.model.added, self.stems, strict=True):
+            why = f"does not act in recordings of kind {self.kind}"
+            if added in self.discrepancies:
+                why = "a model discrepancy is held as the file states it"
             for key, quantity in added.parameters.items():
-                name = names.get(key, f"{added.slug}_{key}")
-                if name not in free:
-                    fixed = name in parameters
-                    why = "held as asked" if fixed else f"does not act in recordings of kind {self.kind}"
-                    value = parameters[name].value if fixed else quantity.value
-                    found.append(Held(name, value, quantity.unit, why))
-        stems = {name.partition(MARK)[0] for name in free}
+                name = f"{stem}_{key}"
+                if name in parameters and name not in free:
+                    found.append(Held(name, parameters[name].value, quantity.unit, "held as asked"))
+                elif name not in free:
+                    found.append(Held(name, quantity.value, quantity.unit, why))
+        of_base = {name.partition(MARK)[0] for name in free}
         for name, quantity in self._known(None).items():
-            if name not in stems:
+            if name not in of_base:
                 of_law = name == FACTOR and self._factor_is_of_the_law(campaign, parameters)
                 why = "it multiplies the law's fitted constants" if of_law else "no tolerance leaves it open"
                 found.append(Held(name, quantity.value, quantity.unit, why))

@@ -278,6 +278,23 @@ def test_a_fit_adds_it_as_it_is_and_lists_it_among_what_is_held(ripple):
     assert Augmented("wire", ripple).effects({}) == ()
 
 
+def test_what_is_held_has_a_name_of_its_own(ripple):
+    """Of two effects of one kind, a report told the second one's numbers only."""
+    other = remainder("elastomer", "stress", "time", [0.0, 80.0], [0.0, 2e3])
+    heavy = add_effect(find_effect("gravity")(mass=0.001), SOURCE)
+    laws = [add_effect(CATALOGUE["mullins_softening"](depth=depth), SOURCE) for depth in (0.1, 0.2)]
+    model = AugmentedModel(added=(*ripple.added, heavy, laws[0], other, heavy, laws[1]))
+    augmented, campaign = Augmented("elastomer", model), Campaign("c", [pull(0.4)], False)
+    parameters = augmented.parameters_for(campaign)
+    parameters["mullins_softening_2_depth"].set(vary=False)
+    held = augmented.held(campaign, parameters)
+    values = {one.name: one.value for one in held}
+    assert len(values) == len(held)
+    assert values["unmodelled_correction_2"] == 3e3 and values["unmodelled_2_correction_2"] == 2e3
+    assert values["gravity_mass"] == values["gravity_2_mass"] == 0.001
+    assert values["mullins_softening_2_depth"] == 0.2 and "mullins_softening_depth" not in values
+
+
 def test_a_model_that_is_a_discrepancy_alone_acts_in_recordings_of_its_kind(ripple):
     check_kind(ripple, "elastomer")
     with pytest.raises(pj.InputError, match="nothing in this model acts in recordings of kind wire"):
