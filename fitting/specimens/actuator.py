@@ -48,6 +48,10 @@ class BendingActuator(Specimen):
     starts_with_model = 1
     element = "actuator"
     wall_drivers = ("time", "current_1", "current_2", "current_3")
+    output_drivers = (
+        *wall_drivers, "xi0_1", "xi0_2", "xi0_3", "temperature", "pressure", "pressure_rate", "curvature",
+        "bend_angle", "length", "strain", "strain_rate", "max_strain",
+    )  # fmt: skip
     most_rows_with_effects = 128  # every row is an equilibrium
     each_alone = True
     compiler_options = OF_HISTORIES

@@ -45,6 +45,7 @@ class Coupon(Specimen):
     loads = "strain"
     element = "silicone"
     wall_drivers = ("time",)
+    output_drivers = ("time", "strain", "strain_rate", "max_strain", "stress")
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:
         """The strain."""

@@ -32,6 +32,7 @@ from fitting.data.recordings import Campaign, Recording
 from fitting.data.recordings.schema import Kind
 from fitting.inference.parameters import Parameters
 from pneusma_jax.calibration.records import Quantity
+from pneusma_jax.model_discrepancy import UNITS, WALL
 from pneusma_jax.pipeline import Effect
 
 from .correlated_noise import independent
@@ -184,6 +185,7 @@ class Specimen(Model):
         starts_with_model: default number of starts where a model on disk is fitted.
         element: name of the specimen in slots of effects: `actuator`, `spring`, `wire`, `silicone`.
         wall_drivers: possible drivers of a correction of the silicone's stiffness.
+        output_drivers: possible drivers of a correction of an output.
         explained: outputs that effects change and a diagnosis compares.
         most_rows_with_effects: maximum number of rows where effects act.
         each_alone: true if a diagnosis runs recordings one by one, side by side on all cores. It is worth it
@@ -208,6 +210,7 @@ class Specimen(Model):
     starts_with_model: int = 3
     element: str
     wall_drivers: tuple[str, ...] = ()
+    output_drivers: tuple[str, ...] = tuple(name for name in UNITS if name != WALL)
     most_rows_with_effects: int = MOST_ROWS
     each_alone: bool = False
     compiler_options: Mapping[str, bool | int] | None = None

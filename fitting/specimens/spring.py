@@ -175,6 +175,9 @@ class SpringOnStand(Specimen):
     identified = "alloy"
     starts_with_model = 1
     element = "spring"
+    output_drivers = (
+        "time", "xi0", "force", "resistance", "stress", "strain", "strain_rate", "max_strain",
+    )  # fmt: skip
     compiler_options = OF_HISTORIES
     latent = SpringPhase()
 

@@ -53,6 +53,7 @@ class Tube(Specimen):
     profiled = EVERY
     element = "actuator"
     wall_drivers = ("time",)
+    output_drivers = ("time", "pressure", "pressure_rate", "length", "strain", "strain_rate", "max_strain")
     most_rows_with_effects = 512  # every row is an equilibrium
     each_alone = True
 

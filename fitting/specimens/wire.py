@@ -192,6 +192,7 @@ class StraightWire(Specimen):
     starts = 8  # with all constants open there is a minimum beside every kink of the residual strain
     profiled = EVERY
     element = "wire"
+    output_drivers = ("time", "temperature", "xi0", "stress", "strain", "strain_rate", "max_strain")
     failed_residual = FAILED_RESIDUAL
 
     def drivers(self, recording: Recording) -> tuple[str, ...]:

@@ -81,9 +81,13 @@ class Augmented(Model):
 
     @property
     def discrepancies(self) -> tuple[AddedDiscrepancy, ...]:
-        """Model discrepancies of recordings of this kind. They act as the file states them and are held."""
-        element = self.specimen.element
-        return tuple(one for one in self.model.remainders if specimen_of(one.kind).element == element)
+        """Model discrepancies that act in recordings of this kind, as the file states them. They are held."""
+        return tuple(one for one in self.model.remainders if one.acts_in(self.specimen))
+
+    @property
+    def idle(self) -> tuple[AddedDiscrepancy, ...]:
+        """Model discrepancies that do nothing in recordings of this kind."""
+        return tuple(one for one in self.model.remainders if not one.acts_in(self.specimen))
 
     @property
     def more_than_base(self) -> bool:
@@ -413,7 +417,8 @@ def check_kind(model: AugmentedModel, kind: str) -> None:
     some = any(table in tables for own in (model.base, *model.specimens.values()) for table in own)
     if some or model.tables or Augmented(kind, model).more_than_base:
         return
-    slugs = ", ".join(added.slug for added in model.added) or "no effect"
+    named = (one.words if isinstance(one, AddedDiscrepancy) else one.slug for one in model.added)
+    held = "; ".join(named) or "no effect"
     raise InputError(
-        f"{model.path or model.name}: nothing in this model acts in recordings of kind {kind} ({slugs})"
+        f"{model.path or model.name}: nothing in this model acts in recordings of kind {kind} ({held})"
     )

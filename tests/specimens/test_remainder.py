@@ -15,7 +15,7 @@ from fitting.data.recordings import Campaign, Recording, write_recording
 from fitting.simulate import predict
 from fitting.simulate.unmodelled import BEYOND
 from fitting.simulate.workspace.grid import compute_workspace
-from fitting.specimens import specimen_of
+from fitting.specimens import SPECIMENS, specimen_of
 from fitting.specimens.saved_models import (
     AddedDiscrepancy,
     AugmentedModel,
@@ -74,7 +74,11 @@ def test_it_is_none_of_the_catalogue():
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ('driver = "strain"', 'driver = "strian"', "driver is 'strian', did you mean 'strain'?"),
+        (
+            'driver = "strain"',
+            'driver = "strian"',
+            "driver of stress is 'strian', of kind 'elastomer' did you mean 'strain'?",
+        ),
         ('quantity = "stress"', 'quantity = "stresses"', "did you mean 'stress'?"),
         ('kind = "elastomer"', "kind = 3", "kind must be a word, but it is 3"),
         (
@@ -90,9 +94,10 @@ def test_it_is_none_of_the_catalogue():
         (
             'driver = "strain"',
             'driver = "silicone_stiffness"',
-            "driver is 'silicone_stiffness', known: bend_angle, ",
+            "driver of stress is 'silicone_stiffness', of kind 'elastomer' known: max_strain, strain, ",
         ),
-        ('driver = "strain"', 'driver = "time_2"', "driver is 'time_2', "),
+        ('driver = "strain"', 'driver = "time_2"', "driver of stress is 'time_2', of kind 'elastomer' "),
+        ('driver = "strain"', 'driver = "xi0_2"', "driver of stress is 'xi0_2', of kind 'elastomer' known: "),
         (
             'quantity = "stress"',
             'quantity = "silicone_stiffness"',
@@ -225,6 +230,7 @@ def test_its_driver_is_that_of_a_diagnosis(kind):
 
     everywhere = jnp.outer(jnp.ones(len(names)), jnp.asarray([-1.0, 1.0]))
     plain, drivers = answer(jnp.zeros(len(names)), everywhere)
+    assert set(names) | {name for name in drivers if unit_of(name)} <= set(specimen.output_drivers)
     drivers = drivers | {"time": row.time}
     sizes = np.array([np.nanmax(np.abs(drivers[name])) for name in names])
     most = float(np.nanmax(np.abs(plain[quantity])))
@@ -297,5 +303,40 @@ def test_what_is_held_has_a_name_of_its_own(ripple):
 
 def test_a_model_that_is_a_discrepancy_alone_acts_in_recordings_of_its_kind(ripple):
     check_kind(ripple, "elastomer")
-    with pytest.raises(pj.InputError, match="nothing in this model acts in recordings of kind wire"):
+    with pytest.raises(pj.InputError, match="nothing in this model acts in recordings of kind wire .*stress, a smooth"):
         check_kind(ripple, "wire")
+
+
+@pytest.mark.parametrize(
+    ("quantity", "driver", "acts"),
+    [
+        ("length", "pressure", True), ("silicone_stiffness", "time", True),
+        ("curvature", "pressure", False), ("resistance_2", "pressure", False), ("length", "xi0_2", False),
+        ("silicone_stiffness", "current_1", False),
+    ],
+)  # fmt: skip
+def test_a_discrepancy_of_an_actuator_acts_in_a_tube_that_has_its_output_and_its_driver(quantity, driver, acts):
+    """Both are balances of one body. Without the output it did nothing, and a fit said that it was added."""
+    found = remainder("actuator", quantity, driver, [0.0, 1e4], [0.0, 1e-3])
+    augmented = Augmented("tube", AugmentedModel(added=(found,)))
+    assert augmented.more_than_base is acts and (augmented.idle == ()) is acts
+    if acts:
+        check_kind(augmented.model, "tube")
+    else:
+        with pytest.raises(pj.InputError, match=f"nothing in this model acts .*{quantity}, a smooth function of {driver}"):
+            check_kind(augmented.model, "tube")
+
+
+def test_what_can_drive_a_discrepancy_has_a_unit():
+    drivers = {name for specimen in SPECIMENS.values() for name in specimen.output_drivers}
+    assert all(unit_of(name) for name in drivers)
+
+
+@pytest.mark.parametrize("kind", ["elastomer", "wire", pytest.param("tube", marks=pytest.mark.slow)])
+def test_every_driver_of_a_kind_is_known_in_its_recordings(kind):
+    specimen, campaign = specimen_of(kind), synthesise(kind, seed=1, tests=1).campaign
+    (row,) = specimen.rows_for(dataclasses.replace(campaign, recordings=campaign.recordings[:1]))
+    quantity, wide = specimen.outputs[0], np.array([-1e12, 1e12])
+    for driver in specimen.output_drivers:
+        effect = Unmodelled(wide, np.zeros(2), specimen.element, quantity, driver)
+        assert not np.any(specimen.answer({}, row, (effect,))[0][f"beyond_{quantity}"]), driver

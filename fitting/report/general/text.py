@@ -149,6 +149,8 @@ def about_the_model(result: GeneralCharacterisation) -> list[str]:
             f"{capital(rest.words)}, is added as the file states it, and was not fitted here. "
             f"It was seen for {rest.span_words} only."
         )
+    for rest in result.model.idle:
+        sentences.append(f"{capital(rest.words)}, does not act in recordings of kind {result.kind}.")
     spent = result.model.spent(result.campaign)
     if spent:
         sentences.append(

@@ -21,10 +21,11 @@ from pneusma_jax.calibration.toml import quantity_entry, read_quantity
 from pneusma_jax.documents import check_keys
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.late import tomlkit
-from pneusma_jax.model_discrepancy import UNITS, WALL, Unmodelled, unit_of, unmodelled
+from pneusma_jax.model_discrepancy import WALL, Unmodelled, unit_of, unmodelled
 from pneusma_jax.units import UNITS as KNOWN_UNITS
 
 from ..registry import SPECIMENS, specimen_of
+from ..specimen import Specimen
 
 SLUG = Unmodelled.slug
 WORDS = ("kind", "quantity", "driver")
@@ -75,6 +76,12 @@ class AddedDiscrepancy:
         unit = unit_of(self.driver)
         return f"{self.driver} from {low:.4g} to {high:.4g}" + ("" if unit == "1" else f" {unit}")
 
+    def acts_in(self, specimen: Specimen) -> bool:
+        """True if recordings of a kind of specimen have what it is added to, and what it follows."""
+        same = specimen_of(self.kind).element == specimen.element
+        corrected = self.quantity in _corrected(specimen) and self.driver in _drivers(specimen, self.quantity)
+        return same and corrected
+
     def build(self) -> Unmodelled:
         """The effect that simulations apply."""
         numbers = [np.array([q.value for q in column]) for column in (self.knots, self.corrections)]
@@ -120,15 +127,23 @@ def _check_words(entry: Mapping[str, Any], where: str) -> None:
     if kind not in SPECIMENS:
         raise InputError(f"{where}: kind is {kind!r}, {nearest(kind, SPECIMENS)}")
     specimen = specimen_of(kind)
-    outputs = (*specimen.explained, *specimen.latent.readings, *([WALL] if specimen.wall_drivers else []))
+    outputs = (*_corrected(specimen), *specimen.latent.readings)
     if quantity not in outputs:
         raise InputError(f"{where}: quantity is {quantity!r}, of kind {kind!r} {nearest(quantity, outputs)}")
-    if quantity == WALL and driver not in specimen.wall_drivers:
-        drivers = nearest(driver, specimen.wall_drivers)
-        raise InputError(f"{where}: driver of {WALL} is {driver!r}, of kind {kind!r} {drivers}")
-    if driver == WALL or unit_of(driver) is None:
-        drivers = nearest(driver, [name for name in UNITS if name != WALL])
-        raise InputError(f"{where}: driver is {driver!r}, {drivers}")
+    drivers = _drivers(specimen, quantity)
+    if driver not in drivers:
+        told = f"of kind {kind!r} {nearest(driver, drivers)}"
+        raise InputError(f"{where}: driver of {quantity} is {driver!r}, {told}")
+
+
+def _corrected(specimen: Specimen) -> tuple[str, ...]:
+    """What a discrepancy may change in recordings of a kind of specimen."""
+    return (*specimen.explained, *([WALL] if specimen.wall_drivers else []))
+
+
+def _drivers(specimen: Specimen, quantity: str) -> tuple[str, ...]:
+    """What a discrepancy of a quantity may follow in recordings of a kind of specimen."""
+    return specimen.wall_drivers if quantity == WALL else specimen.output_drivers
 
 
 def _word(entry: Mapping[str, Any], key: str, where: str) -> str:
