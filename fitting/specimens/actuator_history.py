@@ -5,7 +5,7 @@ In a diagnosis the martensite fractions are latent trajectories. Where a model o
 the resistances.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import equinox as eqx
@@ -127,7 +127,3 @@ class SpringPhases(LatentStates):
     def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
         """Recordings with fractions read anew under a model with effects; see `actuator_followed`."""
         return settled(recordings, drivers)
-
-    def spent(self, recordings: Sequence[Rows]) -> int:
-        """Zero: resistances are inputs where a model on disk is fitted."""
-        return 0

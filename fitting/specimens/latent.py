@@ -5,7 +5,7 @@ together.
 """
 
 import abc
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,8 +18,6 @@ from .rows import Rows
 
 Drivers = Callable[[list[Rows]], dict[str, np.ndarray]]
 """Drivers of recordings under a model, by name, each of shape (recordings, rows)."""
-SPENT = "spent"
-"""Entry of a recording with the degrees of freedom that its trajectory takes, where that is known."""
 
 
 class LatentStates(abc.ABC):
@@ -64,10 +62,6 @@ class LatentStates(abc.ABC):
     def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
         """Recordings whose trajectories are found anew under a model with effects."""
 
-    @abc.abstractmethod
-    def spent(self, recordings: Sequence[Rows]) -> int:
-        """Number of measured values that the trajectories use up as degrees of freedom."""
-
 
 class NoLatentStates(LatentStates):
     """A specimen whose state follows from its inputs.
@@ -102,7 +96,3 @@ class NoLatentStates(LatentStates):
     def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
         """The same recordings."""
         return recordings
-
-    def spent(self, recordings: Sequence[Rows]) -> int:
-        """Zero."""
-        return 0

@@ -146,8 +146,8 @@ class Model(abc.ABC):
             parts.append(independent(rows, name, missed))
         return jnp.concatenate(parts)
 
-    def observations(self, recordings: Sequence[Rows]) -> int:
-        """Number of measured values that count."""
+    def observations(self, values: Mapping[str, float], recordings: Sequence[Rows]) -> int:
+        """Number of measured values that count at these parameters, less those that hidden states use up."""
         return sum(rows.observations for rows in recordings)
 
     def decides(self, recordings: Sequence[Rows]) -> bool:

@@ -11,7 +11,7 @@ once, with the decisions of the metal's memory held between fits. `spring_course
 memories need a scan.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,7 @@ from pneusma_jax.pipeline import Effect
 from pneusma_jax.program_cache import cached_program
 
 from . import priors, spring_rows, spring_trajectory
-from .latent import SPENT, Drivers, LatentStates
+from .latent import Drivers, LatentStates
 from .process_noise import with_process_noise
 from .registry import register
 from .rows import Rows, numbers
@@ -155,11 +155,6 @@ class SpringPhase(LatentStates):
     def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
         """The same recordings: `answer` finds the fraction anew under every model."""
         return recordings
-
-    def spent(self, recordings: Sequence[Rows]) -> int:
-        """What the recordings state; else the number of resistances, each of which determines a fraction."""
-        known = (r.extra.get(SPENT, np.sum(np.asarray(r.weight["resistance"]) > 0.0)) for r in recordings)
-        return round(float(sum(known)))
 
 
 class SpringOnStand(Specimen):

@@ -29,7 +29,6 @@ from pneusma_jax.numerics.safe import as_arrays
 from pneusma_jax.pipeline import Effect
 
 from .input_noise import carried_over, noisy
-from .latent import SPENT
 from .priors import CUT, FIT
 from .reduction import thinned
 from .registry import of_each, specimen_of
@@ -309,10 +308,12 @@ class Augmented(Model):
             return self.specimen.residual(values, rows)
         return self.specimen.misfit(self.predict(values, rows), rows)
 
-    def observations(self, recordings: Sequence[Rows]) -> int:
-        """Number of measured values that count, less those that latent trajectories use up."""
-        count = super().observations(recordings)
-        return max(count - (self.specimen.latent.spent(recordings) if self.more_than_base else 0), 1)
+    def observations(self, values: Mapping[str, float], recordings: Sequence[Rows]) -> int:
+        """Number of measured values that count, less those that the trajectories of springs use up."""
+        count = super().observations(values, recordings)
+        if self.searches:
+            count -= round(float(np.sum(self.taken(values, recordings))))
+        return max(count, 1)
 
     def prepared(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
         """Recordings with phases read from resistances, or with the process noise of latent trajectories.
@@ -345,27 +346,25 @@ class Augmented(Model):
         return self.specimen.latent.settled(recordings, drivers)
 
     def _with_process_noise(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Springs with the process-noise variance that the resistance implies, and no more. With it come the
-        degrees of freedom that their trajectories take: next to none of a spring that stays cold."""
+        """Springs with the process-noise variance that the resistance implies, and no more."""
         base, _ = self._split(values)
         found = np.asarray(self.specimen.latent.prepared(base, stack(recordings)).extra["process_noise"])
-        pairs = zip(recordings, found, strict=False)
-        walking = [_with_extra(rows, process_noise=np.asarray(variance)) for rows, variance in pairs]
-        point = as_arrays(values)
-        taken = np.asarray(eqx.filter_jit(self._leverage)(point, stack(walking)))
-        return [
-            _with_extra(rows, **{SPENT: np.sum(one[: len(rows.mask)])})
-            for rows, one in zip(walking, taken, strict=False)  # a stack may be padded
-        ]
+        pairs = zip(recordings, found, strict=False)  # a stack may be padded
+        return [_with_process_noise(rows, variance) for rows, variance in pairs]
 
-    def _leverage(self, values: Mapping[str, Array], stacked: Rows) -> Float[Array, "recordings rows"]:
-        """Share of every row's readings that its trajectory takes up."""
+    def taken(self, values: Mapping[str, float], recordings: Sequence[Rows]) -> np.ndarray:
+        """Degrees of freedom that the trajectory of each recording takes, shape (recordings,)."""
+        taken = np.asarray(eqx.filter_jit(self._by_row)(as_arrays(values), stack(recordings)))
+        pairs = zip(recordings, taken, strict=False)  # a stack may be padded
+        return np.array([np.sum(one[: len(rows.mask)]) for rows, one in pairs])
+
+    def _by_row(self, values: Mapping[str, Array], stacked: Rows) -> Float[Array, "recordings rows"]:
         return of_each(self, lambda rows: self.answer(values, rows)[1]["taken"], stacked)
 
 
-def _with_extra(rows: Rows, **more: np.ndarray) -> Rows:
-    """A recording with further entries."""
-    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **more})
+def _with_process_noise(rows: Rows, variance: np.ndarray) -> Rows:
+    """A recording with its process-noise variance."""
+    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "process_noise": np.asarray(variance)})
 
 
 def _is_from(title: str, source: str) -> bool:

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.calibrate.general.fit import GeneralFit
+from fitting.calibrate.general.fit import GeneralFit, fit_campaign, inflated
 from fitting.calibrate.general.information import informed
 from fitting.calibrate.general.with_model import characterise_with
 from fitting.calibrate.open_constants import open_constants
@@ -21,7 +21,6 @@ from fitting.data.recordings import Campaign, Recording, read_campaign, write_re
 from fitting.report.general.text import verdict, warnings
 from fitting.sample.problems import sampling_problem
 from fitting.specimens import residual_of, specimen_of, stack
-from fitting.specimens.latent import SPENT
 from fitting.specimens.saved_models import AugmentedModel, add_effect, fitted, load_model, save_model
 from fitting.specimens.with_saved_model import Augmented
 from fitting.synthesise import synthesise
@@ -239,17 +238,40 @@ def test_the_information_of_a_spring_with_effects_is_that_of_its_residuals():
     np.testing.assert_allclose(fisher.matrix * np.outer(fisher.scale, fisher.scale), slopes.T @ slopes, rtol=1e-6, atol=1e-6)
 
 
-def test_a_steady_fraction_takes_few_degrees_of_freedom_and_a_moving_one_all():
-    """One for every resistance made a reduced chi-square of 2 of what a cold spring left, which was noise."""
+@pytest.fixture(scope="module")
+def cold_and_moving():
+    """Two tests of a spring, and a model with an effect that is absent."""
     cold, _, moving, *_ = synthesise("spring", seed=1, spread="none").recordings
-    absent = typical("series_resistance", ohms=0.0)
-    augmented = Augmented("spring", AugmentedModel(added=(add_effect(absent, "absent"),)))
-    campaign = Campaign("c", [cold, moving], False)
-    rows = augmented.prepared(augmented.parameters_for(campaign).valuesdict(), augmented.rows_for(campaign))
-    steady, free = (float(one.extra[SPENT]) / np.sum(np.asarray(one.weight["resistance"]) > 0.0) for one in rows)
+    absent = add_effect(typical("series_resistance", ohms=0.0), "absent")
+    return Campaign("c", [cold, moving], False), Augmented("spring", AugmentedModel(added=(absent,)))
+
+
+def test_a_steady_fraction_takes_few_degrees_of_freedom_and_a_moving_one_all(cold_and_moving):
+    """One for every resistance made a reduced chi-square of 2 of what a cold spring left, which was noise."""
+    campaign, augmented = cold_and_moving
+    values = augmented.parameters_for(campaign).valuesdict()
+    rows = augmented.prepared(values, augmented.rows_for(campaign))
+    taken = augmented.taken(values, rows)
+    steady, free = taken / [np.sum(np.asarray(one.weight["resistance"]) > 0.0) for one in rows]
     assert 0.0 <= steady < 0.02 and 0.95 < free <= 1.0
-    spent = round(sum(float(one.extra[SPENT]) for one in rows))
-    assert augmented.observations(rows) == sum(one.observations for one in rows) - spent
+    assert augmented.observations(values, rows) == sum(one.observations for one in rows) - round(taken.sum())
+
+
+def test_degrees_of_freedom_are_those_at_the_constants_that_were_found(cold_and_moving):
+    """From a start half a percent off, half of a cold spring's readings were not counted, even where the fit left it."""
+    campaign, augmented = cold_and_moving
+    parameters = augmented.parameters_for(campaign)
+    true = parameters.valuesdict()
+    parameters["rho_mean"].set(value=1.005 * true["rho_mean"])
+    start = parameters.valuesdict()
+    rows = augmented.prepared(start, augmented.rows_for(campaign))
+    (before, _), (after, _) = (augmented.taken(at, rows) for at in (start, true))
+    assert before > 2.0 * after
+    fit = fit_campaign(campaign.recordings, rows, parameters, 1, 0, lambda word: None, augmented)
+    weighed = inflated(fit.rows, fit.inflation)
+    begun, found = (augmented.observations(at, weighed) for at in (start, fit.result.values))
+    priors = sum(p.prior is not None for p in parameters.values())
+    assert fit.result.observations == found + priors != begun + priors
 
 
 def test_a_spring_without_effects_goes_through_its_stages(monkeypatch):

@@ -312,7 +312,7 @@ def _fit(
         parameters,
         data={"rows": stack(used), "constraints": constraint_table(parameters, held)},
         use_priors=True,
-        observations=model.observations(used),
+        observations=lambda values: model.observations(values, used),
         rtol=RTOL,
         max_steps=most,
         starts=None if starts == 1 else starts,
