@@ -123,6 +123,7 @@ def with_effects(
         "max_strain": jax.lax.cummax(gamma),
         "force": found.known.force,
         "taken": found.taken,
+        "taken_from_errors": found.taken_from_errors,
         **{f"slope_{name}": by_own for name, by_own in zip(OUTPUTS, found.local.slope, strict=True)},
         **{f"memory_{name}": more for name, more in zip(OUTPUTS, found.local.remembered, strict=True)},
     }

@@ -143,6 +143,7 @@ class Found(eqx.Module):
         predicted: predicted channels, shape (channels, rows).
         known: auxiliary results of `Outputs` at the solution.
         taken: leverage of a measured value on the trajectory in every row, 0 to 1.
+        taken_from_errors: degrees of freedom for error that it takes from the readings of every row, 0 to 1.
         local: linearisation of the channels about the trajectory.
     """
 
@@ -150,6 +151,7 @@ class Found(eqx.Module):
     predicted: Float[Array, "channels rows"]
     known: PyTree
     taken: Float[Array, " rows"]
+    taken_from_errors: Float[Array, " rows"]
     local: Local
 
 
@@ -194,7 +196,31 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     information, diagonal, upper = system.bands(local)
     inside = (solution > 0.0) & (solution < 1.0)
     leverage = jnp.where(inside, jnp.clip(information * variances(diagonal, upper), 0.0, 1.0), 0.0)
-    return Found(course, predicted, known, leverage, local)
+    from_errors = jnp.where(inside, _taken_from_errors(information, diagonal, upper), 0.0)
+    return Found(course, predicted, known, leverage, from_errors, local)
+
+
+def _taken_from_errors(information: Array, diagonal: Array, upper: Array) -> Float[Array, " rows"]:
+    """Degrees of freedom for error that a trajectory takes from every row: the diagonal of `2 S - S S'`.
+
+    S is the smoother, symmetric in units of the noise. What it leaves of noise has the mean square
+    `trace((I - S)^2)` (T. Hastie and R. Tibshirani, Generalized Additive Models, 1990, section 3.5). The
+    trace of S holds for a fraction that walks as far as its prior says. The prior's variance is a multiple of
+    the one that readings imply, so a fraction walks less.
+
+    `S - S S'` is the derivative of S by the logarithm of the readings' information.
+
+    Args:
+        information: of the readings of every row, shape (rows,).
+        diagonal, upper: bands of the normal equations.
+    """
+
+    def leverage(factor: Array) -> Array:
+        variance = variances(diagonal + (factor - 1.0) * information, upper)
+        return jnp.clip(factor * information * variance, 0.0, 1.0)
+
+    own, rise = jax.jvp(leverage, (jnp.ones(()),), (jnp.ones(()),))
+    return own + rise
 
 
 def _linearised(outputs: Outputs, course: Array) -> Local:

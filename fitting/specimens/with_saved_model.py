@@ -359,7 +359,7 @@ class Augmented(Model):
         return np.array([np.sum(one[: len(rows.mask)]) for rows, one in pairs])
 
     def _by_row(self, values: Mapping[str, Array], stacked: Rows) -> Float[Array, "recordings rows"]:
-        return of_each(self, lambda rows: self.answer(values, rows)[1]["taken"], stacked)
+        return of_each(self, lambda rows: self.answer(values, rows)[1]["taken_from_errors"], stacked)
 
 
 def _with_process_noise(rows: Rows, variance: np.ndarray) -> Rows:
