@@ -53,4 +53,5 @@ def _(fit: GeneralCharacterisation, model: Calibration | None = None) -> Problem
     if model is not None:
         raise InputError(f"{model.name}: priors of this kind come from the campaign, not from a table")
     rows = inflated(fit.fit.rows, fit.fit.inflation)
-    return model_problem(fit.title, fit.fit.recordings, rows, fit.fitted, model=fit.fit.model)
+    notes = [] if fit.model is None else fit.model.notes(fit.campaign)
+    return model_problem(fit.title, fit.fit.recordings, rows, fit.fitted, notes, model=fit.fit.model)

@@ -18,12 +18,13 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.data.recordings import Campaign, Recording
+from fitting.inference.notes import capital, joined
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.specimens.saved_models.model import parameter_of
 from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.effects import find_effect, specs_of
-from pneusma_jax.errors import InputError
+from pneusma_jax.errors import InputError, counted
 from pneusma_jax.model_discrepancy import CHANNELS
 from pneusma_jax.numerics.safe import as_arrays
 from pneusma_jax.pipeline import Effect
@@ -67,10 +68,13 @@ class Augmented(Model):
     Attributes:
         kind: kind of the recordings.
         model: loaded model.
+        title: title of the campaign that is fitted. Numbers of the model whose source names it come from the
+            same recordings. Empty where nothing is fitted.
     """
 
     kind: str
     model: AugmentedModel
+    title: str = ""
 
     @property
     def acting(self) -> tuple[AddedEffect, ...]:
@@ -87,6 +91,11 @@ class Augmented(Model):
     def idle(self) -> tuple[AddedDiscrepancy, ...]:
         """Model discrepancies that do nothing in recordings of this kind."""
         return tuple(one for one in self.model.remainders if not one.acts_in(self.specimen))
+
+    @property
+    def reused(self) -> tuple[AddedDiscrepancy, ...]:
+        """Acting model discrepancies that come from the recordings that are fitted."""
+        return tuple(one for one in self.discrepancies if any(map(self.is_from_here, one.corrections)))
 
     @property
     def more_than_base(self) -> bool:
@@ -173,12 +182,12 @@ class Augmented(Model):
         for name, entry in base.items():
             quantity = self._quantity(campaign, name)
             if quantity is not None:
-                _start_from(entry, quantity, campaign.title)
+                _start_from(entry, quantity, self.is_from_here(quantity))
         if self._factor_is_of_the_law(campaign, base):
             base[FACTOR].set(vary=False)
         for added, names in zip(self.acting, self.names, strict=True):
             for key, name in names.items():
-                base.add(_effect_parameter(added, key, name, campaign.title))
+                base.add(_effect_parameter(added, key, name, self.is_from_here(added.parameters[key])))
         return base
 
     def _factor_is_of_the_law(self, campaign: Campaign, base: Parameters) -> bool:
@@ -191,9 +200,14 @@ class Augmented(Model):
             return False
         known = {name: self._quantity(campaign, name) for name in base}
         pressures = {name for name in known if QUANTITIES["silicone"].get(name) == "pressure"}
-        own = {name for name, q in known.items() if q is not None and _is_from(campaign.title, q.source)}
+        own = {name for name, q in known.items() if q is not None and self.is_from_here(q)}
         stated = set() if known[FACTOR] is None else {FACTOR}
         return bool(pressures) and pressures | stated <= own
+
+    def is_from_here(self, quantity: Quantity) -> bool:
+        """True if a number's source names the campaign that is fitted: `S1` is not named by `S10`."""
+        named = rf"(?<![\w-]){re.escape(self.title)}(?![\w-])"
+        return bool(self.title) and re.search(named, quantity.source) is not None
 
     def _quantity(self, campaign: Campaign, name: str) -> Quantity | None:
         stem, mark, number = name.partition(MARK)
@@ -252,7 +266,28 @@ class Augmented(Model):
         quantities = {n: q for s in (None, *campaign.specimens()) for n, q in self._known(s).items()}
         for added, names in zip(self.acting, self.names, strict=True):
             quantities |= {names[k]: q for k, q in added.parameters.items() if k in names}
-        return [n for n, q in quantities.items() if q.prior is not None and campaign.title in q.source]
+        return [n for n, q in quantities.items() if q.prior is not None and self.is_from_here(q)]
+
+    def notes(self, campaign: Campaign) -> list[str]:
+        """Sentences on model discrepancies, which no fit changes, and on priors that do not count again."""
+        sentences = []
+        for rest in self.discrepancies:
+            sentences.append(
+                f"{capital(rest.words)}, is added as the file states it, and was not fitted here. "
+                f"It was seen for {rest.span_words} only. "
+                "Errors of its corrections are in no other error."
+            )
+            if rest in self.reused:
+                knots = counted(len(rest.knots), "knot")
+                sentences[-1] += f" It comes from these recordings: its {knots} count as fitted numbers."
+        for rest in self.idle:
+            sentences.append(f"{capital(rest.words)}, does not act in recordings of kind {self.kind}.")
+        spent = self.spent(campaign)
+        if spent:
+            sentences.append(
+                f"The file's priors of {joined(spent)} come from these recordings and are not counted again."
+            )
+        return sentences
 
     def absent(self, parameters: Parameters) -> dict[str, str]:
         """Amplitudes of effects that a fit leaves at zero, by name, with a sentence each."""
@@ -309,8 +344,11 @@ class Augmented(Model):
         return self.specimen.misfit(self.predict(values, rows), rows)
 
     def observations(self, values: Mapping[str, float], recordings: Sequence[Rows]) -> int:
-        """Number of measured values that count, less those that the trajectories of springs use up."""
-        count = super().observations(values, recordings)
+        """Number of measured values that count, less those that hidden states and model discrepancies use up.
+
+        A discrepancy that comes from these recordings uses one for each knot.
+        """
+        count = super().observations(values, recordings) - sum(len(one.knots) for one in self.reused)
         if self.searches:
             count -= round(float(np.sum(self.taken(values, recordings))))
         return max(count, 1)
@@ -367,15 +405,16 @@ def _with_process_noise(rows: Rows, variance: np.ndarray) -> Rows:
     return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "process_noise": np.asarray(variance)})
 
 
-def _is_from(title: str, source: str) -> bool:
-    """True if a source names a campaign: `S1` is not named by `S10`."""
-    return re.search(rf"(?<![\w-]){re.escape(title)}(?![\w-])", source) is not None
+def _start_from(entry: Parameter, quantity: Quantity, here: bool) -> None:
+    """A base constant at the model's value, with the prior that is known beside these recordings.
 
-
-def _start_from(entry: Parameter, quantity: Quantity, title: str) -> None:
-    """A base constant at the model's value, with the prior that is known beside these recordings."""
+    Args:
+        entry: the constant; it is changed.
+        quantity: the model's number.
+        here: true if that comes from these recordings, so that its prior is none beside them.
+    """
     value, prior = float(quantity.value), entry.prior
-    if quantity.prior is not None and _is_from(title, quantity.source):  # a start, no prior
+    if quantity.prior is not None and here:
         entry.set(value=float(np.clip(value, entry.min, entry.max)))
         return
     sd = prior.sd if quantity.prior is None else quantity.prior.sd
@@ -385,13 +424,13 @@ def _start_from(entry: Parameter, quantity: Quantity, title: str) -> None:
     entry.set(value=value, prior=Prior(value, sd, low, high), min=low, max=high)
 
 
-def _effect_parameter(added: AddedEffect, key: str, name: str, title: str) -> Parameter:
+def _effect_parameter(added: AddedEffect, key: str, name: str, here: bool) -> Parameter:
     effect = find_effect(added.slug)
     spec, quantity = effect.specs[parameter_of(effect, key)], added.parameters[key]
     own = quantity.prior
     logarithmic = spec.shape and spec.low > 0.0 and spec.high > WIDE * spec.low
     prior = None
-    if own is not None and title not in quantity.source:
+    if own is not None and not here:
         prior = Prior(float(quantity.value), own.sd, spec.low, spec.high)
     elif spec.shape and not logarithmic:  # undetermined for a small effect
         prior = Prior(spec.typical, SHAPE_SD * (spec.high - spec.low), spec.low, spec.high)

@@ -18,12 +18,20 @@ from fitting.calibrate.open_constants import open_constants
 from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.recordings import Campaign, Recording, read_campaign, write_recording
-from fitting.report.general.text import verdict, warnings
+from fitting.report.general.text import about_the_model, verdict, warnings
 from fitting.sample.problems import sampling_problem
 from fitting.specimens import residual_of, specimen_of, stack
-from fitting.specimens.saved_models import AugmentedModel, add_effect, fitted, load_model, save_model
+from fitting.specimens.saved_models import (
+    AddedDiscrepancy,
+    AugmentedModel,
+    add_effect,
+    fitted,
+    load_model,
+    save_model,
+)
 from fitting.specimens.with_saved_model import Augmented
 from fitting.synthesise import synthesise
+from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.errors import InputError
 from pneusma_jax.silicone import load_silicone
@@ -117,15 +125,35 @@ def test_the_model_found_is_written_and_fits_the_next_campaign(fit, tmp_path):
     assert report["model"]["effects"][0]["name"] == "mullins_softening"
     assert {"value", "sd", "unit", "at_bound"} <= set(report["parameters"]["mullins_softening_depth"])
     # its priors come from these recordings, so they do not count again for them, but for others
-    same = Augmented("elastomer", again)
+    same = Augmented("elastomer", again, fit.title)
     assert "mullins_softening_depth" in same.spent(fit.campaign)
     assert same.parameters_for(fit.campaign)["mullins_softening_depth"].prior is None
-    other = dataclasses.replace(fit.campaign, title="another stand")
-    prior = same.parameters_for(other)["mullins_softening_depth"].prior
-    assert prior.sd == pytest.approx(depth.prior.sd) and prior.max == 0.7
-    assert same.parameters_for(other)["silicone_stiffness"].prior.mean == pytest.approx(
-        fit.parameters["silicone_stiffness"].value
-    )
+    for title in ("another stand", fit.title[:-1]):  # which the longer name does not name
+        other = Augmented("elastomer", again, title)
+        prior = other.parameters_for(fit.campaign)["mullins_softening_depth"].prior
+        assert prior.sd == pytest.approx(depth.prior.sd) and prior.max == 0.7
+        assert other.spent(fit.campaign) == []
+        assert other.parameters_for(fit.campaign)["silicone_stiffness"].prior.mean == pytest.approx(
+            fit.parameters["silicone_stiffness"].value
+        )
+
+
+@pytest.mark.parametrize(("source", "knots"), [("diagnosis of {title}, seed 1", 3), ("diagnosis of {title}2", 0)])
+def test_a_discrepancy_of_the_same_recordings_counts_as_fitted_and_that_is_said(fit, source, knots):
+    """It was made of their misfit, and used again without a word."""
+    numbers = [Quantity(f"x_{k}", float(k), "1", "fitted", source.format(title=fit.title)) for k in range(1, 4)]
+    ripple = AddedDiscrepancy("elastomer", "stress", "strain", tuple(numbers), tuple(numbers))
+    foreign = AddedDiscrepancy("tube", "length", "pressure", tuple(numbers), tuple(numbers))
+    model = dataclasses.replace(softening(), added=(*softening().added, ripple, foreign))
+    augmented = Augmented("elastomer", model, fit.title)
+    count = sum(rows.observations for rows in fit.fit.rows)
+    assert augmented.observations(fit.fit.result.values, fit.fit.rows) == count - knots
+    notes = about_the_model(dataclasses.replace(fit, model=augmented))
+    (said,) = [note for note in notes if note.startswith("The model discrepancy of stress")]
+    assert ("comes from these recordings: its 3 knots count" in said) is (knots > 0)
+    assert any("discrepancy of length" in note and "does not act in recordings of kind elastomer" in note for note in notes)
+    posterior = sampling_problem(dataclasses.replace(fit, model=augmented))
+    assert said in posterior.notes  # whose draws hold this discrepancy, too
 
 
 def test_a_held_parameter_and_a_foreign_effect_are_said(pulls):
@@ -317,7 +345,7 @@ def test_a_factor_that_multiplies_fitted_constants_is_held_and_that_is_said(pull
         for name, value in (("c_10", 2.0e4), ("c_20", 2.0e3), ("c_30", 1.0e2), ("silicone_stiffness", 1.3))
     }
     model = AugmentedModel(base={"silicone": numbers}, tables={"material": str(table)}, name="a model")
-    augmented = Augmented("elastomer", model)
+    augmented = Augmented("elastomer", model, campaign.title)
     parameters = augmented.parameters_for(campaign)
     free = {name.partition("__")[0] for name in parameters.layout().free}
     assert ("silicone_stiffness" not in free) == held
@@ -328,5 +356,5 @@ def test_a_factor_that_multiplies_fitted_constants_is_held_and_that_is_said(pull
         assert parameters["silicone_stiffness"].value == pytest.approx(1.3)
     del numbers["silicone_stiffness"]  # as a diagnosis of one coupon leaves it
     without = AugmentedModel(base={"silicone": numbers}, tables={"material": str(table)}, name="a model")
-    layout = Augmented("elastomer", without).parameters_for(campaign).layout()
+    layout = Augmented("elastomer", without, campaign.title).parameters_for(campaign).layout()
     assert ("silicone_stiffness" not in {name.partition("__")[0] for name in layout.free}) == held

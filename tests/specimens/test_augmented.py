@@ -6,7 +6,7 @@ import pytest
 import pneusma_jax as pj
 from fitting.specimens.saved_models import AugmentedModel, add_effect, fitted, load_model, save_model
 from fitting.specimens.saved_models.files import render_model
-from fitting.specimens.with_saved_model import _is_from
+from fitting.specimens.with_saved_model import Augmented
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.pipeline import Known
 
@@ -144,7 +144,9 @@ def test_effects_act_as_they_were_written(model: AugmentedModel, tmp_path) -> No
 
 @pytest.mark.parametrize(("title", "source", "is_from"), [
     ("S1", "Fitted to S1", True), ("S1", "Fitted to S10", False), ("1", "Fitted on 2026-11-28", False), ("a.b", "Fitted to aXb", False),
+    ("", "Fitted to S1", False),
 ])  # fmt: skip
 def test_a_number_is_of_the_campaign_that_its_source_names(title, source, is_from):
     """Not of one whose name is a part of that."""
-    assert _is_from(title, source) is is_from
+    number = fitted("silicone", "silicone_stiffness", 1.1, source)
+    assert Augmented("elastomer", AugmentedModel(), title).is_from_here(number) is is_from

@@ -48,7 +48,7 @@ def characterise_with(
     """
     kind = kind_of(campaign)
     check_kind(model, kind)
-    augmented, specimen = Augmented(kind, model), specimen_of(kind)
+    augmented, specimen = Augmented(kind, model, campaign.title), specimen_of(kind)
     given = {"base": base, "material": material}
     if specimen is SPRING and not augmented.more_than_base:
         return _staged(augmented, campaign, base, adjust, starts, profile, seed, progress)

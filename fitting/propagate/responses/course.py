@@ -172,7 +172,7 @@ def recording_response(
         InputError: if the recording cannot be predicted.
     """
     recording, kind = campaign.recordings[0], campaign.kinds[0]
-    own = specimen_of(kind) if model is BASE else Augmented(kind, model)
+    own = specimen_of(kind) if model is BASE else Augmented(kind, model, campaign.title)
     parameters = own.parameters_for(campaign)
     start = {name: entry.value for name, entry in parameters.items()}
     rows = own.prepared(start, own.rows_for(campaign))[0]

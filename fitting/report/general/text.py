@@ -9,7 +9,7 @@ from fitting.calibrate.general.fit import MISFIT, OVERSTATED
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
 from fitting.inference.lasting_noise import Lasting
-from fitting.inference.notes import capital, joined
+from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 from fitting.specimens import BY_TEMPERATURE, WIRE
 from fitting.specimens.spring_by_temperature import ELECTRICAL
@@ -144,19 +144,7 @@ def about_the_model(result: GeneralCharacterisation) -> list[str]:
     for added in result.model.acting:
         effect = find_effect(added.slug)
         sentences.append(f"{added.slug}: {effect.sentence}")
-    for rest in result.model.discrepancies:
-        sentences.append(
-            f"{capital(rest.words)}, is added as the file states it, and was not fitted here. "
-            f"It was seen for {rest.span_words} only."
-        )
-    for rest in result.model.idle:
-        sentences.append(f"{capital(rest.words)}, does not act in recordings of kind {result.kind}.")
-    spent = result.model.spent(result.campaign)
-    if spent:
-        sentences.append(
-            f"The file's priors of {', '.join(spent)} come from these recordings and are not counted again."
-        )
-    return sentences
+    return [*sentences, *result.model.notes(result.campaign)]
 
 
 def _missed(result: GeneralCharacterisation) -> str:
