@@ -110,12 +110,20 @@ FEW_OF_SPRINGS = ("series_resistance", "coil_contact", "channel_lag")
 QUICK = [key for key in registry.NAMED if key[0] in ("elastomer", "tube") or key[0] == "spring" and key[1] in FEW_OF_SPRINGS]
 
 
+def base_at_the_true_fraction(bench, both, columns):
+    """Of a heated spring by its true course, as in the refit that decides strength: several fractions may have the
+    resistance that was recorded."""
+    if not bench.hidden:
+        return stand.base(bench, both, columns)
+    return stand.forward(bench, both, columns, np.repeat(bench.stack(bench.hidden[1])[None], 2, axis=0))[0]
+
+
 @pytest.mark.parametrize(("kind", "slug"), QUICK)
 def test_an_effect_is_absent_at_zero_and_shows_otherwise(kind, slug):
     specimen = Specimen(kind, (slug,), 4)
     columns = specimen.columns([[0.0], [0.2]])
     both = {name: np.full(2, value) for name, value in specimen.numbers.items()}
-    predicted = stand.base(specimen.bench, both, columns)
+    predicted = base_at_the_true_fraction(specimen.bench, both, columns)
     away = {c: np.abs(columns[c] - predicted[c]) / specimen.bench.noise[c] for c in specimen.bench.scored}
     floor = 0.2 if (kind, slug) == ("wire", "transformation_hysteresis") else 0.01  # a finite number of relays
     assert all(np.max(value[0]) < floor for value in away.values())
