@@ -6,6 +6,7 @@ score zero. It is kept as `rpd_signed` for comparison with published numbers. `r
 are differentiable where the differences are not zero.
 """
 
+from collections.abc import Iterable
 from types import ModuleType
 
 import jax.numpy as jnp
@@ -66,6 +67,18 @@ def metrics(data: Float[Array, "..."], model: Float[Array, "..."]) -> dict[str, 
         "rpd": relative_percent_difference(data, model),
         "rpd_signed": relative_percent_difference_signed(data, model),
     }
+
+
+def metrics_over_all(
+    pairs: Iterable[tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]],
+) -> dict[str, float]:
+    """`metrics` over the values of several recordings together.
+
+    Args:
+        pairs: measured values and predictions of each recording; at least one.
+    """
+    data, model = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
+    return {name: float(value) for name, value in metrics(data, model).items()}
 
 
 def _over_magnitude(xp: ModuleType, total: Array, data: Array, model: Array) -> Array:

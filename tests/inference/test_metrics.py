@@ -7,6 +7,7 @@ import pytest
 from fitting.inference.metrics import (
     mean_absolute_error,
     metrics,
+    metrics_over_all,
     relative_percent_difference,
     relative_percent_difference_signed,
     root_mean_square_error,
@@ -57,3 +58,9 @@ def test_pure_and_differentiable():
 def test_shapes_must_agree(model):
     with pytest.raises(ValueError, match="must have one shape"):
         mean_absolute_error(DATA if model.size else model, model)
+
+
+def test_several_recordings_are_pooled_value_by_value():
+    pooled = metrics_over_all([(DATA[:1], MODEL[:1]), (DATA[1:], MODEL[1:])])
+    assert pooled == {name: float(value) for name, value in metrics(DATA, MODEL).items()}
+    assert pooled["mae"] == pytest.approx(3.5 / 4, rel=1e-15)

@@ -1,4 +1,4 @@
-"""Errors of predictions, recording by recording and overall."""
+"""Measured outputs beside their predictions, and errors of the predictions, by recording and overall."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.data.recordings import schema
-from fitting.inference.metrics import metrics
+from fitting.inference.metrics import metrics_over_all
+from fitting.specimens import Rows
 from pneusma_jax.units import from_si
 
 from .fit import GeneralFit
@@ -14,7 +15,9 @@ from .fit import GeneralFit
 
 @dataclass(frozen=True)
 class Score:
-    """One output of one recording beside its prediction, rows that count.
+    """One output of one recording beside its prediction.
+
+    Only rows count whose measured value has a weight and whose prediction is finite.
 
     Attributes:
         name: name of the recording; role: `fit` or `validation`; column: column of the output.
@@ -34,52 +37,52 @@ class Score:
 
     @property
     def metrics(self) -> dict[str, float]:
-        """MAE and RMSE in the unit of the column, RPD and its signed form as fractions."""
-        return measures(self.measured, self.predicted)
-
-
-def measures(measured: np.ndarray, predicted: np.ndarray) -> dict[str, float]:
-    """The source's measures: `mae`, `rmse`, `rpd`, `rpd_signed`."""
-    return {name: float(value) for name, value in metrics(measured, predicted).items()}
+        """Four metrics by name, see `fitting.inference.metrics`; MAE and RMSE in the unit of the column."""
+        return metrics_over_all([(self.measured, self.predicted)])
 
 
 def scores(fit: GeneralFit) -> list[Score]:
     """Every measured output of every recording, held-out ones too."""
-    found, kind = [], fit.kind
+    found = []
     for recording, rows, predicted in zip(fit.recordings, fit.rows, fit.predict(), strict=True):
-        over = fit.model.specimen.plotted_over(rows)
-        x_column = "time_s" if over == "time" else schema.column_of(kind, over)
-        x = np.asarray(rows.time if over == "time" else rows.inputs[over])
-        for name, weight in rows.weight.items():
-            held = (np.asarray(weight) > 0.0) & np.isfinite(predicted[name])
-            if not held.any():
+        x_column, x = _abscissa(fit, rows)
+        for output, weight in rows.weight.items():
+            counts = (np.asarray(weight) > 0.0) & np.isfinite(predicted[output])
+            if not counts.any():
                 continue
-            column = schema.column_of(kind, name)
-            unit = schema.quantity_and_unit(column)[1]
-            misfit = (weight * (predicted[name] - rows.measured[name]))[held]
+            column = schema.column_of(fit.kind, output)
+            misfit = (weight * (predicted[output] - rows.measured[output]))[counts]
             found.append(
                 Score(
                     name=recording.name,
                     role=recording.role,
                     column=column,
                     x_column=x_column,
-                    x=np.asarray(from_si(x[held], schema.quantity_and_unit(x_column)[1])),
-                    measured=np.asarray(from_si(np.asarray(rows.measured[name])[held], unit)),
-                    predicted=np.asarray(from_si(predicted[name][held], unit)),
+                    x=_in_file_units(x[counts], x_column),
+                    measured=_in_file_units(np.asarray(rows.measured[output])[counts], column),
+                    predicted=_in_file_units(predicted[output][counts], column),
                     rms_over_noise=float(np.sqrt(np.mean(misfit**2))),
                 )
             )
     return found
 
 
-def overall(found: Sequence[Score], role: str) -> dict[str, dict[str, float]]:
-    """Measures over all recordings of a role together, by column."""
-    columns = dict.fromkeys(score.column for score in found if score.role == role)
-    result = {}
-    for column in columns:
-        mine = [score for score in found if score.role == role and score.column == column]
-        result[column] = measures(
-            np.concatenate([score.measured for score in mine]),
-            np.concatenate([score.predicted for score in mine]),
-        )
-    return result
+def _abscissa(fit: GeneralFit, rows: Rows) -> tuple[str, np.ndarray]:
+    """Column that a recording is drawn over, and its values [SI]."""
+    name = fit.model.specimen.plotted_over(rows)
+    if name == "time":
+        return "time_s", np.asarray(rows.time)
+    return schema.column_of(fit.kind, name), np.asarray(rows.inputs[name])
+
+
+def _in_file_units(values: np.ndarray, column: str) -> np.ndarray:
+    return np.asarray(from_si(values, schema.quantity_and_unit(column)[1]))
+
+
+def overall(every: Sequence[Score], role: str) -> dict[str, dict[str, float]]:
+    """`Score.metrics` over all recordings of a role together, by column."""
+    pairs: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
+    for score in every:
+        if score.role == role:
+            pairs.setdefault(score.column, []).append((score.measured, score.predicted))
+    return {column: metrics_over_all(same) for column, same in pairs.items()}

@@ -1,12 +1,12 @@
-"""Errors of the shear stress as predicted from resistance, test by test and overall."""
+"""Shear stress as predicted from resistance beside the measured one, and its errors: by test and overall."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import jax
 import numpy as np
 
-from fitting.inference.metrics import metrics
+from fitting.inference.metrics import metrics_over_all
 from fitting.specimens.correlated_noise import uncorrelated
 from fitting.specimens.process_noise import FACTOR, from_resistances
 from fitting.specimens.rows import numbers
@@ -17,16 +17,20 @@ from .problem import Problem, values_of
 
 UNINFORMED = 0.05
 """1-sigma of a martensite fraction read from resistance alone, from which a row counts as hardly informed."""
+NAMES_IN_MPA = {"mae": "mae_MPa", "rmse": "rmse_MPa"}
+"""Names of the metrics of a stress that have a unit."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """A test as it is predicted from elongation and resistance alone, by rows that count.
+    """A test as it is predicted from elongation and resistance alone.
+
+    Only rows count whose force was measured and has a weight.
 
     Attributes:
         name: name of the recording.
         role: `fit` or `validation`.
-        time: time of the rows with a force [s], shape (rows,).
+        time: time of these rows [s], shape (rows,).
         gamma: shear strain [1], shape (rows,).
         stress, predicted: measured and predicted shear stress [Pa], shape (rows,).
         xi0, xi0_sd: martensite fraction read from resistance, and its standard deviation [1], shape (rows,).
@@ -50,56 +54,52 @@ class Score:
 
     @property
     def metrics(self) -> dict[str, float]:
-        """MAE and RMSE in MPa, RPD and its signed form as fractions."""
-        return stress_metrics(self.stress, self.predicted)
-
-
-def stress_metrics(stress: np.ndarray, predicted: np.ndarray) -> dict[str, float]:
-    """The source's measures of shear stress [Pa]: `mae_MPa`, `rmse_MPa`, `rpd`, `rpd_signed`."""
-    found = metrics(stress / 1e6, predicted / 1e6)
-    named = {"mae": "mae_MPa", "rmse": "rmse_MPa", "rpd": "rpd", "rpd_signed": "rpd_signed"}
-    return {new: float(found[old]) for old, new in named.items()}
+        """Four metrics by name, see `fitting.inference.metrics`; MAE and RMSE in MPa."""
+        return _stress_metrics([(self.stress, self.predicted)])
 
 
 def scores(problem: Problem, values: Mapping[str, float]) -> list[Score]:
     """Every test, those for validation too, predicted from elongation and resistance."""
-    point, plain = values_of(problem.parameters, values), uncorrelated(undecided(problem.stacked))
-    implied = plain.extra["process_noise"] / FACTOR  # it suits predictions
-    found, sd, _ = jax.device_get(from_resistances(point, plain, implied))
+    point = values_of(problem.parameters, values)
+    plain = uncorrelated(undecided(problem.stacked))  # stack without decisions and without zeros that drift
+    walk = plain.extra["process_noise"] / FACTOR  # a fit alone widens the variance, see FACTOR
+    predicted, sd, _ = jax.device_get(from_resistances(point, plain, walk))
     result = []
     for k, test in enumerate(problem.tests):
-        area = float(spring_of(numbers(point, problem.rows[k])).geometry.force(1.0))
+        force_per_stress = float(spring_of(numbers(point, problem.rows[k])).geometry.force(1.0))  # m^2
         weight = {name: np.asarray(w[k]) for name, w in problem.stacked.weight.items()}
         compared = np.asarray(problem.stacked.mask[k]) & (weight["force"] > 0.0)
         measured = {name: np.asarray(m[k]) for name, m in problem.stacked.measured.items()}
-        misfit = {name: weight[name] * (getattr(found, name)[k] - measured[name]) for name in weight}
-        known = weight["resistance"] > 0.0
+        misfit = {name: weight[name] * (getattr(predicted, name)[k] - measured[name]) for name in weight}
+        with_resistance = weight["resistance"] > 0.0
         result.append(
             Score(
                 name=test.name,
                 role=test.recording.role,
                 time=np.asarray(problem.stacked.time[k])[compared],
-                gamma=found.gamma[k][compared],
-                stress=measured["force"][compared] / area,
-                predicted=found.stress[k][compared],
-                xi0=found.xi0[k][compared],
+                gamma=predicted.gamma[k][compared],
+                stress=measured["force"][compared] / force_per_stress,
+                predicted=predicted.stress[k][compared],
+                xi0=predicted.xi0[k][compared],
                 xi0_sd=sd[k][compared],
                 uninformed=float(np.mean(sd[k][compared] > UNINFORMED)) if compared.any() else 0.0,
-                resistance_rms=_rms(misfit["resistance"][known]),
+                resistance_rms=_rms(misfit["resistance"][with_resistance]),
                 force_rms=_rms(misfit["force"][compared]),
             )
         )
     return result
 
 
-def overall(found: list[Score], role: str) -> dict[str, float] | None:
-    """Measures over all tests of a role together; None where there are none."""
-    mine = [score for score in found if score.role == role and score.stress.size]
-    if not mine:
-        return None
-    return stress_metrics(
-        np.concatenate([score.stress for score in mine]), np.concatenate([score.predicted for score in mine])
-    )
+def overall(every: Sequence[Score], role: str) -> dict[str, float] | None:
+    """`Score.metrics` over all tests of a role together; None where there are none."""
+    pairs = [(score.stress, score.predicted) for score in every if score.role == role and score.stress.size]
+    return _stress_metrics(pairs) if pairs else None
+
+
+def _stress_metrics(pairs: Sequence[tuple[np.ndarray, np.ndarray]]) -> dict[str, float]:
+    """Metrics over pairs of measured and predicted shear stress [Pa]."""
+    found = metrics_over_all((measured / 1e6, predicted / 1e6) for measured, predicted in pairs)
+    return {NAMES_IN_MPA.get(name, name): value for name, value in found.items()}
 
 
 def _rms(values: np.ndarray) -> float:

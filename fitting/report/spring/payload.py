@@ -31,8 +31,8 @@ def content(result: SpringCharacterisation) -> dict[str, Any]:
 def _more(result: SpringCharacterisation) -> dict[str, Any]:
     joint = result.joint
     return {
-        "metrics": overall(list(result.scores), "fit"),
-        "metrics_held_out": overall(list(result.scores), "validation"),
+        "metrics": overall(result.scores, "fit"),
+        "metrics_held_out": overall(result.scores, "validation"),
         "metrics_by_recording": {s.name: _score_json(s) for s in result.scores if s.stress.size},
         "combinations": characterisation.combinations_json(result.combinations),
         "identifiability": result.identifiability,

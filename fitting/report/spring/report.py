@@ -80,7 +80,7 @@ def _row(name: str, role: str, measures: dict[str, float], blind: float | None) 
 def _scores(result: SpringCharacterisation) -> Table:
     rows = [_row(s.name, s.role, s.metrics, s.uninformed) for s in result.scores if s.stress.size]
     for role, name in (("fit", "all fitted"), ("validation", "all held out")):
-        together = overall(list(result.scores), role)
+        together = overall(result.scores, role)
         if together is not None:
             rows.append(_row(name, role, together, None))
     header = ["test", "role", "MAE MPa", "RMSE MPa", "RPD %", "signed %", "blind %"]

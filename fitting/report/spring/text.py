@@ -29,7 +29,7 @@ def verdict(result: SpringCharacterisation) -> list[str]:
     """The few most important sentences."""
     fitted = [test for test in result.tests if test.fitted]
     method = "identified from" if result.identify else "adjusted within its tolerances to"
-    chosen = overall(list(result.scores), "fit")
+    chosen = overall(result.scores, "fit")
     tests = counted(len(fitted), "test")
     sentences = [f"The alloy was {method} {tests}.{_errors(chosen)}{_held_out(result)}"]
     if result.modes:
@@ -74,7 +74,7 @@ def _errors(measures: dict[str, float] | None) -> str:
 
 
 def _held_out(result: SpringCharacterisation) -> str:
-    errors = overall(list(result.scores), "validation")
+    errors = overall(result.scores, "validation")
     if errors is None:
         return " No test was held out."
     return f" Held-out tests are missed by {errors['mae_MPa']:.2g} MPa ({100.0 * errors['rpd']:.2g} %)."
