@@ -33,7 +33,7 @@ class Chains(ABC):
         """Continue the chains of the file.
 
         Raises:
-            InputError: if the file is none, or of other data, another model or other settings.
+            InputError: if there is no file, or it is of other data, another model or other settings.
         """
 
     @abstractmethod

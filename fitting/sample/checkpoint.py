@@ -13,12 +13,15 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 
 from fitting.data import hdf5, sealed
 from pneusma_jax.errors import InputError
 from pneusma_jax.files import write_durably
 
 SCHEMA = "pneusma-chain/1"
+SAME_MODEL = 1e-6
+"""Maximum difference of a stored from a recomputed log-density of the same model: of its size, and [1]."""
 SAMPLER = "sampler"
 """Setting that names the sampler; files without it were written by emcee."""
 
@@ -104,12 +107,22 @@ def settings_of(path: Path) -> dict[str, Any]:
     return header_of(path).settings
 
 
-def other_model(path: Path) -> str:
-    """Sentence about a chain whose stored probabilities differ from the present model's."""
-    return (
-        f"{path}: this chain was sampled with another model: the same parameters now have other "
-        "probabilities; start over in another folder, or replace it with --force"
-    )
+def same_model(path: Path, stored: np.ndarray | float, again: np.ndarray | float) -> None:
+    """Refuse to continue a chain whose stored log-densities differ from those that the model now gives.
+
+    Args:
+        path: path of the chain file.
+        stored: log-densities in the file.
+        again: log-densities of the same points, of the same shape.
+
+    Raises:
+        InputError: if any of them differs.
+    """
+    if not np.allclose(stored, again, rtol=SAME_MODEL, atol=SAME_MODEL):
+        raise InputError(
+            f"{path}: this chain was sampled with another model: the same parameters now have other "
+            "probabilities; start over in another folder, or replace it with --force"
+        )
 
 
 def same_settings(path: Path, stored: dict[str, Any], wanted: dict[str, Any]) -> None:

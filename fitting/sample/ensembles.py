@@ -1,19 +1,17 @@
-"""Independent emcee ensembles that advance together, chunk by chunk, and can be stored in between."""
+"""Independent emcee ensembles that advance together, some steps at a time, and are stored after each time."""
 
 from pathlib import Path
 from typing import Any
 
 import emcee
-import h5py
 import numpy as np
 from jaxtyping import Float
-
-from pneusma_jax.errors import InputError
 
 from . import checkpoint
 from .bend import BentChart
 from .chains import Chains
 from .chart import Chart, choose_chart
+from .ensembles_file import Contents, contents_of, fill
 from .independent import Proposals, proposals_about
 from .laplace import Laplace, start_spread
 from .settings import Settings, moves
@@ -22,15 +20,6 @@ from .target import Evaluator, Target
 from .tempered import PARTICLES, temper
 from .unbounded import WhitenedMaps
 
-SAME_MODEL = 1e-6  # Maximum relative difference of log-probabilities for a stored chain of the same model
-
-
-BENT = "bent"
-"""Group of a chain file with the map of its walkers' whitened coordinates, where a valley is bent. The chains
-of such a file are in these coordinates, not in constants."""
-PROPOSALS = "proposals"
-"""Group of a chain file with the proposals about the fit; older files have none, and made none."""
-
 
 class Ensembles(Chains):
     """Independent ensembles of one target.
@@ -38,18 +27,18 @@ class Ensembles(Chains):
     Args:
         target: target to sample.
         settings: resolved settings.
-        file: HDF5 file that is written after every chunk, or None to keep the chains in memory.
+        file: HDF5 file that is written whenever chains have advanced; None keeps them in memory only.
     """
 
     def __init__(self, target: Target, settings: Settings, file: Path | None = None):
         self.target, self.settings, self.file = target, settings, file
-        self.evaluator = Evaluator(target, settings.walkers // 2)
+        self.evaluator = _evaluator(target, settings)
         self.chart = Chart(np.zeros(target.dimension, int))
         self._proposals: Proposals | None = None
         self._backends: list[emcee.backends.Backend] = []
         self._samplers: list[emcee.EnsembleSampler] = []
         self._states: list[emcee.State] = []
-        self._evidence: list[float] = []
+        self._log_evidence: list[float] = []
 
     def begin(self, found: Laplace) -> None:
         """Start walkers around the fit.
@@ -58,8 +47,9 @@ class Ensembles(Chains):
             InputError: if no usable starting points are found there.
         """
         spread = start_spread(self.target, found)
-        if self.settings.sampler != "tempered":  # logarithms need a sign, which the prior may not have
+        if self.settings.sampler != "tempered":  # draws from a prior may have both signs, so no logarithm
             chart = choose_chart(self.target, found, spread, self.evaluator, self.settings.seed)
+            # the same chart, or one that straightens the valley where it is bent
             self.chart = WhitenedMaps.around(self.target, found, chart, self.settings.seed).chart
             self._proposals = proposals_about(
                 self.target, found, self.chart, self.evaluator, self.settings.seed
@@ -77,39 +67,35 @@ class Ensembles(Chains):
             self._add(backend, emcee.State(points, random_state=random.get_state()))
 
     def _from_prior(self, run: int, random: np.random.RandomState) -> np.ndarray:
-        """Walkers from the points of a run from the prior, in the chart. The run's evidence is stored."""
-        found = temper(self.target, self.settings.seed, run, max(PARTICLES, 2 * self.settings.walkers))
-        self.evaluator.evaluations += found.evaluations
-        self._evidence.append(found.log_evidence)
-        chosen = random.permutation(len(found.points))[: self.settings.walkers]
-        return self.chart.to_chart(found.points[chosen])
+        """Walkers in the chart: points of a run that starts from the prior. Its evidence is noted as well."""
+        ended = temper(self.target, self.settings.seed, run, max(PARTICLES, 2 * self.settings.walkers))
+        self.evaluator.evaluations += ended.evaluations
+        self._log_evidence.append(ended.log_evidence)
+        chosen = random.permutation(len(ended.points))[: self.settings.walkers]
+        return self.chart.to_chart(ended.points[chosen])
 
     def resume(self) -> None:
         """Continue the chains of the file.
 
         Raises:
-            InputError: if the file is none, or of other data, another model or other settings.
+            InputError: if there is no file, or it is of other data, another model or other settings.
         """
         stored = checkpoint.header_of(self.file)
         checkpoint.same_chain(self.file, stored, self.target.fingerprint(), self.settings.chain_identity())
         self.why = stored.why
         self.evaluator.evaluations = stored.counters["evaluations"]
         self.evaluator.failures = stored.counters["failures"]
-        with checkpoint.opened(self.file) as file:
-            sign = np.asarray(file.attrs["logarithm"], int)
-            bent = {name: part[()] for name, part in file[BENT].items()} if BENT in file else None
-            self.chart = Chart(sign) if bent is None else BentChart(sign, **bent)
-            self._evidence = [float(value) for value in file.attrs.get("log_evidence", [])]
-            self._proposals = _proposals(file)
-            backends = [_read(self.file, f"ensemble_{k}") for k in range(1, self.settings.ensembles + 1)]
-        density = self.chart.density(Evaluator(self.target, self.settings.walkers // 2))
-        for backend in backends:
+        contents = contents_of(self.file, self.settings.ensembles)
+        self.chart, self._proposals = contents.chart, contents.proposals
+        self._log_evidence = contents.log_evidence
+        # an evaluator of its own: this check does not count as sampling
+        density = self.chart.density(_evaluator(self.target, self.settings))
+        for backend in contents.backends:
             self._add(backend, backend.get_last_sample())
-            on_file, again = backend.log_prob[-1], density(backend.chain[-1])
-            if not np.allclose(on_file, again, rtol=SAME_MODEL, atol=SAME_MODEL):
-                raise InputError(checkpoint.other_model(self.file))
+            checkpoint.same_model(self.file, backend.log_prob[-1], density(backend.chain[-1]))
 
     def _add(self, backend: emcee.backends.Backend, state: emcee.State) -> None:
+        """Add an ensemble that goes on from a state, its chains in a backend."""
         sampler = emcee.EnsembleSampler(
             self.settings.walkers, self.target.dimension, self.chart.density(self.evaluator),
             vectorize=True, moves=moves(self._proposals), backend=backend,
@@ -125,28 +111,29 @@ class Ensembles(Chains):
 
     @property
     def judged(self) -> list[Float[np.ndarray, "steps walkers n"]]:
-        """Coordinates of all walkers so far: in the target's coordinates, or in a chart of logarithms."""
-        if isinstance(self.chart, BentChart):
-            return list(self.coordinates)
-        return self._moving
+        """Coordinates of all walkers so far, ensemble by ensemble, for judging their convergence.
+
+        They are those of the chart. From a bent chart they are taken back to the target's coordinates.
+        """
+        return list(self.coordinates) if isinstance(self.chart, BentChart) else self._in_chart
 
     @property
-    def _moving(self) -> list[Float[np.ndarray, "steps walkers n"]]:
-        """The same in the chart in which they move."""
+    def _in_chart(self) -> list[Float[np.ndarray, "steps walkers n"]]:
+        """Coordinates of all walkers so far, ensemble by ensemble, in the chart in which they move."""
         return [backend.chain[: self.steps] for backend in self._backends]
 
     @property
     def coordinates(self) -> Float[np.ndarray, "ensembles steps walkers n"]:
         """Coordinates of all walkers so far, in the target's coordinates."""
-        return self.chart.to_target(np.stack(self._moving))
+        return self.chart.to_target(np.stack(self._in_chart))
 
     @property
     def log_probabilities(self) -> Float[np.ndarray, "ensembles steps walkers"]:
         """Log-densities of the same points, in the target's coordinates."""
         return np.stack(
             [
-                b.log_prob[: self.steps] - self.chart.log_jacobian(b.chain[: self.steps])
-                for b in self._backends
+                backend.log_prob[: self.steps] - self.chart.log_jacobian(moved)
+                for backend, moved in zip(self._backends, self._in_chart, strict=True)
             ]
         )
 
@@ -163,15 +150,15 @@ class Ensembles(Chains):
     @property
     def diagnostics(self) -> dict[str, Any]:
         """Evidence, for chains that started from the prior; else how walkers moved."""
-        if self._evidence:
-            return {"log_evidence": [float(value) for value in self._evidence]}
+        if self._log_evidence:
+            return {"log_evidence": [float(value) for value in self._log_evidence]}
         share = 0.0 if self._proposals is None else self._proposals.share
         return {"share_drawn_about_the_fit": share, "straightened": isinstance(self.chart, BentChart)}
 
     @property
     def acceptance(self) -> list[float]:
         """Fraction of proposals that each ensemble accepted."""
-        return [float(np.mean(b.accepted) / max(b.iteration, 1)) for b in self._backends]
+        return [float(np.mean(each.accepted) / max(each.iteration, 1)) for each in self._backends]
 
     def advance(self, steps: int) -> None:
         """Advance every ensemble by some steps, then store the chains."""
@@ -179,10 +166,10 @@ class Ensembles(Chains):
             for state in sampler.sample(self._states[k], iterations=steps, skip_initial_state_check=True):
                 self._states[k] = state
             self._backends[k].random_state = sampler.random_state
-        self.keep(self.file)
+        self.store_in(self.file)
 
-    def keep(self, file: Path | None) -> None:
-        """Store the chains now and after every chunk; None keeps them in memory only."""
+    def store_in(self, file: Path | None) -> None:
+        """Store the chains now, and whenever they have advanced; None keeps them in memory only."""
         self.file = file
         if file is not None:
             self._write()
@@ -192,53 +179,10 @@ class Ensembles(Chains):
         header = checkpoint.Header(
             self.target.fingerprint(), self.settings.chain_identity(), counters, self.why
         )
-
-        def fill(file: h5py.File) -> None:
-            file.attrs["logarithm"] = self.chart.sign.tolist()
-            file.attrs["log_evidence"] = self._evidence
-            if isinstance(self.chart, BentChart):
-                group = file.create_group(BENT)
-                for name in ("centre", "root", "bend"):
-                    group.create_dataset(name, data=getattr(self.chart, name))
-            if self._proposals is not None:
-                group = file.create_group(PROPOSALS)
-                for name, value in vars(self._proposals).items():
-                    group.create_dataset(name, data=value)
-            for k, backend in enumerate(self._backends, start=1):
-                _fill(file.create_group(f"ensemble_{k}"), backend)
-
-        checkpoint.write(self.file, header, fill)
+        contents = Contents(self.chart, self._proposals, self._log_evidence, self._backends)
+        checkpoint.write(self.file, header, lambda file: fill(file, contents))
 
 
-def _fill(group: h5py.Group, backend: emcee.backends.Backend) -> None:
-    """One ensemble in the layout of emcee's own backend (`HDFBackend(file, name="ensemble_1")`)."""
-    count = backend.iteration
-    walkers, dimension = backend.shape
-    group.attrs["version"] = emcee.__version__
-    group.attrs["nwalkers"], group.attrs["ndim"] = walkers, dimension
-    group.attrs["has_blobs"], group.attrs["iteration"] = False, count
-    for k, part in enumerate(backend.random_state):
-        group.attrs[f"random_state_{k}"] = part
-    group.create_dataset("accepted", data=backend.accepted)
-    chain, log_prob = backend.chain[:count], backend.log_prob[:count]
-    group.create_dataset("chain", data=chain, maxshape=(None, walkers, dimension))
-    group.create_dataset("log_prob", data=log_prob, maxshape=(None, walkers))
-
-
-def _proposals(file: h5py.File) -> Proposals | None:
-    """Proposals that a chain was begun with."""
-    if PROPOSALS not in file:
-        return None
-    return Proposals(**{name: part[()] for name, part in file[PROPOSALS].items()})
-
-
-def _read(path: Path, name: str) -> emcee.backends.Backend:
-    """One ensemble in memory, from emcee's own reader."""
-    stored = emcee.backends.HDFBackend(str(path), name=name, read_only=True)
-    backend = emcee.backends.Backend()
-    backend.reset(*(int(size) for size in stored.shape))
-    backend.chain, backend.log_prob = stored.get_chain(), stored.get_log_prob()
-    backend.accepted, backend.iteration = stored.accepted, int(stored.iteration)
-    algorithm, keys, position, has_gauss, gauss = stored.random_state
-    backend.random_state = (str(algorithm), np.asarray(keys), int(position), int(has_gauss), float(gauss))
-    return backend
+def _evaluator(target: Target, settings: Settings) -> Evaluator:
+    """Compiled for half an ensemble: emcee moves one half at a time."""
+    return Evaluator(target, settings.walkers // 2)

@@ -26,7 +26,6 @@ from blackjax.mcmc.metrics import LowRankInverseMassMatrix
 from jaxtyping import Array, Float
 
 from fitting.inference.parallel import run_parallel
-from pneusma_jax.errors import InputError
 
 from . import checkpoint
 from .chains import Chains
@@ -38,9 +37,6 @@ from .starts import CLOSER, TRIES, no_start
 from .target import Evaluator, Target
 from .unbounded import WhitenedMaps
 
-SAME_MODEL = 1e-6
-"""Maximum relative difference between stored and recomputed log-density of a chain that belongs to this
-model."""
 ACCEPTANCE = 0.9
 """Target of the warm-up for the mean acceptance along trajectories. Curved valleys need more than the usual
 0.8, at which 0.6 % of a banana's transitions diverged."""
@@ -246,8 +242,7 @@ class HamiltonianChains(Chains):
         leaves, programs = self._programs()
         for chain in self._chains:
             again = float(programs.density(leaves, chain.state.position))
-            if not np.isclose(again, float(chain.state.logdensity), rtol=SAME_MODEL, atol=SAME_MODEL):
-                raise InputError(checkpoint.other_model(self.file))
+            checkpoint.same_model(self.file, float(chain.state.logdensity), again)
 
 
 def _none(dimension: int) -> Draws:

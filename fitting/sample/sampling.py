@@ -116,7 +116,7 @@ def _chains(
         choice = pilot(target, approximation, settings)
         if choice.chains is not None:
             choice.chains.why = choice.why
-            choice.chains.keep(file)
+            choice.chains.store_in(file)
             return choice.chains
         settings, why = choice.settings, choice.why
     chains = CHAINS[settings.sampler](target, settings, file)
