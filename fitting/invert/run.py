@@ -20,7 +20,7 @@ from .electrical import electrical, heat, highest, unheated
 from .forward import fresh, springs_of, states_of
 from .goals import GOALS, misses
 from .result import Inversion, spring_name
-from .search import MOST_STEPS, Box, Found, search_all
+from .search import MOST_STEPS, Box, Found, replaced, search_all
 from .touching import AT_END
 
 FIRST_TRY = 25
@@ -163,7 +163,7 @@ class Inverse:
             again = self.atlas.nearest(goals, wanted[lost], ranks)
             found = self._exact(goals, wanted[lost], _best(self._searched(goals, wanted[lost], again)))
             both = jax.tree.map(lambda a, b, k=lost: np.stack([a[k], b], axis=1), best, found)
-            best = jax.tree.map(lambda a, b, k=lost: _replaced(a, b, k), best, _best(both))
+            best = replaced(best, lost, _best(both))
         ways = [np.zeros((0, 1 + len(self.springs)))] * len(wanted)
         if all_ways:
             best, ways = self._ways(goals, wanted, best)
@@ -305,12 +305,6 @@ class Inverse:
                     value = float(from_si(float(bound[j]), "kPa" if j == 0 else "1"))
                     words.append(f"{name} at its {end}, {value:.4g}{unit}")
         return "; ".join(words)
-
-
-def _replaced(old: np.ndarray, new: np.ndarray, where: np.ndarray) -> np.ndarray:
-    old = np.array(old)
-    old[where] = new
-    return old
 
 
 def _best(found: Found) -> Found:

@@ -105,6 +105,23 @@ class Found(eqx.Module):
     steps: Array
 
 
+def replaced(found: Found, where: np.ndarray, new: Found) -> Found:
+    """Results of many searches with those at some indices replaced.
+
+    Args:
+        found: results with a leading axis of searches.
+        where: indices of the searches.
+        new: their results, with a leading axis of that length.
+    """
+
+    def put(old: np.ndarray, part: np.ndarray) -> np.ndarray:
+        old = np.array(old)
+        old[where] = part
+        return old
+
+    return jax.tree.map(put, found, new)
+
+
 Look = Callable[[Array, Array], tuple[Array, Array, Array]]
 """Values of the goals [SI], their derivative by the place, and unknowns of the state, from a place in the box
 and the unknowns of a state nearby."""

@@ -1,9 +1,9 @@
 """Tables of a segment's shape over its drives, interpolated: what a search in a chain needs at each step.
 
 In a chain without loads every segment is in equilibrium by itself. Its shape is a smooth function of the
-pressure and of its own springs' fractions, so a few thousand equilibria tell it. A cubic through the four
-nearest values on each axis costs a hundredth of an equilibrium. The tables only find the way: drives are
-verified, and what they still miss is corrected, on the exact model.
+pressure and of its own springs' fractions. So equilibria on a grid tell it: 825 for one spring, 33,275 for
+three. A cubic through the four nearest values on each axis costs a hundredth of an equilibrium. The tables
+only find the way: drives are verified, and what they still miss is corrected, on the exact model.
 """
 
 import equinox as eqx
@@ -23,14 +23,16 @@ PRESSURES = 25
 FRACTIONS = {0: 1, 1: 33, 2: 21, 3: 11}
 """Number of fractions of each spring, by the number of springs; with more, a table would be too large."""
 NARROW = 1e3
-"""Range of pressures [Pa] of the table where the pressure is held."""
+"""Least range of pressures of a table [Pa]; one that is held needs a range as well."""
+LEAST_SPAN = 1e-3
+"""Least range of fractions of a table [1]; fractions that are held need a range as well."""
 
 
 class Table(eqx.Module):
     """Shapes of one segment.
 
     Attributes:
-        pressures: [Pa], evenly spaced, shape (pressures,).
+        pressures: [Pa], ascending, shape (pressures,).
         fractions: [1], ascending, denser towards the largest, shape (fractions,).
         shapes: bend angle vector [rad] and length [m] of every state, shape (3, pressures, fractions, ...),
             with an axis of fractions for every spring.
@@ -53,11 +55,11 @@ class Table(eqx.Module):
             fractions: of the segment's springs [1], shape (springs,).
         """
         axes = [(self.pressures, pressure), *((self.fractions, fractions[k]) for k in range(self.springs))]
-        firsts, weights = zip(*(_four(nodes, at) for nodes, at in axes), strict=True)
+        firsts, weights = zip(*(_four_nodes(nodes, place) for nodes, place in axes), strict=True)
         size = (self.shapes.shape[0], *(4 for _ in axes))
         values = lax.dynamic_slice(self.shapes, (0, *firsts), size)
-        for own in reversed(weights):
-            values = values @ own
+        for along_last_axis in reversed(weights):  # each product takes the last axis away
+            values = values @ along_last_axis
         return values
 
 
@@ -68,19 +70,21 @@ def looked_up(tables: tuple[Table, ...], drives: Array) -> Array:
         tables: table of each segment.
         drives: pressure [Pa] and fractions of all springs [1], shape (drives,).
     """
-    rows, at = [], 1
+    rows, first = [], 1
     for table in tables:
-        rows.append(table.at(drives[0], drives[at : at + table.springs]))
-        at += table.springs
+        rows.append(table.at(drives[0], drives[first : first + table.springs]))
+        first += table.springs
     return jnp.stack(rows)
 
 
-def _four(nodes: Array, at: Array) -> tuple[Array, Array]:
-    """Index of the first of the four nodes about a place on an axis, and the weights of their values in the
-    cubic through them (Lagrange), shape (4,)."""
-    first = jnp.clip(jnp.sum(nodes <= lax.stop_gradient(at)) - 2, 0, nodes.size - 4)
+def _four_nodes(nodes: Array, place: Array) -> tuple[Array, Array]:
+    """Index of the first of the four nodes about a place on an axis, and the weights of their values.
+
+    The weights, shape (4,), are those of the cubic through the four (Lagrange).
+    """
+    first = jnp.clip(jnp.sum(nodes <= lax.stop_gradient(place)) - 2, 0, nodes.size - 4)
     four = lax.dynamic_slice(nodes, (first,), (4,))
-    away = at - four
+    away = place - four
     apart = four[:, None] - four[None, :] + jnp.eye(4)
     across = jnp.where(jnp.eye(4, dtype=bool), 1.0, away[None, :])
     return first, jnp.prod(across, axis=1) / jnp.prod(apart, axis=1)
@@ -89,7 +93,7 @@ def _four(nodes: Array, at: Array) -> tuple[Array, Array]:
 def table_of(
     segment: Actuator, pressure: tuple[float, float], xi0_min: float, xi0_max: float | None = None
 ) -> Table | None:
-    """Table of one segment; None where it has too many springs, or a state of it no equilibrium.
+    """Table of one segment; None if it has too many springs, or if any of the states has no equilibrium.
 
     Args:
         segment: the actuator.
@@ -102,8 +106,8 @@ def table_of(
     low, high = pressure
     levels = np.linspace(low, max(high, low + NARROW), PRESSURES)
     body = Body((segment,), None)
-    top = float(highest(body, xi0_max).max(initial=0.0)) or 1.0
-    nodes = np.sort(top - max(top - xi0_min, 1e-3) * (1.0 - denser(FRACTIONS[count])))
+    top = float(highest(body, xi0_max).max()) if count else 1.0
+    nodes = np.sort(top - max(top - xi0_min, LEAST_SPAN) * (1.0 - denser(FRACTIONS[count])))
     grid = np.meshgrid(levels, *[nodes] * count, indexing="ij")
     rows = np.stack([x.ravel() for x in grid], axis=1)
     found = states_of(body, jnp.asarray(rows[:, 0]), jnp.asarray(rows[:, 1:]), fresh(body)).only
