@@ -1,4 +1,4 @@
-"""How often designs fail: draws of what is uncertain, and failures on draws that the search has not seen."""
+"""How often designs fail on draws that the search has not seen, and cautions about these draws."""
 
 from collections.abc import Mapping
 
@@ -21,18 +21,37 @@ def chances_of(model: Model, places: Mapping[str, np.ndarray]) -> dict[str, Chan
         model: model of the study.
         places: place in the box of each design, by its name.
     """
-    given = model.study.uncertainty
-    fresh = sampler_of(model.study, model.plan, fresh=True)
-    draws = fresh.draw(given.fresh, model.study.seed + FRESH_SEED, spread_out=False)
-    return {name: chance_of(model, place, draws) for name, place in places.items()}
+    study = model.study
+    sampler = sampler_of(study, model.plan, fresh=True)
+    draws = sampler.draw(study.uncertainty.fresh, study.seed + FRESH_SEED, spread_out=False)
+    return {name: _chance(model, place, draws) for name, place in places.items()}
+
+
+def _chance(model: Model, place: np.ndarray, fresh: Draws) -> Chance:
+    """Failures of the design at a place in the box, under given draws."""
+    values, margins = model.spread(place, fresh)  # margins are positive where a limit is violated
+    lost = ~np.all(np.isfinite(margins), axis=1) | ~np.all(np.isfinite(values), axis=1)
+    constraint_of = np.array([row.constraint for row in model.rows], dtype=int)
+    violated = [
+        np.any(margins[:, constraint_of == k] > 0.0, axis=1) for k in range(len(model.study.constraints))
+    ]
+    failures = int(np.any(np.stack([lost, *violated]), axis=0).sum())
+    return Chance(
+        draws=fresh.count,
+        failures=failures,
+        interval=interval(failures, fresh.count),
+        by_constraint=tuple(int((own & ~lost).sum()) for own in violated),
+        lost=int(lost.sum()),
+        values=model.study.objectives[0].sign * values[~lost, 0],  # as it is, not as it is minimised
+    )
 
 
 def notes_on_draws(study: Study, plan: Plan) -> list[str]:
-    """Cautions about the draws of a posterior."""
-    given, notes = study.uncertainty, []
+    """Cautions about the draws of a posterior; none without one."""
+    given = study.uncertainty
     if given.posterior is None:
-        return notes
-    left_out = sampler_of(study, plan).left_out
+        return []
+    notes, left_out = [], sampler_of(study, plan).left_out
     if left_out:
         notes.append(
             f"of {given.posterior.name} the study has no use for {', '.join(left_out)}: none of them is a "
@@ -44,21 +63,3 @@ def notes_on_draws(study: Study, plan: Plan) -> list[str]:
             "both; `fresh_posterior` takes another run"
         )
     return notes
-
-
-def chance_of(model: Model, place: np.ndarray, fresh: Draws) -> Chance:
-    """Failures of a design under given draws."""
-    values, margins = model.spread(place, fresh)
-    owners = np.array([row.constraint for row in model.rows], dtype=int)
-    lost = ~np.all(np.isfinite(margins), axis=1) | ~np.all(np.isfinite(values), axis=1)
-    bad = [lost | np.any(margins[:, owners == k] > 0.0, axis=1) for k in range(len(model.study.constraints))]
-    failed = np.any(np.stack(bad), axis=0) if bad else lost
-    first = model.study.objectives[0]
-    return Chance(
-        draws=fresh.count,
-        failures=int(failed.sum()),
-        interval=interval(int(failed.sum()), fresh.count),
-        by_constraint=tuple(int((b & ~lost).sum()) for b in bad),
-        lost=int(lost.sum()),
-        values=first.sign * values[~lost, 0],
-    )

@@ -2,15 +2,30 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
 from .bodies import Plan
-from .quantities import STILL
-from .study import Constraint, Study
+from .quantities import SAME_IN_EVERY_STATE
+from .study import Constraint, State, Study
 from .workspace import edge_states
+
+
+class FreeDrive(NamedTuple):
+    """A drive of a state that is a free parameter.
+
+    Attributes:
+        state: index of the state.
+        spring: index of the spring whose fraction is free; None for the pressure.
+        parameter: name of the parameter.
+    """
+
+    state: int
+    spring: int | None
+    parameter: str
 
 
 @dataclass(frozen=True)
@@ -20,58 +35,48 @@ class States:
     Attributes:
         names: name of each state; those of a sweep are `OBJECTIVE/NUMBER`.
         pressure: [Pa], shape (states,); fractions: shape (states, springs).
-        driven: free entries, each as (state, spring or -1 for the pressure, name of the parameter).
+        free: drives that are free parameters; above they have values that `at` replaces.
         sweeps: range of the states of each objective with a sweep, by its name.
     """
 
     names: tuple[str, ...]
     pressure: np.ndarray
     fractions: np.ndarray
-    driven: tuple[tuple[int, int, str], ...]
+    free: tuple[FreeDrive, ...]
     sweeps: Mapping[str, tuple[int, int]]
 
     def index(self, wanted: Sequence[str]) -> np.ndarray:
         """Indices of named states; of all where none is named."""
-        return np.array(
-            [self.names.index(n) for n in wanted] if wanted else range(len(self.names)), dtype=int
-        )
+        if not wanted:
+            return np.arange(len(self.names))
+        return np.array([self.names.index(name) for name in wanted], dtype=int)
 
-    def looked_at(self, one: Constraint) -> np.ndarray:
-        """Indices of the states that a constraint looks at."""
-        return np.zeros(1, int) if one.quantity in STILL else self.index(one.states)
+    def looked_at(self, constraint: Constraint) -> np.ndarray:
+        """Indices of the states that a constraint looks at; the first for what no state changes."""
+        if constraint.quantity in SAME_IN_EVERY_STATE:
+            return np.zeros(1, int)
+        return self.index(constraint.states)
 
     def at(self, parameters: Mapping[str, Array]) -> tuple[Array, Array]:
         """Pressures and fractions with the free ones filled in."""
         pressure, fractions = jnp.asarray(self.pressure), jnp.asarray(self.fractions)
-        for state, spring, name in self.driven:
-            if spring < 0:
+        for state, spring, name in self.free:
+            if spring is None:
                 pressure = pressure.at[state].set(parameters[name])
             else:
                 fractions = fractions.at[state, spring].set(parameters[name])
         return pressure, fractions
 
 
-def states_of(study: Study, plan: Plan) -> States:
+def states_of_study(study: Study, plan: Plan) -> States:
     """Every state that objectives and constraints look at."""
-    springs = plan.springs
-    names, pressure, rows, driven, sweeps = [], [], [], [], {}
+    names, pressure, rows, free, sweeps = [], [], [], [], {}
     for state in study.states.values():
-        row = np.ones(len(springs))
-        for j, (segment, number) in enumerate(springs):
-            for key in ((0, number), (segment, number)):
-                if key not in state.fractions:
-                    continue
-                value = state.fractions[key]
-                if value is None:
-                    own = f"{segment}." if key[0] else ""
-                    driven.append((len(names), j, f"{state.name}.xi0_{own}{number}"))
-                else:
-                    row[j] = value
-        if state.pressure is None:
-            driven.append((len(names), -1, f"{state.name}.pressure"))
+        row, free_here = _drives(state, len(names), plan.springs)
         names.append(state.name)
         pressure.append(0.0 if state.pressure is None else state.pressure)
         rows.append(row)
+        free += free_here
     for objective in study.objectives:
         if objective.sweep is None:
             continue
@@ -81,5 +86,33 @@ def states_of(study: Study, plan: Plan) -> States:
         pressure += list(loads)
         rows += list(fractions)
     return States(
-        tuple(names), np.array(pressure), np.array(rows).reshape(len(names), -1), tuple(driven), sweeps
+        tuple(names), np.array(pressure), np.array(rows).reshape(len(names), -1), tuple(free), sweeps
     )
+
+
+def _drives(
+    state: State, index: int, springs: Sequence[tuple[int, int]]
+) -> tuple[np.ndarray, list[FreeDrive]]:
+    """Fractions of all springs in one state, and its drives that are free.
+
+    Springs that the state does not name are cold.
+
+    Args:
+        state: the state.
+        index: its index among all states.
+        springs: segment and number of each spring.
+    """
+    fractions, free = np.ones(len(springs)), []
+    for spring, (segment, number) in enumerate(springs):
+        of_all_segments, of_this_one = (0, number), (segment, number)
+        for key, name in ((of_all_segments, f"{number}"), (of_this_one, f"{segment}.{number}")):
+            if key not in state.fractions:
+                continue
+            value = state.fractions[key]
+            if value is None:
+                free.append(FreeDrive(index, spring, f"{state.name}.xi0_{name}"))
+            else:
+                fractions[spring] = value
+    if state.pressure is None:
+        free.append(FreeDrive(index, None, f"{state.name}.pressure"))
+    return fractions, free

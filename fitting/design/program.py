@@ -19,7 +19,7 @@ from pneusma_jax.numerics.rows import filled, first_rows
 from pneusma_jax.program_cache import cached_program
 
 from .bodies import Body, Materials, Plan, Solved, build_body, solve_body, solve_states
-from .every_state import states_of
+from .every_state import states_of_study
 from .functions import load_function
 from .quantities import QUANTITIES
 from .seen import Seen
@@ -65,7 +65,7 @@ class Model:
 
     def __init__(self, study: Study, plan: Plan, draws: Draws = NOMINAL):
         self.study, self.plan, self.draws = study, plan, draws
-        self.space, self.states = Space(study.free), states_of(study, plan)
+        self.space, self.states = Space(study.free), states_of_study(study, plan)
         self.materials = plan.materials()
         self.rows: tuple[Row, ...] = tuple(
             row for k, one in enumerate(study.constraints) for row in self._rows_of(k, one)

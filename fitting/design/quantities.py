@@ -271,7 +271,7 @@ QUANTITIES: dict[str, Quantity] = {
 }  # fmt: skip
 """Quantities by the name that studies use."""
 
-STILL = (
+SAME_IN_EVERY_STATE = (
     "outer_diameter", "outer_diameter_with_springs", "bore_diameter", "spring_index", "pitch_ratio",
     "stretch_ratio", "wire_mass",
 )  # fmt: skip

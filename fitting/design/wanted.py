@@ -13,7 +13,7 @@ from pneusma_jax.units import UNITS, to_si
 
 from . import fields
 from .bodies import Plan, build_body
-from .quantities import QUANTITIES, ROUND_ONLY, STILL
+from .quantities import QUANTITIES, ROUND_ONLY, SAME_IN_EVERY_STATE
 from .states import PRESSURES
 from .study import Constraint, Objective, Pose, State, Sweep
 from .workspace import edge_states
@@ -262,7 +262,7 @@ def _constraint(
         raise InputError(f"{where}: a limit is missing: 'at_most' or 'at_least'")
     if not users:
         _check_plans(quantity, plans, where)
-    if "states" in entry and (users or quantity in STILL):
+    if "states" in entry and (users or quantity in SAME_IN_EVERY_STATE):
         why = "a function gets all states" if users else f"{quantity} is the same in every state"
         raise InputError(f"{where}: 'states' has no meaning, since {why}")
     names = fields.names_of(entry["states"], f"{where}: states") if "states" in entry else ()
