@@ -9,6 +9,13 @@ from fitting.inference.least_squares import FitResult
 from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameters
 
+HELD = 1e12
+"""Scaled information that stands for a parameter held at a bound: its variance is then as good as zero."""
+SINGULAR = 1e-14
+"""Eigenvalue of the scaled information that is taken as zero, as a share of the largest [1]: rounding."""
+NO_INFORMATION = 1e-300
+"""Scaled information added where a division by zero threatens; it changes no other result."""
+
 
 @dataclass(frozen=True)
 class Information:
@@ -17,7 +24,8 @@ class Information:
     Attributes:
         names: names of the free parameters.
         matrix: information of the data alone, in SI, shape (n, n).
-        scale: 1-sigma of each parameter's prior, shape (n,); its magnitude where it has none.
+        scale: natural size of each parameter, shape (n,): 1-sigma of its prior where it has one. Matrices are
+            inverted in units of these, since in SI parameters differ by many orders of magnitude.
         prior: precision of the priors, shape (n,).
         fixed: parameters that stand at a bound, of shape (n,); they are left out of covariances.
     """
@@ -30,34 +38,34 @@ class Information:
 
     def covariance(self, more: np.ndarray | float = 0.0) -> np.ndarray:
         """Covariance with the priors, and with further information if there is any; SI."""
-        scaled = (self.matrix + more + np.diag(self.prior)) * np.outer(self.scale, self.scale)
-        scaled = np.where(
-            self.fixed[:, None] | self.fixed[None, :], np.diag(np.full(len(self.names), 1e12)), scaled
-        )
-        return np.linalg.pinv(scaled, rcond=1e-14, hermitian=True) * np.outer(self.scale, self.scale)
+        held = self.fixed[:, None] | self.fixed[None, :]
+        scaled = np.where(held, np.diag(np.full(len(self.names), HELD)), self._scaled(more))
+        return np.linalg.pinv(scaled, rcond=SINGULAR, hermitian=True) * np.outer(self.scale, self.scale)
 
     def sd(self, more: np.ndarray | float = 0.0) -> np.ndarray:
-        """Standard deviations with the priors, shape (n,)."""
+        """Standard deviations with the priors, and with further information if there is any, shape (n,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance(more)), 0.0))
 
-    def alone(self) -> np.ndarray:
-        """Standard deviations with the priors if all other parameters were known, shape (n,)."""
-        return self.scale / np.sqrt((np.diag(self.matrix) + self.prior) * self.scale**2 + 1e-300)
+    def sd_if_others_were_known(self) -> np.ndarray:
+        """Standard deviation of each parameter, with its prior, if all others were known, shape (n,)."""
+        own = (np.diag(self.matrix) + self.prior) * self.scale**2
+        return self.scale / np.sqrt(own + NO_INFORMATION)
 
     def gain(self, more: np.ndarray) -> float:
-        """Expected information of further data [nats]."""
-        before, after = (
-            np.linalg.slogdet((self.matrix + m + np.diag(self.prior)) * np.outer(self.scale, self.scale))[1]
-            for m in (0.0, more)
-        )
+        """Expected information of further data about all parameters, those at a bound included [nats]."""
+        before, after = (np.linalg.slogdet(self._scaled(added))[1] for added in (0.0, more))
         return 0.5 * float(after - before)
+
+    def _scaled(self, more: np.ndarray | float) -> np.ndarray:
+        """Information of data and priors, and further information, in units of `scale`."""
+        return (self.matrix + more + np.diag(self.prior)) * np.outer(self.scale, self.scale)
 
 
 def with_errors(result: FitResult, inform: Callable[[Parameters], Information]) -> FitResult:
     """A fit that ended without standard errors, with those of the information where it ended.
 
-    If a rule decides otherwise from one row to the next, the misfit has small steps. A fit can stop on one of
-    them; its status still says so.
+    A misfit has small steps where a rule of the model, such as which branch a row is on, switches with the
+    parameters. A fit can stop at such a step. Its status still says so.
 
     Args:
         result: result of the fit.
@@ -71,8 +79,10 @@ def with_errors(result: FitResult, inform: Callable[[Parameters], Information]) 
     names = tuple(fisher.names[k] for k in kept)
     covariance = fisher.covariance()[np.ix_(kept, kept)]
     sd = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
-    errors = dict.fromkeys(parameters) | dict(zip(names, map(float, sd), strict=True))
+    errors: dict[str, float | None] = dict.fromkeys(parameters)  # None for all others
+    errors |= dict(zip(names, map(float, sd), strict=True))
     for name, error in errors.items():
         parameters[name].set(standard_error=error)
-    uncertainty = Uncertainty(errors, names, covariance, covariance / np.outer(sd, sd), ())
+    correlation = covariance / np.outer(sd, sd)
+    uncertainty = Uncertainty(errors, names, covariance, correlation, undetermined=())
     return replace(result, parameters=parameters, uncertainty=uncertainty)

@@ -76,7 +76,7 @@ def _alone(
 ) -> tuple[list[dict[str, Any]], set[str]]:
     """Parameters about which the recordings say next to nothing even if all others were known."""
     entries, covered = [], set()
-    marginal, best = fisher.sd() / fisher.scale, fisher.alone() / fisher.scale
+    marginal, best = fisher.sd() / fisher.scale, fisher.sd_if_others_were_known() / fisher.scale
     for k, name in enumerate(fisher.names):
         if fisher.fixed[k] or best[k] < HARDLY:
             continue
