@@ -3,8 +3,8 @@
 A fraction is a random walk. Its resistance determines the process-noise variance (`process_noise`). Under
 every model the best trajectory is found anew and projected out of the misfit (`variable_projection`).
 
-A spring remembers its hottest row, so an error there bends all rows that follow. Every row is coupled to the
-row that it remembers.
+A spring remembers its hottest row so far, the one with the lowest fraction. So an error there bends all rows
+that follow. Every row is coupled to the row that it remembers.
 """
 
 from dataclasses import dataclass
@@ -21,13 +21,14 @@ class LatentTrajectory:
     """One free trajectory of one recording, and derivatives of the channels by it.
 
     Attributes:
-        number: number of the trajectory.
+        number: which of the recording's trajectories it is, from 0; those that are held count, too.
         fraction: fraction at which the model was evaluated, (rows,).
-        source: the row that each row remembers, (rows,).
+        source: index of the row that each row remembers, (rows,).
         own: derivative of every channel by the fraction of the same row, (channels, rows).
-        remembered: the same by that of the row it remembers.
-        precision: precision of every increment from the row before, (rows,); zero for the first.
-        count: number of rows of the recording; those after them are padding, and move as the last one does.
+        remembered: derivative of every channel by the fraction of the remembered row, (channels, rows).
+        precision: inverse variance of every increment from the row before, (rows,); zero for the first.
+        count: number of rows of the recording. Rows after them are padding; their fraction changes with that
+            of the last row.
     """
 
     number: int
@@ -52,10 +53,10 @@ class LatentTrajectory:
         """A trajectory from two derivatives of the channels, (channels, rows).
 
         Args:
-            number: number of the trajectory.
+            number: which of the recording's trajectories it is.
             fraction: (rows,).
-            moved: derivative when all rows move alike.
-            memory: derivative when only `remembered_rows` move.
+            moved: derivative of the channels when the fraction changes by the same in all rows.
+            memory: derivative of the channels when it changes only in `remembered_rows`.
             process_noise: variance of the random walk per second.
             time: [s], (rows,).
             count: number of rows before the padding; all if None.
@@ -73,29 +74,36 @@ class LatentTrajectory:
         return np.arange(len(self.fraction)) < self.count
 
     def change(self, step: np.ndarray) -> np.ndarray:
-        """Change of the channels (channels, rows) with that of the trajectory (rows,)."""
+        """Change of the channels, (channels, rows), if the fraction changes by a step, (rows,)."""
         return self.own * step + self.remembered * step[self.source]
 
     def roughness(self, step: np.ndarray | float = 0.0) -> float:
-        """Square of the increments once the trajectory has moved by a step, (rows,)."""
-        moved = self.fraction + step
-        return float(np.sum(self.precision * np.diff(moved, prepend=moved[:1]) ** 2))
+        """Sum of squared increments times their precision, if the fraction changes by a step, (rows,)."""
+        stepped = self.fraction + step
+        return float(np.sum(self.precision * np.diff(stepped, prepend=stepped[:1]) ** 2))
 
     def pull(self) -> np.ndarray:
-        """Derivative of half the increments' square, (rows,)."""
-        rise = self.precision * np.diff(self.fraction, prepend=self.fraction[:1])
-        return rise - np.append(rise[1:], 0.0)
+        """Derivative of half the roughness by the fraction of every row, (rows,)."""
+        weighted = self.precision * np.diff(self.fraction, prepend=self.fraction[:1])
+        return weighted - np.append(weighted[1:], 0.0)
 
 
 def intervals(time: np.ndarray) -> np.ndarray:
-    """Time from the row before [s], (rows,); the usual one where time stands still, as over the padding."""
+    """Time from the row before [s], (rows,).
+
+    Where time does not go on, as in the first row and over the padding, it is the median of all others.
+    """
     steps = np.diff(time, prepend=time[:1])
-    usual = np.median(steps[steps > 0.0]) if np.any(steps > 0.0) else 1.0
-    return np.where(steps > 0.0, steps, usual)
+    median = np.median(steps[steps > 0.0]) if np.any(steps > 0.0) else 1.0
+    return np.where(steps > 0.0, steps, median)
 
 
 def remembered_rows(fraction: np.ndarray | jax.Array) -> np.ndarray | jax.Array:
-    """Rows hotter than all before them, which later rows remember, along the last axis; may be traced."""
+    """Mask of the rows that later rows remember: those with a lower fraction than all before them.
+
+    Args:
+        fraction: NumPy or JAX array, (..., rows); it may be traced.
+    """
     xp = namespace_of(fraction)
     lowest = jax.lax.cummin(fraction, fraction.ndim - 1) if xp is jnp else np.minimum.accumulate(fraction, -1)
     first = xp.ones((*fraction.shape[:-1], 1), bool)
@@ -105,7 +113,8 @@ def remembered_rows(fraction: np.ndarray | jax.Array) -> np.ndarray | jax.Array:
 def averaging(slope: np.ndarray, fraction: np.ndarray, block: int) -> np.ndarray:
     """Difference of a channel's mean over a block from its value at the mean fraction, (..., rows).
 
-    Half the law's second derivative times the fraction's variance within the block, which it crosses evenly.
+    The fraction is taken to change evenly within a block. The difference is half the law's second derivative
+    times the variance of the fraction. For many samples this is a twelfth of its squared change over a row.
 
     Args:
         slope: derivative of the channel by the fraction, (..., rows).

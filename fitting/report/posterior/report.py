@@ -1,6 +1,5 @@
 """The report of a posterior: convergence, results, method."""
 
-from collections.abc import Mapping
 from typing import Any
 
 from fitting.data.csv_text import csv_rows
@@ -55,9 +54,7 @@ def _subtitle(result: CampaignPosterior) -> str:
 
 def _summary_csv(result: CampaignPosterior) -> str:
     """One row for each parameter: draws, Laplace approximation, prior."""
-    entries: Mapping[str, Mapping[str, Any]] = {
-        name: render.plain(entry(result, name)) for name in result.posterior.summary
-    }
-    header = ["parameter", *next(iter(entries.values()))]
-    rows = [[name, *values.values()] for name, values in entries.items()]
-    return csv_rows(header, rows, digits=CSV_DIGITS)
+    entries: list[dict[str, Any]] = [
+        {"parameter": name, **render.plain(entry(result, name))} for name in result.posterior.summary
+    ]
+    return csv_rows(list(entries[0]), [list(row.values()) for row in entries], digits=CSV_DIGITS)
