@@ -49,7 +49,7 @@ class Place:
     stretch: int = threshold(8, "Number of rows of a stretch for a regime of misfit.", "rows")
     periods: int = threshold(3, "Minimum number of periods between two turning points of the load.")
     beside: tuple[int, ...] = threshold(
-        (2, 3, 4, 5), "Number of resolved frequencies to either side for the power beside a period: these."
+        (2, 3, 4), "Number of resolved frequencies to either side for the power beside a period: these."
     )
 
 

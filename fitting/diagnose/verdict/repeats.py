@@ -2,9 +2,9 @@
 
 A period is found in the first half of every recording and confirmed in the second. The power at its
 frequency is compared with that at frequencies beside it, which hold whatever else is left (the F-test of
-D. J. Thomson, Proc. IEEE 70 (1982) 1055). What goes with the load repeats as often as the load does. So only
-periods that fit several times between two turning points of the load are looked for. What goes with load and
-direction is taken off before a period in time is looked for.
+D. J. Thomson, Proc. IEEE 70 (1982) 1055). What goes with a drive repeats as often as the drive does: with
+pressure, strain, heat. So only periods that fit several times between two turning points of all other drives
+are looked for, once what goes with these and their direction is taken off.
 """
 
 from collections.abc import Iterator
@@ -64,7 +64,7 @@ class _Course:
         quantity, driver: as of `Repeats`.
         halves: first and second halves of recordings.
         sigma: usual standard deviation of the noise, SI.
-        longest: longest period to look for.
+        longest: longest period to look for, in the unit of the driver.
     """
 
     quantity: str
@@ -107,9 +107,12 @@ def repeats_of(program: Program, fit: Fit) -> Repeats | None:
 def _clearest(course: _Course) -> tuple[float, float] | None:
     """P-value and frequency of the clearest period in first halves; None where none could be resolved."""
     parts = course.halves[0]
-    most = min(len(part.x) / (2.0 * part.span) for part in parts)
     step = 1.0 / (4.0 * max(part.span for part in parts))
-    frequencies = np.arange(1.0 / course.longest, most, step)
+    resolved = (max(PLACE.beside) + 1) * _apart(parts)  # below, the trend that was taken off leaves no power
+    most = min(len(part.x) / (2.0 * part.span) for part in parts)
+    # At one period a row even a trend seems to repeat; rows of several passes lie between those of one.
+    most = min(most, *(1.0 / np.median(np.abs(np.diff(part.x))) - resolved for part in parts))
+    frequencies = np.arange(max(1.0 / course.longest, resolved), most, step)
     if not len(frequencies):
         return None
     chances = _chances(parts, frequencies, _apart(parts))
@@ -125,7 +128,7 @@ def _apart(parts: list[_Part]) -> float:
 def _chances(parts: list[_Part], frequencies: np.ndarray, apart: float) -> np.ndarray:
     """P-values of the power at frequencies, beside the mean power on both sides, shape (frequencies,)."""
     beside = np.array([sign * j for j in PLACE.beside for sign in (-1, 1)]) * apart
-    around = np.abs(frequencies[:, None] + beside)
+    around = frequencies[:, None] + beside
     background = _power(parts, around.ravel()).reshape(around.shape).mean(1)
     ratio = _power(parts, frequencies) / np.maximum(background, np.finfo(float).tiny)
     return stats.f.sf(ratio, 2 * len(parts), 2 * len(parts) * len(beside))
@@ -141,25 +144,29 @@ def _power(parts: list[_Part], frequencies: np.ndarray) -> np.ndarray:
 
 
 def _courses(program: Program, fit: Fit) -> Iterator[_Course]:
-    """The misfit of every output along time and along the load."""
-    drivers, loads = drivers_of(program, fit), program.specimen.loads
-    load = drivers.get(loads)
+    """The misfit of every output along time and along every drive."""
+    every = drivers_of(program, fit)
     outputs = {channel.quantity for channels in program.channels for channel in channels}
+    drives = {
+        name: np.nan_to_num(x)
+        for name, x in every.items()
+        if name not in {"time", *outputs} and not name.endswith("_rate") and not name.startswith("max_")
+    }
     for quantity in sorted(outputs):
         misfit, sigma, there = _misfit(program, fit, quantity)
         if not there.any():
             continue
         usual = float(np.median(sigma[there]))
-        if load is not None:
-            along = [(load[k][rows], misfit[k][rows], np.ptp(load[k][rows])) for k, rows in _enough(there)]
-            yield from _course(quantity, loads, along, usual)
-            misfit = misfit - _with_load(load, misfit, there)
-        along = []
-        for k, rows in _enough(there):
-            time = drivers["time"][k][rows]
-            turns = 0 if load is None else _turns(load[k][rows])
-            along.append((time, misfit[k][rows], np.ptp(time) / (turns + 1)))
-        yield from _course(quantity, "time", along, usual)
+        moving = {name: x for name, x in drives.items() if np.ptp(x[there]) > 0.0}
+        for driver, along in {**moving, "time": every["time"]}.items():
+            rest, others = misfit, [x for name, x in moving.items() if name != driver]
+            for x in others:
+                rest = rest - _with_drive(x, rest, there)
+            parts = []
+            for k, rows in _enough(there):
+                turns = max((_turns(x[k][rows]) for x in others), default=0)
+                parts.append((along[k][rows], rest[k][rows], np.ptp(along[k][rows]) / (turns + 1)))
+            yield from _course(quantity, driver, parts, usual)
 
 
 def _enough(there: np.ndarray) -> list[tuple[int, np.ndarray]]:
@@ -171,26 +178,30 @@ def _enough(there: np.ndarray) -> list[tuple[int, np.ndarray]]:
 def _course(
     quantity: str, driver: str, along: list[tuple[np.ndarray, np.ndarray, float]], sigma: float
 ) -> Iterator[_Course]:
-    """Halves of recordings along a driver, without their trend; nothing where the driver hardly varies."""
+    """Halves of recordings along a driver, without their trend; nothing where the driver hardly varies.
+
+    Recordings that go less than half as far as the one that goes farthest resolve too little.
+    """
     first, second, stretches = [], [], []
-    for x, misfit, stretch in along:
-        parts = [
-            _Part(own, values - np.polynomial.Polynomial.fit(own, values, 2)(own))
-            for own, values in zip(np.array_split(x, 2), np.array_split(misfit, 2), strict=True)
-            if np.ptp(own) > 0.25 * np.ptp(x)
-        ]
-        if len(parts) == 2:
-            first.append(parts[0])
-            second.append(parts[1])
-            stretches.append(stretch)
+    spans = [min(np.ptp(own) for own in np.array_split(x, 2)) for x, _, _ in along]
+    for (x, misfit, stretch), span in zip(along, spans, strict=True):
+        if span <= 0.0 or span < 0.5 * max(spans):
+            continue
+        halves = zip(np.array_split(x, 2), np.array_split(misfit, 2), strict=True)
+        one, other = (
+            _Part(own, values - np.polynomial.Polynomial.fit(own, values, 2)(own)) for own, values in halves
+        )
+        first.append(one)
+        second.append(other)
+        stretches.append(stretch)
     if first:
         yield _Course(quantity, driver, (first, second), sigma, min(stretches) / PLACE.periods)
 
 
-def _turns(load: np.ndarray) -> int:
-    """Number of turning points of a load, of more than a tenth of its range."""
-    least, turns, rising, extreme = 0.1 * np.ptp(load), 0, 0, load[0]
-    for value in load:
+def _turns(drive: np.ndarray) -> int:
+    """Number of turning points of a drive, of more than a tenth of its range."""
+    least, turns, rising, extreme = 0.1 * np.ptp(drive), 0, 0, drive[0]
+    for value in drive:
         if rising >= 0 and value > extreme or rising <= 0 and value < extreme:
             rising, extreme = (rising or int(np.sign(value - extreme))), value
         elif abs(value - extreme) > least:
@@ -198,11 +209,11 @@ def _turns(load: np.ndarray) -> int:
     return turns
 
 
-def _with_load(load: np.ndarray, misfit: np.ndarray, there: np.ndarray) -> np.ndarray:
-    """Mean misfit at a load and a direction, (recordings, rows)."""
-    rising = np.gradient(load, axis=1) > 0.0
-    edges = np.unique(np.quantile(load[there], np.linspace(0.0, 1.0, PLACE.bins + 1)))
-    place = np.clip(np.searchsorted(edges, load, side="right") - 1, 0, max(len(edges) - 2, 0)) * 2 + rising
+def _with_drive(drive: np.ndarray, misfit: np.ndarray, there: np.ndarray) -> np.ndarray:
+    """Mean misfit at a value and direction of a drive, (recordings, rows)."""
+    rising = np.gradient(drive, axis=1) > 0.0
+    edges = np.unique(np.quantile(drive[there], np.linspace(0.0, 1.0, PLACE.bins + 1)))
+    place = np.clip(np.searchsorted(edges, drive, side="right") - 1, 0, max(len(edges) - 2, 0)) * 2 + rising
     count = np.bincount(place[there], minlength=place.max() + 1)
     mean = np.bincount(place[there], misfit[there], minlength=len(count)) / np.maximum(count, 1)
     return np.where(there, mean[place], 0.0)
