@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from fitting.data.csv_text import csv_text
 from fitting.report.table import Table, table_text
@@ -58,8 +59,8 @@ def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> No
 
     Held in a plane, one spring is heated at a time; an actuator that bends freely also has every two heated
     together. Writes workspace.csv with every state, workspace.png, activation.png, and direction.png where
-    there is free bending. Of a chain: tips_NAME.csv and tips_NAME.png. A state without result is empty in the
-    CSV, says why in its column `status`, and is counted here.
+    there is free bending. A state without result is empty in the CSV, says why in its column `status`, and is
+    counted here. Of a chain: tips_NAME.csv and tips_NAME.png; a tip without result is empty.
     """
     designs = tuple(design_argument(design) for design in designs)
     low, high = options["pressure_min"], options["pressure_max"]
@@ -86,6 +87,8 @@ def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> No
     for space in (*spaces, *reaches):
         for caution in space.cautions:
             notice(f"{getattr(space, 'design', None) or space.name}: {caution}")
+    for sentence in _without_effect(spaces, reaches):
+        notice(sentence)
     _report(spaces, reaches)
     done(files)
 
@@ -148,6 +151,29 @@ def _reach_documents(reaches: list) -> dict[str, str | bytes]:
     return documents
 
 
+def _without_effect(spaces: list, reaches: list) -> list[str]:
+    """Sentences on options that were given, and that no design here has a use for."""
+    context = click.get_current_context()
+    of_springs = {"alloy": "--alloy", "xi0_min": "--xi0-min", "activations": "--activations"}
+    of_chains = {"samples": "--samples", "seed": "--seed"}
+    springs = any(space.springs for space in spaces) or any(reach.fractions for reach in reaches)
+    found = []
+    for options, has, what in ((of_springs, springs, "spring"), (of_chains, reaches, "chain")):
+        for name, option in options.items():
+            if not has and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+                found.append(f"{option} has no effect: there is no {what}")
+    return found
+
+
+def _span(values: Any, digits: int) -> str:
+    """The range of values in words, NaN left out; "none" where no state was found."""
+    found = values[values == values]
+    if not found.size:
+        return "none"
+    low, high = (round(float(end), digits) + 0.0 for end in (found.min(), found.max()))
+    return f"{low:.{digits}f} to {high:.{digits}f}"
+
+
 def _report(spaces: list, reaches: list) -> None:
     """Ranges as tables on stdout."""
     import numpy as np
@@ -155,18 +181,15 @@ def _report(spaces: list, reaches: list) -> None:
     if spaces:
         rows = []
         for space in spaces:
-            reached = [f"{space.solved} of {space.curvature.size}"]
-            for values in (space.curvature, np.rad2deg(space.bend)):
-                ends = (np.nanmin(values), np.nanmax(values)) if space.solved else (np.nan, np.nan)
-                reached.append(f"{round(ends[0], 1) + 0.0} to {round(ends[1], 1) + 0.0}")
-            rows.append([space.design, *reached])
+            spans = [_span(values, 1) for values in (space.curvature, np.rad2deg(space.bend))]
+            rows.append([space.design, f"{space.solved} of {space.curvature.size}", *spans])
         header = ("design", "states found", "curvature [1/m]", "bend angle [deg]")
         click.echo(table_text(Table(header, rows), indent=0))
     if reaches:
         rows = []
         for reach in reaches:
             found = 1e3 * reach.tip[np.isfinite(reach.tip).all(axis=1)]
-            spans = [f"{low:.0f} to {high:.0f}" for low, high in zip(found.min(0), found.max(0), strict=True)]
+            spans = [_span(values, 0) for values in found.T]
             rows.append([reach.name, f"{reach.solved} of {len(reach.tip)}", *spans])
         header = ("chain", "states found", "tip x [mm]", "tip y [mm]", "tip z [mm]")
         click.echo(table_text(Table(header, rows), indent=0))

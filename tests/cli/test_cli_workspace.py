@@ -156,3 +156,23 @@ def test_a_loaded_chain_is_solved_as_a_whole(run, tmp_path):
 def test_refusals(refused, tmp_path, arguments, words):
     assert words in refused("workspace", "--out", tmp_path / "out", *arguments)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_chain_without_any_result_is_told_and_no_crash(run, tmp_path):
+    """Far below ambient every wall is sucked flat, so there is no tip whose range could be told."""
+    result = run(
+        "workspace", "--design", "orthogonal_chain", "--samples", 2, "--out", tmp_path, "--pressures", 2,
+        "--activations", 2, "--pressure-kPa-min", -95, "--pressure-kPa-max", -90,
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    assert "0 of 4" in result.output and "none" in result.output and "nan" not in result.output
+
+
+def test_options_without_a_use_are_told(run, tmp_path):
+    result = run(
+        "workspace", "--design", "pneuflex_s", "--out", tmp_path, "--pressures", 2, "--alloy", "krl45",
+        "--samples", 7,
+    )  # fmt: skip
+    assert "--alloy has no effect: there is no spring" in result.output
+    assert "--samples has no effect: there is no chain" in result.output
+    assert "--seed has" not in result.output

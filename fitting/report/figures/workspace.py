@@ -202,7 +202,7 @@ def _shapes(axes: Axes, workspace: Workspace) -> None:
         axes.text(x, low - 4.0, words, ha="center", va="top", fontsize=8.5)
     axes.set_aspect("equal")
     axes.axis("off")
-    axes.set_title(f"{name}: least and most curved", fontsize=10)
+    axes.set_title(f"{name}: smallest and largest curvature", fontsize=10)
 
 
 def _words(workspace: Workspace, index: tuple[int, int, int]) -> str:
