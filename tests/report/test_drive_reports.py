@@ -16,6 +16,7 @@ from fitting.invert.result import Inversion
 from fitting.invert.touching import Touch
 from fitting.invert.trajectory import Trajectory
 from fitting.report.invert.figures import passage_figure, targets_figure
+from fitting.report.invert.words import target_table
 from fitting.report.results import save, text
 from fitting.wiring import Bounds, Springs, choose_filters
 
@@ -34,6 +35,25 @@ def inversion(values):
     )  # fmt: skip
 
 
+def test_one_target_out_of_reach_tells_wanted_and_reached_and_only_what_is_missed():
+    """The length is met to a millionth of a millimetre; only the curvature is missed."""
+    one = dataclasses.replace(
+        inversion([10.0, 58.5]),
+        goals=("curvature", "length"),
+        **{
+            name: getattr(inversion([10.0, 58.5]), name)[1:]
+            for name in ("pressure", "fractions", "resistances", "currents", "met", "held", "ways", "way_heat")
+        },
+        wanted=np.array([[60.0, 62e-3]]),
+        values=np.array([[58.5, 62e-3]]),
+        misses={"curvature": np.array([1.5]), "length": np.array([1e-9])},
+    )
+    assert one.verdict[:2] == [
+        "The target is out of reach: curvature 60 1/m and length 62 mm.",
+        "The nearest is curvature 58.5 1/m and length 62 mm: it misses curvature by 1.5 1/m.",
+    ]
+
+
 def test_drives_say_what_is_met_and_what_holds_the_rest(tmp_path):
     result = inversion([10.0, 58.5])
     said = text(result)
@@ -42,8 +62,9 @@ def test_drives_say_what_is_met_and_what_holds_the_rest(tmp_path):
         "Springs that are not named stay at 0.973, their fraction without a current in air of 22 degC.",
     ]
     words = [" ".join(line.split()) for line in said.splitlines()]
-    assert "1 30.000 xi0_2 0.500 met" in words
-    assert "2 50.000 xi0_2 0.100 misses curvature by 1.5 1/m xi0_2 at its lowest, 0.1" in words
+    assert "1 10 1/m 10 1/m 30.000 xi0_2 0.500 met" in words
+    far_off = ["misses curvature by 1.5 1/m", "xi0_2 at its lowest, 0.1"]
+    assert target_table(result).rows[1] == ["2", "60 1/m", "58.5 1/m", "50.000", "xi0_2 0.100", *far_off]
     assert "1 40.000 xi0_1 0.900, xi0_2 0.400 0.25" in words  # the other way
     files = {path.name for path in save(result, tmp_path / "out")}
     assert files == {"report.html", "report.json", "targets.csv", "targets.png"}

@@ -25,6 +25,11 @@ def unit_of(column: str) -> str:
     return "1" if column.startswith("direction") else unit_of_column(column)[1]
 
 
+def _in_words(unit: str) -> str:
+    """A unit of a column's name as people write it."""
+    return unit.replace("1pm", "1/m")
+
+
 def _goals(result: Inversion) -> str:
     return joined([name.replace("_", " ") for name in result.goals])
 
@@ -43,10 +48,30 @@ def verdict(result: Inversion) -> list[str]:
     if count > 1:
         return [f"{met} of {count} targets are met.", *springs]
     drives = f"Drives: {drive_words(result, 0)}."
+    wanted, reached = value_words(result.goals, result.wanted[0]), value_words(result.goals, result.values[0])
     if met:
-        return ["The target is met.", drives, *_least_heat(result), *springs]
-    return [f"The target is out of reach: missed are {missed_words(result, 0)}.", drives,
-            f"This is the nearest. It is held by: {result.held[0]}.", *springs]  # fmt: skip
+        return [f"The target is met: {wanted}.", drives, *_least_heat(result), *springs]
+    return [f"The target is out of reach: {wanted}.", f"The nearest is {reached}: it misses "
+            f"{missed_words(result, 0)}.", drives, f"It is held by: {result.held[0]}.", *springs]  # fmt: skip
+
+
+def value_words(goals: tuple[str, ...], row: np.ndarray, named: bool = True) -> str:
+    """Values of goals in words, such as `curvature 40 1/m` or `tip 40, 30, 150 mm`.
+
+    Args:
+        goals: names; row: their values in SI, shape (columns,).
+        named: false to leave out the names.
+    """
+    words, at = [], 0
+    for name in goals:
+        columns = GOALS[name].columns
+        unit = unit_of(columns[0])
+        values = from_si(np.asarray(row[at : at + len(columns)]), unit)
+        shown = ", ".join(f"{round(float(x), 9) + 0.0:.4g}" for x in values)
+        name = f"{name.replace('_', ' ')} " if named else ""
+        words.append(f"{name}{shown} {_in_words(unit)}".removesuffix(" 1"))
+        at += len(columns)
+    return joined(words)
 
 
 def _least_heat(result: Inversion) -> list[str]:
@@ -98,13 +123,13 @@ def misses_of(result: Inversion, k: int) -> list[tuple[str, float, str]]:
 
 
 def missed_words(result: Inversion, k: int) -> str:
-    """Distances from the goals of a target, in words."""
-    return joined(
-        [
-            f"{name.replace('_', ' ')} by {value:.3g} {unit.replace('1pm', '1/m')}"
-            for name, value, unit in misses_of(result, k)
-        ]
-    )
+    """Distances from those goals of a target that are missed by more than counts as met, in words."""
+    words = []
+    for name, value, unit in misses_of(result, k):
+        if result.misses[name][k] > GOALS[name].tolerance:
+            size = f"{value:.3g}" if value < 1e3 else f"{value:.0f}"
+            words.append(f"{name.replace('_', ' ')} by {size} {_in_words(unit)}")
+    return joined(words)
 
 
 def drive_words(result: Inversion, k: int) -> str:
@@ -129,10 +154,13 @@ def target_table(result: Inversion, time: np.ndarray | None = None) -> Table:
         outcome = "met" if result.met[k] else f"misses {missed_words(result, k)}"
         at = [] if time is None else [number(time[k])]
         pressure, springs = f"{from_si(result.pressure[k], 'kPa'):.3f}", result.fractions[k]
-        rows.append([str(k + 1), *at, pressure, heated_words(result, springs), outcome, result.held[k]])
+        named = len(result.goals) > 1
+        ends = [value_words(result.goals, row[k], named) for row in (result.wanted, result.values)]
+        drives = [pressure, heated_words(result, springs)]
+        rows.append([str(k + 1), *at, *ends, *drives, outcome, result.held[k]])
     more = result.met.size - SHOWN
     note = f"{more} more are in targets.csv." if more > 0 else ""
-    header = ["target", *clock, "pressure [kPa]", "heated springs", "result", "held by"]
+    header = ["target", *clock, "wanted", "reached", "pressure [kPa]", "heated springs", "result", "held by"]
     return Table(header, rows, note)
 
 
