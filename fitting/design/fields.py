@@ -108,9 +108,23 @@ def span(value: Any, dimension: str, where: str) -> tuple[float, float, str]:
         if key not in table:
             raise InputError(f"{where}: {key!r} is missing")
     low, high = (finite_number(table[key], f"{where}: {key}") for key in ("from", "to"))
-    if not low < high:
-        raise InputError(f"{where}: bounds are crossed: from {low:g} to {high:g} {unit}")
+    check_ascending(low, high, unit, where)
     return to_si(low, unit), to_si(high, unit), unit
+
+
+def check_ascending(low: float, high: float, unit: str, where: str) -> None:
+    """Refuse a range whose ends are equal or crossed.
+
+    Args:
+        low, high: ends, in the unit.
+        unit: unit; where: place in the file, for messages.
+    """
+    if low == high:
+        both = f"{low:g} {unit}".removesuffix(" 1")
+        raise InputError(f"{where}: bounds are equal, so nothing is free: {both}")
+    if not low < high:
+        ends = f"from {low:g} to {high:g} {unit}".removesuffix(" 1")
+        raise InputError(f"{where}: bounds are crossed: {ends}")
 
 
 def names_of(value: Any, where: str) -> tuple[str, ...]:

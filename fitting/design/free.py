@@ -60,11 +60,8 @@ def _free(name: str, entry: Any, table: fields.Table, plans: Sequence[Plan], pat
         values = _values(made, entry, where)
     if made == "catalogue":
         low, high = (Bound(to_si(x, unit)) for x in (values[0], values[-1]))
-    if low.parameter is None and high.parameter is None and not low.value < high.value:
-        raise InputError(
-            f"{where}: bounds are crossed: from {from_si(low.value, unit):g} to "
-            f"{from_si(high.value, unit):g} {unit}"
-        )
+    if low.parameter is None and high.parameter is None:
+        fields.check_ascending(*(from_si(end.value, unit) for end in (low, high)), unit, where)
     plain = _plain(name)
     if (
         (plain in POSITIVE or plain == "connector")

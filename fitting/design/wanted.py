@@ -78,6 +78,10 @@ def _objective(
     elif goal == "target":
         value, unit = fields.quantity(entry.get("target"), dimension, f"{where}: target")
         target = (value,)
+        if value < 0.0 and quantity in QUANTITIES and QUANTITIES[quantity].springs:
+            raise InputError(
+                f"{where}: target must not be negative: of {quantity} the largest size of all springs counts"
+            )
     elif "target" in entry:
         raise InputError(f"{where}: 'target' goes with goal = \"target\"")
     if quantity in QUANTITIES or quantity == "stiffness_range":

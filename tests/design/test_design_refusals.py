@@ -30,6 +30,9 @@ UNCERTAIN = SMALL + "\n[uncertainty]\n"
 
 BAD = {
     "crossed bounds": (WALL, WALL.replace("0.7", "2.7"), "bounds are crossed"),
+    "equal bounds": (WALL, WALL.replace("1.6", "0.7"), "[free] wall_thickness: bounds are equal, so nothing is free: 0.7 mm"),
+    "equal whole bounds": (COILS, COILS.replace("70", "40"), "bounds are equal, so nothing is free: 40"),
+    "negative target of springs": (BEND, 'quantity = "spring_force"\ngoal = "target"\ntarget = {value = -5, unit = "mN"}\nstate = "hot"', "target must not be negative: of spring_force the largest size of all springs counts"),
     "nothing free": (WALL + "\n" + COILS, "", "nothing is free"),
     "unknown parameter": ("wall_thickness", "wall_thicknes", "did you mean 'wall_thickness'"),
     "unit missing": (WALL, WALL.replace(', unit = "mm"', ""), "unit is missing; a length needs one"),
