@@ -25,9 +25,11 @@ from .study import Study, Tolerance, Uncertainty
 
 stats = Late("scipy.stats")
 
-SOFTNESS = 0.02
-"""Width over which a smooth failure counts from none to one, in units of a constraint's scale [1]. A tenth
-of it would leave the derivative to single draws."""
+KERNEL = 1.06
+"""Width of the kernel of a smooth share of failures, by Silverman's rule: standard deviations of the draws'
+largest violations, times the number of draws to the power -1/5 [1]."""
+LEAST_SPREAD = 1e-6
+"""Least standard deviation of violations that the rule takes [1]; draws that are all alike have none."""
 CONFIDENCE = 0.95
 """Probability of intervals of probabilities [1]."""
 
@@ -169,10 +171,14 @@ def reduced(values: Array, measure: str, k: float, level: float) -> Array:
 def soft_failure(margins: Array) -> Array:
     """Smooth share of draws that fail [1].
 
+    Every draw counts by a logistic kernel as wide as Silverman's rule has it. So the share has a derivative,
+    and is near to the probability whatever the size of the spread.
+
     Args:
         margins: largest scaled violation of every draw, positive where it fails, shape (draws,).
     """
-    return jnp.mean(jax.nn.sigmoid(4.0 * margins / SOFTNESS))
+    width = KERNEL * jnp.sqrt(jnp.var(margins) + LEAST_SPREAD**2) * margins.size**-0.2
+    return jnp.mean(jax.nn.sigmoid(math.pi / math.sqrt(3.0) * margins / width))
 
 
 def interval(failures: int, draws: int) -> tuple[float, float]:
