@@ -141,8 +141,8 @@ def blocked_steps(best: Outcome, problem: Problem, evaluate: Evaluator) -> list[
     """
     space, place = evaluate.model.space, best.evaluation.place
     slope = problem.weights @ best.evaluation.jacobian
-    steps = [s for s in steps_from(space, problem.held) if slope[s[0]] * (s[2] - place[s[0]]) < 0.0]
-    ends = {k for k in problem.held if slope[k] != 0.0} - {k for k, _, _ in steps}
+    steps = [s for s in steps_from(space, problem.held) if slope[s[0]] * (s[2] - place[s[0]]) < -BETTER]
+    ends = {k for k in problem.held if abs(slope[k]) > BETTER} - {k for k, _, _ in steps}
     found = [Step(k, bool(slope[k] < 0.0)) for k in sorted(ends)]
     moved = [np.where(np.arange(place.size) == k, x, place) for k, _, x in steps]
     for (k, up, _), one in zip(steps, evaluate(moved) if moved else [], strict=True):

@@ -10,7 +10,7 @@ from fitting.inference.notes import joined
 from pneusma_jax.units import from_si, to_si
 
 from .log import Evaluation, Evaluator
-from .optimise import ALLOWED, Outcome, Problem, best_of, optimise
+from .optimise import ALLOWED, Outcome, Problem, least_violation
 from .program import Model
 from .study import Study
 
@@ -37,13 +37,9 @@ def contradiction(
     def least(kept: list[int]) -> Outcome:
         rows = np.flatnonzero(np.isin(owners, kept))
         part = dataclasses.replace(
-            problem,
-            rows=problem.rows[rows],
-            limits=problem.limits[rows],
-            scales=problem.scales[rows],
-            slack=True,
+            problem, rows=problem.rows[rows], limits=problem.limits[rows], scales=problem.scales[rows]
         )
-        return best_of(optimise([part] * len(starts), starts, evaluate))
+        return least_violation(part, starts, evaluate)
 
     kept = sorted({int(k) for k in owners})
     missed = least(kept).objective

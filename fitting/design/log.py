@@ -16,7 +16,7 @@ from pneusma_jax.errors import InputError
 
 from .program import Model
 
-SCHEMA = "pneusma-evaluations/1"
+SCHEMA = "pneusma-evaluations/2"
 
 
 @dataclass(frozen=True)

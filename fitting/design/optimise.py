@@ -198,6 +198,28 @@ def from_starts(
     return [found[k] for k in range(len(starts))]
 
 
+def least_violation(problem: Problem, starts: Sequence[np.ndarray], evaluate: Evaluator) -> Outcome:
+    """The place of the least violation that searches for it find, whatever the objective there.
+
+    Its `objective` is that violation [1].
+    """
+    slack = dataclasses.replace(problem, slack=True)
+    return best_of(optimise([slack] * len(starts), starts, evaluate))
+
+
+def from_within(
+    problem: Problem, starts: Sequence[np.ndarray], evaluate: Evaluator, method: str
+) -> list[Outcome]:
+    """The search from a place that keeps all constraints; nothing where none is found.
+
+    A search for the objective may end outside, where a search for the least violation gets inside.
+    """
+    inside = least_violation(problem, starts, evaluate)
+    if inside.evaluation is None or inside.objective > ALLOWED:
+        return []
+    return optimise([problem], [inside.evaluation.place], evaluate, method)
+
+
 class _Joined(Exception):
     """Ends a search that leads to a known optimum."""
 
@@ -337,12 +359,20 @@ class Conditions:
             one scale. It is zero where the constraint is not active.
         low, high: multipliers of the ends of the box [1], shape (parameters,).
         left: size of the gradient that no multiplier explains, over that of the objective's gradient [1].
+        steepness: size of the part that no multiplier explains: change of the scaled objective over a whole
+            range [1].
     """
 
     rows: np.ndarray
     low: np.ndarray
     high: np.ndarray
     left: float
+    steepness: float
+
+    @property
+    def inside(self) -> bool:
+        """True if neither a constraint nor an end of a range holds the design."""
+        return not (self.rows.any() or self.low.any() or self.high.any())
 
 
 def conditions(problem: Problem, one: Evaluation) -> Conditions:
@@ -359,9 +389,10 @@ def conditions(problem: Problem, one: Evaluation) -> Conditions:
     left = float(np.linalg.norm(gradient[free]))
     if matrix.size:
         found, left = optimize.nnls(matrix, -gradient[free])
+        found[found < BETTER] = 0.0  # rounding error of a gradient that is none
     rows, low, high = np.zeros(room.size), np.zeros(size), np.zeros(size)
     rows[active] = found[: active.size]
     low[below] = found[active.size : active.size + below.size]
     high[above] = found[active.size + below.size :]
     norm = float(np.linalg.norm(gradient[free])) or 1.0
-    return Conditions(rows, low, high, left / norm)
+    return Conditions(rows, low, high, left / norm, left)

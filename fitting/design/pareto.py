@@ -62,6 +62,26 @@ def front_of(
     return best_pairs([pair for pair in pairs if pair[0].kept], count)
 
 
+def as_point(pair: tuple[Outcome, Problem], problem: Problem, count: int) -> tuple[Outcome, Problem]:
+    """A design that was found for one objective alone, as a point of the front.
+
+    Args:
+        pair: the design, and the problem that it solves.
+        problem: problem of the first objective, without limits on the others.
+        count: number of objectives.
+    """
+    one, own = pair
+    values = one.evaluation.values[1:count]
+    limited = dataclasses.replace(
+        problem,
+        rows=np.append(problem.rows, np.arange(1, count)),
+        limits=np.append(problem.limits, values),
+        scales=np.append(problem.scales, np.maximum(np.abs(values), 1e-12)),
+        held=own.held,
+    )
+    return dataclasses.replace(one, objective=limited.objective(one.evaluation)), limited
+
+
 def none_better(
     pairs: Sequence[tuple[Outcome, Problem]], evaluate: Evaluator, count: int
 ) -> list[tuple[Outcome, Problem]]:

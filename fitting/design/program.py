@@ -102,9 +102,22 @@ class Model:
         parts = lambda s: [n for at, n in springs if at == s] if quantity.springs else [0]  # noqa: E731
         return [Row(k, name, s, part) for s in segments for name in names for part in parts(s)]
 
-    def outputs(self, place: Array, draw: Mapping, materials: tuple[Materials, ...]) -> tuple[Array, Array]:
-        """Objectives, signed to be minimised [SI], and scaled constraint rows, positive where violated
-        [1]."""
+    @property
+    def aims(self) -> dict[int, int]:
+        """Place of a quantity that has a target among the numbers of an evaluation, by its objective.
+
+        It is the quantity itself, while the objective is its distance from the target. Nothing is sought by
+        it; reports tell it, and its derivatives.
+        """
+        count = len(self.study.objectives) + len(self.groups)
+        aims = [k for k, one in enumerate(self.study.objectives) if one.aims]
+        return {k: count + i for i, k in enumerate(aims)}
+
+    def outputs(
+        self, place: Array, draw: Mapping, materials: tuple[Materials, ...]
+    ) -> tuple[Array, Array, Array]:
+        """Objectives, signed to be minimised [SI]; scaled constraint rows, positive where violated [1]; and
+        quantities that have a target [SI]."""
         parameters = self.space.parameters(place)
         own = tuple(m.with_draw(draw["alloy"], draw.get("stiffness")) for m in materials)
         body = build_body(self.plan, parameters, own, draw["added"])
@@ -114,7 +127,8 @@ class Model:
         rows = [jnp.ravel(seen.violation(one)) for one in self.study.constraints]
         margins = jnp.concatenate(rows) if rows else jnp.zeros(0)
         values = jnp.stack([one.sign * seen.objective(one) for one in self.study.objectives])
-        return values, margins
+        reached = [seen.reached(one) for one in self.study.objectives if one.aims]
+        return values, margins, jnp.stack(reached) if reached else jnp.zeros(0)
 
     def worst(self, margins: Array) -> Array:
         """Largest violation of each constraint [1], shape (constraints,)."""
@@ -125,9 +139,10 @@ class Model:
 
     def _reduced(self, place: Array, draws: Mapping, materials: tuple[Materials, ...]) -> Array:
         """Objectives and constraints as the optimiser gets them."""
-        values, margins = jax.vmap(lambda draw: self.outputs(place, draw, materials))(draws)
+        values, margins, reached = jax.vmap(lambda draw: self.outputs(place, draw, materials))(draws)
+        reached = jnp.mean(reached, axis=0)
         if not self.uncertain:
-            return jnp.concatenate([values[0], margins[0]])
+            return jnp.concatenate([values[0], margins[0], reached])
         given = self.study.uncertainty
         spread = reduced(values, given.objective, given.k, given.level)
         groups = jax.vmap(self.worst)(margins) if self.rows else jnp.zeros((values.shape[0], 0))
@@ -135,8 +150,9 @@ class Model:
             if one.quantity == "failure_probability":
                 spread = spread.at[k].set(soft_failure(jnp.max(groups, axis=1)))
         if given.constraints == "counted":
-            return spread
-        return jnp.concatenate([spread, reduced(groups, given.constraints, given.k, given.level)])
+            return jnp.concatenate([spread, reached])
+        limits = reduced(groups, given.constraints, given.k, given.level)
+        return jnp.concatenate([spread, limits, reached])
 
     def _stored(self, function: Callable, name: str) -> Callable:
         """A program of this study, traced once and not in every process; of a user's functions it is not."""
@@ -183,8 +199,9 @@ class Model:
                 time.
 
         Returns:
-            Objectives and constraints, shape (places, numbers), and derivatives by the place, shape (places,
-            numbers, parameters); NaN where a state has no equilibrium.
+            Objectives, constraints and quantities that have a target (`aims`), shape (places, numbers). Then
+            derivatives by the place, shape (places, numbers, parameters). NaN where a state has no
+            equilibrium.
         """
         return self._at(self._compiled, places, size)
 
@@ -197,7 +214,7 @@ class Model:
         size = max(1, ROWS // len(self.states.names))
 
         def spread(place: Array, draws: dict, materials: tuple) -> tuple[Array, Array]:
-            one = lambda draw: self.outputs(place, draw, materials)  # noqa: E731
+            one = lambda draw: self.outputs(place, draw, materials)[:2]  # noqa: E731
             return jax.lax.map(one, draws, batch_size=size)
 
         return self._stored(spread, f"{spread.__qualname__} {size}")

@@ -39,6 +39,8 @@ class Design:
         objectives: values in the order of the study [SI], with their own sign.
         violation: the largest scaled one of a constraint [1]; negative where there is room everywhere.
         evaluation: the numbers that the optimiser received.
+        reached: quantities that have a target [SI], by the index of the objective, whose own value is the
+            distance from it.
     """
 
     choice: Choice
@@ -46,6 +48,7 @@ class Design:
     objectives: tuple[float, ...]
     violation: float
     evaluation: Evaluation
+    reached: Mapping[int, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -83,12 +86,15 @@ class Front:
             best of each objective and the reference.
         reference: worst value that counts of each objective, with its own sign [SI].
         made: true if the designs can be made.
+        chances: results of each design on fresh draws, where the probability of failure is an objective. The
+            search has a smooth share of its own draws instead.
     """
 
     designs: tuple[Design, ...]
     hypervolume: float
     reference: tuple[float, ...]
     made: bool
+    chances: tuple[Chance, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -124,6 +130,8 @@ class DesignResult(Result):
         lost, joined: number of its starts that could not be solved, and that were stopped near an optimum
             found before.
         evaluations, equilibria: numbers of evaluations and of equilibria that were computed.
+        finer_areas: areas of the workspaces of `made` [m2], by objective, from polygons of
+            `workspace.FINER` times as many states; empty under uncertainty.
         notes: cautions for the reader.
     """
 
@@ -143,4 +151,5 @@ class DesignResult(Result):
     joined: int
     evaluations: int
     equilibria: int
+    finer_areas: Mapping[str, float] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)

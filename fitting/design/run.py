@@ -4,7 +4,7 @@ import hashlib
 import itertools
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from pneusma_jax.calibration import load_calibration, named_table
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 
-from .bodies import material_of, plan_of
+from .bodies import build_body, material_of, plan_of
 from .chances import chances_of, notes_on_draws
 from .discrete import blocked_steps, made_from
 from .infeasible import why_infeasible, why_nothing
@@ -30,17 +30,21 @@ from .optimise import (
     better_seen,
     conditions,
     from_starts,
+    from_within,
     optimise,
 )
-from .pareto import front_of, none_better, share_of_box
+from .pareto import as_point, front_of, none_better, share_of_box
 from .program import Model
 from .result import Choice, Design, DesignResult, Front, Limits
 from .study import Study
 from .uncertain import sampler_of
+from .workspace import finer_area
 
 STILL = 1e-10
 """Change of an objective over the whole range of a parameter that is rounding error, as part of its size, or
 of one in its unit [1]: equilibria are exact to 1e-10."""
+ASIDE = 0.01
+"""Part of a range by which neighbours of a design without slope lie aside [1]."""
 LEAST_SIZE = 8
 """Least number of places that go through the program at once."""
 
@@ -191,13 +195,17 @@ def _search(
     count = len(study.objectives)
     sizes = np.array([max(abs(float(np.median([o.values[j] for o in good]))), 1e-12) for j in range(count)])
     total = good[0].values.size
-    rows = np.arange(count, total)
+    rows = np.arange(count, count + len(model.groups))
     problems = [
         Problem(np.eye(total)[j] / sizes[j], rows, np.zeros(rows.size), np.ones(rows.size))
         for j in range(count)
     ]
     phase[0] = "continuous design"
     outcomes = [from_starts(problem, starts, evaluate, study.optimiser) for problem in problems]
+    if rows.size and not any(one.kept for one in outcomes[0]):
+        inside = [one.place for one in good]
+        found_inside = [from_within(problem, inside, evaluate, study.optimiser) for problem in problems]
+        outcomes = [ended + more for ended, more in zip(outcomes, found_inside, strict=True)]
     anchors = [best_of(ended) for ended in outcomes]
     past = lambda best, rest: search_past_jumps(best, rest, evaluate, study.optimiser)  # noqa: E731
     beyond = past if jumps(study) else None
@@ -226,6 +234,10 @@ def _search(
         phase[0] = "rounding"
         once = {"further": False, "ends": ON_FRONTS, "objectives": count}
         made = [made_from(o, p, evaluate, study.optimiser, **once) for o, p in found.pairs]
+        if not any(made):  # the limits on the other objectives may leave no room, as where a front is a point
+            own = zip(anchors, problems, strict=True)
+            alone = [made_from(o, p, evaluate, study.optimiser) for o, p in own]
+            made = [as_point(pair, problems[0], count) for pair in alone if pair]
         found.rounded = any(made)
         if found.rounded:
             found.pairs = none_better([pair for pair in made if pair], evaluate, count)
@@ -270,8 +282,9 @@ def design_at(model: Model, choice: Choice, one: Evaluation) -> Design:
     signs = [o.sign for o in model.study.objectives]
     values = tuple(float(s * v) for s, v in zip(signs, one.values, strict=False))
     parameters = {n: float(x) for n, x in model.space.parameters(one.place).items()}
-    rows = one.values[len(signs) :]
-    return Design(choice, parameters, values, float(np.max(rows, initial=-np.inf)), one)
+    rows = one.values[len(signs) : len(signs) + len(model.groups)]
+    reached = {k: float(one.values[row]) for k, row in model.aims.items()}
+    return Design(choice, parameters, values, float(np.max(rows, initial=-np.inf)), one, reached)
 
 
 def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str], object]) -> DesignResult:
@@ -296,6 +309,11 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
         progress("fresh draws")
         places = _to_compare(best, solved[ways.index(best)]["nominal"], base)
         chances = chances_of(model, places)
+    front = _front(best) if best.pairs else None
+    if front is not None and any(o.quantity == "failure_probability" for o in study.objectives):
+        progress("fresh draws of the front")
+        each = chances_of(model, {str(k): d.evaluation.place for k, d in enumerate(front.designs)})
+        front = replace(front, chances=tuple(each.values()))
         notes += notes_on_draws(study, model.plan)
     return DesignResult(
         study=study,
@@ -306,7 +324,7 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
         problem=best.problem,
         conditions=conditions(best.problem, best.ideal.evaluation),
         limits=best.limits,
-        front=_front(best) if best.pairs else None,
+        front=front,
         chances=chances,
         others=tuple(_design(w, w.final) for w in able if w is not best),
         starts=tuple(
@@ -318,8 +336,19 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
         joined=sum(o.message == JOINED for o in best.outcomes),
         evaluations=len(log.known),
         equilibria=sum(w.evaluate.equilibria for one in solved for w in one.values()),
+        finer_areas={} if study.uncertainty else _finer_areas(study, model, best.final.evaluation.place),
         notes=notes,
     )
+
+
+def _finer_areas(study: Study, model: Model, place: np.ndarray) -> dict[str, float]:
+    """Areas of a design's workspaces from finer polygons [m2], by objective."""
+    parameters = {n: float(x) for n, x in model.space.parameters(place).items()}
+    sweeps = {one.name: one.sweep for one in study.objectives if one.sweep is not None}
+    if not sweeps:
+        return {}
+    body = build_body(model.plan, parameters, model.materials)
+    return {name: finer_area(body, model.plan.tables[0], sweep) for name, sweep in sweeps.items()}
 
 
 def _notes_on_search(study: Study, best: _Solved) -> list[str]:
@@ -330,9 +359,24 @@ def _notes_on_search(study: Study, best: _Solved) -> list[str]:
             f"{lost} of {len(best.outcomes)} starts were not solved, since their dimensions have no "
             "equilibrium in all states; the search went on from the others"
         )
-    for name in _unchanging(study, [best.final.evaluation]):
+    one = best.final.evaluation
+    names = _unchanging(study, [one])
+    if names:  # an optimum inside all ranges has no slope, either, but its neighbours differ from it
+        steps = [sign * ASIDE * axis for axis in np.eye(one.place.size) for sign in (1.0, -1.0)]
+        around = best.evaluate([np.clip(one.place + step, 0.0, 1.0) for step in steps])
+        names = [name for name in names if _all_alike(study, name, [one, *around])]
+    for name in names:
         notes.append(f"objective {name!r} has no slope at the design: nothing that is free changes it there")
     return notes
+
+
+def _all_alike(study: Study, name: str, at: list[Evaluation]) -> bool:
+    """True if an objective is the same, to rounding error, in some designs, those without equilibrium left
+    out."""
+    j = next(k for k, one in enumerate(study.objectives) if one.name == name)
+    values = [one.values[j] for one in at if one.finite]
+    unit = abs(float(to_si(1.0, study.objectives[j].unit, True)))
+    return float(np.ptp(values)) <= STILL * max(unit, *np.abs(values))
 
 
 def _to_compare(robust: _Solved, nominal: _Solved, base: Design | None) -> dict[str, np.ndarray]:

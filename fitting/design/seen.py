@@ -89,27 +89,30 @@ class Seen:
 
     def objective(self, one: Objective) -> Array:
         """Value of an objective [SI]; that of a target is the distance from it."""
-        states = self.states
-        if one.quantity == "failure_probability":
-            return jnp.zeros(())
-        if one.file is not None:
-            value = self.users(one.file, one.function)
-        elif one.sweep is not None:
-            first, last = states.sweeps[one.name]
-            some = jax.tree.map(lambda x: x[first:last], self.parts)
-            value = enclosed_area(jax.vmap(lambda part: tip_in_plane(Solved(self.body, *part)))(some))
-        elif one.quantity == "tip_miss":
-            return self._miss(one)
-        elif one.quantity == "stiffness_range":
-            pair = self.quantity("bending_stiffness", states.index(one.states), one.segment - 1)
-            value = pair[1] / pair[0]
-        else:
-            found = self.quantity(one.quantity, states.index(one.states), one.segment - 1)
-            value = jnp.max(jnp.abs(found)) if QUANTITIES[one.quantity].springs else jnp.mean(found)
+        value = self.reached(one)
         if one.goal != "target":
             return value
         size = abs(one.target[0]) or abs(float(to_si(1.0, one.unit, True)))
         return jnp.sqrt((value - one.target[0]) ** 2 + (TINY * size) ** 2)
+
+    def reached(self, one: Objective) -> Array:
+        """Value of an objective's quantity [SI], whatever its goal."""
+        states = self.states
+        if one.quantity == "failure_probability":
+            return jnp.zeros(())
+        if one.file is not None:
+            return self.users(one.file, one.function)
+        if one.sweep is not None:
+            first, last = states.sweeps[one.name]
+            some = jax.tree.map(lambda x: x[first:last], self.parts)
+            return enclosed_area(jax.vmap(lambda part: tip_in_plane(Solved(self.body, *part)))(some))
+        if one.quantity == "tip_miss":
+            return self._miss(one)
+        if one.quantity == "stiffness_range":
+            pair = self.quantity("bending_stiffness", states.index(one.states), one.segment - 1)
+            return pair[1] / pair[0]
+        found = self.quantity(one.quantity, states.index(one.states), one.segment - 1)
+        return jnp.max(jnp.abs(found)) if QUANTITIES[one.quantity].springs else jnp.mean(found)
 
     def _miss(self, one: Objective) -> Array:
         """Root mean square distance of the tip from poses [m], with directions on the lever `LEVER`."""

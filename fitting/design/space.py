@@ -50,10 +50,21 @@ class Space:
             place[k] = (values[one.name] - low) / (high - low) if high > low else 0.5
         return place
 
-    def scale(self, place: np.ndarray) -> np.ndarray:
-        """Size of the box along each parameter at a place [SI]."""
+    def slopes(self, place: np.ndarray) -> np.ndarray:
+        """Derivatives of all parameters [SI] by the place, shape (parameters, parameters).
+
+        A parameter whose bound depends on another one moves with that one's place, too.
+        """
         found = {name: float(value) for name, value in self.parameters(place).items()}
-        return np.array([float(_end(f.high, found)) - float(_end(f.low, found)) for f in self.free])
+        index, slopes = {name: k for k, name in enumerate(self.names)}, np.zeros((len(self), len(self)))
+        for k in self.order:
+            one = self.free[k]
+            low, high = (float(_end(bound, found)) for bound in (one.low, one.high))
+            for bound, share in ((one.low, 1.0 - place[k]), (one.high, place[k])):
+                if bound.parameter is not None:
+                    slopes[k] += share * bound.times * slopes[index[bound.parameter]]
+            slopes[k, k] += high - low
+        return slopes
 
 
 def _end(bound: Bound, found: dict[str, Array]) -> Array:

@@ -134,9 +134,14 @@ class Objective:
         """Factor that turns the value into one to be minimised."""
         return -1.0 if self.goal == "maximise" else 1.0
 
+    @property
+    def aims(self) -> bool:
+        """True if the value is a distance from a target, and not the quantity itself."""
+        return self.goal == "target"
+
     def in_unit(self, value: float | np.ndarray) -> float | np.ndarray:
         """Values [SI] in `unit`; for the goal `target` they are distances."""
-        return from_si(value, self.unit, difference=self.goal == "target")
+        return from_si(value, self.unit, difference=self.aims)
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,7 @@
 """The area that the tip can reach in its plane, from states round the edge of pressure and activation."""
 
+from dataclasses import replace
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
@@ -8,8 +10,12 @@ import pneusma_jax as pj
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.errors import InputError
 
-from .bodies import Solved
+from .bodies import Body, Solved
 from .study import Sweep
+
+FINER = 10
+"""Factor on the states round the edge by which an area is checked [1]. With 48 states the areas of three
+walls of PneuSMA2 were 3 to 6 % too small, with 480 states 0.04 % too small or less."""
 
 
 def edge_states(table: Calibration, sweep: Sweep) -> tuple[np.ndarray, np.ndarray]:
@@ -54,6 +60,16 @@ def tip_in_plane(solved: Solved) -> Array:
     """Place of the tip in the plane of bending [m]: towards side 1, and along the straight tube."""
     side = jnp.asarray(solved.body.segments[0].side_direction)
     return jnp.stack([solved.end_pose[:2, 3] @ side, solved.end_pose[2, 3]])
+
+
+def finer_area(body: Body, table: Calibration, sweep: Sweep) -> float:
+    """Area from `FINER` times as many states round the edge [m2]; NaN where one has no equilibrium."""
+    pressure, fractions = edge_states(table, replace(sweep, points=FINER * sweep.points))
+    drives = tuple(pj.MartensiteFraction(column) for column in fractions.T)
+    found = pj.solve_batch(body.segments[0], pressure, drives)
+    half, length = 0.5 * np.asarray(found.bend_angle), np.asarray(found.length)
+    chord = length * np.sinc(half / np.pi)
+    return float(enclosed_area(np.stack([chord * np.sin(half), chord * np.cos(half)], axis=1)))
 
 
 def enclosed_area(tips: Array) -> Array:

@@ -37,7 +37,7 @@ def test_bounds_that_depend_on_others_become_a_box():
     values = space.parameters(np.array([0.5, 1.0]))
     assert values == {"wall": pytest.approx(2.5), "outer": pytest.approx(10.0)}
     np.testing.assert_allclose(space.place(values), [0.5, 1.0])
-    np.testing.assert_allclose(space.scale(np.array([0.2, 0.0])), [1.0, 4.0])
+    np.testing.assert_allclose(space.slopes(np.array([0.2, 0.0])), [[1.0, 0.2 * 0.5 * 4.0], [0.0, 4.0]])
 
 
 def frame(tip, turn):

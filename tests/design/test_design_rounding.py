@@ -38,7 +38,7 @@ class Ridge:
         return coils / 66.31 * (0.2424 / wire) ** 2
 
     def __call__(self, places):
-        found, span = [], self.model.space.scale(np.zeros(2))
+        found, span = [], np.diag(self.model.space.slopes(np.zeros(2)))
         for place in places:
             size = self.model.space.parameters(place)
             bend = self.bend(size["coils"], size["wire"])

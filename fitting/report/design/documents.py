@@ -7,6 +7,7 @@ from typing import Any
 import pneusma_jax as pj
 from fitting.data.csv_text import csv_text
 from fitting.design.result import Design, DesignResult
+from fitting.design.study import Objective
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS
 from pneusma_jax.calibration import Calibration, named_table
 from pneusma_jax.calibration.records import Quantity
@@ -14,7 +15,7 @@ from pneusma_jax.calibration.toml import render_calibration
 from pneusma_jax.serial_chain.designs import KEYS, NUMBERS, SCHEMA
 from pneusma_jax.units import INTERNAL_UNITS, from_si
 
-from .words import row_words, verdict
+from .words import label_of, row_words, verdict
 
 RESULT_SCHEMA = "pneusma-design/1"
 
@@ -118,17 +119,24 @@ def _numbers(result: DesignResult, design: Design) -> dict[str, Any]:
             f.name: {"value": from_si(design.parameters[f.name], f.unit), "unit": f.unit} for f in study.free
         },
         "objectives": {
-            o.name: {"value": o.in_unit(x), "unit": o.unit}
-            for o, x in zip(study.objectives, design.objectives, strict=True)
+            o.name: {"value": o.in_unit(x), "unit": o.unit} | _aimed(o, design.reached.get(k))
+            for k, (o, x) in enumerate(zip(study.objectives, design.objectives, strict=True))
         },
         "violation": design.violation,
     }
 
 
+def _aimed(one: Objective, reached: float | None) -> dict[str, float]:
+    """Target and reached value of an objective whose own value is the distance between them."""
+    if reached is None:
+        return {}
+    return {"target": from_si(one.target[0], one.unit), "reached": from_si(reached, one.unit)}
+
+
 def _front_csv(result: DesignResult) -> str:
-    study, designs = result.study, result.front.designs
+    study, designs, chances = result.study, result.front.designs, result.front.chances
     columns = {
-        f"{o.name} [{o.unit}]": [o.in_unit(d.objectives[k]) for d in designs]
+        f"{label_of(o)} [{o.unit}]": [o.in_unit(d.objectives[k]) for d in designs]
         for k, o in enumerate(study.objectives)
     }
     return csv_text(
@@ -137,6 +145,7 @@ def _front_csv(result: DesignResult) -> str:
             f"{f.name} [{f.unit}]": [from_si(d.parameters[f.name], f.unit) for d in designs]
             for f in study.free
         }
+        | ({"fails in fresh draws [1]": [c.probability for c in chances]} if chances else {})
     )
 
 

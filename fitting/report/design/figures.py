@@ -26,7 +26,7 @@ from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.kinematics import arc_points
 from pneusma_jax.units import from_si
 
-from .words import sensitivities, step_of
+from .words import label_of, sensitivities, step_of
 
 COLOURS = (VERMILION, BLUE, GREEN, ORANGE, PURPLE, SKY)
 MOST_SHAPES = 6
@@ -202,8 +202,8 @@ def front_figure(result: DesignResult) -> Figure:
                 base = [study.objectives[k].in_unit(result.base.objectives[k]) for k in (i, j)]
                 axes.plot(*base, "s", color=GREY, label="tables' own")
             axes.set(
-                xlabel=f"{study.objectives[i].name} [{study.objectives[i].unit}]",
-                ylabel=f"{study.objectives[j].name} [{study.objectives[j].unit}]",
+                xlabel=f"{label_of(study.objectives[i])} [{study.objectives[i].unit}]",
+                ylabel=f"{label_of(study.objectives[j])} [{study.objectives[j].unit}]",
             )
             legend_above(axes)
     return figure
@@ -219,8 +219,7 @@ def chance_figure(result: DesignResult) -> Figure:
             shown = one.in_unit(chance.values)
             label = f"{name}: fails in {100.0 * chance.probability:.3g} %"
             axes.hist(shown, bins=60, histtype="stepfilled", alpha=0.35, color=colour, label=label)
-        axes.set(
-            xlabel=f"{one.name} [{one.unit}]", ylabel=f"draws of {next(iter(result.chances.values())).draws}"
-        )
+        draws = next(iter(result.chances.values())).draws
+        axes.set(xlabel=f"{label_of(one)} [{one.unit}]", ylabel=f"draws of {draws}")
         legend_above(axes, 1)
     return figure

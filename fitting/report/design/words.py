@@ -9,7 +9,8 @@ from fitting.design.infeasible import limit_words
 from fitting.design.neighbours import DISTANCES, jumps
 from fitting.design.optimise import ALLOWED
 from fitting.design.result import Design, DesignResult
-from fitting.design.study import Free, Objective
+from fitting.design.study import Constraint, Free, Objective
+from fitting.design.workspace import FINER
 from fitting.inference.notes import joined
 from pneusma_jax.errors import counted
 from pneusma_jax.units import UNITS, from_si, to_si
@@ -26,6 +27,15 @@ ROUNDING = 1e-9
 """By how much a logarithm may exceed a whole number from rounding alone [1]."""
 LOOSER = 0.01
 """Relaxation of a limit in the table of limits, as part of it [1]."""
+MET = 1e-5
+"""Distance up to which a target counts as met, as part of it, or of one unit where it is zero [1]. It is ten
+times the rounding of such distances (`seen.TINY`): searches ended at 1.0 to 1.1 times that rounding."""
+STEEP = 0.01
+"""Gradient over a whole range, as part of the objective, up to which a design counts as an optimum [1]. Three
+optima inside all limits had up to 0.004; two searches that stopped where equilibria end had 0.3."""
+NO_CHANGE = 1e-12
+"""Change of a value that is rounding error, as part of it, or of one unit where it is smaller [1]. Changes
+by parameters without effect were at most 1e-24; the smallest real ones, of hundredths, are above 1e-6."""
 NOTHING = 1e-9
 """Part of a parameter's range that is rounding error: an optimiser ends at a bound of zero within it [1]."""
 
@@ -49,12 +59,27 @@ def parameter_value(free: Free, value: float) -> float:
 def objective_words(result: DesignResult, design: Design) -> list[str]:
     """Every objective of a design in words, as `area 8840 mm2`."""
     study, words = result.study, []
-    for one, value in zip(study.objectives, design.objectives, strict=True):
-        text = f"{one.name} {objective_shown(one, value)}"
-        if one.goal == "target":
-            text += f" away from {shown(one.target[0], one.unit)}"
-        words.append(text)
+    for k, (one, value) in enumerate(zip(study.objectives, design.objectives, strict=True)):
+        if not one.aims:
+            words.append(f"{one.name} {objective_shown(one, value)}")
+            continue
+        target = shown(one.target[0], one.unit)
+        if is_met(one, value):
+            words.append(f"{one.name} {target}, which meets its target")
+        else:
+            away = f"{objective_shown(one, value)} away from its target {target}"
+            words.append(f"{one.name} {shown(design.reached[k], one.unit)}, {away}")
     return words
+
+
+def is_met(one: Objective, value: float) -> bool:
+    """True if an objective's distance from its target is no more than rounding."""
+    return one.aims and value <= MET * (abs(one.target[0]) or abs(float(to_si(1.0, one.unit, True))))
+
+
+def label_of(one: Objective) -> str:
+    """Name of an objective's value: of one with a target it is a distance."""
+    return f"{one.name}, from its target" if one.aims else one.name
 
 
 def verdict(result: DesignResult) -> list[str]:
@@ -62,11 +87,7 @@ def verdict(result: DesignResult) -> list[str]:
     study, made = result.study, result.made
     choice = made.choice.words(study)
     first = f"The design{f' ({choice})' if choice else ''}: {', '.join(objective_words(result, made))}."
-    sentences = [first + _comparison_with_base(result)]
-    limits = _active_limits(result)
-    sentences.append(
-        f"It is limited by {joined(limits)}." if limits else "Nothing limits it: no constraint is active."
-    )
+    sentences = [first + _comparison_with_base(result), _limit_words(result)]
     if result.made is not result.ideal and any(f.discrete for f in study.free):
         sentences.append(rounding_words(result))
     if result.front is not None:
@@ -75,8 +96,22 @@ def verdict(result: DesignResult) -> list[str]:
             f"The front has {counted(len(result.front.designs), 'design')} {kind}, and dominates "
             f"{100.0 * result.front.hypervolume:.3g} % of the box up to its reference."
         )
-    sentences += chance_words(result)
+    sentences += [*_area_words(result), *chance_words(result)]
     return sentences
+
+
+def _area_words(result: DesignResult) -> list[str]:
+    """Sentences on areas of workspaces, which are those of polygons."""
+    words, sweeps = [], result.model.states.sweeps
+    for one in result.study.objectives:
+        if one.name in result.finer_areas:
+            first, last = sweeps[one.name]
+            count, finer = last - first, shown(result.finer_areas[one.name], one.unit)
+            words.append(
+                f"{one.name!r} is the area of a polygon through {count} states of the edge. "
+                f"Through {FINER * count} states it is {finer}."
+            )
+    return words
 
 
 def _comparison_with_base(result: DesignResult) -> str:
@@ -84,11 +119,28 @@ def _comparison_with_base(result: DesignResult) -> str:
     if base is None:
         return ""
     before, after = base.objectives[0], result.made.objectives[0]
-    caveat = "" if base.violation <= 0.0 else ", which does not keep all constraints"
+    caveat = "" if base.violation <= ALLOWED else ", which does not keep all constraints"
     factor = ""
-    if before > 0.0 and after > 0.0 and one.goal != "target":
+    if before > 0.0 and after > 0.0 and not one.aims:
         factor = f"; that is a factor of {after / before:.3g}"
-    return f" The tables' own dimensions give {one.name} {objective_shown(one, before)}{caveat}{factor}."
+    value = shown(base.reached[0], one.unit) if one.aims else objective_shown(one, before)
+    return f" The tables' own dimensions give {one.name} {value}{caveat}{factor}."
+
+
+def _limit_words(result: DesignResult) -> str:
+    """Sentence on what keeps the design from being better."""
+    study, limits = result.study, _active_limits(result)
+    if len(study.objectives) == 1 and is_met(study.objectives[0], result.made.objectives[0]):
+        return "Nothing could make it better: the target is met."
+    if limits:
+        return f"It is limited by {joined(limits)}."
+    steep = result.limits.conditions.steepness
+    if steep <= STEEP:
+        return "Nothing limits it: it lies within all constraints and ranges."
+    return (
+        "No constraint is active and no range ends there, but the search could not go on: over a range the "
+        f"objective would change by {100.0 * steep:.2g} %. Next to the design there may be no equilibrium."
+    )
 
 
 def _active_limits(result: DesignResult) -> list[str]:
@@ -143,8 +195,8 @@ def rounding_words(result: DesignResult) -> str:
     one = result.study.objectives[0]
     before, after = result.ideal.objectives[0], result.made.objectives[0]
     lost = one.sign * (after - before)
-    share = f" ({100.0 * lost / abs(before):.2g} %)" if before else ""
-    if lost <= 0.0:
+    share = f" ({100.0 * lost / abs(before):.2g} %)" if before and not one.aims else ""
+    if lost <= 0.0 or is_met(one, after):
         return "Rounding to what can be made costs nothing."
     cost = shown(lost, one.unit, difference=True)
     return f"Rounding to what can be made costs {cost} of {one.name}{share}."
@@ -181,16 +233,20 @@ def other_table(result: DesignResult) -> Table:
     """Table of the best designs of other choices."""
     one = result.study.objectives[0]
     rows = [[d.choice.words(result.study), objective_shown(one, d.objectives[0])] for d in result.others]
-    return Table(["choice", one.name], rows)
+    return Table(["choice", label_of(one)], rows)
 
 
 def sensitivities(result: DesignResult, design: Design) -> np.ndarray:
-    """Change of every objective [SI, own sign] for a step of every parameter, shape (parameters,
-    objectives)."""
-    one, scale = design.evaluation, result.model.space.scale(design.evaluation.place)
-    signs = np.array([o.sign for o in result.study.objectives])
-    steps = np.array([step_of(f)[0] for f in result.model.space.free])
-    slopes = one.jacobian[: signs.size].T / scale[:, None]
+    """Change of every objective [SI, own sign] for a step of every parameter, the others left as they are.
+
+    Of an objective with a target it is the change of the quantity, and not of its distance from the target:
+    that distance has no slope where the target is met. Shape (parameters, objectives).
+    """
+    one, space, aims = design.evaluation, result.model.space, result.model.aims
+    signs = np.array([1.0 if o.aims else o.sign for o in result.study.objectives])
+    steps = np.array([step_of(f)[0] for f in space.free])
+    rows = one.jacobian[[aims.get(k, k) for k in range(signs.size)]]
+    slopes = np.linalg.solve(space.slopes(one.place).T, rows.T)
     return slopes * steps[:, None] * signs
 
 
@@ -198,19 +254,28 @@ def parameter_table(result: DesignResult) -> Table:
     """Table of every parameter: value, range, and effect of a step."""
     study, made = result.study, result.made
     steps = sensitivities(result, made)
+    values_of = [made.reached.get(k, value) for k, value in enumerate(made.objectives)]
     header = ["parameter", "made", "value", "before rounding", "range"]
     header += ["step", *(f"changes {o.name} by" for o in study.objectives)]
     rows = []
     for k, free in enumerate(result.model.space.free):
         ends = f"{_bound(free.low, free.unit)} to {_bound(free.high, free.unit)}"
         changes = [
-            f"{from_si(x, o.unit, difference=True):+.3g} {o.unit}"
-            for x, o in zip(steps[k], study.objectives, strict=True)
+            change_words(x, value, o.unit)
+            for x, value, o in zip(steps[k], values_of, study.objectives, strict=True)
         ]
         ends_at = (parameter_value(free, d.parameters[free.name]) for d in (made, result.ideal))
         values = [shown(x, free.unit) for x in ends_at]
         rows.append([free.name, free.made, *values, ends, step_of(free)[1], *changes])
     return Table(header, rows)
+
+
+def change_words(change: float, value: float, unit: str) -> str:
+    """A change of a value in words; none where it is rounding error."""
+    size = max(abs(value), abs(float(to_si(1.0, unit, True))))
+    if abs(change) <= NO_CHANGE * size:
+        return "nothing"
+    return f"{from_si(change, unit, difference=True):+.3g} {unit}".removesuffix(" 1")
 
 
 def _bound(bound: object, unit: str) -> str:
@@ -233,50 +298,65 @@ def limit_table(result: DesignResult) -> Table:
             continue
         tight = max(own, key=lambda i: values[i])
         gain = float(np.sum(result.limits.conditions.rows[own])) * LOOSER * size
-        row, room = groups[tight], -100.0 * values[tight]
+        row = groups[tight]
         where = (
             row.state
             + (f", segment {row.segment}" if row.segment > 1 else "")
             + (f", spring {row.part}" if row.part else "")
         )
         worth = f"{from_si(gain, first.unit, difference=True):.3g} {first.unit}" if gain > 0.0 else ""
-        rows.append(
-            [
-                study.constraints[k].name,
-                limit_words(study, k),
-                where,
-                "0 %" if abs(room) <= 100.0 * ALLOWED else f"{room:.3g} %",
-                worth,
-            ]
-        )
+        if worth and study.constraints[k].limit == 0.0:
+            worth += f" per {LOOSER:g} {study.constraints[k].unit}"
+        room = _room_words(study.constraints[k], float(-values[tight]))
+        rows.append([study.constraints[k].name, limit_words(study, k), where, room, worth])
     header = ["constraint", "limit", "tightest in", "room, of the limit", f"worth of 1 % in {first.name}"]
     return Table(header, rows, "A room of 0 % is an active constraint.")
+
+
+def _room_words(one: Constraint, room: float) -> str:
+    """Room below or above a limit in words: as part of the limit, or in its unit where that is zero.
+
+    Args:
+        one: the constraint.
+        room: scaled room [1], see `Seen.violation`.
+    """
+    room = 0.0 if abs(room) <= ALLOWED else room
+    if one.limit == 0.0 and room:
+        return f"{room:.3g} {one.unit}".removesuffix(" 1")
+    return f"{100.0 * room:.3g} %"
 
 
 def front_table(result: DesignResult) -> Table:
     """Table of the designs on the Pareto front."""
     study = result.study
     header = [
-        *(with_unit(o.name, o.unit) for o in study.objectives),
+        *(with_unit(label_of(o), o.unit) for o in study.objectives),
         *(with_unit(f.name, f.unit) for f in study.free),
+        *(["fails in fresh draws"] if result.front.chances else []),
     ]
     rows = [
         [
             *(f"{o.in_unit(x):.4g}" for x, o in zip(d.objectives, study.objectives, strict=True)),
             *(f"{from_si(parameter_value(f, d.parameters[f.name]), f.unit):.4g}" for f in study.free),
+            *([f"{100.0 * result.front.chances[k].probability:.3g} %"] if result.front.chances else []),
         ]
-        for d in result.front.designs
+        for k, d in enumerate(result.front.designs)
     ]
     chosen = next(
         (k for k, d in enumerate(result.front.designs) if d.evaluation is result.made.evaluation), None
     )
-    return Table(header, rows, chosen=chosen)
+    note = (
+        "A probability of failure among the objectives is a smooth share of the search's draws; the last "
+        "column counts fresh ones."
+    )
+    return Table(header, rows, note if result.front.chances else "", chosen=chosen)
 
 
 def chance_table(result: DesignResult) -> Table:
     """Table of the results over fresh draws, design by design."""
     study, first = result.study, result.study.objectives[0]
-    header = ["design", "draws", "fails", "95 % interval", "without equilibrium", f"median of {first.name}"]
+    header = ["design", "draws", "fails", "95 % interval", "without equilibrium"]
+    header += [f"median of {label_of(first)}"]
     header += [f"misses {c.name}" for c in study.constraints]
     rows = []
     for name, c in result.chances.items():
@@ -308,14 +388,26 @@ def how_it_was_found(result: DesignResult) -> list[str]:
     joined_words = f" {stopped} stopped near an optimum that was found already." if result.joined else ""
     return [
         f"{counted(count, 'start')}; {lost}{len(feasible)} ended with all constraints kept, at {ends[0]} to "
-        f"{ends[1]}.{joined_words}",
+        f"{ends[1]}{' from the target' if first.aims else ''}.{joined_words}",
         f"{counted(result.evaluations, 'evaluation')} with exact derivatives, "
         f"{counted(result.equilibria, 'equilibrium', 'equilibria')}.",
-        f"Of the objective's gradient {100.0 * result.conditions.left:.2g} % is not explained by what "
-        "limits the "
-        "design; none would be at an exact optimum.",
+        _gradient_words(result),
         *_on_jumps(result),
     ]
+
+
+def _gradient_words(result: DesignResult) -> str:
+    """Sentence on how near the continuous design is to an exact optimum."""
+    found = result.conditions
+    if found.inside:
+        return (
+            f"No limit holds the continuous design. Over a range the objective would change by "
+            f"{100.0 * found.steepness:.2g} %; at an exact optimum it would not."
+        )
+    return (
+        f"Of the objective's gradient {100.0 * found.left:.2g} % is not explained by what limits the "
+        "design; none would be at an exact optimum."
+    )
 
 
 def _on_jumps(result: DesignResult) -> list[str]:

@@ -1,0 +1,127 @@
+"""What a study says of its design: targets, sensitivities, limits of zero, optima inside all limits."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy import stats
+from study_files import PLAIN, changed, write_study
+
+import fitting.characterise  # noqa: F401  results know how they look
+import fitting.report.results  # noqa: F401
+import pneusma_jax as pj
+from fitting.design import read_study, run_study
+from fitting.design.bodies import build_body, plan_of
+from fitting.design.study import Sweep
+from fitting.design.uncertain import soft_failure
+from fitting.design.workspace import finer_area
+from fitting.report.design.documents import summary
+from fitting.report.design.words import sensitivities
+from fitting.report.results import text
+
+GOAL = 'goal = "maximise"'
+LIMIT = 'at_most = {value = 90, unit = "mm"}'
+
+
+def solved(folder, study):
+    return run_study(read_study(write_study(folder, study)))
+
+
+def said(result):
+    return re.sub(r"\s+", " ", text(result))
+
+
+def curvature(**sizes):
+    """Curvature of the plain study's tube [1/m], from `solve` alone."""
+    return float(pj.solve(pj.make_actuator("pneuflex_s", **sizes), 30e3).curvature)
+
+
+def test_a_target_that_is_met_tells_what_is_reached_and_how_it_changes(tmp_path):
+    result = solved(tmp_path, changed(GOAL, 'goal = "target"\ntarget = {value = 40, unit = "1/m"}', PLAIN))
+    words = said(result)
+    assert "bend 40 1/m, which meets its target" in words and "the target is met" in words
+    assert f"The tables' own dimensions give bend {curvature():.4g} 1/m" in words
+    assert "not explained" not in words
+    wall = result.made.parameters["wall_thickness"]
+    around = [curvature(wall_thickness=wall + h) for h in (5e-5, -5e-5)]
+    assert sensitivities(result, result.made)[0, 0] == pytest.approx(around[0] - around[1], rel=0.01)
+    entry = summary(result)["design"]["objectives"]["bend"]
+    assert entry["reached"] == pytest.approx(40.0, abs=1e-3) and entry["target"] == pytest.approx(40.0)
+
+
+def test_a_target_out_of_reach_tells_the_value_and_the_distance(tmp_path):
+    result = solved(tmp_path, changed(GOAL, 'goal = "target"\ntarget = {value = 500, unit = "1/m"}', PLAIN))
+    best = curvature(wall_thickness=0.7e-3)
+    assert f"bend {best:.4g} 1/m, {500.0 - best:.4g} 1/m away from its target 500 1/m" in said(result)
+    assert "the lower end of wall_thickness" in said(result)
+
+
+def test_a_sensitivity_leaves_parameters_with_dependent_bounds_as_they_are(tmp_path):
+    linked = changed(
+        'to = 1.6, unit = "mm"}',
+        'to = {parameter = "outer_diameter", times = 0.2, plus = -0.4}, unit = "mm"}\n'
+        'outer_diameter = {from = 9, to = 12, unit = "mm"}',
+        PLAIN,
+    )
+    result = solved(tmp_path, changed(GOAL, 'goal = "target"\ntarget = {value = 40, unit = "1/m"}', linked))
+    sizes = dict(result.made.parameters)
+    for k, name in enumerate(result.model.space.names):
+        ends = [curvature(**sizes | {name: sizes[name] + h}) for h in (5e-5, -5e-5)]
+        assert sensitivities(result, result.made)[k, 0] == pytest.approx(ends[0] - ends[1], rel=0.01)
+
+
+def test_a_front_that_is_a_point_is_rounded(tmp_path):
+    stepped = changed(
+        'made = "continuous", from = 0.7', 'made = "steps", step = 0.2, from = 0.75', PLAIN
+    )
+    target = 'goal = "target"\ntarget = {value = 40, unit = "1/m"}'
+    again = f'[objective.again]\nquantity = "curvature"\n{target}\nstate = "hot"\n\n[constraint.length]'
+    result = solved(tmp_path, changed("[constraint.length]", again, changed(GOAL, target, stepped)))
+    assert result.front.made and not result.notes
+    wall = 1e3 * result.made.parameters["wall_thickness"]
+    walls = np.arange(0.75, 1.6, 0.2)
+    best = min(walls, key=lambda x: abs(curvature(wall_thickness=1e-3 * x) - 40.0))
+    assert wall == pytest.approx(best, abs=1e-9)
+
+
+def test_room_at_a_limit_of_zero_is_told_in_its_unit(tmp_path):
+    result = solved(
+        tmp_path, changed('"length"\n' + LIMIT, '"bend_angle"\nat_least = {value = 0, unit = "deg"}', PLAIN)
+    )
+    found = pj.solve(pj.make_actuator("pneuflex_s", wall_thickness=0.7e-3), 30e3)
+    assert f"{np.rad2deg(float(found.bend_angle)):.3g} deg" in said(result)
+
+
+def test_an_optimum_inside_all_limits_is_called_one(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "def bend(states, parameters):\n    return 1.0 + (1e3 * parameters['wall_thickness'] - 1.1) ** 2\n"
+    )
+    function = 'quantity = "function"\nfile = "mine.py"\ngoal = "minimise"\n'
+    result = solved(tmp_path, changed('quantity = "curvature"\n' + GOAL + '\nstate = "hot"\n', function, PLAIN))
+    assert result.conditions.steepness < 1e-3 and not result.notes
+    assert "Nothing limits it: it lies within all constraints and ranges." in said(result)
+    assert "No limit holds the continuous design." in said(result) and "1e+02" not in said(result)
+
+
+@pytest.mark.parametrize("spread", [1e-4, 1e-2, 1.0])
+def test_a_smooth_share_of_failures_is_near_to_the_probability(spread):
+    """Whatever the spread, 2.3 % beyond two standard deviations count as 1.5 to 4.5 %."""
+    even = stats.norm.ppf((np.arange(64) + 0.5) / 64)
+    assert 0.015 < float(soft_failure(spread * (even - 2.0))) < 0.045
+    assert float(soft_failure(spread * even)) == pytest.approx(0.5, abs=0.01)
+
+
+def test_a_finer_polygon_has_the_area_of_the_shape_that_the_tip_covers():
+    """Against the area of all cells of a grid over pressure and activation."""
+    plan = plan_of("pneusma2")
+    body = build_body(plan, {}, plan.materials())
+    pressure, heat = np.meshgrid(np.linspace(0.0, 50e3, 61), np.linspace(-0.7, 0.7, 121), indexing="ij")
+    drives = [pj.MartensiteFraction(1.0 - np.maximum(s * heat, 0.0).ravel()) for s in (-1.0, 1.0)]
+    found = pj.solve_batch(body.segments[0], pressure.ravel(), tuple(drives))
+    angle, length = np.asarray(found.bend_angle), np.asarray(found.length)
+    tip = length * np.sinc(0.5 * angle / np.pi) * np.exp(0.5j * angle)  # along the tube, and across
+    tip = tip.reshape(pressure.shape)
+    a, b = tip[1:, 1:] - tip[:-1, :-1], tip[1:, :-1] - tip[:-1, 1:]
+    covered = 0.5 * np.abs(np.sum((a.conj() * b).imag))
+    area = finer_area(body, plan.tables[0], Sweep(0.0, 50e3, 0.3, 8))
+    assert area == pytest.approx(covered, rel=2e-3)
