@@ -2,12 +2,13 @@
 
 import difflib
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 DESIGNS = ("pneusma1", "pneusma2", "pneuflex_s", "pneuflex_t", "pneuflex_w", "triad")
 
@@ -42,6 +43,19 @@ def prepare() -> None:
 def notice(text: str) -> None:
     """Say something beside the result, on stderr."""
     click.echo(f"note: {' '.join(text.split())}", err=True)
+
+
+def tell_unused(options: Mapping[str, str], why: str) -> None:
+    """Say of options that were given, and that have nothing to act on.
+
+    Args:
+        options: how they are written, by the name of their value.
+        why: what there is not.
+    """
+    context = click.get_current_context()
+    for name, option in options.items():
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            notice(f"{option} has no effect: {why}")
 
 
 def done(paths: Sequence[Path]) -> None:

@@ -5,10 +5,11 @@ from typing import Any
 
 import click
 
-from ._common import FINITE, SEED, Finite, design_argument, done, prepare, table_argument
+from ._common import FINITE, SEED, Finite, design_argument, done, prepare, table_argument, tell_unused
 
 SINGLE = ("curvature_1pm", "bend_angle_deg", "length_mm")
 PLACE = ("tip_mm", "direction")
+OF_SPRINGS = {"alloy": "--alloy", "xi0_min": "--xi0-min", "xi0_max": "--xi0-max"}
 
 
 @click.command("invert")
@@ -85,6 +86,8 @@ def invert_command(**options: Any) -> None:
     with Steps("inverting", plain=True) as told:
         told("compiling, which takes longest the first time, and solving")
         inverse = Inverse(design, limits, *tables, options["seed"])
+        if not inverse.springs:
+            tell_unused(OF_SPRINGS, "there is no spring")
         if lumen is not None:
             result = pass_through(inverse, lumen, 1e-3 * (options["clearance_mm"] or 0.0))
             good = result.passes

@@ -5,12 +5,14 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
 from fitting.data.csv_text import csv_text
 from fitting.report.table import Table, table_text
 
-from ._common import FINITE, SEED, Finite, design_argument, done, notice, prepare, table_argument
+from ._common import FINITE, SEED, Finite, design_argument, done, notice, prepare, table_argument, tell_unused
+
+OF_SPRINGS = {"alloy": "--alloy", "xi0_min": "--xi0-min", "activations": "--activations"}
+OF_CHAINS = {"samples": "--samples", "seed": "--seed"}
 
 
 @click.command("workspace", short_help="Curvature and bend angle over pressure and activation.")
@@ -87,8 +89,10 @@ def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> No
     for space in (*spaces, *reaches):
         for caution in space.cautions:
             notice(f"{getattr(space, 'design', None) or space.name}: {caution}")
-    for sentence in _without_effect(spaces, reaches):
-        notice(sentence)
+    if not any(space.springs for space in spaces) and not any(reach.fractions for reach in reaches):
+        tell_unused(OF_SPRINGS, "there is no spring")
+    if not reaches:
+        tell_unused(OF_CHAINS, "there is no chain")
     _report(spaces, reaches)
     done(files)
 
@@ -149,20 +153,6 @@ def _reach_documents(reaches: list) -> dict[str, str | bytes]:
         documents[f"tips_{name}.csv"] = csv_text(reach.columns())
         documents[f"tips_{name}.png"] = png(reach_figure(reach))
     return documents
-
-
-def _without_effect(spaces: list, reaches: list) -> list[str]:
-    """Sentences on options that were given, and that no design here has a use for."""
-    context = click.get_current_context()
-    of_springs = {"alloy": "--alloy", "xi0_min": "--xi0-min", "activations": "--activations"}
-    of_chains = {"samples": "--samples", "seed": "--seed"}
-    springs = any(space.springs for space in spaces) or any(reach.fractions for reach in reaches)
-    found = []
-    for options, has, what in ((of_springs, springs, "spring"), (of_chains, reaches, "chain")):
-        for name, option in options.items():
-            if not has and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
-                found.append(f"{option} has no effect: there is no {what}")
-    return found
 
 
 def _span(values: Any, digits: int) -> str:

@@ -51,7 +51,7 @@ unit vector along the tip."""
 
 
 def misses(goals: tuple[str, ...], found: Array, wanted: Array) -> dict[str, Array]:
-    """Distance from each goal, in SI.
+    """Distance from each goal, in SI; NaN where a state has no equilibrium, so that no goal is met there.
 
     Args:
         goals: names.
@@ -60,7 +60,8 @@ def misses(goals: tuple[str, ...], found: Array, wanted: Array) -> dict[str, Arr
     misses, at = {}, 0
     for name in goals:
         width = len(GOALS[name].columns)
-        misses[name] = safe_norm(found[..., at : at + width] - wanted[..., at : at + width])
+        apart = found[..., at : at + width] - wanted[..., at : at + width]
+        misses[name] = jnp.where(jnp.all(jnp.isfinite(apart), axis=-1), safe_norm(apart), jnp.nan)
         at += width
     return misses
 

@@ -100,8 +100,19 @@ class Inverse:
 
     @cached_property
     def atlas(self) -> Atlas:
-        """States to start from."""
-        return atlas_of(self.body, self.limits.pressure, self.limits.span, self.seed)
+        """States to start from.
+
+        Raises:
+            InputError: if none of them has an equilibrium.
+        """
+        found = atlas_of(self.body, self.limits.pressure, self.limits.span, self.seed)
+        if not np.any(np.isfinite(np.asarray(found.solved.end_pose)[:, 2, 3])):
+            low, high = (from_si(end, "kPa") for end in self.limits.pressure)
+            raise InputError(
+                f"{self.design}: no state that was tried from {low:g} to {high:g} kPa has an equilibrium; "
+                "give it other pressures"
+            )
+        return found
 
     @cached_property
     def by_tables(self) -> ByTables | None:
@@ -246,6 +257,8 @@ class Inverse:
             many = self._searched(goals, wanted, self.atlas.nearest(goals, wanted, MORE_STARTS[-1]))
             return [self._exact(goals, wanted, many)]
         near, whole, found = self.lean_starts(goals, wanted), self.box(), []
+        if not near.shape[1]:  # no lean state has an equilibrium
+            near = self.atlas.nearest(goals, wanted, 1)
         springs = range(len(self.springs))
         sets = [one for size in springs for one in itertools.combinations(springs, size + 1)]
         for heated in sets:

@@ -60,15 +60,17 @@ class Trajectory(Result):
     def warnings(self) -> list[str]:
         """Warnings about steps that cannot be undone."""
         words, rows = [], np.flatnonzero(self.lost)
-        if not rows.size:
+        if not rows.size or not rows[0]:  # the first row has nothing to remember
             return words
         first = rows[0]
         targets = "1 target needs" if rows.size == 1 else f"{rows.size} targets need"
         name = min(self.inversion.misses, key=lambda n: -self.inversion.misses[n][first])
         for k in range(len(self.inversion.springs)):
-            least = self.remembered[first, k]
+            known = self.remembered[:first, k]  # what the row itself heats is no loss that it begins with
+            least = known[-1]
             if least < self.inversion.left_alone[k] - 1e-3:
-                when = self.time[np.flatnonzero(self.remembered[:, k] <= least + 1e-9)[0]]
+                since = np.flatnonzero(known > least + 1e-9)  # stretched again, or heated less, until then
+                when = self.time[since[-1] + 1 if since.size else 0]
                 words.append(
                     f"from {self.time[first]:g} s on, {targets} what spring "
                     f"{self.inversion.spring_name(k)} lost when it was heated to a fraction of "

@@ -133,6 +133,30 @@ def test_fractions_that_leave_nothing_to_heat_are_refused():
         Inverse("pneusma2", Limits((0.0, 50e3), 0.5, 0.3))
 
 
+def test_pressures_without_any_equilibrium_are_refused():
+    with pytest.raises(InputError, match=r"no state that was tried from -95 to -60 kPa has an equilibrium"):
+        Inverse("pneusma2", Limits((-95e3, -60e3), 0.1)).solve(("curvature",), np.array([[40.0]]), all_ways=True)
+
+
+def test_pressures_where_only_two_heated_springs_hold_have_an_answer():
+    """At 600 to 900 kPa no state with one heated spring has an equilibrium, from which other ways would start."""
+    inverse = Inverse("pneusma2", Limits((600e3, 900e3), 0.1))
+    assert not inverse.lean_starts(("curvature",), np.array([[40.0]])).size
+    found = inverse.solve(("curvature",), np.array([[40.0]]), all_ways=True)
+    assert np.isfinite(found.values).all() and not found.met.any()
+
+
+@pytest.mark.slow
+def test_the_spring_that_was_heated_before_is_blamed_and_not_the_one_that_the_row_heats(inverse):
+    """A spring heated to one side takes from the bend to the other, which a new actuator reaches."""
+    alone = follow(inverse, ("curvature",), np.array([[0.0], [-60.0]]), np.array([0.0, 20.0]))
+    assert alone.inversion.met.all()
+    after = follow(inverse, ("curvature",), np.array([[0.0], [40.0], [-60.0]]), np.array([0.0, 10.0, 20.0]))
+    assert after.lost.tolist() == [False, False, True]
+    (said,) = after.warnings()
+    assert "what spring 2 lost" in said and "at 10 s" in said
+
+
 @pytest.mark.slow
 def test_what_heat_has_taken_is_said(inverse):
     # bent as far as it goes to one side, and then straight and long: the heated spring does not let go again

@@ -51,6 +51,9 @@ def verdict(result: Inversion) -> list[str]:
     wanted, reached = value_words(result.goals, result.wanted[0]), value_words(result.goals, result.values[0])
     if met:
         return [f"The target is met: {wanted}.", drives, *_least_heat(result), *springs]
+    if not np.isfinite(result.values[0]).all():
+        return [f"The target is out of reach: {wanted}.",
+                "The search ended where springs at rest find no equilibrium.", drives, *springs]  # fmt: skip
     return [f"The target is out of reach: {wanted}.", f"The nearest is {reached}: it misses "
             f"{missed_words(result, 0)}.", drives, f"It is held by: {result.held[0]}.", *springs]  # fmt: skip
 
@@ -67,7 +70,7 @@ def value_words(goals: tuple[str, ...], row: np.ndarray, named: bool = True) -> 
         columns = GOALS[name].columns
         unit = unit_of(columns[0])
         values = from_si(np.asarray(row[at : at + len(columns)]), unit)
-        shown = ", ".join(f"{round(float(x), 9) + 0.0:.4g}" for x in values)
+        shown = ", ".join(f"{round(float(x), 9) + 0.0:.4g}" if np.isfinite(x) else "none" for x in values)
         name = f"{name.replace('_', ' ')} " if named else ""
         words.append(f"{name}{shown} {_in_words(unit)}".removesuffix(" 1"))
         at += len(columns)
@@ -152,6 +155,7 @@ def target_table(result: Inversion, time: np.ndarray | None = None) -> Table:
     rows = []
     for k in range(min(result.met.size, SHOWN)):
         outcome = "met" if result.met[k] else f"misses {missed_words(result, k)}"
+        outcome = outcome if np.isfinite(result.values[k]).all() else "no equilibrium"
         at = [] if time is None else [number(time[k])]
         pressure, springs = f"{from_si(result.pressure[k], 'kPa'):.3f}", result.fractions[k]
         named = len(result.goals) > 1
