@@ -60,8 +60,7 @@ def misses(goals: tuple[str, ...], found: Array, wanted: Array) -> dict[str, Arr
     misses, at = {}, 0
     for name in goals:
         width = len(GOALS[name].columns)
-        apart = found[..., at : at + width] - wanted[..., at : at + width]
-        misses[name] = jnp.where(jnp.all(jnp.isfinite(apart), axis=-1), safe_norm(apart), jnp.nan)
+        misses[name] = safe_norm(found[..., at : at + width] - wanted[..., at : at + width])
         at += width
     return misses
 

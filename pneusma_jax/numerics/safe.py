@@ -55,11 +55,11 @@ def safe_divide(numerator: Array, denominator: Array, floor: float) -> Array:
 
 
 def safe_norm(vector: Array, axis: int = -1) -> Array:
-    """Euclidean norm with zero gradient at the zero vector."""
+    """Euclidean norm with zero gradient at the zero vector; NaN where the vector has one."""
     xp = namespace_of(vector)
     square = xp.sum(vector**2, axis=axis)
-    positive = square > 0.0
-    return xp.where(positive, xp.sqrt(xp.where(positive, square, 1.0)), 0.0)
+    zero = square == 0.0
+    return xp.where(zero, 0.0, xp.sqrt(xp.where(zero, 1.0, square)))
 
 
 def smoothstep(u: Array) -> Array:
