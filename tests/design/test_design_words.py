@@ -39,7 +39,7 @@ def curvature(**sizes):
 def test_a_target_that_is_met_tells_what_is_reached_and_how_it_changes(tmp_path):
     result = solved(tmp_path, changed(GOAL, 'goal = "target"\ntarget = {value = 40, unit = "1/m"}', PLAIN))
     words = said(result)
-    assert "bend 40 1/m, which meets its target" in words and "the target is met" in words
+    assert "bend 40 1/m, which meets its target" in words and "its target is met" in words
     assert f"The tables' own dimensions give bend {curvature():.4g} 1/m" in words
     assert "not explained" not in words
     wall = result.made.parameters["wall_thickness"]
@@ -84,6 +84,17 @@ def test_a_front_that_is_a_point_is_rounded(tmp_path):
     assert wall == pytest.approx(best, abs=1e-9)
 
 
+def test_a_design_that_cannot_be_made_is_called_so(tmp_path):
+    """One wall is too thin for the limits and the other too thick, so the design stays between them."""
+    two = changed(
+        'made = "continuous", from = 0.7, to = 1.6', 'made = "catalogue", values = [0.7, 1.6]', PLAIN
+    )
+    length = [float(pj.solve(pj.make_actuator("pneuflex_s", wall_thickness=w), 30e3).length) for w in (8e-4, 15e-4)]
+    low, high = (f"{{value = {1e3 * x:.6f}, unit = 'mm'}}" for x in sorted(length))
+    result = solved(tmp_path, changed(LIMIT, f"at_least = {low}\nat_most = {high}", two))
+    assert "It cannot be made" in said(result) and "costs nothing" not in said(result)
+
+
 def test_room_at_a_limit_of_zero_is_told_in_its_unit(tmp_path):
     result = solved(
         tmp_path, changed('"length"\n' + LIMIT, '"bend_angle"\nat_least = {value = 0, unit = "deg"}', PLAIN)
@@ -100,7 +111,7 @@ def test_an_optimum_inside_all_limits_is_called_one(tmp_path):
     result = solved(tmp_path, changed('quantity = "curvature"\n' + GOAL + '\nstate = "hot"\n', function, PLAIN))
     assert result.conditions.steepness < 1e-3 and not result.notes
     assert "Nothing limits it: it lies within all constraints and ranges." in said(result)
-    assert "No limit holds the continuous design." in said(result) and "1e+02" not in said(result)
+    assert "The continuous design is at no limit." in said(result) and "1e+02" not in said(result)
 
 
 @pytest.mark.parametrize("spread", [1e-4, 1e-2, 1.0])

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from fitting.design.discrete import Step
+from fitting.design.discrete import Step, all_made
 from fitting.design.infeasible import limit_words
 from fitting.design.neighbours import DISTANCES, jumps
 from fitting.design.optimise import ALLOWED
@@ -129,9 +129,9 @@ def _comparison_with_base(result: DesignResult) -> str:
 
 def _limit_words(result: DesignResult) -> str:
     """Sentence on what keeps the design from being better."""
-    study, limits = result.study, _active_limits(result)
-    if len(study.objectives) == 1 and is_met(study.objectives[0], result.made.objectives[0]):
-        return "Nothing could make it better: the target is met."
+    first, limits = result.study.objectives[0], _active_limits(result)
+    if is_met(first, result.made.objectives[0]):
+        return f"Nothing could make {first.name} better: its target is met."
     if limits:
         return f"It is limited by {joined(limits)}."
     steep = result.limits.conditions.steepness
@@ -193,6 +193,8 @@ def _end_of(free: Free, step: Step) -> float:
 def rounding_words(result: DesignResult) -> str:
     """Sentence on the cost of rounding."""
     one = result.study.objectives[0]
+    if not all_made(result.model.space, result.made.evaluation.place):
+        return "It cannot be made: no design next to it that can be made keeps all constraints."
     before, after = result.ideal.objectives[0], result.made.objectives[0]
     lost = one.sign * (after - before)
     share = f" ({100.0 * lost / abs(before):.2g} %)" if before and not one.aims else ""
@@ -401,7 +403,7 @@ def _gradient_words(result: DesignResult) -> str:
     found = result.conditions
     if found.inside:
         return (
-            f"No limit holds the continuous design. Over a range the objective would change by "
+            f"The continuous design is at no limit. Over a range the objective would change by "
             f"{100.0 * found.steepness:.2g} %; at an exact optimum it would not."
         )
     return (
