@@ -130,7 +130,7 @@ class DesignResult(Result):
         lost, joined: number of its starts that could not be solved, and that were stopped near an optimum
             found before.
         evaluations, equilibria: numbers of evaluations and of equilibria that were computed.
-        finer_areas: areas of the workspaces of `made` [m2], by objective, from polygons of
+        finer_areas: areas of the workspaces of `made` and `base` [m2], by objective, from polygons of
             `workspace.FINER` times as many states; empty under uncertainty.
         notes: cautions for the reader.
     """
@@ -151,5 +151,5 @@ class DesignResult(Result):
     joined: int
     evaluations: int
     equilibria: int
-    finer_areas: Mapping[str, float] = field(default_factory=dict)
+    finer_areas: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)

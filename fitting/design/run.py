@@ -336,19 +336,23 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
         joined=sum(o.message == JOINED for o in best.outcomes),
         evaluations=len(log.known),
         equilibria=sum(w.evaluate.equilibria for one in solved for w in one.values()),
-        finer_areas={} if study.uncertainty else _finer_areas(study, model, best.final.evaluation.place),
+        finer_areas={} if study.uncertainty else _finer_areas(study, model, best.final, base),
         notes=notes,
     )
 
 
-def _finer_areas(study: Study, model: Model, place: np.ndarray) -> dict[str, float]:
-    """Areas of a design's workspaces from finer polygons [m2], by objective."""
-    parameters = {n: float(x) for n, x in model.space.parameters(place).items()}
+def _finer_areas(
+    study: Study, model: Model, final: Outcome, base: Design | None
+) -> dict[str, tuple[float, ...]]:
+    """Areas of workspaces from finer polygons [m2], by objective: the design's, and those of the tables."""
     sweeps = {one.name: one.sweep for one in study.objectives if one.sweep is not None}
     if not sweeps:
         return {}
-    body = build_body(model.plan, parameters, model.materials)
-    return {name: finer_area(body, model.plan.tables[0], sweep) for name, sweep in sweeps.items()}
+    places = [final.evaluation.place, *([] if base is None else [base.evaluation.place])]
+    sizes = [{n: float(x) for n, x in model.space.parameters(place).items()} for place in places]
+    bodies = [build_body(model.plan, own, model.materials) for own in sizes]
+    table = model.plan.tables[0]
+    return {name: tuple(finer_area(b, table, sweep) for b in bodies) for name, sweep in sweeps.items()}
 
 
 def _notes_on_search(study: Study, best: _Solved) -> list[str]:

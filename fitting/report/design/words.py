@@ -106,10 +106,12 @@ def _area_words(result: DesignResult) -> list[str]:
     for one in result.study.objectives:
         if one.name in result.finer_areas:
             first, last = sweeps[one.name]
-            count, finer = last - first, shown(result.finer_areas[one.name], one.unit)
+            count = last - first
+            finer = [shown(area, one.unit) for area in result.finer_areas[one.name]]
+            of_tables = f", and {finer[1]} of the tables' own dimensions" if len(finer) > 1 else ""
             words.append(
                 f"{one.name!r} is the area of a polygon through {count} states of the edge. "
-                f"Through {FINER * count} states it is {finer}."
+                f"Through {FINER * count} states it is {finer[0]}{of_tables}."
             )
     return words
 
