@@ -72,7 +72,7 @@ def states_of_study(study: Study, plan: Plan) -> States:
     """Every state that objectives and constraints look at."""
     names, pressure, rows, free, sweeps = [], [], [], [], {}
     for state in study.states.values():
-        row, free_here = _drives(state, len(names), plan.springs)
+        row, free_here = drives_of(state, len(names), plan.springs)
         names.append(state.name)
         pressure.append(0.0 if state.pressure is None else state.pressure)
         rows.append(row)
@@ -90,12 +90,12 @@ def states_of_study(study: Study, plan: Plan) -> States:
     )
 
 
-def _drives(
+def drives_of(
     state: State, index: int, springs: Sequence[tuple[int, int]]
 ) -> tuple[np.ndarray, list[FreeDrive]]:
     """Fractions of all springs in one state, and its drives that are free.
 
-    Springs that the state does not name are cold.
+    What a state says of one segment replaces what it says of all. Springs that it does not name are cold.
 
     Args:
         state: the state.
@@ -105,14 +105,13 @@ def _drives(
     fractions, free = np.ones(len(springs)), []
     for spring, (segment, number) in enumerate(springs):
         of_all_segments, of_this_one = (0, number), (segment, number)
-        for key, name in ((of_all_segments, f"{number}"), (of_this_one, f"{segment}.{number}")):
-            if key not in state.fractions:
-                continue
-            value = state.fractions[key]
-            if value is None:
-                free.append(FreeDrive(index, spring, f"{state.name}.xi0_{name}"))
-            else:
-                fractions[spring] = value
+        key = of_this_one if of_this_one in state.fractions else of_all_segments
+        name = f"{segment}.{number}" if key == of_this_one else f"{number}"
+        value = state.fractions.get(key, 1.0)
+        if value is None:
+            free.append(FreeDrive(index, spring, f"{state.name}.xi0_{name}"))
+        else:
+            fractions[spring] = value
     if state.pressure is None:
         free.append(FreeDrive(index, None, f"{state.name}.pressure"))
     return fractions, free

@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import minimize, rosen, rosen_der
 from scipy.stats import beta
 
-from fitting.design.every_state import States
+from fitting.design.every_state import States, drives_of
 from fitting.design.lockstep import run_together
 from fitting.design.log import Evaluation, Log
 from fitting.design.optimise import JOINED, NEAR, Problem, best_of, from_starts, optimise
@@ -19,7 +19,7 @@ from fitting.design.program import first_of
 from fitting.design.run import start_places
 from fitting.design.seen import LEVER, Seen
 from fitting.design.space import Space
-from fitting.design.study import Bound, Free, Objective, Pose
+from fitting.design.study import Bound, Free, Objective, Pose, State
 from fitting.design.uncertain import interval, reduced
 from fitting.invert.goals import GOALS
 from fitting.report.design.words import objective_shown, parameter_value
@@ -248,3 +248,10 @@ def test_starts_are_a_latin_hypercube():
     )
     places = np.array(start_places(SimpleNamespace(starts=5, seed=3), model))
     np.testing.assert_array_equal(np.sort(np.floor(5.0 * places), axis=0), np.arange(5.0)[:, None].repeat(2, 1))
+
+
+def test_what_a_state_says_of_one_segment_replaces_what_it_says_of_all():
+    state = State("bent", 20e3, {(0, 1): None, (2, 1): 0.25, (3, 1): None})
+    fractions, free = drives_of(state, 0, [(1, 1), (2, 1), (3, 1), (1, 2)])
+    assert list(fractions) == [1.0, 0.25, 1.0, 1.0]
+    assert [(one.spring, one.parameter) for one in free] == [(0, "bent.xi0_1"), (2, "bent.xi0_3.1")]
