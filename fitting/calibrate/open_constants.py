@@ -24,7 +24,7 @@ def open_constants(
     parameters: Parameters,
     start: Mapping[str, float],
     absent: Mapping[str, str] | None = None,
-    shapes: Set[str] = frozenset(),
+    natural_ends: Set[str] = frozenset(),
     needed: Callable[[str], str] = lambda _: "these recordings do not show it",
     reach: Callable[[Sequence[str]], str] = lambda _: "these recordings",
 ) -> list[dict[str, Any]]:
@@ -35,7 +35,7 @@ def open_constants(
         parameters: free parameters at the values found.
         start: values before the fit, SI.
         absent: parameters whose bound means that there is nothing, with a sentence each.
-        shapes: names of parameters whose range ends at a form of its own, such as a linear one.
+        natural_ends: names of parameters whose ranges end at forms of their own, such as a linear one.
         needed: function that says why the recordings do not show a parameter.
         reach: function that names the recordings about some parameters, and how far they go.
 
@@ -46,7 +46,9 @@ def open_constants(
     absent = absent or {}
     stopped = [name for name, fixed in zip(fisher.names, fisher.fixed, strict=True) if fixed]
     entries = [
-        _end_of_range(name, parameters[name].value) if name in shapes else _bound(name, absent.get(name))
+        _end_of_range(name, parameters[name].value)
+        if name in natural_ends
+        else _bound(name, absent.get(name))
         for name in stopped
     ]
     alone, covered = _alone(fisher, parameters, start, needed)
@@ -55,7 +57,7 @@ def open_constants(
 
 def _end_of_range(name: str, value: float) -> dict[str, Any]:
     text = (
-        f"{name} is at {value:g}, an end of its range: no form beyond it was tried. It has no error, and the "
+        f"{name} is at {value:g}, an end of its range, which is a form of its own. It has no error, and the "
         "other errors hold if it is truly there."
     )
     return {"kind": "end_of_range", "parameters": [name], "text": text}

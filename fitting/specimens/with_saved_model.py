@@ -303,12 +303,13 @@ class Augmented(Model):
                     )
         return found
 
-    def shapes(self) -> frozenset[str]:
-        """Names of the parameters that are shapes of effects, such as a time constant or an exponent."""
+    def natural_ends(self) -> frozenset[str]:
+        """Names of the parameters of effects both ends of whose ranges are forms of their own."""
         found = set()
         for added, names in zip(self.acting, self.names, strict=True):
             effect = find_effect(added.slug)
-            found |= {name for key, name in names.items() if effect.specs[parameter_of(effect, key)].shape}
+            specs = {name: effect.specs[parameter_of(effect, key)] for key, name in names.items()}
+            found |= {name for name, spec in specs.items() if spec.natural_ends}
         return frozenset(found)
 
     def effects(self, values: Mapping[str, Array]) -> tuple[Effect, ...]:

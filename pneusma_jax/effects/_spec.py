@@ -14,6 +14,8 @@ class Spec(NamedTuple):
         text: description for a report.
         shape: true if the parameter is meaningless while the effect is absent (a lag, a threshold). It is
             then scanned rather than screened by its derivative.
+        natural_ends: true if both ends of the range are forms of their own, such as counting in strain or in
+            energy. A fit that ends on one is then no warning.
         kinds: recordings in which the parameter acts, where these are fewer than the effect's; empty for all.
     """
 
@@ -25,6 +27,7 @@ class Spec(NamedTuple):
     text: str
     shape: bool = False
     kinds: str = ""
+    natural_ends: bool = False
 
 
 def specs_of(effect: Any, kind: str) -> dict[str, Spec]:

@@ -30,7 +30,7 @@ class TipContact(Effect):
     specs: ClassVar[dict[str, Spec]] = {
         "stiffness": Spec(0.0, 0.0, 0.1, 0.01, "N m/rad", "stiffness of the stop"),
         "angle": Spec(4.7, 0.3, 8.0, 3.0, "rad", "bend angle at which they touch", True),
-        "exponent": Spec(1.0, 1.0, 1.5, 1.0, "1", "exponent of the contact law", True),
+        "exponent": Spec(1.0, 1.0, 1.5, 1.0, "1", "exponent of the contact law", True, natural_ends=True),
     }
 
     def load(self, value: tuple[Array, Array], at: Known, memory: Any) -> tuple[Array, Array]:

@@ -85,11 +85,12 @@ class ViscoelasticRelaxation(Effect):
 class MullinsSoftening(Effect):
     """Softer below the largest tensile strain e_m seen: the stress loses a share of itself.
 
-    The share is `depth (1 - exp(-d / scale)) / (1 - exp(-1 / scale))`, over the distance `d` [1]. So `depth`
-    [1] is lost where d is 1. Over a small `scale` [1] it is lost at once, over a large one linearly.
+    The share is `depth (1 - exp(-d / scale)) / (1 - exp(-D / scale))`, over the distance `d` [1]. D is 1, or
+    d at full unloading if that is farther. So `depth` [1] is what is lost there, and no more is ever lost.
+    Over a small `scale` [1] it is lost at once, over a large one linearly.
     `d = (e_m - e) (1 + energy e / e_m)`. With `energy` 0 the distance in strain counts, with 1 that in
     energy of a linear law. With `relative` 1 d is over e_m, and 1 at full unloading. A larger maximum then
-    softens over a larger distance, as in Ogden and Roxburgh's law. No more than all of the stress is lost.
+    softens over a larger distance, as in Ogden and Roxburgh's law.
     """
 
     depth: Array = eqx.field(converter=jnp.asarray, default=0.0)
@@ -105,9 +106,15 @@ class MullinsSoftening(Effect):
     literature: ClassVar[str] = "Ogden and Roxburgh, Proc. R. Soc. A 455 (1999) 2861"
     specs: ClassVar[dict[str, Spec]] = {
         "depth": Spec(0.0, 0.0, 0.7, 0.2, "1", "share of the stress that is lost at a distance of 1"),
-        "scale": Spec(0.3, 0.02, 10.0, 0.3, "1", "distance over which the loss levels off", True),
-        "energy": Spec(0.0, 0.0, 1.0, 0.0, "1", "distance counted in strain (0) or in energy (1)", True),
-        "relative": Spec(0.0, 0.0, 1.0, 0.0, "1", "distance absolute (0), over the largest strain (1)", True),
+        "scale": Spec(
+            0.3, 0.02, 10.0, 0.3, "1", "distance over which the loss levels off", True, natural_ends=True
+        ),
+        "energy": Spec(
+            0.0, 0.0, 1.0, 0.0, "1", "distance in strain (0) or in energy (1)", True, natural_ends=True
+        ),
+        "relative": Spec(
+            0.0, 0.0, 1.0, 0.0, "1", "distance absolute (0), over the largest (1)", True, natural_ends=True
+        ),
     }
 
     def begin(self, at: Known) -> Array:
@@ -120,9 +127,10 @@ class MullinsSoftening(Effect):
         below = jnp.where(memory > strain, memory - strain, 0.0)
         most = jnp.maximum(memory, 1e-6)
         counted = 1.0 + self.energy * (jnp.minimum(strain / most, 1.0))
-        distance = below / (1.0 + self.relative * (most - 1.0)) * counted
-        share = jnp.expm1(-distance / self.scale) / jnp.expm1(-1.0 / self.scale)
-        lost = jnp.minimum(self.depth * share, 1.0)
+        unit = 1.0 + self.relative * (most - 1.0)
+        farthest = jnp.maximum(most / unit, 1.0)
+        share = jnp.expm1(-below / unit * counted / self.scale) / jnp.expm1(-farthest / self.scale)
+        lost = self.depth * share
         return jnp.where(at["strain"] > 0.0, value * (1.0 - lost), value)
 
     def remember(self, memory: Array, at: Known) -> Array:

@@ -104,12 +104,14 @@ def test_what_is_left_at_its_neutral_value_is_called_absent(fit):
 
 
 def test_a_shape_at_an_end_of_its_range_is_no_warning(fit):
-    shapes = fit.model.shapes()
-    assert "mullins_softening_scale" in shapes and "mullins_softening_depth" not in shapes
+    natural = fit.model.natural_ends()
+    assert "mullins_softening_scale" in natural and "mullins_softening_depth" not in natural
     held = np.array([n.endswith("scale") for n in fit.information.names])
     information = dataclasses.replace(fit.information, fixed=held)
-    [entry] = open_constants(information, fit.fitted, fit.start, shapes=shapes)[:1]
+    [entry] = open_constants(information, fit.fitted, fit.start, natural_ends=natural)[:1]
     assert entry["kind"] == "end_of_range" and "an end of its range" in entry["text"]
+    relaxing = Augmented("elastomer", AugmentedModel(added=(add_effect(typical("viscoelastic_relaxation"), "g"),)))
+    assert not relaxing.natural_ends()  # a relaxation time at its bound is a warning
     told = dataclasses.replace(fit, identifiability=[entry])
     assert not any("mullins_softening_scale" in sentence for sentence in warnings(told))
     assert not any("end of its range" in sentence for sentence in verdict(told))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from linear_world import CONSTANT, fast
+from linear_world import CONSTANT, World, fast
 
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.search.explain import explain
@@ -14,9 +14,11 @@ from fitting.report.diagnosis.payload import content
 ROWS = 240
 
 
-def judged(seed, extra=lambda drivers: 0.0):
+def judged(seed, extra=lambda drivers: 0.0, loads=None):
     """The base model of a campaign with something more, in standard deviations of the noise, by its drivers."""
     made = fast(recordings=3, rows=ROWS, effects=(CONSTANT,))
+    if loads is not None:
+        made = type("Loaded", (World,), {"drivers": {"pressure": np.tile(loads, (3, 1))}})(made.base, made.effects)
     y = made.truth(np.random.default_rng(seed))
     return base_fit(made.program(y + extra({**made.drivers, "time": clock(made)})))
 
@@ -63,6 +65,38 @@ def test_what_does_not_repeat_or_goes_with_the_load_has_no_period(extra):
     assert sum(one is not None for one in found) <= 1  # at a level of one in a hundred
 
 
+def steps(count):
+    """A load that moves in steps, up and down."""
+    return np.repeat(np.r_[0 : count // 2, count // 2 : 0 : -1], ROWS // count + 1)[:ROWS] * 100.0
+
+
+TRIANGLES = 1000.0 * (1.0 - np.abs((np.arange(ROWS) / 60.0 % 1.0) * 2.0 - 1.0))
+
+
+@pytest.mark.parametrize(
+    ("loads", "extra"),
+    [
+        (TRIANGLES, lambda d: 20.0 * (d["pressure"] / 1e3) ** 3),
+        (TRIANGLES, lambda d: 10.0 * np.tanh(d["pressure"] / 200.0) * (np.gradient(d["pressure"], axis=1) > 0.0)),
+        (steps(12), lambda d: 20.0 * (d["pressure"] / 600.0) ** 4),
+        (steps(12), lambda d: 8.0 * np.exp(-(d["time"] % (d["time"][0, 1] * (ROWS // 12 + 1))) / 5.0)),
+        (np.where(np.arange(ROWS) // 30 % 2 == 0, 100.0, 900.0), lambda d: 5.0 * (d["pressure"] > 500.0)),
+        (np.full(ROWS, 300.0), lambda d: 0.0),
+    ],
+    ids=["cubic", "one branch", "staircase", "relaxing steps", "switched", "held"],
+)
+def test_what_goes_with_the_load_has_no_period_however_the_load_moves(loads, extra):
+    found = [repeats_of(*judged(seed, extra, loads)) for seed in range(3, 9)]
+    assert sum(one is not None for one in found) <= 1
+
+
+def test_a_period_is_found_beside_a_recording_with_far_more_misfit():
+    sizes = np.array([1.0, 1.0, 12.0])[:, None]
+    noise = np.random.default_rng(5).standard_normal((3, ROWS)) * (sizes - 1.0)
+    found = repeats_of(*judged(6, lambda d: 3.0 * sizes * np.sin(2.0 * np.pi * d["time"] / 11.0) + noise))
+    assert found.driver == "time" and found.period == pytest.approx(11.0, rel=0.01)
+
+
 @pytest.mark.parametrize(("driver", "period"), [("time", 11.0), ("pressure", 130.0)])
 def test_a_verdict_tells_the_period_and_models_it_where_its_phase_is_known(driver, period):
     """A period of time begins anew in each recording. One of the load is a function of it, and predicts."""
@@ -73,7 +107,7 @@ def test_a_verdict_tells_the_period_and_models_it_where_its_phase_is_known(drive
     conclusion = conclude(explain(made.program(y), np.random.default_rng(1)))
     assert [f.slug for f in conclusion.found] == ["unmodelled"]
     [told] = [s for s in verdict_sentences(conclusion) if "repeats every" in s]
-    assert ("a screw or a gear" in told) == (driver == "pressure") and ("a pump" in told) == (driver == "time")
+    assert ("of pressure" in told) == (driver == "pressure") and ("a pump" in told) == (driver == "time")
     assert content(conclusion)["repeats"]["driver"] == driver
     left = conclusion.after.reduced_chi2 / conclusion.before.reduced_chi2
     assert left < 0.5 if driver == "pressure" else left > 0.8

@@ -289,8 +289,8 @@ def _result(
     """
     fit, fisher = ended.fit, ended.information
     fitted = fit.result.parameters
-    absent, shapes = (model.absent(fitted), model.shapes()) if model else ({}, frozenset())
-    left_open = open_constants(fisher, fitted, start, absent, shapes)
+    absent, natural = (model.absent(fitted), model.natural_ends()) if model else ({}, frozenset())
+    left_open = open_constants(fisher, fitted, start, absent, natural)
     result = GeneralCharacterisation(
         campaign=campaign,
         identify=_identifies(fit.recordings),

@@ -26,6 +26,9 @@ class Discrepancy:
         (8, 16), "Number of knots for the saved discrepancy: these are tried."
     )
     period_knots: int = threshold(6, "Number of knots for one period of a misfit that repeats.")
+    maximum_knots: float = threshold(
+        0.25, "Maximum share of the fitted values for the knots of a misfit that repeats."
+    )
     maximum_kept: float = threshold(
         0.75, "Maximum share of what effects leave for a saved discrepancy beside them."
     )
@@ -47,7 +50,7 @@ class Place:
         (0.2, 0.35, 0.5, 0.65, 0.8), "Number of quantiles of a driver for the limit of a region: these."
     )
     stretch: int = threshold(8, "Number of rows of a stretch for a regime of misfit.", "rows")
-    periods: int = threshold(3, "Minimum number of periods between two turning points of the load.")
+    periods: int = threshold(3, "Minimum number of periods between two turning points of a drive.")
     beside: tuple[int, ...] = threshold(
         (2, 3, 4), "Number of resolved frequencies to either side for the power beside a period: these."
     )

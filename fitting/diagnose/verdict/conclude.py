@@ -28,7 +28,7 @@ from .probabilities import (
     probabilities,
     weights_of,
 )
-from .repeats import Repeats, repeats_of
+from .repeats import repeats_of
 from .text import beyond_form, contended, separating
 from .unexplained import by_discrepancy
 
@@ -52,14 +52,13 @@ def conclude(explanation: Explanation) -> Conclusion:
         unknown += _share_with_lookalikes(judged.mimicked, candidates, found)
     place, members = locate(explanation), _members(explanation)
     unnamed = mismatch and (unknown > 0.5 or not named)
-    repeats = repeats_of(program, explanation.final) if unnamed or judged.beyond else None
+    repeats = None
     if unnamed:
         if by_discrepancy(discrepancy):
             place = place.led_by(discrepancy.driver)
         seen = None if discrepancy is None else discrepancy.quantity
-        found, model, rest, before, after = _described(
-            explanation, place, seen, unknown, found, scores, repeats
-        )
+        found, model, rest, before, after = _described(explanation, place, seen, unknown, found, scores)
+        repeats = repeats_of(*model)
         share = unknown if named else 1.0
         members = [(s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in members if s != "base"]
         members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
@@ -68,6 +67,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         if rest is not None:
             members = [(*member[:4], rest.corrected) for member in members]
         if judged.beyond:
+            repeats = repeats_of(program, explanation.final)
             found.append(_left_over(explanation, unknown, judged, found))
         found.sort(key=lambda f: -f.probability)
         if judged.mimicked and not judged.beyond:  # last: nothing in the recordings speaks against a name
@@ -127,7 +127,6 @@ def _described(
     unknown: float,
     doubtful: list[Found],
     scores: Scores,
-    repeats: Repeats | None,
 ) -> tuple[list[Found], tuple[Program, Fit], Discrepancy | None, HeldOut, HeldOut]:
     """The model discrepancy and the scores where something is unmodelled.
 
@@ -144,7 +143,7 @@ def _described(
                 (score, [*alone, *sorted(doubtful, key=lambda f: -f.probability)], explanation.final, None)
             )
     for _, found, fit, _ in tuple(options):
-        rest = fitted_discrepancy(program, fit, place, seen, repeats)
+        rest = fitted_discrepancy(program, fit, place, seen, repeats_of(program, fit))
         if rest is not None:
             options.append((scores.averaged([(program, fit, 1.0, rest.corrected)]), found, fit, rest))
     after, found, fit, rest = min(options, key=lambda option: option[0].reduced_chi2)

@@ -154,7 +154,8 @@ def _described(
     counts = [(name, count) for name, count in product(drivers, DISCREPANCY.saved_knots)]
     if repeats is not None:
         periods = np.ptp(np.nan_to_num(drivers_of_rows[repeats.driver])) / repeats.period
-        counts.append((repeats.driver, round(DISCREPANCY.period_knots * periods)))
+        most = DISCREPANCY.maximum_knots * noise
+        counts.append((repeats.driver, round(min(DISCREPANCY.period_knots * periods, most))))
     for quantity, (name, count) in product(quantities, counts):
         knots = _knots(program, drivers_of_rows[name], count)
         if quantity not in places or not acts(quantity, name, program.kind) or knots is None:

@@ -1,10 +1,11 @@
 """Period of what a model leaves: of a pump or a switched heater in time, of a machine's screw in its travel.
 
-A period is found in the first half of every recording and confirmed in the second. The power at its
-frequency is compared with that at frequencies beside it, which hold whatever else is left (the F-test of
-D. J. Thomson, Proc. IEEE 70 (1982) 1055). What goes with a drive repeats as often as the drive does: with
-pressure, strain, heat. So only periods that fit several times between two turning points of all other drives
-are looked for, once what goes with these and their direction is taken off.
+Periods are looked for along time and along the load. One is found in the first half of every recording and
+confirmed in the second. The power at its frequency is compared with that at frequencies beside it, which hold
+whatever else is left (the F-test of D. J. Thomson, Proc. IEEE 70 (1982) 1055). What goes with pressure,
+strain or heat repeats as often as these do. So what goes with them and their direction is taken off before a
+period in time is looked for. Such a period fits several times between two of their turning points. An error
+that repeats along the load repeats in time, too, while the load has one rate; so the load comes first.
 """
 
 from collections.abc import Iterator
@@ -81,43 +82,44 @@ def repeats_of(program: Program, fit: Fit) -> Repeats | None:
         program: program of the campaign.
         fit: model.
     """
-    best: tuple[float, float, _Course] | None = None
-    for course in _courses(program, fit):
-        found = _clearest(course)
-        if found is not None and (best is None or found[0] < best[0]):
-            best = (*found, course)
-    if best is None:
+    found = [(course, *_found(course)) for course in _courses(program, fit)]
+    found = [one for one in found if one[2] * len(found) <= SCORE_TEST.level]
+    if not found:
         return None
-    _, frequency, course = best
-    second = course.halves[1]
-    p_value = float(_chances(second, np.array([frequency]), _apart(second))[0])
-    if not p_value <= SCORE_TEST.level:
-        return None
+    clearest = min(found, key=lambda one: one[2])
+    along_load = [one for one in found if one[0].driver != "time"]
+    best = min(along_load, key=lambda one: one[2], default=clearest)
+    if np.log(best[2]) > 0.5 * np.log(clearest[2]):  # the load has the worse fit by far: it is not the load
+        best = clearest
+    course, frequency, p_value = best
     whole = [
         _Part(np.concatenate([one.x, other.x]), np.concatenate([one.misfit, other.misfit]))
         for one, other in zip(*course.halves, strict=True)
     ]
-    near = frequency + np.linspace(-0.5, 0.5, 101) * _apart(second)
-    power = _power(whole, near)
+    near = frequency + np.linspace(-0.5, 0.5, 101) * _apart(course.halves[1])
+    power = np.sum([_power(part, near) for part in whole], axis=0)
     rows, k = sum(len(part.x) for part in whole), int(np.argmax(power))
     amplitude = 2.0 * np.sqrt(power[k] / rows) * course.sigma
     return Repeats(course.quantity, course.driver, float(1.0 / near[k]), float(amplitude), p_value)
 
 
-def _clearest(course: _Course) -> tuple[float, float] | None:
-    """P-value and frequency of the clearest period in first halves; None where none could be resolved."""
-    parts = course.halves[0]
-    step = 1.0 / (4.0 * max(part.span for part in parts))
-    resolved = (max(PLACE.beside) + 1) * _apart(parts)  # below, the trend that was taken off leaves no power
-    most = min(len(part.x) / (2.0 * part.span) for part in parts)
-    # At one period a row even a trend seems to repeat; rows of several passes lie between those of one.
-    most = min(most, *(1.0 / np.median(np.abs(np.diff(part.x))) - resolved for part in parts))
+def _found(course: _Course) -> tuple[float, float]:
+    """Frequency of the clearest period in first halves, and its p-value in second ones; 1 where none could be
+    resolved."""
+    first, second = course.halves
+    step = 1.0 / (4.0 * max(part.span for part in first))
+    resolved = (max(PLACE.beside) + 2) * _apart(first)  # below, the trend that was taken off leaves no power
+    most = min(_most(part, course.driver == "time") for part in first)
     frequencies = np.arange(max(1.0 / course.longest, resolved), most, step)
     if not len(frequencies):
-        return None
-    chances = _chances(parts, frequencies, _apart(parts))
-    k = int(np.argmin(chances))
-    return float(chances[k]), float(frequencies[k])
+        return 0.0, 1.0
+    frequency = frequencies[[int(np.argmin(_chances(first, frequencies, _apart(first))))]]
+    return float(frequency[0]), float(_chances(second, frequency, _apart(second))[0])
+
+
+def _most(part: _Part, clock: bool) -> float:
+    """Highest frequency that the values of a driver resolve; a clock may pause."""
+    return len(part.x) / (2.0 * part.span) if clock else 0.5 / float(np.max(np.diff(np.sort(part.x))))
 
 
 def _apart(parts: list[_Part]) -> float:
@@ -126,26 +128,33 @@ def _apart(parts: list[_Part]) -> float:
 
 
 def _chances(parts: list[_Part], frequencies: np.ndarray, apart: float) -> np.ndarray:
-    """P-values of the power at frequencies, beside the mean power on both sides, shape (frequencies,)."""
+    """P-values of the power at frequencies, beside the mean power on both sides, shape (frequencies,).
+
+    Recordings count alike, whatever the size of their misfit.
+    """
     beside = np.array([sign * j for j in PLACE.beside for sign in (-1, 1)]) * apart
     around = frequencies[:, None] + beside
-    background = _power(parts, around.ravel()).reshape(around.shape).mean(1)
-    ratio = _power(parts, frequencies) / np.maximum(background, np.finfo(float).tiny)
+    tested, background = np.zeros(len(frequencies)), np.zeros(around.shape)
+    for part in parts:
+        size = max(float(np.mean(part.misfit**2)), np.finfo(float).tiny)
+        tested += _power(part, frequencies) / size
+        background += _power(part, around.ravel()).reshape(around.shape) / size
+    ratio = tested / np.maximum(background.mean(1), np.finfo(float).tiny)
     return stats.f.sf(ratio, 2 * len(parts), 2 * len(parts) * len(beside))
 
 
-def _power(parts: list[_Part], frequencies: np.ndarray) -> np.ndarray:
-    """Power of the misfit, summed over recordings: 1 for each from white noise, shape (frequencies,)."""
-    total = np.zeros(len(frequencies))
-    for part in parts:
-        phases = np.exp(-2j * np.pi * frequencies[:, None] * part.x)
-        total += np.abs(phases @ part.misfit) ** 2 / len(part.x)
-    return total
+def _power(part: _Part, frequencies: np.ndarray) -> np.ndarray:
+    """Power of the misfit, 1 for white noise, shape (frequencies,)."""
+    found = np.empty(len(frequencies))
+    for some in np.array_split(np.arange(len(frequencies)), len(frequencies) // 256 + 1):  # bounded memory
+        phases = np.exp(-2j * np.pi * frequencies[some, None] * part.x)
+        found[some] = np.abs(phases @ part.misfit) ** 2 / len(part.x)
+    return found
 
 
 def _courses(program: Program, fit: Fit) -> Iterator[_Course]:
-    """The misfit of every output along time and along every drive."""
-    every = drivers_of(program, fit)
+    """The misfit of every output along the load and along time."""
+    every, loads = drivers_of(program, fit), program.specimen.loads
     outputs = {channel.quantity for channels in program.channels for channel in channels}
     drives = {
         name: np.nan_to_num(x)
@@ -156,17 +165,19 @@ def _courses(program: Program, fit: Fit) -> Iterator[_Course]:
         misfit, sigma, there = _misfit(program, fit, quantity)
         if not there.any():
             continue
-        usual = float(np.median(sigma[there]))
         moving = {name: x for name, x in drives.items() if np.ptp(x[there]) > 0.0}
-        for driver, along in {**moving, "time": every["time"]}.items():
-            rest, others = misfit, [x for name, x in moving.items() if name != driver]
-            for x in others:
-                rest = rest - _with_drive(x, rest, there)
-            parts = []
-            for k, rows in _enough(there):
-                turns = max((_turns(x[k][rows]) for x in others), default=0)
-                parts.append((along[k][rows], rest[k][rows], np.ptp(along[k][rows]) / (turns + 1)))
-            yield from _course(quantity, driver, parts, usual)
+        usual = float(np.median(sigma[there]))
+        for driver in [loads] if loads in moving else []:
+            along = [(moving[driver][k][rows], misfit[k][rows]) for k, rows in _enough(there)]
+            yield from _course(quantity, driver, along, [np.ptp(x) for x, _ in along], usual)
+        for x in moving.values():
+            misfit = misfit - _with_drive(x, misfit, there)
+        along = [(every["time"][k][rows], misfit[k][rows]) for k, rows in _enough(there)]
+        stretches = []
+        for k, rows in _enough(there):
+            turns = [_turns(x[k][rows], 0.1 * float(np.ptp(x[there]))) for x in moving.values()]
+            stretches.append(np.ptp(every["time"][k][rows]) / (max(turns, default=0) + 1))
+        yield from _course(quantity, "time", along, stretches, usual)
 
 
 def _enough(there: np.ndarray) -> list[tuple[int, np.ndarray]]:
@@ -176,31 +187,40 @@ def _enough(there: np.ndarray) -> list[tuple[int, np.ndarray]]:
 
 
 def _course(
-    quantity: str, driver: str, along: list[tuple[np.ndarray, np.ndarray, float]], sigma: float
+    quantity: str,
+    driver: str,
+    along: list[tuple[np.ndarray, np.ndarray]],
+    stretches: list[float],
+    sigma: float,
 ) -> Iterator[_Course]:
     """Halves of recordings along a driver, without their trend; nothing where the driver hardly varies.
 
-    Recordings that go less than half as far as the one that goes farthest resolve too little.
+    Recordings that go less than half as far as the one that goes farthest resolve too little. So do those
+    with fewer values of the driver than a stretch has rows.
     """
-    first, second, stretches = [], [], []
-    spans = [min(np.ptp(own) for own in np.array_split(x, 2)) for x, _, _ in along]
-    for (x, misfit, stretch), span in zip(along, spans, strict=True):
-        if span <= 0.0 or span < 0.5 * max(spans):
-            continue
-        halves = zip(np.array_split(x, 2), np.array_split(misfit, 2), strict=True)
-        one, other = (
-            _Part(own, values - np.polynomial.Polynomial.fit(own, values, 2)(own)) for own, values in halves
-        )
-        first.append(one)
-        second.append(other)
-        stretches.append(stretch)
-    if first:
-        yield _Course(quantity, driver, (first, second), sigma, min(stretches) / PLACE.periods)
+    halves, kept = [], []
+    for (x, misfit), stretch in zip(along, stretches, strict=True):
+        parts = list(zip(np.array_split(x, 2), np.array_split(misfit, 2), strict=True))
+        if all(len(np.unique(own)) > PLACE.stretch for own, _ in parts):
+            trends = [np.polynomial.Polynomial.fit(own, values, 2)(own) for own, values in parts]
+            halves.append([_Part(own, y - trend) for (own, y), trend in zip(parts, trends, strict=True)])
+            kept.append(min(stretch, 2.0 * min(part.span for part in halves[-1])))
+    used = [k for k, stretch in enumerate(kept) if stretch >= 0.5 * max(kept)]
+    if used:
+        first, second = ([halves[k][half] for k in used] for half in (0, 1))
+        yield _Course(quantity, driver, (first, second), sigma, min(kept[k] for k in used) / PLACE.periods)
 
 
-def _turns(drive: np.ndarray) -> int:
-    """Number of turning points of a drive, of more than a tenth of its range."""
-    least, turns, rising, extreme = 0.1 * np.ptp(drive), 0, 0, drive[0]
+def _turns(drive: np.ndarray, least: float) -> int:
+    """Number of turning points of a drive, larger than `least`. Of one that moves in steps every row counts:
+    what answers regular steps has all multiples of their frequency."""
+    moves = np.abs(np.diff(drive))
+    largest = np.sort(moves)[::-1][: len(moves) // 5]
+    if np.ptp(drive) > least and largest.sum() > 0.8 * moves.sum():  # held most of the time
+        moving = moves > 0.2 * largest[0]
+        steps = int(np.sum(moving[1:] & ~moving[:-1]))
+        return len(drive) if steps >= PLACE.periods else steps
+    turns, rising, extreme = 0, 0, drive[0]
     for value in drive:
         if rising >= 0 and value > extreme or rising <= 0 and value < extreme:
             rising, extreme = (rising or int(np.sign(value - extreme))), value
@@ -210,13 +230,14 @@ def _turns(drive: np.ndarray) -> int:
 
 
 def _with_drive(drive: np.ndarray, misfit: np.ndarray, there: np.ndarray) -> np.ndarray:
-    """Mean misfit at a value and direction of a drive, (recordings, rows)."""
-    rising = np.gradient(drive, axis=1) > 0.0
-    edges = np.unique(np.quantile(drive[there], np.linspace(0.0, 1.0, PLACE.bins + 1)))
-    place = np.clip(np.searchsorted(edges, drive, side="right") - 1, 0, max(len(edges) - 2, 0)) * 2 + rising
-    count = np.bincount(place[there], minlength=place.max() + 1)
-    mean = np.bincount(place[there], misfit[there], minlength=len(count)) / np.maximum(count, 1)
-    return np.where(there, mean[place], 0.0)
+    """Misfit that goes with a drive and its direction, piecewise linear, (recordings, rows)."""
+    x, rising = drive[there], (np.gradient(drive, axis=1) > 0.0)[there]
+    knots = np.unique(np.quantile(x, np.linspace(0.0, 1.0, PLACE.bins + 1)))
+    hats = np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))], axis=1)
+    basis = np.concatenate([hats * rising[:, None], hats * ~rising[:, None]], axis=1)
+    found = np.zeros_like(misfit)
+    found[there] = basis @ np.linalg.lstsq(basis, misfit[there], rcond=None)[0]
+    return found
 
 
 def _misfit(program: Program, fit: Fit, quantity: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

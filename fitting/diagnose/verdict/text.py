@@ -23,6 +23,12 @@ from .unexplained import missed_beyond_drift
 
 VERDICT = DEFAULT.verdict
 
+REPEATING = {
+    "time": "a pump, a switched heater or mains hum",
+    "strain": "the error of a screw or a gear",
+    "elongation": "the error of a screw or a gear",
+}
+"""What is known to repeat along a driver."""
 SEPARATE = {
     "opposing_spring_heating": "swap which spring is heated and measure the resistance of the other one as "
     "well",
@@ -191,13 +197,10 @@ def _repeating(conclusion: Conclusion) -> list[str]:
         sizes.append(f"{number(from_si(value, unit, difference=True))} {unit}".removesuffix(" 1"))
     period, amplitude = sizes
     driver, quantity = (name.replace("_", " ") for name in (found.driver, found.quantity))
-    every, like = f"{period} of {driver}", "the error of a screw or a gear"
-    if found.driver == "time":
-        every, like = period, "a pump, a switched heater or mains hum"
-    return [
-        f"A part of the misfit of {quantity} repeats every {every}, as {like} does. "
-        f"Its amplitude is {amplitude}."
-    ]
+    every = period if found.driver == "time" else f"{period} of {driver}"
+    cause = REPEATING.get(found.driver)
+    like = f", as {cause} does" if cause else ""
+    return [f"A part of the misfit of {quantity} repeats every {every}{like}. Its amplitude is {amplitude}."]
 
 
 def _excuse(conclusion: Conclusion) -> str:

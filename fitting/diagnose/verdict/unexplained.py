@@ -119,8 +119,9 @@ def chance_without_a_name(
 ) -> tuple[float, bool]:
     """P-value of a mismatch without a named effect, and whether it is a bound.
 
-    The least of three: that of the strongest score, of the whole misfit, and of the discrepancy that decides.
-    By Markov's inequality noise gives a Bayes factor of k with a probability of at most 1/k.
+    The least of three, times their number: that of the strongest score, of the whole misfit, and of the
+    discrepancy that decides. Noise gives a Bayes factor of k with a probability of at most 1/k (Markov's
+    inequality, for one prior). Of 272 simulated nulls 1.5 % had a log Bayes factor of 1, none of 3.
 
     Args:
         explanation: result of the search.
@@ -130,7 +131,8 @@ def chance_without_a_name(
     found = [(explanation.p_value, explanation.p_is_bound), (tail(explanation.program, base), False)]
     if discrepancy is not None and by_discrepancy(discrepancy):
         found.append((math.exp(-discrepancy.bayes), True))
-    return min(found)
+    least, is_bound = min(found)
+    return min(1.0, len(found) * least), is_bound
 
 
 def outdone(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -> float:

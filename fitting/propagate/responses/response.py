@@ -32,7 +32,8 @@ def not_finite(first: Array) -> Array:
 
 def undefined_output(code: int, outputs: Sequence[str]) -> str | None:
     """Name of the output that a status from `not_finite` tells; None for any other status."""
-    return outputs[code - FIRST_OUTPUT] if 0 <= code - FIRST_OUTPUT < len(outputs) else None
+    at = int(code) - FIRST_OUTPUT
+    return outputs[at] if 0 <= at < len(outputs) else None
 
 
 def reason(code: int, outputs: Sequence[str]) -> str:
