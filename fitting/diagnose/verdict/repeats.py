@@ -109,7 +109,7 @@ def _found(course: _Course) -> tuple[float, float]:
     first, second = course.halves
     step = 1.0 / (4.0 * max(part.span for part in first))
     resolved = (max(PLACE.beside) + 2) * _apart(first)  # below, the trend that was taken off leaves no power
-    most = min(_most(part, course.driver == "time") for part in first)
+    most = min(_most(part, course.driver == "time", resolved) for part in first)
     frequencies = np.arange(max(1.0 / course.longest, resolved), most, step)
     if not len(frequencies):
         return 0.0, 1.0
@@ -117,9 +117,18 @@ def _found(course: _Course) -> tuple[float, float]:
     return float(frequency[0]), float(_chances(second, frequency, _apart(second))[0])
 
 
-def _most(part: _Part, clock: bool) -> float:
-    """Highest frequency that the values of a driver resolve; a clock may pause."""
-    return len(part.x) / (2.0 * part.span) if clock else 0.5 / float(np.max(np.diff(np.sort(part.x))))
+def _most(part: _Part, clock: bool, resolved: float) -> float:
+    """Highest frequency that the values of a driver resolve; a clock may pause.
+
+    Half of the range has values at least as close as the gap that counts. At one period a row even a trend
+    seems to repeat.
+    """
+    if clock:
+        return len(part.x) / (2.0 * part.span)
+    gaps = np.sort(np.diff(np.sort(part.x)))
+    gap = gaps[np.searchsorted(np.cumsum(gaps), 0.5 * part.span)]
+    row = float(np.median(np.abs(np.diff(part.x))))
+    return min(0.5 / gap, 1.0 / row - resolved if row > 0.0 else np.inf)
 
 
 def _apart(parts: list[_Part]) -> float:
@@ -198,14 +207,15 @@ def _course(
     Recordings that go less than half as far as the one that goes farthest resolve too little. So do those
     with fewer values of the driver than a stretch has rows.
     """
-    halves, kept = [], []
+    halves, kept, spans = [], [], []
     for (x, misfit), stretch in zip(along, stretches, strict=True):
         parts = list(zip(np.array_split(x, 2), np.array_split(misfit, 2), strict=True))
         if all(len(np.unique(own)) > PLACE.stretch for own, _ in parts):
             trends = [np.polynomial.Polynomial.fit(own, values, 2)(own) for own, values in parts]
             halves.append([_Part(own, y - trend) for (own, y), trend in zip(parts, trends, strict=True)])
-            kept.append(min(stretch, 2.0 * min(part.span for part in halves[-1])))
-    used = [k for k, stretch in enumerate(kept) if stretch >= 0.5 * max(kept)]
+            kept.append(stretch)
+            spans.append(min(part.span for part in halves[-1]))
+    used = [k for k in range(len(kept)) if kept[k] >= 0.5 * max(kept) and spans[k] >= 0.5 * max(spans)]
     if used:
         first, second = ([halves[k][half] for k in used] for half in (0, 1))
         yield _Course(quantity, driver, (first, second), sigma, min(kept[k] for k in used) / PLACE.periods)
