@@ -250,7 +250,8 @@ def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.n
         raise unusable(place, f"column {channel.label!r}: {error}; {option}") from None
     if measured != find_unit(wanted).dimension:
         raise unusable(
-            place, f"column {channel.label!r} is in {unit}, which is not a unit of {quantity}; {option}"
+            place, f"column {channel.label!r} is in {unit}, which is not a unit of {quantity} such as"
+            f" {wanted}; {option}",
         )
     return convert(channel.values, unit, wanted)
 

@@ -52,7 +52,8 @@ def conclude(explanation: Explanation) -> Conclusion:
         unknown += _share_with_lookalikes(judged.mimicked, candidates, found)
     place, members = locate(explanation), _members(explanation)
     unnamed = mismatch and (unknown > 0.5 or not named)
-    repeats = None
+    hidden = not mismatch and not program.noise_stated  # a period may pass for noise that nobody states
+    repeats = repeats_of(program, explanation.final) if hidden else None
     if unnamed:
         if by_discrepancy(discrepancy):
             place = place.led_by(discrepancy.driver)

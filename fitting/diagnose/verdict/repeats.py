@@ -5,11 +5,12 @@ confirmed in the second. The power at its frequency is compared with that at fre
 whatever else is left (the F-test of D. J. Thomson, Proc. IEEE 70 (1982) 1055). What goes with pressure,
 strain or heat repeats as often as these do. So what goes with them and their direction is taken off before a
 period in time is looked for. Such a period fits several times between two of their turning points. An error
-that repeats along the load repeats in time, too, while the load has one rate; so the load comes first.
+that repeats along the load has the same phase in all recordings. It repeats in time, too, while the load has
+one rate; so the load comes first.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from .locate import drivers_of
 
 stats = Late("scipy.stats")
 PLACE = DEFAULT.place
+ALIKE = DEFAULT.verdict.alike_factor
 SCORE_TEST = DEFAULT.score_test
 
 
@@ -35,6 +37,7 @@ class Repeats:
         period: its period, in the unit of the driver, SI.
         amplitude: its amplitude, in the unit of the output, SI.
         p_value: p-value of the confirmation.
+        seconds: period in time, where it repeats along the load and in time; None where in one of them alone.
     """
 
     quantity: str
@@ -42,6 +45,7 @@ class Repeats:
     period: float
     amplitude: float
     p_value: float
+    seconds: float | None = None
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,11 @@ class _Course:
     sigma: float
     longest: float
 
+    @property
+    def in_phase(self) -> bool:
+        """True if a period has the same phase in all recordings; in time it begins anew in each."""
+        return self.driver != "time"
+
 
 def repeats_of(program: Program, fit: Fit) -> Repeats | None:
     """The clearest period of what a model leaves; None where none is confirmed.
@@ -86,21 +95,27 @@ def repeats_of(program: Program, fit: Fit) -> Repeats | None:
     found = [one for one in found if one[2] * len(found) <= SCORE_TEST.level]
     if not found:
         return None
-    clearest = min(found, key=lambda one: one[2])
-    along_load = [one for one in found if one[0].driver != "time"]
-    best = min(along_load, key=lambda one: one[2], default=clearest)
-    if np.log(best[2]) > 0.5 * np.log(clearest[2]):  # the load has the worse fit by far: it is not the load
-        best = clearest
-    course, frequency, p_value = best
+    told = [
+        Repeats(course.quantity, course.driver, *_refined(course, frequency), p_value)
+        for course, frequency, p_value in found
+    ]
+    clearest = max(told, key=lambda one: one.amplitude * (1.0 if one.driver == "time" else ALIKE))
+    in_time = [one for one in told if one.driver == "time" and one.quantity == clearest.quantity]
+    if clearest.driver != "time" and in_time and in_time[0].amplitude * ALIKE > clearest.amplitude:
+        return replace(clearest, seconds=in_time[0].period)
+    return clearest
+
+
+def _refined(course: _Course, frequency: float) -> tuple[float, float]:
+    """Period near a frequency, and amplitude [SI], from whole recordings."""
     whole = [
         _Part(np.concatenate([one.x, other.x]), np.concatenate([one.misfit, other.misfit]))
         for one, other in zip(*course.halves, strict=True)
     ]
-    near = frequency + np.linspace(-0.5, 0.5, 101) * _apart(course.halves[1])
-    power = np.sum([_power(part, near) for part in whole], axis=0)
+    near = frequency + np.linspace(-0.5, 0.5, 101) * _apart(course.halves[1], course.in_phase)
+    power = _power(whole, near, course.in_phase)
     rows, k = sum(len(part.x) for part in whole), int(np.argmax(power))
-    amplitude = 2.0 * np.sqrt(power[k] / rows) * course.sigma
-    return Repeats(course.quantity, course.driver, float(1.0 / near[k]), float(amplitude), p_value)
+    return float(1.0 / near[k]), float(2.0 * np.sqrt(power[k] / rows) * course.sigma)
 
 
 def _found(course: _Course) -> tuple[float, float]:
@@ -108,13 +123,14 @@ def _found(course: _Course) -> tuple[float, float]:
     resolved."""
     first, second = course.halves
     step = 1.0 / (4.0 * max(part.span for part in first))
-    resolved = (max(PLACE.beside) + 2) * _apart(first)  # below, the trend that was taken off leaves no power
-    most = min(_most(part, course.driver == "time", resolved) for part in first)
+    # Below, the trend that was taken off leaves no power.
+    resolved = (max(PLACE.beside) + 2) * _apart(first, course.in_phase)
+    most = min(_most(part, not course.in_phase, resolved) for part in first)
     frequencies = np.arange(max(1.0 / course.longest, resolved), most, step)
     if not len(frequencies):
         return 0.0, 1.0
-    frequency = frequencies[[int(np.argmin(_chances(first, frequencies, _apart(first))))]]
-    return float(frequency[0]), float(_chances(second, frequency, _apart(second))[0])
+    frequency = frequencies[[int(np.argmin(_chances(first, frequencies, course.in_phase)))]]
+    return float(frequency[0]), float(_chances(second, frequency, course.in_phase)[0])
 
 
 def _most(part: _Part, clock: bool, resolved: float) -> float:
@@ -131,33 +147,33 @@ def _most(part: _Part, clock: bool, resolved: float) -> float:
     return min(0.5 / gap, 1.0 / row - resolved if row > 0.0 else np.inf)
 
 
-def _apart(parts: list[_Part]) -> float:
-    """Distance of frequencies that every recording resolves."""
-    return 1.0 / min(part.span for part in parts)
+def _apart(parts: list[_Part], in_phase: bool) -> float:
+    """Distance of frequencies that are resolved: by all recordings together, or by every one."""
+    return 1.0 / (max if in_phase else min)(part.span for part in parts)
 
 
-def _chances(parts: list[_Part], frequencies: np.ndarray, apart: float) -> np.ndarray:
+def _chances(parts: list[_Part], frequencies: np.ndarray, in_phase: bool) -> np.ndarray:
     """P-values of the power at frequencies, beside the mean power on both sides, shape (frequencies,).
 
     Recordings count alike, whatever the size of their misfit.
     """
-    beside = np.array([sign * j for j in PLACE.beside for sign in (-1, 1)]) * apart
+    alike = [_Part(p.x, p.misfit / max(float(np.std(p.misfit)), np.finfo(float).tiny)) for p in parts]
+    beside = np.array([sign * j for j in PLACE.beside for sign in (-1, 1)]) * _apart(parts, in_phase)
     around = frequencies[:, None] + beside
-    tested, background = np.zeros(len(frequencies)), np.zeros(around.shape)
-    for part in parts:
-        size = max(float(np.mean(part.misfit**2)), np.finfo(float).tiny)
-        tested += _power(part, frequencies) / size
-        background += _power(part, around.ravel()).reshape(around.shape) / size
-    ratio = tested / np.maximum(background.mean(1), np.finfo(float).tiny)
-    return stats.f.sf(ratio, 2 * len(parts), 2 * len(parts) * len(beside))
+    background = _power(alike, around.ravel(), in_phase).reshape(around.shape).mean(1)
+    ratio = _power(alike, frequencies, in_phase) / np.maximum(background, np.finfo(float).tiny)
+    freedom = 2 if in_phase else 2 * len(parts)
+    return stats.f.sf(ratio, freedom, freedom * len(beside))
 
 
-def _power(part: _Part, frequencies: np.ndarray) -> np.ndarray:
-    """Power of the misfit, 1 for white noise, shape (frequencies,)."""
+def _power(parts: list[_Part], frequencies: np.ndarray, in_phase: bool) -> np.ndarray:
+    """Power of the misfit, shape (frequencies,): of all recordings as one, or the sum of theirs."""
     found = np.empty(len(frequencies))
     for some in np.array_split(np.arange(len(frequencies)), len(frequencies) // 256 + 1):  # bounded memory
-        phases = np.exp(-2j * np.pi * frequencies[some, None] * part.x)
-        found[some] = np.abs(phases @ part.misfit) ** 2 / len(part.x)
+        sums = np.array([np.exp(-2j * np.pi * frequencies[some, None] * p.x) @ p.misfit for p in parts])
+        rows = np.array([len(p.x) for p in parts])
+        alone = np.sum(np.abs(sums) ** 2 / rows[:, None], axis=0)
+        found[some] = np.abs(sums.sum(0)) ** 2 / rows.sum() if in_phase else alone
     return found
 
 

@@ -130,6 +130,8 @@ def _verdict(conclusion: Conclusion) -> list[str]:
             *_at_ends(conclusion),
             f"{as_turned}misfit as large as this one would arise by chance with a probability of {chance}.",
             *_not_fitted(conclusion),
+            *_repeating(conclusion),
+            *_unstated_noise(conclusion),
         ]
     over = [f for f in conclusion.found[1:] if f.slug == "unmodelled"]  # beside a name that comes first
     names = [f.slug for f in conclusion.found if f not in over]
@@ -184,6 +186,16 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     ]
 
 
+def _unstated_noise(conclusion: Conclusion) -> list[str]:
+    """A sentence on noise that is told from the recordings themselves."""
+    if conclusion.explanation.program.noise_stated:
+        return []
+    return [
+        "The size of the noise is not stated, and was told from the recordings. What changes slowly may pass "
+        "for it: state it under [noise] to have a smaller misfit judged."
+    ]
+
+
 def _repeating(conclusion: Conclusion) -> list[str]:
     """A sentence on the period of a misfit without a name."""
     found = conclusion.repeats
@@ -200,7 +212,13 @@ def _repeating(conclusion: Conclusion) -> list[str]:
     every = period if found.driver == "time" else f"{period} of {driver}"
     cause = REPEATING.get(found.driver)
     like = f", as {cause} does" if cause else ""
-    return [f"A part of the misfit of {quantity} repeats every {every}{like}. Its amplitude is {amplitude}."]
+    said = [f"A part of the misfit of {quantity} repeats every {every}{like}. Its amplitude is {amplitude}."]
+    if found.seconds is not None:
+        said.append(
+            f"It repeats every {number(found.seconds)} s as well, as {REPEATING['time']} does: "
+            "at another rate only one of the two stays."
+        )
+    return said
 
 
 def _excuse(conclusion: Conclusion) -> str:

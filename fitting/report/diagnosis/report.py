@@ -24,7 +24,7 @@ from .tables import (
 
 CAPTIONS = {
     "recordings": "Recordings, the base model refitted within its tolerances, and the model with what was "
-    "found. Residuals in standard deviations of the noise; grey: within two; amber: the rows with most "
+    "found. Residuals in standard deviations of the noise; shaded: within two; amber: the rows with most "
     "misfit.",
     "probabilities": "What the recordings say about the strongest explanation.",
 }

@@ -72,6 +72,16 @@ def next_experiment(conclusion: Conclusion) -> str:
     found = conclusion.next_experiment
     if found:
         return found["text"]
-    if conclusion.within_accuracy:
+    if conclusion.within_accuracy or not (conclusion.mismatch or conclusion.explanation.program.noise_stated):
         return "State the noise of the instruments, under [noise]: a smaller misfit may count then."
-    return "None is needed."
+    if not conclusion.mismatch:
+        return "None is needed."
+    if conclusion.repeats is not None:
+        return (
+            "Repeat a recording at half the rate: what a pump or mains hum adds keeps its period in time, "
+            "what the machine adds keeps the one along its travel."
+        )
+    return (
+        "Repeat a recording as it was: what comes again in the same rows belongs to the specimen or the "
+        "stand, what does not belongs to that one test."
+    )

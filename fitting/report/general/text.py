@@ -153,7 +153,7 @@ def _missed(result: GeneralCharacterisation) -> str:
         found = overall(result.scores, role)
         texts = [
             f"{axis_label(column).rsplit(' [', 1)[0]} by {m['rmse']:.3g}{_unit(column)} RMS "
-            f"({100.0 * m['rpd']:.2g} %)"
+            f"(mean relative difference {100.0 * m['rpd']:.2g} %)"
             for column, m in found.items()
         ]
         if texts:
@@ -229,8 +229,8 @@ def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
         f"{'start' if len(fit.starts) == 1 else 'starts'}; chi-square: {ends}. "
         f"{fit.result.status.value}",
         f"Reduced chi-square {number(fit.reduced_chi_square)} over the noise as stated or estimated; "
-        f"residuals are correlated over {fit.correlation_time:.1f} samples; standard errors multiplied by "
-        f"{number(fit.inflation, '.2g')}.",
+        f"residuals are correlated over {fit.correlation_time:.1f} samples. For both, standard errors were "
+        f"multiplied by {number(fit.inflation, '.2g')}.",
         _priors(result),
         *_specimens(result),
     ]
