@@ -123,7 +123,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
     chance = _probability(conclusion.explanation.p_value, bound)
     as_turned = "A " if conclusion.without_turns is None else "With the turning points a "
     if conclusion.within_accuracy:
-        return _as_accurate(conclusion)
+        return [*_as_accurate(conclusion), *_repeating(conclusion)]
     if not conclusion.mismatch:
         return [
             f"The recordings agree with {base_named(conclusion)} within its tolerances and their noise.",
