@@ -20,7 +20,7 @@ from fitting.diagnose import diagnose
 from fitting.report.diagnosis.payload import content
 from fitting.synthesise import synthesise, write_synthetic
 from pneusma_jax import enable_float64, load_silicone
-from validation.examples.pulled_silicone import NOISE_KPA, PULLS, SIDECAR, pulled
+from validation.examples.pulled_silicone import documents
 
 SEED = 77
 STIFFNESS = 1.02
@@ -100,17 +100,6 @@ SHOWN: dict[str, tuple[str, int, str, Error]] = {
 """Kind, seed, a column of every recording, and its error."""
 
 
-def write_pulls(stress: Pull, folder: Path) -> None:
-    """Write a campaign of pulls."""
-    rng = np.random.default_rng(SEED)
-    for name, (role, levels) in PULLS.items():
-        time, strain = pulled(levels)
-        measured = stress(time, strain) + NOISE_KPA * rng.standard_normal(len(strain))
-        rows = [f"{t:.3f},{e:.5f},{s:.3f}" for t, e, s in zip(time, strain, measured, strict=True)]
-        (folder / f"{name}.csv").write_text("\n".join(["time_s,strain,stress_kPa", *rows, ""]))
-        (folder / f"{name}.toml").write_text(SIDECAR.format(role=role, seed=SEED, noise=NOISE_KPA))
-
-
 def write_shown(kind: str, seed: int, column: str, error: Error, folder: Path) -> None:
     """Write a simulated campaign whose instruments err."""
     write_synthetic(synthesise(kind, seed=seed), folder, force=True)
@@ -147,7 +136,8 @@ def main() -> None:
         if not done.exists():
             folder.mkdir(parents=True, exist_ok=True)
             if name in PULLED:
-                write_pulls(PULLED[name], folder)
+                for file, text in documents(PULLED[name], SEED).items():
+                    (folder / file).write_text(text)
             else:
                 write_shown(*SHOWN[name], folder)
             done.write_text(json.dumps(content(diagnose(read_campaign(folder), seed=0)), default=float))

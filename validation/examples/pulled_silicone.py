@@ -9,6 +9,7 @@ the folder, not into it, so that no command can read it there.
 
 import argparse
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -59,16 +60,24 @@ def stresses(strain: np.ndarray) -> np.ndarray:
     return STIFFNESS * virgin * (1.0 - lost)
 
 
-def documents() -> dict[str, str]:
-    """All files of the campaign by name."""
-    rng = np.random.default_rng(SEED)
+def documents(
+    stress_of: Callable[[np.ndarray, np.ndarray], np.ndarray] = lambda time, strain: stresses(strain),
+    seed: int = SEED,
+) -> dict[str, str]:
+    """All files of the campaign by name.
+
+    Args:
+        stress_of: true stress [kPa] from time [s] and strain [1], each of shape (rows,).
+        seed: seed of the noise.
+    """
+    rng = np.random.default_rng(seed)
     made = {"campaign.toml": 'title = "Simulated pulls of a silicone (the demonstration)"\n'}
     for name, (role, levels) in PULLS.items():
         time, strain = pulled(levels)
-        stress = stresses(strain) + NOISE_KPA * rng.standard_normal(strain.size)
+        stress = stress_of(time, strain) + NOISE_KPA * rng.standard_normal(strain.size)
         rows = [f"{t:.3f},{e:.5f},{s:.3f}" for t, e, s in zip(time, strain, stress, strict=True)]
         made[f"{name}.csv"] = "\n".join(["# simulated, not measured", "time_s,strain,stress_kPa", *rows, ""])
-        made[f"{name}.toml"] = SIDECAR.format(role=role, seed=SEED, noise=NOISE_KPA)
+        made[f"{name}.toml"] = SIDECAR.format(role=role, seed=seed, noise=NOISE_KPA)
     return made
 
 

@@ -28,7 +28,7 @@ from .probabilities import (
     probabilities,
     weights_of,
 )
-from .repeats import repeats_of
+from .repeats import Repeats, repeats_of
 from .text import beyond_form, contended, separating
 from .unexplained import by_discrepancy
 
@@ -58,8 +58,8 @@ def conclude(explanation: Explanation) -> Conclusion:
         if by_discrepancy(discrepancy):
             place = place.led_by(discrepancy.driver)
         seen = None if discrepancy is None else discrepancy.quantity
-        found, model, rest, before, after = _described(explanation, place, seen, unknown, found, scores)
-        repeats = repeats_of(*model)
+        described = _described(explanation, place, seen, unknown, found, scores)
+        found, model, rest, repeats, before, after = described
         share = unknown if named else 1.0
         members = [(s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in members if s != "base"]
         members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
@@ -128,27 +128,30 @@ def _described(
     unknown: float,
     doubtful: list[Found],
     scores: Scores,
-) -> tuple[list[Found], tuple[Program, Fit], Discrepancy | None, HeldOut, HeldOut]:
-    """The model discrepancy and the scores where something is unmodelled.
+) -> tuple[list[Found], tuple[Program, Fit], Discrepancy | None, Repeats | None, HeldOut, HeldOut]:
+    """The model discrepancy, the period and the scores where something is unmodelled.
 
     Doubtful effects stay if held-out recordings need them. A smooth term stays if it predicts them better.
     """
     alone = [_unmodelled(unknown, doubtful, explanation)]
     program = explanation.program
     before = scores.averaged([(program, explanation.base, 1.0)])
-    options = [(before, alone, explanation.base, None)]
+    models = [(before, alone, explanation.base)]
     if doubtful:
         score = scores.averaged([(program, explanation.final, 1.0)])
         if score.reduced_chi2 - 1.0 < VERDICT.maximum_kept * max(before.reduced_chi2 - 1.0, 0.0):
-            options.append(
-                (score, [*alone, *sorted(doubtful, key=lambda f: -f.probability)], explanation.final, None)
-            )
-    for _, found, fit, _ in tuple(options):
-        rest = fitted_discrepancy(program, fit, place, seen, repeats_of(program, fit))
+            named = [*alone, *sorted(doubtful, key=lambda f: -f.probability)]
+            models.append((score, named, explanation.final))
+    options = []
+    for score, found, fit in models:
+        repeats = repeats_of(program, fit)
+        options.append((score, found, fit, None, repeats))
+        rest = fitted_discrepancy(program, fit, place, seen, repeats)
         if rest is not None:
-            options.append((scores.averaged([(program, fit, 1.0, rest.corrected)]), found, fit, rest))
-    after, found, fit, rest = min(options, key=lambda option: option[0].reduced_chi2)
-    return found, (program, fit), rest, before, after
+            score = scores.averaged([(program, fit, 1.0, rest.corrected)])
+            options.append((score, found, fit, rest, repeats))
+    after, found, fit, rest, repeats = min(options, key=lambda option: option[0].reduced_chi2)
+    return found, (program, fit), rest, repeats, before, after
 
 
 def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, Correction | None]]:

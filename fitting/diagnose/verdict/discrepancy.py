@@ -151,7 +151,7 @@ def _described(
     excess = sum(evaluation.chi2(out) for out in outs)
     noise = program.observations(program.fitted)
     best, least = None, excess if worth >= 1.0 else noise + worth * (excess - noise)
-    counts = [(name, count) for name, count in product(drivers, DISCREPANCY.saved_knots)]
+    counts = list(product(drivers, DISCREPANCY.saved_knots))
     if repeats is not None:
         periods = np.ptp(np.nan_to_num(drivers_of_rows[repeats.driver])) / repeats.period
         most = DISCREPANCY.maximum_knots * noise

@@ -14,6 +14,7 @@ from pneusma_jax.model_discrepancy import WALL
 from ..evaluate.program import Program
 from ..fit.instrument_drift import outputs_of
 from ..fit.refit import Fit
+from .locate import hats_at
 
 Response = dict[str, np.ndarray]
 """Change of every output by that of a place in the same row, SI, by quantity, (recordings, rows)."""
@@ -73,6 +74,6 @@ def hats(
     if channel.quantity not in response:
         return np.zeros((len(knots), len(channel.measured)))
     x = np.clip(np.nan_to_num(driver[k]), knots[0], knots[-1])
-    columns = np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))])
+    columns = hats_at(x, knots)
     there = np.isfinite(channel.sigma)
     return channel.whitened(np.where(there, columns * response[channel.quantity][k], 0.0))

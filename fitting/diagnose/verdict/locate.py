@@ -48,7 +48,7 @@ def locate(explanation: Explanation) -> Place:
     every = drivers_of(program, fit)
     alike = like_time(program, every)
     drivers = {name: x for name, x in every.items() if name != "time" or not alike}
-    misfit, valid = _misfit(program, fit)
+    misfit, valid = misfit_of(program, fit)
     shares = {}
     for name, values in drivers.items():
         share = _explained(values[valid], misfit[valid])
@@ -82,6 +82,11 @@ def knots_of(values: np.ndarray, count: int) -> np.ndarray | None:
         if not knots or knot - knots[-1] > apart:
             knots.append(knot)
     return np.array(knots) if len(knots) >= 3 else None
+
+
+def hats_at(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
+    """Piecewise linear functions that are 1 at one knot and 0 at all others, at x, shape (knots, rows)."""
+    return np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))])
 
 
 def drivers_of(program: Program, fit: Fit) -> dict[str, np.ndarray]:
@@ -124,17 +129,26 @@ def like_time(program: Program, drivers: dict[str, np.ndarray]) -> str:
     return ""
 
 
-def _misfit(program: Program, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
-    """Misfit of the first channel in standard deviations, (recordings, rows), and where it counts."""
+def misfit_of(program: Program, fit: Fit, quantity: str | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Misfit of an output in standard deviations, (recordings, rows), and where it counts.
+
+    Args:
+        program: program of the campaign.
+        fit: model.
+        quantity: the output; by default the first one of each recording.
+    """
     size = program.stacked.mask.shape[1]
     misfit = np.zeros((len(program.recordings), size))
     valid = np.zeros_like(misfit, bool)
     for k, channels in enumerate(program.channels):
-        for j, channel in enumerate(channels[:1]):
+        for j, channel in enumerate(channels):
+            if channel.quantity != (channels[0].quantity if quantity is None else quantity):
+                continue
+            rows = slice(0, len(channel.measured))
             there = np.isfinite(channel.sigma) & np.isfinite(fit.evaluation.predicted[k][j])
             error = np.where(there, fit.evaluation.predicted[k][j] - channel.measured, 0.0)
-            misfit[k] = np.where(there, error / np.where(there, channel.sigma, 1.0), 0.0)
-            valid[k] = there
+            misfit[k, rows] = np.where(there, error / np.where(there, channel.sigma, 1.0), 0.0)
+            valid[k, rows] = there
     return misfit, valid
 
 

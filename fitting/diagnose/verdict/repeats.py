@@ -19,7 +19,7 @@ from pneusma_jax.late import Late
 from ..evaluate.program import Program
 from ..fit.refit import Fit
 from ..settings import DEFAULT
-from .locate import drivers_of
+from .locate import drivers_of, hats_at, misfit_of
 
 stats = Late("scipy.stats")
 PLACE = DEFAULT.place
@@ -91,7 +91,7 @@ def repeats_of(program: Program, fit: Fit) -> Repeats | None:
         program: program of the campaign.
         fit: model.
     """
-    found = [(course, *_found(course)) for course in _courses(program, fit)]
+    found = [(course, *_found(course)) for course in _courses(program, fit) if course is not None]
     found = [one for one in found if one[2] * len(found) <= SCORE_TEST.level]
     if not found:
         return None
@@ -177,8 +177,8 @@ def _power(parts: list[_Part], frequencies: np.ndarray, in_phase: bool) -> np.nd
     return found
 
 
-def _courses(program: Program, fit: Fit) -> Iterator[_Course]:
-    """The misfit of every output along the load and along time."""
+def _courses(program: Program, fit: Fit) -> Iterator[_Course | None]:
+    """The misfit of every output along the load and along time; None where no period could be resolved."""
     every, loads = drivers_of(program, fit), program.specimen.loads
     outputs = {channel.quantity for channels in program.channels for channel in channels}
     drives = {
@@ -187,14 +187,14 @@ def _courses(program: Program, fit: Fit) -> Iterator[_Course]:
         if name not in {"time", *outputs} and not name.endswith("_rate") and not name.startswith("max_")
     }
     for quantity in sorted(outputs):
-        misfit, sigma, there = _misfit(program, fit, quantity)
+        misfit, there = misfit_of(program, fit, quantity)
         if not there.any():
             continue
         moving = {name: x for name, x in drives.items() if np.ptp(x[there]) > 0.0}
-        usual = float(np.median(sigma[there]))
-        for driver in [loads] if loads in moving else []:
-            along = [(moving[driver][k][rows], misfit[k][rows]) for k, rows in _enough(there)]
-            yield from _course(quantity, driver, along, [np.ptp(x) for x, _ in along], usual)
+        usual = _usual_noise(program, quantity)
+        if loads in moving:
+            along = [(moving[loads][k][rows], misfit[k][rows]) for k, rows in _enough(there)]
+            yield _course(quantity, loads, along, [np.ptp(x) for x, _ in along], usual)
         for x in moving.values():
             misfit = misfit - _with_drive(x, misfit, there)
         along = [(every["time"][k][rows], misfit[k][rows]) for k, rows in _enough(there)]
@@ -202,7 +202,14 @@ def _courses(program: Program, fit: Fit) -> Iterator[_Course]:
         for k, rows in _enough(there):
             turns = [_turns(x[k][rows], 0.1 * float(np.ptp(x[there]))) for x in moving.values()]
             stretches.append(np.ptp(every["time"][k][rows]) / (max(turns, default=0) + 1))
-        yield from _course(quantity, "time", along, stretches, usual)
+        yield _course(quantity, "time", along, stretches, usual)
+
+
+def _usual_noise(program: Program, quantity: str) -> float:
+    """Median standard deviation of an output's noise, SI."""
+    every = [c.sigma for channels in program.channels for c in channels if c.quantity == quantity]
+    sigma = np.concatenate(every)
+    return float(np.median(sigma[np.isfinite(sigma)]))
 
 
 def _enough(there: np.ndarray) -> list[tuple[int, np.ndarray]]:
@@ -217,8 +224,8 @@ def _course(
     along: list[tuple[np.ndarray, np.ndarray]],
     stretches: list[float],
     sigma: float,
-) -> Iterator[_Course]:
-    """Halves of recordings along a driver, without their trend; nothing where the driver hardly varies.
+) -> _Course | None:
+    """Halves of recordings along a driver, without their trend; None where the driver hardly varies.
 
     Recordings that go less than half as far as the one that goes farthest resolve too little. So do those
     with fewer values of the driver than a stretch has rows.
@@ -232,9 +239,10 @@ def _course(
             kept.append(stretch)
             spans.append(min(part.span for part in halves[-1]))
     used = [k for k in range(len(kept)) if kept[k] >= 0.5 * max(kept) and spans[k] >= 0.5 * max(spans)]
-    if used:
-        first, second = ([halves[k][half] for k in used] for half in (0, 1))
-        yield _Course(quantity, driver, (first, second), sigma, min(kept[k] for k in used) / PLACE.periods)
+    if not used:
+        return None
+    first, second = ([halves[k][half] for k in used] for half in (0, 1))
+    return _Course(quantity, driver, (first, second), sigma, min(kept[k] for k in used) / PLACE.periods)
 
 
 def _turns(drive: np.ndarray, least: float) -> int:
@@ -259,23 +267,8 @@ def _with_drive(drive: np.ndarray, misfit: np.ndarray, there: np.ndarray) -> np.
     """Misfit that goes with a drive and its direction, piecewise linear, (recordings, rows)."""
     x, rising = drive[there], (np.gradient(drive, axis=1) > 0.0)[there]
     knots = np.unique(np.quantile(x, np.linspace(0.0, 1.0, PLACE.bins + 1)))
-    hats = np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))], axis=1)
+    hats = hats_at(x, knots).T
     basis = np.concatenate([hats * rising[:, None], hats * ~rising[:, None]], axis=1)
     found = np.zeros_like(misfit)
     found[there] = basis @ np.linalg.lstsq(basis, misfit[there], rcond=None)[0]
     return found
-
-
-def _misfit(program: Program, fit: Fit, quantity: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Misfit of an output in standard deviations, these, and where both count, (recordings, rows) each."""
-    shape = len(program.recordings), program.stacked.mask.shape[1]
-    misfit, sigma, there = np.zeros(shape), np.ones(shape), np.zeros(shape, bool)
-    for k, channels in enumerate(program.channels):
-        for j, channel in enumerate(channels):
-            if channel.quantity == quantity:
-                rows = slice(0, len(channel.measured))
-                error = channel.measured - fit.evaluation.predicted[k][j]
-                counts = np.isfinite(channel.sigma) & np.isfinite(error)
-                there[k, rows], sigma[k, rows] = counts, np.where(counts, channel.sigma, 1.0)
-                misfit[k, rows] = np.where(counts, error, 0.0) / sigma[k, rows]
-    return misfit, sigma, there

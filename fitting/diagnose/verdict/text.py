@@ -206,7 +206,7 @@ def _repeating(conclusion: Conclusion) -> list[str]:
     for name, value in ((found.driver, found.period), (found.quantity, found.amplitude)):
         column = schema.column_of(kind, name)
         unit = "1" if column is None else schema.quantity_and_unit(column)[1]
-        sizes.append(f"{number(from_si(value, unit, difference=True))} {unit}".removesuffix(" 1"))
+        sizes.append(_sized(from_si(value, unit, difference=True), unit))
     period, amplitude = sizes
     driver, quantity = (name.replace("_", " ") for name in (found.driver, found.quantity))
     every = period if found.driver == "time" else f"{period} of {driver}"
@@ -273,12 +273,17 @@ def _in_units(conclusion: Conclusion, found: str = "") -> list[str]:
     after = conclusion.after.by_column(program.kind)
     for column, before in conclusion.before.by_column(program.kind).items():
         quantity, unit = schema.quantity_and_unit(column)
-        first, then = (f"{number(x)} {unit}".removesuffix(" 1") for x in (before, after[column]))
+        first, then = (_sized(x, unit) for x in (before, after[column]))
         share = conclusion.before.rmse[quantity] / max(range_of(program, quantity), np.finfo(float).tiny)
         size = f"{first} ({number(100.0 * share, '.2g')} % of its range)"
         both = f"{size} without {found} and {then} with {found}" if found else size
         said.append(f"of {quantity.replace('_', ' ')} is {both}")
     return [f"The root mean square error {', that '.join(said)}."] if said else []
+
+
+def _sized(value: float, unit: str) -> str:
+    """A number with its unit, if it has one."""
+    return f"{number(value)} {unit}".removesuffix(" 1")
 
 
 def _unexplained(conclusion: Conclusion, whole: str) -> str:
