@@ -6,7 +6,7 @@ Fits, samplers and reports see its constants and its effects' parameters.
 
 import dataclasses
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -23,7 +23,7 @@ from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.specimens.saved_models.model import parameter_of
 from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.calibration.records import Quantity
-from pneusma_jax.effects import find_effect, specs_of
+from pneusma_jax.effects import Spec, find_effect, specs_of
 from pneusma_jax.errors import InputError, counted
 from pneusma_jax.model_discrepancy import CHANNELS
 from pneusma_jax.numerics.safe import as_arrays
@@ -289,28 +289,28 @@ class Augmented(Model):
             )
         return sentences
 
-    def absent(self, parameters: Parameters) -> dict[str, str]:
-        """Amplitudes of effects that a fit leaves at zero, by name, with a sentence each."""
-        found = {}
+    def _specs(self) -> Iterator[tuple[str, str, Spec]]:
+        """Name in the fit, slug and prior knowledge of every parameter of the acting effects."""
         for added, names in zip(self.acting, self.names, strict=True):
             effect = find_effect(added.slug)
             for key, name in names.items():
-                spec, entry = effect.specs[parameter_of(effect, key)], parameters[name]
-                if entry.at_bound and not spec.shape and abs(entry.value - spec.neutral) <= 1e-6 * spec.high:
-                    found[name] = (
-                        f"{name} ended at {spec.neutral:g}, where {added.slug} is absent: these recordings "
-                        "do not ask for it. It has no error."
-                    )
+                yield name, added.slug, effect.specs[parameter_of(effect, key)]
+
+    def absent(self, parameters: Parameters) -> dict[str, str]:
+        """Amplitudes of effects that a fit leaves at zero, by name, with a sentence each."""
+        found = {}
+        for name, slug, spec in self._specs():
+            entry = parameters[name]
+            if entry.at_bound and not spec.shape and abs(entry.value - spec.neutral) <= 1e-6 * spec.high:
+                found[name] = (
+                    f"{name} ended at {spec.neutral:g}, where {slug} is absent: these recordings do not ask "
+                    "for it. It has no error."
+                )
         return found
 
     def natural_ends(self) -> frozenset[str]:
         """Names of the parameters of effects both ends of whose ranges are forms of their own."""
-        found = set()
-        for added, names in zip(self.acting, self.names, strict=True):
-            effect = find_effect(added.slug)
-            specs = {name: effect.specs[parameter_of(effect, key)] for key, name in names.items()}
-            found |= {name for name, spec in specs.items() if spec.natural_ends}
-        return frozenset(found)
+        return frozenset(name for name, _, spec in self._specs() if spec.natural_ends)
 
     def effects(self, values: Mapping[str, Array]) -> tuple[Effect, ...]:
         """Acting effects with the parameters of a fit, and discrepancies as they are; may be traced."""
