@@ -42,6 +42,7 @@ from .spring_by_temperature import BY_TEMPERATURE, without_resistance
 from .spring_course import best_course
 from .spring_rows import ALLOY, FIXED, HELD_LENGTH_RANGE, OUTPUTS, dimension_numbers, spring_of
 from .spring_trajectory import fraction_read, undecided
+from .steady_fraction import DECIDED_BY, steady_fractions
 
 PROCESS_NOISES = tuple(10.0**k for k in range(-16, -2))
 """Candidate process-noise variances per second. The smallest hold a cold wire at one phase, whose limit then
@@ -64,27 +65,45 @@ _fractions = cached_program(_fractions_of_tests, "fractions that resistances imp
 
 
 def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None) -> Rows:
-    """Rows with process-noise variances from their resistances at these base constants. They hold the noise
-    of every channel as a diagnosis weights it, and a trajectory to begin with. Without channels, the weights
-    of the rows count."""
-    own = {name: x for name, x in stacked.extra.items() if not name.startswith((*ADDED, BEGUN))}
-    plain = eqx.tree_at(lambda rows: rows.extra, stacked, own)  # so that one program serves both
+    """Rows with the process-noise variances and the steady courses that their resistances imply.
+
+    With channels they also hold the noise of every channel as a diagnosis weights it, and a trajectory to
+    begin with. Without, the weights of the rows count.
+
+    Args:
+        values: base constants by name, SI.
+        stacked: stack of recordings of kind spring.
+        channels: noise of every column as a diagnosis weights it.
+    """
+    added = (*ADDED, BEGUN, DECIDED_BY)
+    own = {name: x for name, x in stacked.extra.items() if not name.startswith(added)}
+    plain = undecided(eqx.tree_at(lambda rows: rows.extra, stacked, own))  # so that one program serves all
     found = with_process_noise(values, plain, FACTOR, PROCESS_NOISES, pooled=True)
-    if channels is None:
-        return found
-    extra = {**stacked.extra, **found.extra}
+    known = {name: jnp.asarray(value, float) for name, value in values.items()}
+    noise = {} if channels is None else _noise_of(channels, stacked.mask.shape)
+    precision = np.where(stacked.mask, np.asarray(stacked.weight["resistance"]), 0.0) ** 2
+    if noise:
+        correlation = noise["correlation_resistance"]
+        precision = noise["weight_resistance"] ** 2 * (1.0 - correlation) / (1.0 + correlation)
+    extra = {**found.extra, DECIDED_BY: steady_fractions(known, plain, jnp.asarray(precision)), **noise}
+    if noise:
+        begun = stacked.extra.get(BEGUN)
+        extra[BEGUN] = _fractions(known, plain) if begun is None else begun
+    return eqx.tree_at(lambda rows: rows.extra, found, extra)
+
+
+def _noise_of(channels: list[list[Channel]], shape: tuple[int, ...]) -> dict[str, Array]:
+    """Weights and correlations of every output, each (recordings of the stack, rows); zero where there are
+    none."""
+    found = {}
     for name in OUTPUTS:
-        weight, correlation = np.zeros((2, *stacked.mask.shape))
+        weight, correlation = np.zeros((2, *shape))
         for k, members in enumerate(channels):
             for channel in members:
                 if channel.quantity == name:
                     weight[k], correlation[k] = 1.0 / channel.sigma, channel.correlation
-        names = [f"{what}{name}" for what in ADDED]
-        extra |= zip(names, map(jnp.asarray, (weight, correlation)), strict=True)
-    if BEGUN not in extra:
-        known = {name: jnp.asarray(value, float) for name, value in values.items()}
-        extra[BEGUN] = _fractions(known, undecided(plain))
-    return eqx.tree_at(lambda rows: rows.extra, found, extra)
+        found |= zip([f"{what}{name}" for what in ADDED], map(jnp.asarray, (weight, correlation)), strict=True)
+    return found
 
 
 def begun(stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
@@ -99,20 +118,21 @@ def with_effects(
     """Force and resistance under effects; see `Specimen.answer`."""
     parameters = numbers(values, rows)
     stand = spring_of(parameters), effects, pj.SpringState(parameters["prestrain"], jnp.ones(()))
-    elongation, time = rows.inputs["elongation"], rows.time
+    elongation, time, decided_by = rows.inputs["elongation"], rows.time, rows.extra.get(DECIDED_BY)
 
-    def follow(stand: tuple, activation: Any) -> tuple[Array, SpringResponse]:
+    def follow(stand: tuple, activation: Any) -> tuple[Array, Array, SpringResponse]:
         element, effects, state = stand
-        found = pj.simulate_spring(element, elongation, activation, state, time=time, effects=effects)
-        return jnp.stack([found.seen[name] for name in OUTPUTS]), found.rows
+        more = dict(time=time, effects=effects, decided_by=decided_by)
+        found = pj.simulate_spring(element, elongation, activation, state, **more)
+        return jnp.stack([found.seen[name] for name in OUTPUTS]), found.states.xi_min, found.rows
 
-    def at(stand: tuple, xi0: Array) -> tuple[Array, SpringResponse]:
+    def at(stand: tuple, xi0: Array) -> tuple[Array, Array, SpringResponse]:
         return follow(stand, pj.MartensiteFraction(xi0))
 
     frozen = jax.tree.map(lambda x: jax.lax.stop_gradient(x) if eqx.is_array(x) else x, stand)
     start = rows.extra.get(BEGUN)
     if start is None:
-        start = follow(frozen, pj.Resistance(rows.inputs["resistance"]))[1].xi0
+        start = follow(frozen, pj.Resistance(rows.inputs["resistance"]))[2].xi0
     found = best_course(partial(at, stand), partial(at, frozen), start, OUTPUTS, rows)
     gamma = found.known.gamma
     rate = jnp.gradient(gamma) / jnp.maximum(jnp.gradient(time), 1e-9)
@@ -126,6 +146,7 @@ def with_effects(
         "taken_from_errors": found.taken_from_errors,
         **{f"slope_{name}": by_own for name, by_own in zip(OUTPUTS, found.local.slope, strict=True)},
         **{f"memory_{name}": more for name, more in zip(OUTPUTS, found.local.remembered, strict=True)},
+        "memory_row": found.local.source,
     }
     return dict(zip(OUTPUTS, found.predicted, strict=True)), drivers
 

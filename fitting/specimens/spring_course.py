@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, PyTree
+from jaxtyping import Array, Bool, Float, PyTree
 
 from fitting.inference.latent_trajectory.elimination import Elimination
 from fitting.inference.latent_trajectory.gauss_newton import ended, largest, settle
@@ -131,8 +131,9 @@ def _next_row(column: Array) -> Array:
     return jnp.concatenate([column[1:], jnp.zeros(1)])
 
 
-Outputs = Callable[[Array], tuple[Array, PyTree]]
-"""Function from a trajectory to the channels, shape (channels, rows), and auxiliary results."""
+Outputs = Callable[[Array], tuple[Array, Array, PyTree]]
+"""Function from a trajectory to the channels, shape (channels, rows), the fraction that the spring remembers
+after every row, shape (rows,), and auxiliary results."""
 
 
 class Found(eqx.Module):
@@ -183,7 +184,7 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     nothing = jnp.zeros_like(measured)
     blank = Local(nothing, nothing, nothing, jnp.zeros(read.shape, int))
     solution, local = settle(step, jnp.clip(read, 0.0, 1.0), everywhere, SETTLED, ROUNDS, blank)
-    at_solution, known = outputs(solution)
+    at_solution, _, known = outputs(solution)
     last = system.step(local, solution, at_solution)
     # where a row begins to renew the metal's memory all later ones jump, which the slopes cannot predict
     solution_value, outputs_here, after = jax.lax.stop_gradient((solution, at_solution, solution + last))
@@ -224,12 +225,25 @@ def _taken_from_errors(information: Array, diagonal: Array, upper: Array) -> Flo
 
 
 def _linearised(outputs: Outputs, course: Array) -> Local:
-    """The channels at a trajectory and their linearisation."""
-    lowest = jax.lax.cummin(course)
-    hottest = jnp.concatenate([jnp.ones(1, bool), course[1:] < lowest[:-1]])
-    source = jax.lax.cummax(jnp.where(hottest, jnp.arange(course.size), 0))
-    along = lambda direction: jax.jvp(lambda x: outputs(x)[0], (course,), (direction,))  # noqa: E731
-    both = jnp.stack([jnp.ones_like(course), hottest.astype(course.dtype)])
-    predicted, (total_slope, memory) = jax.vmap(along, out_axes=(None, 0))(both)
-    remembered = jnp.where(hottest, 0.0, memory)
+    """The channels at a trajectory and their linearisation.
+
+    A spring remembers its hottest row since its memory was last renewed, by heating or by loading.
+    """
+    along = lambda direction: jax.jvp(lambda x: outputs(x)[:2], (course,), (direction,))  # noqa: E731
+    ((predicted, memory), (total_slope, _)) = along(jnp.ones_like(course))
+    set_here = _sets_memory(memory, course)
+    by_memory = along(set_here.astype(course.dtype))[1][0]
+    remembered = jnp.where(set_here, 0.0, by_memory)
+    source = jax.lax.cummax(jnp.where(set_here, jnp.arange(course.size), 0))
     return Local(predicted, total_slope - remembered, remembered, source)
+
+
+def _sets_memory(memory: Array, course: Array) -> Bool[Array, " rows"]:
+    """Mask of the rows whose own fraction a spring remembers after them.
+
+    Args:
+        memory: remembered fraction after every row, shape (rows,).
+        course: fraction of every row.
+    """
+    before = jnp.concatenate([jnp.ones(1), memory[:-1]])
+    return (memory != before) | (memory == course)

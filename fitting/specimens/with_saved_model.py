@@ -37,6 +37,7 @@ from .rows import MARK, MOST_ROWS, Rows, stack, with_numbers
 from .saved_models import AddedDiscrepancy, AddedEffect, AugmentedModel
 from .silicones import FACTOR
 from .specimen import Model, Specimen
+from .steady_fraction import DECIDED_BY
 
 WIDE = 20.0
 """Minimum ratio of its bounds from which a positive shape parameter is fitted by its logarithm."""
@@ -385,11 +386,11 @@ class Augmented(Model):
         return self.specimen.latent.settled(recordings, drivers)
 
     def _with_process_noise(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Springs with the process-noise variance that the resistance implies, and no more."""
+        """Springs with the process-noise variance and the steady course that the resistance implies."""
         base, _ = self._split(values)
-        found = np.asarray(self.specimen.latent.prepared(base, stack(recordings)).extra["process_noise"])
-        pairs = zip(recordings, found, strict=False)  # a stack may be padded
-        return [_with_process_noise(rows, variance) for rows, variance in pairs]
+        found = self.specimen.latent.prepared(base, stack(recordings)).extra
+        pairs = zip(recordings, np.asarray(found["process_noise"]), np.asarray(found[DECIDED_BY]), strict=False)
+        return [_with_trajectory(rows, *one) for rows, *one in pairs]  # a stack may be padded
 
     def taken(self, values: Mapping[str, float], recordings: Sequence[Rows]) -> np.ndarray:
         """Degrees of freedom that the trajectory of each recording takes, shape (recordings,)."""
@@ -401,9 +402,10 @@ class Augmented(Model):
         return of_each(self, lambda rows: self.answer(values, rows)[1]["taken_from_errors"], stacked)
 
 
-def _with_process_noise(rows: Rows, variance: np.ndarray) -> Rows:
-    """A recording with its process-noise variance."""
-    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, "process_noise": np.asarray(variance)})
+def _with_trajectory(rows: Rows, variance: np.ndarray, steady: np.ndarray) -> Rows:
+    """A recording with the process-noise variance and the steady course of its fraction."""
+    own = {"process_noise": variance, DECIDED_BY: steady[: len(rows.mask)]}
+    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **own})
 
 
 def _start_from(entry: Parameter, quantity: Quantity, here: bool) -> None:

@@ -3,7 +3,7 @@
 from .alloy import Alloy, load_alloy
 from .fractions import PhaseFractions, phase_fractions
 from .geometry import SpringGeometry, spring_strain
-from .residual_strain import SpringState
+from .residual_strain import Decided, SpringState
 from .resistivity import PhaseReading
 from .spring import MartensiteFraction, Resistance, Spring, SpringResponse, Temperature
 from .wire import WireAlloy, WireResponse, WireStatus, load_wire
@@ -11,6 +11,7 @@ from .wire_history import WireHistory, WireResistance, simulate_wire
 
 __all__ = [
     "Alloy",
+    "Decided",
     "MartensiteFraction",
     "PhaseFractions",
     "PhaseReading",

@@ -6,7 +6,7 @@ from pathlib import Path
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
+from jaxtyping import Array, Bool
 
 from ..calibration import Calibration, load_calibration
 from ..numerics.safe import as_array, as_numpy, is_concrete
@@ -194,6 +194,14 @@ class Alloy(eqx.Module):
             margin: excess over the residual strain from which the wire counts as loading, as part of the
                 residual strain [1]. The law has 0. Fits try other values, as the rule jumps with parameters.
         """
+        xi_min = hottest(state, xi0)
+        renew = self.renews(state, gamma, xi0, margin) if state.decided is None else state.decided.renews
+        return SpringState(jnp.where(renew, gamma, state.prestrain), jnp.where(renew, xi0, xi_min))
+
+    def renews(
+        self, state: SpringState, gamma: Array, xi0: Array, margin: Array | float = 0.0
+    ) -> Bool[Array, "..."]:
+        """True where a row renews the memory; arguments as for `remember`."""
         heated = SpringState(state.prestrain, hottest(state, xi0))
         gamma_R = self.residual_strain(heated, xi0)
         threshold = (1.0 + margin) * gamma_R
@@ -202,8 +210,7 @@ class Alloy(eqx.Module):
         deeper = (
             residual_strain.residual_strain(self.residual_strain_limit(gamma), xi0, self.gR_decay) > gamma_R
         )
-        renew = loading & deeper
-        return SpringState(jnp.where(renew, gamma, heated.prestrain), jnp.where(renew, xi0, heated.xi_min))
+        return loading & deeper
 
 
 def _contrast_at_rest(alloy: Alloy) -> Array:

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jax.scipy.special import erf
-from jaxtyping import Array
+from jaxtyping import Array, Bool
 
 from ..numerics.safe import as_array
 
@@ -31,16 +31,30 @@ def residual_strain(limit: Array, xi_min: Array, decay: Array) -> Array:
     return limit * jnp.exp(decay * (xi_min - 1.0))
 
 
+class Decided(eqx.Module):
+    """Known decisions of the memory's rule in one row, where noise of the fraction must not make them.
+
+    Attributes:
+        hotter: true if the row is as hot as any since the pre-strain, or hotter.
+        renews: true if the row renews the memory.
+    """
+
+    hotter: Bool[Array, ""]
+    renews: Bool[Array, ""]
+
+
 class SpringState(eqx.Module):
     """Memory of a spring.
 
     Attributes:
         prestrain: shear strain gp that set the residual strain [1].
         xi_min: smallest martensite fraction since then [1]; heating lowers it, cooling does not raise it.
+        decided: decisions of the coming row; None to follow the rule.
     """
 
     prestrain: Array = eqx.field(converter=as_array)
     xi_min: Array = eqx.field(converter=as_array)
+    decided: Decided | None = None
 
     @classmethod
     def fresh(cls, prestrain: Array) -> "SpringState":
@@ -55,4 +69,5 @@ def hottest(state: SpringState, xi0: Array) -> Array:
     At a tie the present one is taken. A spring that is as hot as ever follows the next heating in full. So
     the derivative is 1, not one half as in `jnp.minimum`.
     """
-    return jnp.where(xi0 <= state.xi_min, xi0, state.xi_min)
+    hotter = xi0 <= state.xi_min if state.decided is None else state.decided.hotter
+    return jnp.where(hotter, xi0, state.xi_min)

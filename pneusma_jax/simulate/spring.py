@@ -5,7 +5,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from ..nitinol import Spring, SpringResponse, SpringState
+from ..nitinol import Decided, Spring, SpringResponse, SpringState
 from ..nitinol.spring import Activation
 from ..numerics.safe import begun_as
 from ..pipeline import Effect, Known, Pipeline, as_recorded
@@ -37,6 +37,7 @@ def simulate_spring(
     time: Float[Array, "rows"] | None = None,
     effects: tuple[Effect, ...] = (),
     temperature: Float[Array, "rows"] | None = None,
+    decided_by: Float[Array, "rows"] | None = None,
 ) -> SpringHistory:
     """One spring on a test stand, stretched along a history of elongation.
 
@@ -49,6 +50,8 @@ def simulate_spring(
         time: time [s], shape (rows,), for effects that depend on rate or duration.
         effects: effects beyond the base model; their memories start at rest.
         temperature: temperature of the spring [degC], shape (rows,), for effects that depend on it.
+        decided_by: martensite fractions that decide which rows the memory keeps, shape (rows,); those of the
+            activation where None. Noise of a single row then renews no memory.
     """
     rows = jnp.shape(elongation)[0]
     state = SpringState.fresh(0.0) if state is None else state
@@ -60,8 +63,10 @@ def simulate_spring(
     span = jnp.max(jnp.abs(elongation))
 
     def step(carry: tuple, row: tuple) -> tuple:
-        state, memories = carry
-        elongation, activation, time, interval, recorded = row
+        state, memories, smooth = carry
+        elongation, activation, time, interval, recorded, fraction = row
+        decided = None if fraction is None else Decided(fraction <= smooth.xi_min, jnp.asarray(False))
+        state = SpringState(state.prestrain, state.xi_min, decided)
         known = Known(dict(time=time, interval=interval, number=1, span=span) | recorded)
         pipeline = Pipeline(effects, memories, known)
         if pipeline.acts_at("compliance"):
@@ -75,16 +80,21 @@ def simulate_spring(
             in_train = lambda length: strain_in_train(pull, given, length, *train)  # noqa: E731
             elongation = pipeline.where_acting("compliance", in_train, lambda length: length, elongation)
         response = spring.respond(elongation, activation, state, pipeline)
+        if fraction is not None:
+            renews = spring.alloy.renews(smooth, response.gamma, fraction)
+            smooth = spring.alloy.remember(smooth, response.gamma, fraction)
+            state = eqx.tree_at(lambda s: s.decided.renews, state, renews)
         after = spring.remember(state, response)
         true = dict(force=response.force, resistance=response.resistance)
         more = dict(spring=spring, solved=response, elongation=elongation)
         seen = pipeline.apply("outputs", true, **more)
         later = pipeline.remembered(**more, seen=true) if effects else ()
-        return (after, later), (response, after, seen)
+        return (after, later, smooth), (response, after, seen)
 
     begun = jax.tree.map(lambda x: x[0], recorded)
     at_rest = Pipeline.begin(effects, spring=spring, number=1, states=(state,), **begun)
-    history = (elongation, spread, clock, jnp.diff(clock, prepend=clock[:1]), recorded)
-    first = begun_as((state, at_rest.memories), (spring, effects, history))
+    history = (elongation, spread, clock, jnp.diff(clock, prepend=clock[:1]), recorded, decided_by)
+    smooth = None if decided_by is None else state
+    first = begun_as((state, at_rest.memories, smooth), (spring, effects, history))
     _, (responses, memories, seen) = jax.lax.scan(step, first, history)  # type: ignore[var-annotated]
     return SpringHistory(responses, memories, as_recorded(effects, seen, clock))

@@ -49,6 +49,7 @@ class LatentTrajectory:
         process_noise: float,
         time: np.ndarray,
         count: int | None = None,
+        source: np.ndarray | None = None,
     ) -> "LatentTrajectory":
         """A trajectory from two derivatives of the channels, (channels, rows).
 
@@ -56,13 +57,15 @@ class LatentTrajectory:
             number: which of the recording's trajectories it is.
             fraction: (rows,).
             moved: derivative of the channels when the fraction changes by the same in all rows.
-            memory: derivative of the channels when it changes only in `remembered_rows`.
+            memory: derivative of the channels when it changes only in rows that are remembered.
             process_noise: variance of the random walk per second.
             time: [s], (rows,).
             count: number of rows before the padding; all if None.
+            source: index of the row that each row remembers, (rows,); the hottest so far if None.
         """
-        keeps, count = remembered_rows(fraction), len(fraction) if count is None else count
-        latest = np.maximum.accumulate(np.where(keeps, np.arange(len(fraction)), 0))
+        rows, count = np.arange(len(fraction)), len(fraction) if count is None else count
+        keeps = remembered_rows(fraction) if source is None else source == rows
+        latest = np.maximum.accumulate(np.where(keeps, rows, 0))
         precision = 1.0 / (process_noise * intervals(time))
         precision[0], precision[count:] = 0.0, 0.0
         remembered = np.where(keeps, 0.0, memory)

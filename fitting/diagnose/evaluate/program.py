@@ -233,6 +233,7 @@ class Program:
         if names[0] not in here.drivers:
             return here.projections
         found, process_noise = [], np.asarray(self.stacked.extra["process_noise"])
+        source = np.asarray(here.drivers["memory_row"], int)
         for k, channels in enumerate(self.channels):
             own, memory = (
                 np.stack([np.nan_to_num(here.drivers[f"{name}_{c.quantity}"][k]) for c in channels])
@@ -241,7 +242,7 @@ class Program:
             fraction, time = here.drivers[TRAJECTORY][k], np.asarray(self.stacked.time)[k]
             count = row_count(self.stacked, k)
             own = LatentTrajectory.of(
-                0, fraction, own + memory, memory, float(process_noise[k]), time, count
+                0, fraction, own + memory, memory, float(process_noise[k]), time, count, source[k]
             )
             found.append(Projection([own], channels))
         return found
