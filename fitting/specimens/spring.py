@@ -102,7 +102,8 @@ def _noise_of(channels: list[list[Channel]], shape: tuple[int, ...]) -> dict[str
             for channel in members:
                 if channel.quantity == name:
                     weight[k], correlation[k] = 1.0 / channel.sigma, channel.correlation
-        found |= zip([f"{what}{name}" for what in ADDED], map(jnp.asarray, (weight, correlation)), strict=True)
+        names = [f"{what}{name}" for what in ADDED]
+        found |= zip(names, map(jnp.asarray, (weight, correlation)), strict=True)
     return found
 
 

@@ -389,8 +389,9 @@ class Augmented(Model):
         """Springs with the process-noise variance and the steady course that the resistance implies."""
         base, _ = self._split(values)
         found = self.specimen.latent.prepared(base, stack(recordings)).extra
-        pairs = zip(recordings, np.asarray(found["process_noise"]), np.asarray(found[DECIDED_BY]), strict=False)
-        return [_with_trajectory(rows, *one) for rows, *one in pairs]  # a stack may be padded
+        own = (np.asarray(found[name]) for name in ("process_noise", DECIDED_BY))
+        parts = zip(recordings, *own, strict=False)  # a stack may be padded
+        return [_with_trajectory(rows, *one) for rows, *one in parts]
 
     def taken(self, values: Mapping[str, float], recordings: Sequence[Rows]) -> np.ndarray:
         """Degrees of freedom that the trajectory of each recording takes, shape (recordings,)."""
