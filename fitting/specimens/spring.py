@@ -81,11 +81,12 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
     found = with_process_noise(values, plain, FACTOR, PROCESS_NOISES, pooled=True)
     known = {name: jnp.asarray(value, float) for name, value in values.items()}
     noise = {} if channels is None else _noise_of(channels, stacked.mask.shape)
-    precision = np.where(stacked.mask, np.asarray(stacked.weight["resistance"]), 0.0) ** 2
-    if noise:
-        correlation = noise["correlation_resistance"]
-        precision = noise["weight_resistance"] ** 2 * (1.0 - correlation) / (1.0 + correlation)
-    extra = {**found.extra, DECIDED_BY: steady_fractions(known, plain, jnp.asarray(precision)), **noise}
+    precision = {}
+    for name in OUTPUTS:
+        weight = noise.get(f"weight_{name}", jnp.where(stacked.mask, stacked.weight[name], 0.0))
+        correlation = noise.get(f"correlation_{name}", 0.0)
+        precision[name] = weight**2 * (1.0 - correlation) / (1.0 + correlation)
+    extra = {**found.extra, DECIDED_BY: steady_fractions(known, plain, precision), **noise}
     if noise:
         begun = stacked.extra.get(BEGUN)
         extra[BEGUN] = _fractions(known, plain) if begun is None else begun

@@ -4,58 +4,117 @@ A spring remembers the row that renewed its memory and the hottest row since. Wh
 noise of single readings would choose among them. The hottest of a hundred noisy rows is the one whose noise
 was lowest, and the force of all later rows would feel it. So these decisions are made along a steady course.
 The fraction that is remembered is still that of the latent trajectory in the chosen row.
+
+What changes steadily is the temperature. The fraction is its logistic function, with the temperature in
+widths of the transformation about its middle. So a wire that is all martensite rests there, whatever the
+noise. Where both phases conduct alike, the force of a wire that loads tells the fraction.
 """
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jax.scipy.special import logit
 from jaxtyping import Array, Float
 
 from fitting.inference.latent_trajectory.steady import steady_course
+from pneusma_jax.nitinol.stress import on_detwinning_branch
 from pneusma_jax.program_cache import cached_program
 
 from .rows import Rows, numbers
+from .spring_law import Law
 from .spring_rows import spring_of
 from .spring_trajectory import fraction_read
 
 DECIDED_BY = "decided_by"
 """Entry of rows with the steady course, shape (rows,)."""
+SPREAD = 5.0
+"""Standard deviation of the first temperature about the transformation's middle, in its widths."""
+BEGIN = 1e-3
+"""Minimum distance of the fraction from 0 and 1 at which the search begins [1]."""
 ROUNDS = 4
-"""Number of linearisations of the resistance."""
-LONGEST = 0.3
-"""Maximum difference of a reading from the course that it is linearised about [1]."""
+"""Number of linearisations of the resistance, and then of resistance and force."""
+LONGEST = 2.0
+"""Maximum difference of a reading from the temperature that it is linearised about, in widths."""
 TOLD = 1e-9
 """Minimum slope of the resistance over the fraction that a reading tells something by, relative to the wire's
 resistance."""
 
 
+class _Seen(NamedTuple):
+    """What one output says about the course at its present guess; arrays of shape (rows,).
+
+    Attributes:
+        missed: measured less predicted value.
+        slope: derivative of the prediction by the temperature.
+        precision: inverse variance of the measured value; zero where it says nothing.
+    """
+
+    missed: Array
+    slope: Array
+    precision: Array
+
+
 def _of_tests(
-    values: Mapping[str, Array], stacked: Rows, precision: Float[Array, "recordings rows"]
+    values: Mapping[str, Array], stacked: Rows, precision: Mapping[str, Float[Array, "recordings rows"]]
 ) -> Float[Array, "recordings rows"]:
     """Courses of a stack.
 
     Args:
         values: base constants by name, SI.
         stacked: stack of recordings of kind spring, without decisions.
-        precision: inverse variance of every measured resistance [1/ohm2], zero where there is none.
+        precision: inverse variance of every measured value by output, zero where there is none.
     """
 
-    def one(rows: Rows, precision: Array) -> Array:
-        spring = spring_of(numbers(values, rows))
-        gamma, wire = spring.shear_strain(rows.inputs["elongation"]), spring.geometry.wire_length
-        law = lambda course: spring.alloy.resistivity(course, gamma) * wire  # noqa: E731
+    def one(rows: Rows, precision: Mapping[str, Array]) -> Array:
+        parameters = numbers(values, rows)
+        law = Law.of(spring_of(parameters), parameters["prestrain"], rows.inputs["elongation"], None)
 
-        def closer(_: int, course: Array) -> Array:
-            ohms, slope = jax.jvp(law, (course,), (jnp.ones_like(course),))
-            told = jnp.abs(slope) > TOLD * jnp.abs(ohms)
-            missed = (rows.measured["resistance"] - ohms) / jnp.where(told, slope, 1.0)
-            read = course + jnp.clip(missed, -LONGEST, LONGEST)
-            return steady_course(rows.time, read, jnp.where(told, precision * slope**2, 0.0))
+        def closer(cold: Array, by_force: bool) -> Array:
+            seen = [_resistance(law, cold, rows, precision["resistance"])]
+            if by_force:
+                seen.append(_force(law, cold, rows, precision["force"]))
+            information = sum(one.precision * one.slope**2 for one in seen)
+            pull = sum(one.precision * one.slope * one.missed for one in seen)
+            step = pull / jnp.where(information > 0.0, information, 1.0)
+            read = cold + jnp.clip(step, -LONGEST, LONGEST)
+            return steady_course(rows.time, read, information, SPREAD)
 
-        return jax.lax.fori_loop(0, ROUNDS, closer, fraction_read(spring, rows))
+        begin = logit(jnp.clip(fraction_read(law.spring, rows), BEGIN, 1.0 - BEGIN))
+        cold = jax.lax.fori_loop(0, ROUNDS, lambda _, cold: closer(cold, False), begin)
+        return jax.nn.sigmoid(jax.lax.fori_loop(0, ROUNDS, lambda _, cold: closer(cold, True), cold))
 
     return jax.vmap(one)(stacked, precision)
+
+
+def _resistance(law: Law, cold: Array, rows: Rows, precision: Array) -> _Seen:
+    """What the resistance says; nothing where both phases conduct alike."""
+    wire = law.spring.geometry.wire_length
+    of = lambda cold: law.strained.resistivity(jax.nn.sigmoid(cold)) * wire  # noqa: E731
+    ohms, slope = jax.jvp(of, (cold,), (jnp.ones_like(cold),))
+    told = jnp.abs(slope) > TOLD * jnp.abs(ohms)
+    return _Seen(rows.measured["resistance"] - ohms, slope, jnp.where(told, precision, 0.0))
+
+
+def _force(law: Law, cold: Array, rows: Rows, precision: Array) -> _Seen:
+    """What the force says while the wire loads, where it depends on no memory.
+
+    A law that misses the force by more than its noise counts the less.
+    """
+    alloy, strained = law.spring.alloy, law.strained
+
+    def of(cold: Array) -> tuple[Array, Array]:
+        xi0 = jax.nn.sigmoid(cold)
+        modulus, detwinning = alloy.modulus(xi0), strained.detwinning_stress(alloy, xi0)
+        states, _ = law.by_rule(strained.gamma, xi0)
+        loading = on_detwinning_branch(modulus, detwinning, alloy.residual_strain(states, xi0))
+        return law.spring.geometry.force(modulus * strained.gamma - detwinning), loading
+
+    newtons, slope, loading = jax.jvp(of, (cold,), (jnp.ones_like(cold),), has_aux=True)
+    missed, counted = rows.measured["force"] - newtons, jnp.where(loading, precision, 0.0)
+    square = jnp.sum(counted * missed**2) / jnp.maximum(jnp.sum(counted > 0.0), 1)
+    return _Seen(missed, slope, counted / jnp.maximum(square, 1.0))
 
 
 steady_fractions = cached_program(_of_tests, "steady fractions that resistances imply")

@@ -33,7 +33,7 @@ def _rows(rng, process_noise=1e-3, correlation=(0.6, 0.0)):
 
 
 def _course(outputs, read, rows, frozen=None):
-    laws = [lambda x, law=law: (law(x), None) for law in (outputs, frozen or outputs)]
+    laws = [lambda x, law=law: (law(x), jax.lax.cummin(x), None) for law in (outputs, frozen or outputs)]
     found = best_course(*laws, read, ("force", "resistance"), rows)
     return found.course, found.taken, found.local
 
@@ -85,7 +85,7 @@ def test_no_course_is_credited_with_a_slope_across_a_jump(jump):
     def law(x):
         return jnp.stack([x, x]) + jump * jnp.cumsum(x > 0.5)
 
-    laws = [lambda x: (law(x), None)] * 2
+    laws = [lambda x: (law(x), jax.lax.cummin(x), None)] * 2
     found = best_course(*laws, jnp.full(COUNT, 0.4985), ("force", "resistance"), rows)
     assert found.predicted == pytest.approx(np.asarray(law(found.course)), abs=1e-9)
     assert bool(jnp.all(found.course > 0.5)) == (jump < 0.01)

@@ -14,29 +14,29 @@ from jaxtyping import Array, Float
 from pneusma_jax.numerics.linear import solve_small
 
 RATES = tuple(10.0**k for k in range(-14, 2))
-"""Candidate variances of the change of the rate per second [1/s3]: from a course that is straight for hours
-to one that turns within a row."""
-FIRST = 1.0
-"""Standard deviation of the first value [1], which is about one half, and of the first rate [1/s]."""
+"""Candidate variances of the change of the rate per second, over the squared spread of the course [1/s3]. They
+range from a course that is straight for hours to one that turns within a row."""
 LEAST = 1e-30
-"""Least variance of a change within a row [1], so that no covariance is singular."""
+"""Least variance of a change within a row, over the squared spread, so that no covariance is singular."""
 
 
 def steady_course(
-    time: Float[Array, " rows"], read: Float[Array, " rows"], precision: Float[Array, " rows"]
+    time: Float[Array, " rows"], read: Float[Array, " rows"], precision: Float[Array, " rows"], spread: float
 ) -> Float[Array, " rows"]:
-    """Mean of a course between 0 and 1 that changes steadily, given readings of it.
+    """Mean of a course that changes steadily, given readings of it.
 
     Args:
         time: time [s], ascending.
-        read: readings [1].
+        read: readings, in any unit.
         precision: inverse variance of each reading; zero where there is none.
+        spread: standard deviation of the first value about zero, and of its change in the first second.
     """
     steps = jnp.maximum(jnp.diff(time, prepend=time[:1]), 0.0)
     rates = jnp.asarray(RATES)
-    evidence = jax.vmap(lambda rate: _filtered(steps, read, precision, rate)[1])(rates)
+    scaled = steps, read / spread, precision * spread**2
+    evidence = jax.vmap(lambda rate: _filtered(*scaled, rate)[1])(rates)
     rate = rates[jnp.argmax(evidence)]
-    (means, variances), _ = _filtered(steps, read, precision, rate)
+    (means, variances), _ = _filtered(*scaled, rate)
 
     def back(later: Array, row: tuple) -> tuple[Array, Array]:
         mean, variance, step = row
@@ -45,7 +45,7 @@ def steady_course(
         return smooth, smooth
 
     _, smooth = jax.lax.scan(back, means[-1], (means[:-1], variances[:-1], steps[1:]), reverse=True)
-    return jnp.clip(jnp.append(smooth[:, 0], means[-1, 0]), 0.0, 1.0)
+    return spread * jnp.append(smooth[:, 0], means[-1, 0])
 
 
 def _moved(step: Array) -> Float[Array, "2 2"]:
@@ -74,6 +74,6 @@ def _filtered(steps: Array, read: Array, precision: Array, rate: Array) -> tuple
         evidence = evidence - 0.5 * (jnp.log(spread) + precision * surprise**2 / spread)
         return (mean, variance, evidence), (mean, variance)
 
-    first = jnp.array([0.5, 0.0]), FIRST**2 * jnp.eye(2), jnp.zeros(())
+    first = jnp.zeros(2), jnp.eye(2), jnp.zeros(())
     (_, _, evidence), found = jax.lax.scan(row, first, (steps, read, precision))
     return found, evidence
