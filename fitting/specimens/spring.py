@@ -36,13 +36,13 @@ from . import priors, spring_rows, spring_trajectory
 from .latent import Drivers, LatentStates
 from .process_noise import with_process_noise
 from .registry import register
-from .rows import Rows, numbers
+from .rows import Rows, numbers, stack
 from .specimen import FITTED, OF_HISTORIES, RowOptions, Specimen
 from .spring_by_temperature import BY_TEMPERATURE, without_resistance
 from .spring_course import best_course
 from .spring_rows import ALLOY, FIXED, HELD_LENGTH_RANGE, OUTPUTS, dimension_numbers, spring_of
 from .spring_trajectory import fraction_read, undecided
-from .steady_fraction import DECIDED_BY, steady_fractions
+from .steady_fraction import DECIDED_BY, steady_along, steady_fractions
 
 PROCESS_NOISES = tuple(10.0**k for k in range(-16, -2))
 """Candidate process-noise variances per second. The smallest hold a cold wire at one phase, whose limit then
@@ -52,6 +52,8 @@ BEGUN = "course"
 fraction that each resistance implies."""
 FACTOR = 10.0
 """Factor of the process-noise variance of a diagnosis over the one that a resistance implies."""
+LOOSE = 1e-2
+"""Process-noise variance per second of a fraction that follows its readings."""
 ADDED = ("weight_", "correlation_")
 """Prefixes of the columns that hold a diagnosis's weights and noise correlations."""
 
@@ -153,6 +155,18 @@ def with_effects(
     return dict(zip(OUTPUTS, found.predicted, strict=True)), drivers
 
 
+def _followed(rows: Rows, course: np.ndarray) -> Rows:
+    """A recording with a steady course, and a process noise that lets the fraction follow it."""
+    steps, changes = np.diff(rows.time), np.diff(course)
+    variance = np.mean(changes**2 / np.maximum(steps, 1e-6)) if len(changes) else 0.0
+    return _with(rows, process_noise=np.asarray(FACTOR * max(variance, PROCESS_NOISES[0])), decided_by=course)
+
+
+def _with(rows: Rows, **entries: np.ndarray) -> Rows:
+    """A recording with other entries."""
+    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **entries})
+
+
 class SpringPhase(LatentStates):
     """Martensite fraction of a spring, found inside `answer`."""
 
@@ -177,8 +191,17 @@ class SpringPhase(LatentStates):
         return begun(stacked, drivers)
 
     def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
-        """The same recordings: `answer` finds the fraction anew under every model."""
-        return recordings
+        """Recordings with the process noise and the steady course of the fraction that a model finds.
+
+        `answer` finds the fraction itself anew under every model.
+        """
+        loose = [_with(rows, process_noise=np.asarray(LOOSE)) for rows in recordings]
+        stacked, found = stack(loose), drivers(loose)
+        slopes = [np.asarray(stacked.weight[name]) * np.asarray(found[f"slope_{name}"]) for name in OUTPUTS]
+        information = np.where(stacked.mask, np.sum(np.square(slopes), axis=0), 0.0)
+        courses = np.asarray(steady_along(stacked.time, found["xi0"], information))
+        pairs = zip(recordings, courses, strict=False)  # a stack may be padded
+        return [_followed(rows, course[: len(rows.mask)]) for rows, course in pairs]
 
 
 class SpringOnStand(Specimen):

@@ -118,3 +118,27 @@ def _force(law: Law, cold: Array, rows: Rows, precision: Array) -> _Seen:
 
 
 steady_fractions = cached_program(_of_tests, "steady fractions that resistances imply")
+
+
+def _along(
+    time: Float[Array, "recordings rows"],
+    course: Float[Array, "recordings rows"],
+    information: Float[Array, "recordings rows"],
+) -> Float[Array, "recordings rows"]:
+    """Steady courses near other ones, such as those that a model with effects finds.
+
+    Args:
+        time: time [s].
+        course: martensite fractions.
+        information: inverse variance of the fraction of every row by what was measured in it.
+    """
+
+    def one(time: Array, course: Array, information: Array) -> Array:
+        within = jnp.clip(course, BEGIN, 1.0 - BEGIN)
+        slope = within * (1.0 - within)
+        return jax.nn.sigmoid(steady_course(time, logit(within), information * slope**2, SPREAD))
+
+    return jax.vmap(one)(time, course, information)
+
+
+steady_along = cached_program(_along, "steady fractions along courses")

@@ -37,7 +37,6 @@ from .rows import MARK, MOST_ROWS, Rows, stack, with_numbers
 from .saved_models import AddedDiscrepancy, AddedEffect, AugmentedModel
 from .silicones import FACTOR
 from .specimen import Model, Specimen
-from .steady_fraction import DECIDED_BY
 
 WIDE = 20.0
 """Minimum ratio of its bounds from which a positive shape parameter is fitted by its logarithm."""
@@ -355,24 +354,14 @@ class Augmented(Model):
             count -= round(float(np.sum(self.taken(values, recordings))))
         return max(count, 1)
 
-    def prepared(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Recordings with phases read from resistances, or with the process noise of latent trajectories.
-
-        Args:
-            values: free parameters by name, SI.
-            recordings: recordings from `rows_for`.
-        """
-        if self.searches:
-            return self._with_process_noise(values, recordings)
-        return super().prepared(values, recordings)
-
     def decides(self, recordings: Sequence[Rows]) -> bool:
-        """True if the prediction depends on the parameters in a non-smooth way, as the kind states."""
-        return self.specimen.decides(recordings)
+        """True if the prediction depends on the parameters in a non-smooth way, as the kind states, or as the
+        memory of a spring does."""
+        return self.searches or self.specimen.decides(recordings)
 
     def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Actuators with phases that their resistances imply at these parameters; wires with noise of
-        drivers."""
+        """Actuators with phases that their resistances imply at these parameters; springs with what they
+        remember; wires with noise of drivers."""
         if noisy(recordings):
             return carried_over(self, values, recordings)
         if not self.more_than_base:
@@ -385,14 +374,6 @@ class Augmented(Model):
 
         return self.specimen.latent.settled(recordings, drivers)
 
-    def _with_process_noise(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
-        """Springs with the process-noise variance and the steady course that the resistance implies."""
-        base, _ = self._split(values)
-        found = self.specimen.latent.prepared(base, stack(recordings)).extra
-        own = (np.asarray(found[name]) for name in ("process_noise", DECIDED_BY))
-        parts = zip(recordings, *own, strict=False)  # a stack may be padded
-        return [_with_trajectory(rows, *one) for rows, *one in parts]
-
     def taken(self, values: Mapping[str, float], recordings: Sequence[Rows]) -> np.ndarray:
         """Degrees of freedom that the trajectory of each recording takes, shape (recordings,)."""
         taken = np.asarray(eqx.filter_jit(self._by_row)(as_arrays(values), stack(recordings)))
@@ -401,12 +382,6 @@ class Augmented(Model):
 
     def _by_row(self, values: Mapping[str, Array], stacked: Rows) -> Float[Array, "recordings rows"]:
         return of_each(self, lambda rows: self.answer(values, rows)[1]["taken_from_errors"], stacked)
-
-
-def _with_trajectory(rows: Rows, variance: np.ndarray, steady: np.ndarray) -> Rows:
-    """A recording with the process-noise variance and the steady course of its fraction."""
-    own = {"process_noise": variance, DECIDED_BY: steady[: len(rows.mask)]}
-    return eqx.tree_at(lambda r: r.extra, rows, {**rows.extra, **own})
 
 
 def _start_from(entry: Parameter, quantity: Quantity, here: bool) -> None:

@@ -14,8 +14,8 @@ from jaxtyping import Array, Float
 from pneusma_jax.numerics.linear import solve_small
 
 RATES = tuple(10.0**k for k in range(-14, 2))
-"""Candidate variances of the change of the rate per second, over the squared spread of the course [1/s3]. They
-range from a course that is straight for hours to one that turns within a row."""
+"""Candidate variances of the change of the rate per second, over the squared spread of the course [1/s3].
+They range from a course that is straight for hours to one that turns within a row."""
 LEAST = 1e-30
 """Least variance of a change within a row, over the squared spread, so that no covariance is singular."""
 
