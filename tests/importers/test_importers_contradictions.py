@@ -183,3 +183,38 @@ def test_a_size_of_a_tube_that_contradicts_the_file_is_said(put, line, stated):
     path = put("a.csv", f"{line}\n\n" + table("Time (s),Pressure (kPa),Length (mm)", k, k, 80.0 + 0.1 * k))
     (said,) = (check for check in checks(import_file(path, make_options(kind="tube", dimensions=[stated]))) if "--dimension" in check)
     assert repr(line.replace(",", " ")) in said and f"--dimension {stated}" in said
+
+
+# Two units in one heading.
+
+TEMPERATURE = np.linspace(90.0, 30.0, 41)
+
+
+@pytest.mark.parametrize(
+    ("heading", "units"),
+    [("Temperature_F (°C)", ("degF", "degC")), ("Temp K [°C]", ("K", "degC")), ("Temperature (°F) [°C]", ("degF", "degC")), ("Temperature F (K)", ("degF", "K"))],
+)
+def test_two_units_in_one_heading_are_asked_about(put, heading, units):
+    """The unit in brackets was taken without a word."""
+    path = put("a.csv", table(f"Time [s],{heading},Strain [-],Stress [MPa]", np.arange(41.0), TEMPERATURE, 0.05 * STRAIN, 200.0 + 0.0 * STRAIN))
+    said = refusal(path)
+    assert repr(heading) in said and all(f"--unit temperature={unit}" in said for unit in units)
+    recording = import_file(path, make_options(units=["temperature=degC"]))
+    np.testing.assert_allclose(recording.columns["temperature_degC"], TEMPERATURE, rtol=1e-6)
+
+
+def test_two_units_of_a_column_that_is_not_needed_are_no_question(put):
+    path = put("a.csv", table("Strain (-),Stress (kPa),Oven temperature_F (°C)", STRAIN, STRESS, TEMPERATURE))
+    assert len(import_file(path)) == 41
+
+
+@pytest.mark.parametrize("heading", ["Temperature C (°C)", "Temperature_C (degC)", "Temperature 1 (°C)", "Temperature (°C) (degC)"])
+def test_one_unit_that_is_written_twice_is_no_contradiction(put, heading):
+    path = put("a.csv", table(f"Time [s],{heading},Strain [-],Stress [MPa]", np.arange(41.0), TEMPERATURE, 0.05 * STRAIN, 200.0 * STRAIN))
+    np.testing.assert_allclose(import_file(path).columns["temperature_degC"], TEMPERATURE, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("letter", "unit"), [("A", "%"), ("B", "%"), ("h", "%"), ("F", "%")])
+def test_a_letter_that_is_no_unit_of_that_dimension_names_a_specimen(put, letter, unit):
+    path = put("a.csv", table(f"Strain {letter} ({unit}),Stress {letter} (kPa)", 100 * STRAIN, STRESS))
+    np.testing.assert_allclose(import_file(path).columns["strain"], STRAIN, rtol=1e-6)

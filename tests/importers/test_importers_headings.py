@@ -126,3 +126,44 @@ def test_the_rows_of_a_long_file_are_not_parsed_as_headings(put, monkeypatch, ro
     except InputError:
         pass
     assert 0 < len(asked) < 100
+
+
+@pytest.mark.parametrize(
+    ("heading", "scale"),
+    [("Bending curvature [1/cm]", 0.01), ("Centreline curvature (m^-1)", 1.0), ("Krümmung 1/mm", 1e-3), ("Curvature 1/m", 1.0)],
+)
+def test_a_curvature_is_recognised_by_its_word_and_unit(put, heading, scale):
+    """`Bending curvature [1/cm]` was refused."""
+    text = f"Time (s);Tube pressure (kPa);{heading}\n" + "".join(f"{t:.1f};{p:.4f};{1.2 * scale * p:.8f}\n" for t, p in zip(*COLUMNS[:2], strict=True))
+    recording = import_file(put("a.csv", text))
+    assert recording.kind == "actuator"
+    np.testing.assert_allclose(recording.columns["curvature_1pm"], 1.2 * X, atol=1e-3)
+
+
+@pytest.mark.parametrize("heading", ["Tank pressure (kPa)", "Pressure of the line (bar)", "Curvature of the mould (mm)", "Barometric pressure (kPa)", "Sample curvature"])
+def test_pressures_of_the_rig_and_words_without_their_unit_are_not_taken(heading):
+    assert quantity_by_word(heading_of(heading)) is None
+
+
+@pytest.mark.parametrize(("text", "name", "unit"), [("Stress N/mm2", "stress", "N/mm2"), ("Strain mm/mm", "strain", "1"), ("Weg 1/mm", "weg 1", "mm")])
+def test_a_unit_with_a_mark_of_division_stands_behind_a_space(text, name, unit):
+    """The first two were read as `Stress N` in mm2 and `Strain mm` in mm."""
+    assert (heading_of(text).name, heading_of(text).unit) == (name, unit)
+
+
+@pytest.mark.parametrize(("mark", "delimiter"), [("#", ","), ("#", ";"), ("%", "\t")])
+@pytest.mark.parametrize("remarks", ["", "Remarks"])
+def test_a_mark_heads_the_row_numbers_where_the_numbers_have_a_column_for_it(put, mark, delimiter, remarks):
+    """The mark was dropped, so that every number stood under the heading to its right."""
+    heads = [mark, "Time (s)", "Strain (-)", "Stress (kPa)", *([remarks] if remarks else [])]
+    rows = [[f"{i + 1}", f"{0.1 * i:.1f}", f"{0.01 * i:.2f}", f"{1.5 * i:.1f}", *([""] if remarks else [])] for i in range(30)]
+    recording = import_file(put("a.csv", "\n".join(delimiter.join(row) for row in [heads, *rows]) + "\n"))
+    for name, step in (("time_s", 0.1), ("strain", 0.01), ("stress_kPa", 1.5)):
+        np.testing.assert_allclose(recording.columns[name], step * np.arange(30), atol=1e-9)
+
+
+@pytest.mark.parametrize("heads", [["#", "Time (s)", "Strain (-)", "Stress (kPa)"], ["# Time (s)", "Strain (-)", "Stress (kPa)"]])
+def test_a_mark_before_as_many_names_as_numbers_is_a_comment(put, heads):
+    rows = [[f"{i}", f"{0.01 * i:.2f}", f"{1.5 * i:.1f}"] for i in range(30)]
+    recording = import_file(put("a.csv", "\n".join(",".join(row) for row in [heads, *rows]) + "\n"))
+    np.testing.assert_allclose(recording.columns["stress_kPa"], 1.5 * np.arange(30), atol=1e-9)

@@ -85,6 +85,7 @@ def _channel(grid: Grid, column: int) -> Channel:
         label=heading.text if heading and heading.text else f"column {column + 1}",
         zero=heading.zero if heading else "",
         trouble=grid.troubles.get(column, ""),
+        two_units=grid.contradictions.get(column, ()),
         by_row=column in grid.by_row,
         column=column,
     )
@@ -174,7 +175,7 @@ def with_options(channels: dict[str, Channel], options: Options) -> dict[str, Ch
     for quantity, unit in options.units.items():
         if quantity in changed:
             zero = pressure_zero(unit) or changed[quantity].zero
-            changed[quantity] = replace(changed[quantity], unit=unit_name(unit), zero=zero)
+            changed[quantity] = replace(changed[quantity], unit=unit_name(unit), zero=zero, two_units=())
     for quantity, factor in options.scales.items():
         if quantity in changed:
             changed[quantity] = replace(changed[quantity], values=factor * changed[quantity].values)
@@ -231,12 +232,18 @@ def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.n
     """Values of a channel in a unit. Where a force is wanted, a mass is converted to its weight.
 
     Raises:
-        InputError: if the numbers cannot be read, or if the unit is not stated, unknown, or of another
-            dimension.
+        InputError: if the numbers cannot be read, or if the unit is not stated, stated twice, unknown, or of
+            another dimension.
     """
     option = f"state it with --unit {quantity}=..."
     if channel.trouble:
         raise unusable(place, f"{channel.trouble}; write it as the other numbers are, or leave it empty")
+    if channel.two_units:
+        one, other = channel.two_units
+        raise unusable(
+            place, f"the heading {channel.label!r} states two units, {one} and {other}: say which one counts,"
+            f" --unit {quantity}={one} or --unit {quantity}={other}",
+        )  # fmt: skip
     if channel.unit is None:
         if wanted == "1":
             return channel.values

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from .numerals import like_a_number
 from .separators import LEAST_ROWS
-from .spelling import first_unit, may_be_unit, parse_heading, same_unit
+from .spelling import dimension, first_unit, may_be_unit, parse_heading, same_unit
 from .words import meaning_of
 
 # Names of columns, though units are called so, too.
@@ -169,11 +169,11 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> Header:
         return Header([], start)
     units_alone = len(above) > 1 and all(map(_is_unit, fields[above[0]]))
     place = 1 if units_alone and not has_units(fields[above[1]]) else 0
-    if names_quantities(_uncommented(fields[above[place]])) < 2:
+    if names_quantities(_uncommented(fields[above[place]], named)) < 2:
         place = next((k for k, i in enumerate(above) if _names_all(fields[i], named)), place)
         place = place if all(_is_about_columns(fields[i]) for i in above[:place]) else 0
     top, below = above[place], above[:place]
-    names = _uncommented(fields[top])
+    names = _uncommented(fields[top], named + _is_counted(fields[start:], fields[top]))
     few = len(names) < max(named, 2) or any(t and like_a_number(t) for t in names)
     if names_quantities(names) < 2 and few:
         return Header([], start)
@@ -186,7 +186,7 @@ def header_above(fields: Rows, start: int, named: int, floor: int) -> Header:
 
 def _names_all(row: list[str], named: int) -> bool:
     """True if a row is as wide as the numbers below it, and names two quantities."""
-    return len(row) >= named and names_quantities(_uncommented(row)) >= 2
+    return len(row) >= named and names_quantities(_uncommented(row, named)) >= 2
 
 
 def _is_about_columns(row: list[str]) -> bool:
@@ -219,23 +219,51 @@ def _with_unit(name: str, unit: str) -> str:
     return name if not unit or (own is not None and same_unit(own, unit)) else f"{name} ({unit})"
 
 
-def two_units(header: list[str]) -> list[str]:
-    """Notices about headings that state one unit, and another one after it, as in a row of units below."""
-    said = []
-    for text in header:
+def two_units(header: list[str], own: list[str]) -> tuple[list[str], dict[int, tuple[str, str]]]:
+    """Headings that state one unit, and another one after it.
+
+    Args:
+        header: names of the columns, with the units of a row below them.
+        own: names of the columns as they stand in their row.
+
+    Returns:
+        Notices about those whose second unit stands in the row of units, or is of another dimension; and both
+        units of those that contradict themselves, by column.
+    """
+    said: list[str] = []
+    contradictions: dict[int, tuple[str, str]] = {}
+    for column, text in enumerate(header):
         before, taken = first_unit(text), parse_heading(text).unit
-        if before is not None and taken is not None and not same_unit(str(before.unit), taken):
-            said.append(
-                f"check: the heading {before.text!r} states {before.unit}, and {taken} stands after it or in"
-                f" the row of units: {taken} was taken; --unit QUANTITY={before.unit} takes the other"
-            )
-    return said
+        if before is None or taken is None or same_unit(str(before.unit), taken):
+            continue
+        if text in own and dimension(before.unit) == dimension(taken):
+            contradictions[column] = str(before.unit), taken
+            continue
+        said.append(
+            f"check: the heading {before.text!r} states {before.unit}, and {taken} stands after it or in"
+            f" the row of units: {taken} was taken; --unit QUANTITY={before.unit} takes the other"
+        )
+    return said, contradictions
 
 
-def _uncommented(names: list[str]) -> list[str]:
-    """A row of headings without a leading comment mark."""
-    if names and names[0] in ("#", "%", "//", "#:"):
-        return names[1:]
+_MARKS = ("#", "%", "//", "#:")
+
+
+def _is_counted(rows: Rows, names: list[str]) -> bool:
+    """True if the first column counts the rows, and the last heading names no quantity: it may be empty."""
+    firsts = [row[0] for row in rows[:LEAST_ROWS] if row]
+    counts = any(firsts == [str(k + begin) for k in range(len(firsts))] for begin in (0, 1))
+    return bool(names) and names[0] in _MARKS and counts and meaning_of(names[-1]) is None
+
+
+def _uncommented(names: list[str], named: int) -> list[str]:
+    """A row of headings without a leading comment mark.
+
+    A mark alone in the first field heads a column, such as that of the row numbers, where the numbers below
+    have a field for it.
+    """
+    if names and names[0] in _MARKS:
+        return names if len(names) <= named else names[1:]
     return [re.sub(r"^[#%]\s*", "", names[0]), *names[1:]] if names else names
 
 

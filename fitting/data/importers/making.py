@@ -18,6 +18,7 @@ class Channel:
         label: name or number of the raw column.
         zero: reference of a pressure: `"absolute"`, `"gauge"`, or empty where unstated.
         trouble: reason why its numbers are doubtful, a sentence; empty where there is none.
+        two_units: the two units that its heading states; empty for one.
         made: derivation from other quantities, in words; empty for a column of the file.
         by_row: true if the file stated its unit row by row.
         column: position of its column in the table, from 0; -1 for a derived channel.
@@ -28,6 +29,7 @@ class Channel:
     label: str
     zero: str = ""
     trouble: str = ""
+    two_units: tuple[str, ...] = ()
     made: str = ""
     by_row: bool = False
     column: int = -1

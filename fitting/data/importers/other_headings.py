@@ -9,7 +9,8 @@ from .words import SPECIMEN_WORDS, meaning
 
 _DIMENSIONS = {
     "force": ("force", "mass"), "elongation": ("length",), "resistance": ("resistance",),
-    "temperature": ("temperature",), "current": ("current",),
+    "temperature": ("temperature",), "current": ("current",), "pressure": ("pressure",),
+    "curvature": ("curvature",), "bend_angle": ("angle",),
 }  # fmt: skip
 _WORD = {
     "force": r"force|load|kraft|fuerza|kracht",
@@ -17,9 +18,14 @@ _WORD = {
     "resistance": r"resistance|widerstand|résistance",
     "temperature": r"temperature|temp|temperatur|température",
     "current": r"current|strom|courant",
+    "pressure": r"pressure|druck|pression",
+    "curvature": r"curvature|krümmung|courbure",
+    "bend_angle": r"(?:bend(?:ing)?|tip|deflection|flexion) angle|angle of bend(?:ing)?|biegewinkel",
 }
 _SYMBOL = {"r": "resistance", "f": "force", "t": "temperature", "i": "current"}
 """Symbols that stand for a quantity before a further word, in its unit: `R_spring (ohm)`, `F pull [N]`."""
+_WITH_UNIT = ("pressure", "curvature", "bend_angle")
+"""Quantities whose words count only beside a unit that fits."""
 _OF_SPECIMEN = ("temperature", "current")
 """Quantities that other parts of a rig have as often as the specimen, so that a word must name it."""
 _SPECIMEN = re.compile(rf"\b(?:{'|'.join(SPECIMEN_WORDS)}|spring|coil|wire|sma|nitinol|niti|feder|draht)\b")
@@ -35,6 +41,7 @@ _NOT_MEASURED = re.compile(
     r"previous|initial|pre ?load|pre|rate|speed|velocity|range|lateral|transverse|shear|radial|friction|"
     r"fric|noise|model(?:led)?|predict(?:ed|ion)|theor(?:y|etical)|simulated|calculated|fit(?:ted)?|"
     r"expected|contact|lead|shunt|series|"
+    r"tank|line|regulator|source|vacuum|atmospheric|barometric|hydraulic|compressor|reservoir|"
     r"sense|thermal|motor|heater|supply|internal|ambient|room|valve|grip|clamp|cell)\b"
 )
 """Words for what was wished, reduced or measured elsewhere."""
@@ -42,15 +49,21 @@ _COMPUTED = re.compile(r"[*×·/]\s*\d|\d\s*[*×·]|\^|\bx ?\d|\b(?:log|log10|ln
 """Signs of a factor or a function, so that the numbers are not the quantity itself: `Load*10`, `log load`."""
 _EXAMPLES = {
     "force": "Force (N)", "elongation": "Extension (mm)", "resistance": "Resistance (ohm)",
-    "temperature": "Temperature (degC)", "current": "Current (A)",
+    "temperature": "Temperature (degC)", "current": "Current (A)", "curvature": "Curvature (1/m)",
+    "bend_angle": "Bend angle (deg)",
 }  # fmt: skip
-_BY_DIMENSION = {one: quantity for quantity, dimensions in _DIMENSIONS.items() for one in dimensions}
+_BY_DIMENSION = {
+    one: quantity
+    for quantity, dimensions in _DIMENSIONS.items()
+    for one in dimensions
+    if one != "pressure"  # stress or pressure
+}
 
 
 def quantity_by_word(heading: Heading) -> str | None:
     """Quantity that one of a heading's words names, if its unit is absent or fits; None if that is uncertain.
 
-    `Pull force (N)`, `Spring resistance`, `Wire temperature [degC]` and `R_spring (ohm)` name one. A
+    `Pull force (N)`, `Spring resistance`, `Bending curvature [1/cm]` and `R_spring (ohm)` name one. A
     heading of a set point, a limit or another part of the rig names none.
     """
     name = heading.name
@@ -62,7 +75,9 @@ def quantity_by_word(heading: Heading) -> str | None:
     if symbol and re.fullmatch(r"[^\W\d]{3,}", rest) and measured in _DIMENSIONS[symbol]:
         return symbol if symbol not in _OF_SPECIMEN or _SPECIMEN.search(name) else None
     named = [quantity for quantity, words in _WORD.items() if re.search(rf"\b(?:{words})\b", name)]
-    if len(named) != 1 or (heading.unit is not None and measured not in _DIMENSIONS[named[0]]):
+    if len(named) != 1 or (heading.unit is None and named[0] in _WITH_UNIT):
+        return None
+    if heading.unit is not None and measured not in _DIMENSIONS[named[0]]:
         return None
     if named[0] in _OF_SPECIMEN and not _SPECIMEN.search(name):
         return None

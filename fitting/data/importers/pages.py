@@ -134,6 +134,7 @@ def _both(first: Grid, second: Grid, column: int, times: np.ndarray) -> Grid:
         cells=[*first.cells, *second.cells],
         troubles={**second.troubles, **first.troubles},
         doubt=first.doubt or second.doubt,
+        contradictions={**second.contradictions, **first.contradictions},
         breaks={**first.breaks, **moved},
     )
 

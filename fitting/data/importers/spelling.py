@@ -50,7 +50,8 @@ _SPELLINGS = {
     "ampere": "A",
     "volts": "V", "volt": "V", "mm^2": "mm2", "cm^2": "cm2", "m^2": "m2", "in^2": "in2", "sq mm": "mm2",
     "sq. mm": "mm2",
-    "sq in": "in2", "square mm": "mm2",
+    "sq in": "in2", "square mm": "mm2", "m-1": "1/m", "m^-1": "1/m", "cm-1": "1/cm", "cm^-1": "1/cm",
+    "mm-1": "1/mm", "mm^-1": "1/mm",
 }  # fmt: skip
 _FOLDED: dict[str, set[str]] = {}
 for _known in UNITS:
@@ -59,6 +60,7 @@ for _known in UNITS:
 _BRACKETS = re.compile(r"[(\[{]([^()\[\]{}]*)[)\]}]")
 # A letter or number that may name a specimen, not a unit: `Specimen (A) strain (%)`, `Stress S (MPa)`.
 _TAG = re.compile(r"[(\[{]\s*[a-hA-H\d]\s*[)\]}](?=.*\w)|(?<![\s,;:/])[\s_]+[^\W_]$|[(\[{]\s*\d\s*[)\]}]$")
+_LAST_LETTER = re.compile(r"(?<=[^\W\d])[\s_]+([^\W\d_])$")  # `Temperature_F`, `Temp K`
 # A letter that is one where the unit behind it is of another dimension: `Strain (A) (%)`, not `Temp (C) (K)`.
 _LETTER_LAST = re.compile(r"[(\[{]\s*[a-hA-H]\s*[)\]}]$")
 # Symbols with which m is milli and M is mega. A unit that differs in its prefix alone is another one.
@@ -72,6 +74,11 @@ _REFERENCE = re.compile(
 )
 # The same in brackets of its own, and a bracket behind it: `Pressure (bar(g))`, `Pressure [kPa (abs)]`.
 _NESTED = re.compile(r"[(\[]\s*([^()\[\]]+\([^()\[\]]+\))\s*[)\]]\s*$")
+# A unit with a mark of division behind a space. `Weg 1/mm` is the first displacement in mm, and no curvature.
+_DIVIDED = re.compile(
+    r"^(?P<name>.+[^\s,;:/])\s+(?P<unit>[^\W\d]\w*/\S+|(?<=curvature )1/\S+|(?<=krümmung )1/\S+)$",
+    re.IGNORECASE,
+)
 # Words of statistics that are units of time, too: `Load min (N)`, `Load std (N)`.
 _STATISTICS = ("min", "std")
 # Masses that stand for forces, as many load cells display them.
@@ -179,6 +186,9 @@ def parse_heading(text: str) -> Heading:
             rest = text[: found.start()] + " " + text[found.end() :]
             before = first_unit(text)
             return _heading(text, rest if before is None else before.name, content)
+    divided = _DIVIDED.match(text)
+    if divided and is_unit(divided["unit"]):
+        return _heading(text, divided["name"], divided["unit"])
     for pattern in (r"^(.+?)\s*[,;:]\s*(\S.*)$", r"^(.+?)\s+(?:/|in)\s+(\S.*)$", r"^(.+?)\s*/\s*(\S+)$"):
         found = re.match(pattern, text)
         if found and not _closed(found[1]):  # `Load (N/kg)`: the mark stands within the brackets
@@ -211,12 +221,16 @@ def _closed(text: str) -> bool:
 def first_unit(text: str) -> Heading | None:
     """The heading before a unit in brackets that states a unit itself: `Strain %` of `Strain % (-)`, or None.
 
-    A single letter or number may be the name of a specimen. It is no such unit.
+    A single letter or number may be the name of a specimen. It is a unit only where the brackets have one of
+    its dimension: `Temperature_F (°C)`.
     """
     last = re.search(r"[(\[{]([^()\[\]{}]*)[)\]}]\s*$", text)
     if last is None or last[1].strip().isdigit() or not may_be_unit(last[1].strip()):
         return None
     rest = text[: last.start()].strip()
+    letter = _LAST_LETTER.search(rest)
+    if letter and dimension(letter[1]) == dimension(last[1].strip()) is not None:
+        return Heading(rest, plain(rest[: letter.start()]), unit_name(letter[1]))
     before = parse_heading(rest)
     if before.unit is None or not may_be_unit(before.unit) or _TAG.search(rest):
         return None

@@ -158,7 +158,7 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     dropped = sorted(set(filled) - set(keep))
     if len(dropped) > len(keep):
         return None
-    notices = two_units(header)
+    notices, contradictions = two_units(header, fields[top])
     if remarks:
         telling = {i: numbered(fields[i]) or fields[i] for i in remarks}
         asked = any(numbered(row) or names_quantities(row) for row in telling.values())
@@ -202,6 +202,7 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         doubt=_all_longer(lines, longer, len(keep), stated)
         if doubtful
         else _other_units(fields, header, keep, dropped),
+        contradictions=contradictions,
         breaks=_breaks(fields, keep, dropped),
         described=described,
     )
