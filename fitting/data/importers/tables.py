@@ -16,7 +16,7 @@ from .numerals import like_a_number
 from .raw import Page
 from .separators import LEAST_ROWS, best_reading, numeric_row
 from .spelling import may_be_unit, parse_heading, same_unit
-from .summaries import counts_columns, statistics_rows
+from .summaries import counts_columns, statistics_rows, unlabelled_statistics
 from .texts import read_texts
 from .words import heading_of
 
@@ -169,13 +169,13 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     if counts_columns(fields, keep):
         notices.append(f"check: row {keep[0] + 1} only counts the columns and was left out")
         keep = keep[1:]
+    values = _numbers(parsed, keep, width)
+    if summed := unlabelled_statistics(values, [fields[i] for i in keep]):
+        notices.append(_unlabelled({keep[k]: name for k, name in summed.items()}))
+        keep = [i for k, i in enumerate(keep) if k not in summed]
     if cut := cut_off(lines.page, fields, keep, lines.delimiter, header, lines.decimal):
         notices.append(cut.said)
         keep = keep[:-1] if cut.spoilt else keep
-    values = np.full((len(keep), width), math.nan)
-    numbers = [parsed[i] or [] for i in keep]
-    for k, row in enumerate(numbers):
-        values[k, : len(row)] = [math.nan if x is None else x for x in row]
     described = f"{counted(width, 'column')}, separated by {_SEPARATORS[lines.delimiter]}"
     notices = [
         f"{counted(len(keep), 'row')} of {described}",
@@ -194,7 +194,7 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         notices.append(_longer(fields, longer, stated))
     grid = Grid(
         headings=[heading_of(text) for text in header],
-        values=values,
+        values=_numbers(parsed, keep, width),
         rows=[i + 1 for i in keep],
         preamble=[row for row in fields[begin:top] if row],
         notices=notices,
@@ -206,8 +206,25 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         breaks=_breaks(fields, keep, dropped),
         described=described,
     )
-    read_texts(grid, numbers, lines.decimal)
+    read_texts(grid, [parsed[i] or [] for i in keep], lines.decimal)
     return grid
+
+
+def _numbers(parsed: Parsed, keep: list[int], width: int) -> np.ndarray:
+    """Numbers of some rows, NaN where a field is blank or holds words, shape (rows, width)."""
+    values = np.full((len(keep), width), math.nan)
+    for k, i in enumerate(keep):
+        row = parsed[i] or []
+        values[k, : len(row)] = [math.nan if x is None else x for x in row]
+    return values
+
+
+def _unlabelled(rows: dict[int, str]) -> str:
+    """Warning about rows that were told as statistics by their numbers alone."""
+    named = ", ".join(f"{name} (row {i + 1})" for i, name in rows.items())
+    are = counted(len(rows), "row without a label is a statistic", "rows without a label are statistics")
+    were = "was" if len(rows) == 1 else "were"
+    return f"check: {are} of all others and {were} left out: {named}"
 
 
 def _columns(parsed: Parsed, run: list[int], named: bool) -> int:
