@@ -130,7 +130,7 @@ def since_1900(values: np.ndarray) -> Clock | None:
         return None
     if 2 * np.sum(there % 1.0 > 0.0) <= there.size:
         return None
-    first = float(np.floor(there[0]))
+    first = float(there[0])
     return Clock([float(x) for x in DAY_S * (values - first)], origin=DAY_S * first)
 
 

@@ -12,8 +12,10 @@ from .grid import Grid
 from .sizes import sizes_in
 from .words import meaning
 
+MOVED = 0.1
+"""Minimum distance of a table's last reading from its first one, as part of the range."""
 MOST_STEPS = 3.0
-"""Maximum time between two pages of one log, in steps of its clock."""
+"""Maximum time between two pages of one log, in steps of its clock; of other columns, in median steps."""
 
 
 def clock_column(grid: Grid) -> int | None:
@@ -62,7 +64,8 @@ def joined_pages(grids: Sequence[Grid], named: Sequence[bool]) -> list[Grid]:
             found[-1] = both
             starts[-1].append(min(grid.rows))
         else:
-            if found and not other and (said := _other_headings(found[-1], grid)):
+            said = _other_headings(found[-1], grid) or _without_clock(found[-1], grid) if found else ""
+            if said and not other:
                 grid = replace(grid, notices=[*grid.notices, said])
             found.append(grid)
             starts.append([])
@@ -110,6 +113,28 @@ def _other_headings(above: Grid, below: Grid) -> str:
         f"check: the clock goes on from the table above to row {min(below.rows)}, but a heading is {two!r}"
         f" and was {one!r}: read as a test of its own. If both are one test, give them the same headings and"
         " units"
+    )
+
+
+def _without_clock(above: Grid, below: Grid) -> str:
+    """Question about a table without a clock, in whose first row every column goes on from the table above.
+
+    Nothing is asked where that table ends as it began: the next one may be another loop.
+    """
+    texts = [[heading.text for heading in grid.headings] for grid in (above, below)]
+    if clock_column(above) is not None or not texts[0] or texts[0] != texts[1]:
+        return ""
+    if above.values.shape[1] != below.values.shape[1] or len(above.values) < 2 or not len(below.values):
+        return ""
+    steps = np.nanmedian(np.abs(np.diff(above.values, axis=0)), axis=0)
+    reach = np.nanmax(above.values, axis=0) - np.nanmin(above.values, axis=0)
+    goes_on = np.abs(below.values[0] - above.values[-1]) <= MOST_STEPS * steps
+    moved = np.abs(above.values[-1] - above.values[0]) > MOVED * reach
+    if not (goes_on.all() and moved.any()):
+        return ""
+    return (
+        f"check: every column goes on from the table above to row {min(below.rows)}, and there is no clock:"
+        " read as a test of its own. If both are one test, delete the headings between them"
     )
 
 

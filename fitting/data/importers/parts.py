@@ -14,7 +14,7 @@ from .sizes import Sizes, may_hold_sizes, sizes_in, sizes_in_a_name, table_of_si
 from .spelling import plain
 from .splits import split
 from .tables import find_grids
-from .unit_cells import without_units
+from .unit_cells import with_displayed_units, without_units
 from .unit_columns import with_units_of_rows
 from .words import SPECIMEN_WORDS
 
@@ -150,10 +150,11 @@ def _sheet_description(page: Page, sizes: Sizes, table: dict[str, Sizes], select
 def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     """Tests on one page: its tables, each split where it holds several specimens or a test restarts."""
     table, labels = as_table(page)
-    plain_page, units = without_units(table)
+    shown, displayed = with_displayed_units(table)
+    plain_page, units = without_units(shown)
     grids = [oldest_first(with_stated_units(with_units_of_rows(grid))) for grid in find_grids(plain_page)]
     for grid in grids:
-        grid.notices += [*labels, *units]
+        grid.notices += [*labels, *displayed, *units]
     grids = joined_pages(grids, [states_a_specimen(grid, _label(grid)) for grid in grids])
     texts = [[[h.text for h in grid.headings], *grid.cells] for grid in grids]
     tables = [

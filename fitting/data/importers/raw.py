@@ -7,13 +7,14 @@ import re
 import warnings
 import zipfile
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from ..recordings.table import unusable
-from .numerals import CellNumber
+from .number_formats import Display, display_of, displayed, one_unit
+from .workbook_marks import sheet_remarks
 
 # Time, displacement, force, strain, ...: words that show in which code a text is that is in no other one.
 _CODES = {
@@ -49,14 +50,16 @@ class Page:
         lines: lines of text.
         rows: cells as text by row, without trailing empty ones; None for text.
         hidden: true if the workbook hides the sheet.
-        hidden_parts: words about its hidden rows and columns; empty without any.
+        remarks: sentences about what it shows beside its values, such as hidden rows.
+        units: unit with which all numbers of a column are displayed, by column.
     """
 
     name: str
     lines: list[str]
     rows: list[list[str]] | None = None
     hidden: bool = False
-    hidden_parts: str = ""
+    remarks: tuple[str, ...] = ()
+    units: dict[int, str] = field(default_factory=dict)
 
     @property
     def is_sheet(self) -> bool:
@@ -205,15 +208,18 @@ def split_line(line: str, delimiter: str) -> list[str]:
     return fields
 
 
-def _cell_text(cell: Any) -> str:
-    """Text of a cell as the sheet displays it. A cell in a percent format holds a hundredth of the displayed
-    number."""
+def _cell_text(cell: Any, displays: dict[int, set[Display]]) -> str:
+    """Text of a cell as the sheet displays it; the way a number is displayed is added to those of its column.
+
+    A cell in a percent format holds a hundredth of the displayed number.
+    """
     value = cell.value
     if value is None:
         return ""
     if isinstance(value, int | float) and not isinstance(value, bool):
-        percent = "%" in str(cell.number_format)
-        return CellNumber(f"{100.0 * value:.15g}%" if percent else str(value))
+        display = display_of(str(cell.number_format))
+        displays.setdefault(cell.column - 1, set()).add(display)
+        return displayed(value, display)
     return str(value).strip()
 
 
@@ -279,39 +285,20 @@ def _check_size(raw: RawFile) -> None:
         )
 
 
-def _texts_of(sheet: Any) -> list[list[str]]:
+def _page_of(sheet: Any) -> Page:
     """Cells of a sheet as text. The stated size of the sheet is not trusted; cells are counted."""
     sheet.reset_dimensions()
-    return [[_cell_text(cell) for cell in row] for row in sheet.iter_rows()]
-
-
-_HIDDEN = re.compile(rb'<(?:\w+:)?(row|col) (?=[^>]*\bhidden="(?:1|true)")([^>]*)>')
-
-
-def _hidden_parts(sheet: Any, texts: list[list[str]]) -> str:
-    """Words about the filled rows and columns that a sheet hides; empty without any."""
-    filled = {
-        b"row": {i for i, row in enumerate(texts, start=1) if any(row)},
-        b"col": {j for row in texts for j, text in enumerate(row, start=1) if text},
-    }
-    hidden: dict[bytes, set[int]] = {b"row": set(), b"col": set()}
-    with sheet._get_source() as source:
-        for part, stated in _HIDDEN.findall(source.read()):
-            ends = [
-                int(found[1]) if (found := re.search(rb'\b' + name + rb'="(\d+)"', stated)) else 0
-                for name in ((b"r", b"r") if part == b"row" else (b"min", b"max"))
-            ]
-            hidden[part] |= {i for i in filled[part] if ends[0] <= i <= ends[1]}
-    said = [_listed(word, sorted(hidden[part])) for part, word in ((b"row", "row"), (b"col", "column"))]
-    return " and ".join(filter(None, said))
-
-
-def _listed(word: str, numbers: list[int]) -> str:
-    """A few of many numbers in words: `rows 3, 4, 5, 6, 7, 8 and 12 more`; empty without any."""
-    shown, more = ", ".join(map(str, numbers[:6])), len(numbers) - 6
-    if not numbers:
-        return ""
-    return f"{word}{'s' * (len(numbers) > 1)} {shown}" + (f" and {more} more" if more > 0 else "")
+    displays: dict[int, set[Display]] = {}
+    rows = [[_cell_text(cell, displays) for cell in row] for row in sheet.iter_rows()]
+    units = {column: unit for column, ways in displays.items() if (unit := one_unit(ways))}
+    scaled = sorted(c + 1 for c, ways in displays.items() if any(way.factor < 1.0 for way in ways))
+    page = Page(sheet.title, [], rows, sheet.sheet_state != "visible", units=units)
+    if not scaled:
+        return page
+    columns = f"column{'s' * (len(scaled) > 1)} {', '.join(map(str, scaled))}"
+    return replace(
+        page, remarks=(f"the sheet displays numbers of {columns} in thousands; they were read as displayed",)
+    )
 
 
 def _read_sheets(raw: RawFile) -> list[Page]:
@@ -322,11 +309,10 @@ def _read_sheets(raw: RawFile) -> list[Page]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about styles and extensions that do not touch the numbers
             book = openpyxl.load_workbook(io.BytesIO(raw.content), read_only=True, data_only=True)
-            sheets = [
-                Page(s.title, [], texts, s.sheet_state != "visible", _hidden_parts(s, texts))
-                for s, texts in ((s, _texts_of(s)) for s in book.worksheets)
-            ]
+            sheets = [_page_of(sheet) for sheet in book.worksheets]
             book.close()
+            remarks = sheet_remarks(raw.content, [(page.name, page.rows or []) for page in sheets])
+            sheets = [replace(p, remarks=(*p.remarks, *remarks.get(p.name, ()))) for p in sheets]
     except Exception as error:  # of zip, XML or styles: a damaged workbook can end anywhere in there
         raise unusable(raw.path, f"this is not an Excel workbook that can be read ({error})") from None
     pages = []

@@ -24,8 +24,8 @@ _SECTIONS = re.compile(
 MOST_UNLABELLED = 8
 """Maximum number of rows without a label, at one end of a table, that may be statistics of the others."""
 CHANCE = 1e-4
-"""Maximum probability with which a reading anywhere in its range agrees with one statistic in all columns. Three
-digits in two columns make it 1e-6. None of 774 windows of 143 recorded and simulated files lost a row so."""
+"""Maximum probability with which a reading anywhere in its range agrees with one statistic in all columns.
+Three digits in two columns make it 1e-6. Of 143 recordings, cut in 774 ways, none lost a row."""
 LEAP = 3.0
 """Minimum step from the readings to a row of statistics, in median steps between readings of that column."""
 SAMPLED = 1000

@@ -80,11 +80,7 @@ def find_grids(page: Page) -> list[Grid]:
             grid.notices.append(
                 f"check: sheet {page.name!r} is hidden in the workbook; --sheet NAME reads another one alone"
             )
-        if page.hidden_parts:
-            grid.notices.append(
-                f"check: the sheet hides {page.hidden_parts}, which were read as all others; what is not to"
-                " count has to be deleted in the file"
-            )
+        grid.notices += [f"check: {text}" for text in page.remarks]
         if doubtful:
             grid.notices.append(
                 f"check: {doubtful!r} was read with a decimal comma; if commas group thousands here: --scale"

@@ -36,6 +36,30 @@ def without_units(page: Page) -> tuple[Page, list[str]]:
     return page, []
 
 
+def with_displayed_units(page: Page) -> tuple[Page, list[str]]:
+    """A sheet whose headings state the units with which it displays the numbers below them.
+
+    Returns:
+        The page, unchanged where every heading states its own, and notices.
+    """
+    if not page.units or page.rows is None:
+        return page, []
+    rows, said = [list(row) for row in page.rows], []
+    for _, at in headers_of(page):
+        for column, unit in page.units.items():
+            text = rows[at][column] if column < len(rows[at]) else ""
+            own = parse_heading(text).unit
+            if own is None and meaning_of(f"{text} ({unit})") is not None:
+                rows[at][column] = f"{text} ({unit})"
+                said.append(f"the unit of {text!r} is {unit}, with which its cells are displayed")
+            elif own is not None and not same_unit(own, unit):
+                said.append(
+                    f"check: the heading {text!r} states {own}, but its cells are displayed in {unit}: {own}"
+                    f" was taken; --unit QUANTITY={unit} takes the other"
+                )
+    return replace(page, rows=rows), said
+
+
 def _parts(text: str) -> re.Match[str] | None:
     """A number and a unit with a letter or a sign of its own; None for other texts."""
     found = _WITH_UNIT.fullmatch(text.strip())
