@@ -221,3 +221,22 @@ def test_spoilt_copies_of_an_example(examples, tmp_path, spoil, said):
 def test_checks_leave_usable_numbers_alone(put):
     text = COUPON + "".join(f"{t},{s},{p}\n" for t, s, p in zip(range(50), np.linspace(-0.9, 10, 50), range(50), strict=True))
     assert len(read_recording(put(text))) == 50
+
+
+@pytest.mark.parametrize("most", [19.5, 60.0, 600.0])
+def test_a_strain_without_a_unit_that_no_rubber_reaches_is_asked_about(put, most):
+    """Percent were read as a strain of 6000 %."""
+    rows = "".join(f"{t},{most * t / 10:g},{5 * t}\n" for t in range(11))
+    message = refusal(read_recording, put(COUPON + rows))
+    assert "run_1.csv" in message and "column strain" in message and "strain_percent" in message and "strain_mm/mm" in message
+    assert read_recording(put(COUPON.replace("strain", "strain_percent") + rows)).columns["strain"][-1] == pytest.approx(most / 100)
+    assert read_recording(put(COUPON.replace("strain", "strain_mm/mm") + rows)).columns["strain"][-1] == most
+
+
+@pytest.mark.parametrize(("most", "asked"), [(9.0, False), (12.0, True)])
+def test_a_strain_that_hardly_any_rubber_reaches_is_a_notice(put, most, asked):
+    rows = "".join(f"{t},{most * t / 10:g},{5 * t}\n" for t in range(11))
+    notices = read_recording(put(COUPON + rows)).notices
+    assert any("strain_percent" in note for note in notices) == asked
+    stated = read_recording(put(COUPON.replace("strain", "strain_mm/mm") + rows)).notices
+    assert not any("strain_percent" in note for note in stated)

@@ -116,3 +116,11 @@ def test_nothing_is_left_behind_when_writing_fails(make, tmp_path, monkeypatch):
     with pytest.raises(InputError, match="cannot be written here"):
         write_recording(make(), tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_strain_whose_unit_would_be_asked_for_is_written_with_it(put, tmp_path):
+    path = put("time_s,strain_mm/mm,stress_kPa\n0,0,0\n1,60,5\n", 'kind = "elastomer"\nspecimen = "E"\n')
+    recording = read_recording(path)
+    again = write_recording(recording, tmp_path / "out")
+    assert again.read_text().startswith("time_s,strain_mm/mm,stress_kPa\n")
+    np.testing.assert_array_equal(read_recording(again).columns["strain"], [0.0, 60.0])

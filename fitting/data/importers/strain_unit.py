@@ -6,13 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..recordings.columns import convert
-from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
+from ..recordings.kinds import FARTHEST_STRETCH, WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
 from ..recordings.table import unusable
 from .making import Channel, Making
 from .spelling import dimension, unit_name
 
-FARTHEST_STRETCH = 20.0
-"""Maximum stretch [1]. The softest silicones break near a stretch of 17 (Ecoflex 00-30 in tension)."""
 DECISIVE = 0.25
 """Maximum ratio of misfits at which one unit of strain explains another column and the other does not."""
 SHAPED = 2.0

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 
 from ..recordings import Recording
+from ..recordings.kinds import FARTHEST_STRETCH
 from ..recordings.table import unusable
 from .assemble import Facts, assemble, slug
 from .channels import numbered
 from .format import Format
 from .options import Options
 from .parts import Sample
-from .strain_unit import FARTHEST_STRETCH, unit_assumed
+from .strain_unit import unit_assumed
 
 NAME = "stress-stretch"
 DEFAULT_UNIT = "MPa"

@@ -136,6 +136,39 @@ def _check_ranges(recording: Recording, place: Path | str, rows: Sequence[int]) 
             _refuse_first(wrong(values), values, right, place, rows, name)
 
 
+def question_units(recording: Recording, header: Sequence[str], rows: Sequence[int]) -> None:
+    """Refuse or ask about a plain number that is rather percent, where the name of its column states no unit.
+
+    Args:
+        recording: recording with columns in canonical units; a question is added to its notices.
+        header: names of the columns as they are written.
+        rows: line number in the file of each sample.
+
+    Raises:
+        InputError: for a magnitude that is too far.
+    """
+    for name, far in schema.KINDS[recording.kind].farthest.items():
+        if name not in header or name not in recording.columns:
+            continue
+        values = recording.columns[name]
+        most = float(np.nanmax(np.abs(values)))
+        kind, place = recording.kind, recording.path or recording.name
+        right = f"if these are percent, name the column {name}_percent, if fractions {name}_mm/mm"
+        too_far = f"no {kind} has a {name} that large; {right}"
+        _refuse_first(np.abs(values) > far.refused, values, too_far, place, rows, name)
+        if most > far.asked:
+            recording.notices.append(f"{name} reaches {most:g}, as in few recordings of kind {kind}; {right}")
+
+
+def plainly_named(recording: Recording) -> dict[str, np.ndarray]:
+    """Columns by the names under which they can be read again: with a unit where it would be asked for."""
+    far = schema.KINDS[recording.kind].farthest
+    return {
+        f"{name}_mm/mm" if name in far and np.nanmax(np.abs(values)) > far[name].asked else name: values
+        for name, values in recording.columns.items()
+    }
+
+
 def _refuse_first(
     bad: np.ndarray, values: np.ndarray, right: str, place: Path | str, rows: Sequence[int], name: str
 ) -> None:

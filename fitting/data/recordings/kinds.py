@@ -11,13 +11,17 @@ import numpy as np
 
 from . import schema
 from .nominal import STANDARD_DESIGN, design_geometry, wound
-from .schema import Columns, Kind, Told, register
+from .schema import Columns, Farthest, Kind, Told, register
 
 WIRE_STRAIN_LIMIT = 0.15  # Maximum strain of a nitinol wire; a coupon of rubber is rarely pulled less
 WIRE_STRAIN_FRACTION_LIMIT = 0.5
 """Maximum strain of a wire as a fraction; nitinol breaks far below, so larger numbers are percent."""
 WIRE_ALLOY = "niti_wire"
 """Nominal alloy of a wire. The source's springs have no constants of a wire in tension."""
+FARTHEST_STRETCH = 20.0
+"""Maximum stretch [1]. The softest silicones break near a stretch of 17 (Ecoflex 00-30 in tension)."""
+FAR_STRAIN = 10.0
+"""Strain beyond which it is asked whether it is percent [1]. The softest silicones break at 9 to 10."""
 METAL_UNITS = ("MPa", "GPa", "ksi")
 PERCENT = "if these are percent, name the column strain_percent (on import: --unit strain=percent)"
 PHASE = ("xi0", "resistance", "temperature", "current", "duty")
@@ -154,6 +158,7 @@ ELASTOMER = register(
         _of_elastomer,
         _elastomer_reason,
         zeros=("strain", "stress_kPa"),
+        farthest={"strain": Farthest(FARTHEST_STRETCH - 1.0, FAR_STRAIN)},
         ranges=(("strain", lambda strain: strain <= -1.0, f"engineering strain stays above -1; {PERCENT}"),),
     )
 )

@@ -9,7 +9,7 @@ import numpy as np
 from pneusma_jax.errors import counted
 
 from . import schema, sidecar, stated_columns
-from .checks import check_recording
+from .checks import check_recording, question_units
 from .columns import canonical_columns, held_by, infer_kind
 from .recording import Recording
 from .table import Table, read_table, unusable
@@ -89,6 +89,7 @@ def read_merged(
         comments=table.comments,
     )
     check_recording(recording, table.rows, where)
+    question_units(recording, table.header, table.rows)
     recording.notices.extend(_remarks(recording))
     return recording
 

@@ -55,6 +55,19 @@ right ones."""
 
 
 @dataclass(frozen=True)
+class Farthest:
+    """Magnitudes of a plain number that are rather percent, where the name of its column states no unit.
+
+    Attributes:
+        refused: least magnitude that is refused.
+        asked: least magnitude that is asked about.
+    """
+
+    refused: float
+    asked: float
+
+
+@dataclass(frozen=True)
 class Kind:
     """Schema of the recordings of one kind of specimen. `kinds.py` has those of the project.
 
@@ -67,6 +80,7 @@ class Kind:
         either: two columns, of which the steadier one drives the specimen and the other is predicted. It is
             empty if inputs and outputs are always the same columns.
         ranges: rules for values that only this kind has.
+        farthest: what is too far for a column without a unit in its name, by canonical column.
         zeros: columns whose zero a fit can find; the table `[zero]` holds the standard deviation of each.
         geometry: keys of `[geometry]` that only this kind has, as in `GEOMETRY_NUMBERS`.
         channels: quantities that a protocol may prescribe; empty if no protocol is for this kind.
@@ -80,6 +94,7 @@ class Kind:
     told_by: Callable[[Told], str | None] = lambda header: None
     either: tuple[str, ...] = ()
     ranges: tuple[Rule, ...] = ()
+    farthest: Mapping[str, Farthest] = field(default_factory=dict)
     zeros: tuple[str, ...] = ()
     geometry: Mapping[str, tuple[float, bool]] = field(default_factory=dict)
     channels: tuple[str, ...] = ()

@@ -9,7 +9,7 @@ from pneusma_jax.files import replacing
 from pneusma_jax.late import tomlkit
 
 from ..csv_text import csv_text
-from .checks import check_recording
+from .checks import check_recording, plainly_named
 from .recording import Recording, locate_table
 from .table import unusable
 
@@ -76,7 +76,7 @@ def recording_texts(recording: Recording, folder: str | Path) -> dict[Path, str]
     """
     check_recording(recording)
     target = target_path(recording, folder)
-    csv, sidecar = csv_text(recording.columns, recording.comments), _toml_text(recording, target)
+    csv, sidecar = csv_text(plainly_named(recording), recording.comments), _toml_text(recording, target)
     return {target: csv, target.with_suffix(".toml"): sidecar}
 
 
