@@ -264,6 +264,21 @@ def test_what_did_not_change_may_stand_in_the_sidecar(put):
     np.testing.assert_allclose(recording.columns["temperature_degC"], np.full(3, 22.0))
 
 
+def test_a_campaigns_noise_holds_for_columns_without_a_noise_of_their_own(tmp_path):
+    """A campaign with a table of noise was refused."""
+    (tmp_path / "campaign.toml").write_text("[noise]\nstress_kPa = 500\ntemperature_degF = 0.9\nstrain_percent = 0.02\n")
+    (tmp_path / "a.csv").write_text("time_s,strain,stress_MPa\n0,0,0\n1,0.01,100\n")
+    (tmp_path / "b.csv").write_text("time_s,strain,stress_MPa,temperature_degC\n0,0,0,40\n1,0.01,100,41\n")
+    (tmp_path / "c.csv").write_text("strain,stress_kPa\n0,0\n0.1,5\n")
+    for name, rest in (("a", ""), ("b", "[noise]\nstress_Pa = 3e5\n"), ("c", "")):
+        kind = "elastomer" if name == "c" else "wire"
+        (tmp_path / f"{name}.toml").write_text(f'kind = "{kind}"\nspecimen = "{kind}"\n{rest}')
+    a, b, c = read_campaign(tmp_path).recordings
+    assert a.noise == pytest.approx({"strain": 2e-4, "stress_MPa": 0.5})
+    assert b.noise == pytest.approx({"strain": 2e-4, "stress_MPa": 0.3, "temperature_degC": 0.5})
+    assert c.noise == pytest.approx({"strain": 2e-4, "stress_kPa": 500.0})
+
+
 def test_a_campaigns_constant_fills_what_a_recording_lacks(tmp_path):
     (tmp_path / "campaign.toml").write_text("[constant]\ntemperature_degC = 22\n")
     (tmp_path / "a.csv").write_text("time_s,strain,stress_MPa\n0,0,0\n1,0.01,100\n")
@@ -281,7 +296,9 @@ def test_a_campaigns_constant_fills_what_a_recording_lacks(tmp_path):
     [
         ("[constant]\nstrses_MPa = 3\n", "unknown column 'strses_MPa' in [constant], did you mean 'stress_MPa'"),
         ("[constant]\ntemprature_degC = 22\n", "did you mean 'temperature_degC'"), ("[zero]\nbanana = 4\n", "unknown column 'banana' in [zero]"),
-        ("[zero]\nforce_N = 4\n", "unknown column 'force_N' in [zero]"), ("[constant]\ntemperature_kPa = 22\n", "[constant] temperature_kPa"),
+        ("[zero]\nforce_N = 4\n", "unknown column 'force_N' in [zero]"),
+        ("[noise]\nstrss_MPa = 3\n", "unknown column 'strss_MPa' in [noise]"), ("[noise]\nstress_MPa = -3\n", "[noise] stress_MPa = -3 must be more than 0"),
+        ("[noise]\nstress_MPa = true\n", "must be a finite number"), ("[noise]\nstress_MPa = 1\nstress_kPa = 3\n", "there twice"), ("[noise]\nstrain_mm = 1\n", "[noise] strain_mm"), ("[constant]\ntemperature_kPa = 22\n", "[constant] temperature_kPa"),
     ],
 )  # fmt: skip
 def test_a_column_that_no_kind_knows_is_refused_in_a_campaign(put, tmp_path, text, words):
@@ -298,6 +315,7 @@ def test_a_column_that_no_kind_knows_is_refused_in_a_campaign(put, tmp_path, tex
         ("wire", "[zero]\nstrain = 0.01\nstress_MPa = 3\n", ["[zero] strain", "[zero] stress_MPa"]), ("tube", "[constant]\ntemperature_degC = 22\n", ["[constant] temperature_degC"]),
         ("wire", "[constant]\ntemperature_degC = 22\n", ["[constant] temperature_degC"]), ("elastomer", "[zero]\nstrain = 0.01\nstress_kPa = 1\n", []),
         ("elastomer", "[constant]\ncycle = 1\n[zero]\nstress_MPa = 0.001\n", []),
+        ("elastomer", "[noise]\nforce_N = 1\nstress_Pa = 100\n", ["[noise] force_N"]),
     ],
 )  # fmt: skip
 def test_what_no_recording_uses_of_a_campaign_is_noted(put, tmp_path, kind, text, noted):

@@ -18,7 +18,7 @@ def read_campaign(path: str | Path, overrides: Mapping[str, Any] | None = None) 
     """Read a folder of recordings (sub-folders too), or a single CSV as a campaign of one.
 
     Args:
-        path: folder or CSV; `campaign.toml` in the folder gives title and shared [geometry] and [tolerance].
+        path: folder or CSV; `campaign.toml` in the folder gives the title and the shared tables.
         overrides: settings that take precedence over campaign and sidecars, with the keys of a sidecar.
 
     Returns:

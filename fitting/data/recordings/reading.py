@@ -41,7 +41,7 @@ def read_merged(
 
     Args:
         path: CSV file.
-        campaign: checked [geometry] and [tolerance] that the campaign shares.
+        campaign: checked tables that the campaign shares.
         overrides: settings as in `read_recording`.
         name: name in reports; by default the file's name without its ending.
 
@@ -80,7 +80,8 @@ def read_merged(
         specimen=settings.get("specimen", kind),
         real=settings.get("real"),
         source=settings.get("source", {}),
-        noise=stated_columns.check_noise(settings.get("noise", {}), kind, extra, where),
+        noise=stated_columns.shared_noise(campaign.get("noise", {}), kind, columns, where)
+        | stated_columns.check_noise(settings.get("noise", {}), kind, extra, where),
         geometry=settings.get("geometry", {}),
         tolerance=settings.get("tolerance"),
         zero=zero | stated_columns.zeros(settings.get("zero", {}), kind, where),

@@ -217,7 +217,7 @@ TOLERANCE_DEFAULTS = {
 SIDECAR_KEYS = (
     "kind", "role", "specimen", "real", "source", "noise", "geometry", "tolerance", "constant", "zero",
 )  # fmt: skip
-CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "constant", "zero")
+CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "noise", "constant", "zero")
 NOT_STATED = "not stated"  # Text of a sidecar for an unknown citation or licence
 CLOCK, COUNTED = "clock", "rows counted"
 """Key of `[source]`, and its word where `time_s` only counts the rows of a file without clock."""

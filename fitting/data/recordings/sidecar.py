@@ -192,10 +192,10 @@ def _check_zero(table: Mapping[str, Any], where: Path | str) -> dict[str, float]
 def merge(campaign: Mapping, sidecar: Mapping, command_line: Mapping) -> dict[str, Any]:
     """Settings of one recording: those of the campaign, then its sidecar, then the command line, key by key.
 
-    A campaign's [constant] applies to columns that a recording lacks, and its [zero] to kinds that have one
-    (`stated_columns`). So they are not merged here. A [tolerance] table is complete, so a sidecar's replaces
-    the campaign's as a whole. The command line changes the keys that it names. The others stay as they are
-    (the defaults, where no table was given).
+    A campaign's [constant] applies to columns that a recording lacks, its [noise] to those that it has, and
+    its [zero] to kinds that have one (`stated_columns`). So they are not merged here. A [tolerance] table is
+    complete, so a sidecar's replaces the campaign's as a whole. The command line changes the keys that it
+    names. The others stay as they are (the defaults, where no table was given).
     """
     merged: dict[str, Any] = {key: campaign[key] for key in ("geometry", "tolerance") if key in campaign}
     for key, value in sidecar.items():

@@ -1,6 +1,6 @@
 """Tables of a sidecar about columns: constant columns, noise, zeros that a fit finds."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -73,27 +73,36 @@ def constants(
 
 
 def check_shared(campaign: Mapping[str, Any], where: Path | str) -> None:
-    """Check that the [constant] and [zero] of a campaign name columns that some kind of recording has.
+    """Check that [constant], [noise] and [zero] of a campaign name columns that some kind of recording has.
 
     Args:
         campaign: checked settings of a campaign.
         where: file that messages name.
 
     Raises:
-        InputError: for a column that no kind has, or a unit that is not its own.
+        InputError: for a column that no kind has, a unit that is not its own, a column that is there twice,
+            or a noise that is no number above zero.
     """
     kinds = schema.KINDS.values()
+    columns = tuple(dict.fromkeys(name for kind in kinds for name in kind.columns.known))
+    for key, value in campaign.get("noise", {}).items():
+        _positive_noise(key, value, where)
     known = {
-        "constant": tuple(dict.fromkeys(name for kind in kinds for name in kind.columns.known)),
+        "constant": columns,
+        "noise": columns,
         "zero": tuple(dict.fromkeys(name for kind in kinds for name in kind.zeros)),
     }
     for section, names in known.items():
+        seen = set()
         for key in campaign.get(section, {}):
-            _column_of(key, names, section, where)
+            canonical, _ = _column_of(key, names, section, where)
+            if canonical in seen:
+                raise unusable(where, f"[{section}] {key} is there twice, in two units; keep one")
+            seen.add(canonical)
 
 
 def unused(campaign: Mapping[str, Any], recordings: Sequence[Recording]) -> list[str]:
-    """Sentences about the [constant] and [zero] of a campaign that none of its recordings uses.
+    """Sentences about [constant], [noise] and [zero] of a campaign that none of its recordings uses.
 
     Args:
         campaign: checked settings of a campaign.
@@ -105,6 +114,9 @@ def unused(campaign: Mapping[str, Any], recordings: Sequence[Recording]) -> list
             said.append(
                 f"[constant] {key}: no recording uses it; each has a column of it, or is of a kind without"
             )
+    for key, value in campaign.get("noise", {}).items():
+        if not any(_is_noise(recording, key, value) for recording in recordings):
+            said.append(f"[noise] {key}: no recording uses it; each states its own, or has no such column")
     for key in campaign.get("zero", {}):
         if not any(
             key == name or key.startswith(f"{schema.quantity_and_unit(name)[0]}_")
@@ -126,16 +138,54 @@ def _is_constant(recording: Recording, key: str, value: float) -> bool:
     )
 
 
+def shared_noise(
+    table: Mapping[str, float], kind: str, present: Iterable[str], where: Path | str
+) -> dict[str, float]:
+    """Standard deviations that a campaign states for columns that a recording has, by canonical column.
+
+    Args:
+        table: checked [noise] of the campaign.
+        kind: kind of the recording.
+        present: columns of the recording.
+        where: file that messages name.
+    """
+    present = set(present)
+    columns = tuple(name for name in schema.KINDS[kind].columns.known if name in present)
+    own = {key: value for key, value in table.items() if any(_names(key, name) for name in columns)}
+    return check_noise(own, kind, [], where)
+
+
+def _is_noise(recording: Recording, key: str, value: float) -> bool:
+    """True if a recording has this stated noise of a campaign."""
+    found = shared_noise({key: value}, recording.kind, recording.columns, recording.name)
+    return any(recording.noise.get(name) == stated for name, stated in found.items())
+
+
+def _names(key: str, canonical: str) -> bool:
+    """True if a key names a column, in any unit."""
+    quantity, _ = schema.quantity_and_unit(canonical)
+    return key == quantity or (key.startswith(quantity + "_") and "_" not in key[len(quantity) + 1 :])
+
+
 def _column_of(key: str, columns: tuple[str, ...], section: str, where: Path | str) -> tuple[str, str]:
     """Canonical column and written unit of a key of a section."""
     for canonical in columns:
-        quantity, _ = schema.quantity_and_unit(canonical)
-        if key == quantity or (key.startswith(quantity + "_") and "_" not in key[len(quantity) + 1 :]):
+        if _names(key, canonical):
             try:
                 return canonical, written_unit(key, canonical)
             except InputError as error:
                 raise unusable(where, f"[{section}] {key}: {error}") from None
     raise unusable(where, f"unknown column {key!r} in [{section}], {nearest(key, columns)}")
+
+
+def _positive_noise(key: str, value: Any, where: Path | str, or_zero: bool = False) -> float:
+    """A standard deviation of a [noise] table."""
+    number = finite_number(value, f"[noise] {key}", where)
+    if number < 0.0 or (number == 0.0 and not or_zero):
+        raise unusable(
+            where, f"[noise] {key} = {number:g} must be more than 0; leave it out to have it estimated"
+        )
+    return number
 
 
 def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Path | str) -> dict[str, float]:
@@ -157,12 +207,8 @@ def check_noise(table: Mapping[str, Any], kind: str, extra: list[str], where: Pa
     rules = schema.KINDS[kind].columns
     checked: dict[str, float] = {}
     for key, value in table.items():
-        number = finite_number(value, f"[noise] {key}", where)
         canonical, unit = (key, "1") if key in extra else _noise_column(key, rules.known, where)
-        if number < 0.0 or (number == 0.0 and canonical in rules.outputs):
-            raise unusable(
-                where, f"[noise] {key} = {number:g} must be more than 0; leave it out to have it estimated"
-            )
+        number = _positive_noise(key, value, where, or_zero=canonical not in rules.outputs)
         if canonical in checked:
             raise unusable(where, f"[noise] {key} is there twice, in two units; keep one")
         wanted = "1" if key in extra else schema.quantity_and_unit(canonical)[1]
