@@ -11,6 +11,7 @@ from ..errors import InputError, nearest
 from ..late import tomlkit
 from . import keys
 from .actuator import check_actuator
+from .plausible import implausible
 from .records import Calibration, Line, Prior, Quantity
 
 SCHEMA = "pneusma-calibration/1"
@@ -107,7 +108,22 @@ def _quantity(name: str, entry: Any, kind: str, path: Path) -> Quantity:
         known = [*keys.QUANTITIES[kind], *keys.OUTLINES[kind]]
         known = [key for key in known if key.count(".") == name.count(".")]
         raise InputError(f"{path}: unknown key {name!r}, {nearest(name, known)}")
-    return read_quantity(name, entry, keys.QUANTITIES[kind][name], f"{path}: key {name!r}")
+    return read_plausible(name, entry, keys.QUANTITIES[kind][name], f"{path}: key {name!r}")
+
+
+def read_plausible(name: str, entry: Any, dimension: str, where: str) -> Quantity:
+    """As `read_quantity`, for a constant or a dimension of a table. Its magnitude is checked, too.
+
+    A number that was fitted is not checked: no person wrote it.
+
+    Raises:
+        InputError: as `read_quantity`, and for a magnitude that is that of another unit.
+    """
+    quantity = read_quantity(name, entry, dimension, where)
+    wrong = implausible(name, dimension, float(entry["value"]), quantity.unit)
+    if wrong and quantity.status != "fitted":
+        raise InputError(f"{where}: {wrong}")
+    return quantity
 
 
 def read_quantity(name: str, entry: Any, dimension: str, where: str) -> Quantity:

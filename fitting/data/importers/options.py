@@ -9,6 +9,7 @@ from pneusma_jax.units import find_unit
 
 from ..recordings import schema
 from ..recordings.columns import written_unit
+from ..recordings.sidecar import implausible_size
 from .spelling import pressure_zero, unit_name
 
 # Quantities that a column of a raw file may hold: those of the recording format, and what they are
@@ -164,6 +165,9 @@ def make_options(
     for name, size in sizes.items():
         if size <= 0.0:
             raise InputError(f"--dimension {name}={size:g}: a size must be more than 0")
+        unit = schema.geometry_unit(name)
+        if wrong := implausible_size(name, size, unit):
+            raise InputError(f"--dimension {name}: {wrong}")
     parts = {name: _number("--circuit", name, text) for name, text in _pairs("--circuit", circuit, CIRCUIT)}
     for name, value in parts.items():
         if name in ("adjust_V", "set_ohm") and value <= 0.0:

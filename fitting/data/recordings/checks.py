@@ -43,6 +43,7 @@ def check_recording(
     _check_missing(recording, place, rows)
     _check_time(recording, place, rows)
     _check_ranges(recording, place, rows)
+    _check_kelvin(recording, place)
     _check_resistance(recording, place, rows)
 
 
@@ -136,6 +137,32 @@ def _check_ranges(recording: Recording, place: Path | str, rows: Sequence[int]) 
             _refuse_first(wrong(values), values, right, place, rows, name)
 
 
+KELVIN = (233.0, 473.0)
+"""Temperatures that are rather kelvin than degC, where all of a recording lie there: -40 to 200 degC."""
+HOTTEST_DEGC = 150.0
+"""Middle of a transformation, above which an alloy may be tested at such temperatures in degC."""
+
+
+def _check_kelvin(recording: Recording, place: Path | str) -> None:
+    """Refuse temperatures in degC that all look like kelvin, but of an alloy that transforms there."""
+    for name in (name for name in recording.known_columns if name.startswith("temperature")):
+        least, most = np.nanmin(recording.columns[name]), np.nanmax(recording.columns[name])
+        if KELVIN[0] < least and most < KELVIN[1] and not _transforms_hot(recording):
+            raise unusable(
+                place, f"temperatures of {least:g} to {most:g} degC in every row: if these are kelvin, name"
+                " the column temperature_K (on import: --unit temperature=K); if not, state an alloy that"
+                f" transforms above {HOTTEST_DEGC:g} degC",
+                column=name,
+            )  # fmt: skip
+
+
+def _transforms_hot(recording: Recording) -> bool:
+    """True for a recording whose alloy is a table of one that transforms above any nitinol."""
+    if recording.full_geometry().get("alloy", "fit") == "fit":
+        return False
+    return _load(recording.table("alloy"), "alloy").get("T_mid", 0.0) > HOTTEST_DEGC
+
+
 def question_units(recording: Recording, header: Sequence[str], rows: Sequence[int]) -> None:
     """Refuse or ask about a plain number that is rather percent, where the name of its column states no unit.
 
@@ -217,6 +244,7 @@ def _check_resistance(recording: Recording, place: Path | str, rows: Sequence[in
     ]
     bounds = resistance_range(recording) if resistances else None
     if bounds is None:
+        _check_resistivity(recording, resistances, place, rows)
         return
     geometry = recording.full_geometry()
     right = (
@@ -227,3 +255,26 @@ def _check_resistance(recording: Recording, place: Path | str, rows: Sequence[in
     for name in resistances:
         values = recording.columns[name]
         _refuse_first((values < bounds[0]) | (values > bounds[1]), values, right, place, rows, name)
+
+
+RESISTIVITY = (3e-8, 2e-5)
+"""Resistivities of a wire of unknown alloy [ohm m]. Nitinol has 5e-7 to 1.1e-6."""
+
+
+def _check_resistivity(
+    recording: Recording, resistances: Sequence[str], place: Path | str, rows: Sequence[int]
+) -> None:
+    """Refuse resistances that no metal has, of a spring whose sizes are stated."""
+    sizes = ("wire_diameter_mm", "active_coils")
+    geometry = recording.full_geometry()
+    if not set(sizes) <= recording.geometry.keys() or not {"mandrel_diameter_mm", *sizes} <= geometry.keys():
+        return
+    area = math.pi / 4.0 * (1e-3 * geometry["wire_diameter_mm"]) ** 2
+    least, most = (resistivity * wire_length(geometry) / area for resistivity in RESISTIVITY)
+    right = (
+        f"a spring of {geometry['active_coils']:g} coils of a wire of {geometry['wire_diameter_mm']:g} mm has"
+        f" {least:.3g} to {most:.3g} ohm; is its unit right (_mohm or _kohm may end the name), are the sizes?"
+    )
+    for name in resistances:
+        values = recording.columns[name]
+        _refuse_first((values < least) | (values > most), values, right, place, rows, name)

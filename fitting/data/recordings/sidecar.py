@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from pneusma_jax.calibration import examples
+from pneusma_jax.calibration.plausible import implausible
 from pneusma_jax.documents import parse_toml
 from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.units import dimension_of
 
 from . import schema
 from .columns import convert, written_unit
@@ -139,12 +141,26 @@ def _check_geometry(table: Mapping[str, Any], where: Path | str) -> dict[str, An
         if number < least or (number == least and not may_equal):
             right = f"must be {least:g} or more" if may_equal else f"must be more than {least:g}"
             raise unusable(where, f"[geometry] {key} = {number:g} {right}")
+        if wrong := implausible_size(canonical, number, unit):
+            raise unusable(where, f"[geometry] {key}: {wrong}")
         checked[canonical] = convert(number, unit, schema.geometry_unit(canonical))
     if checked.get("prestrain", 0.0) >= 1.0:
         raise unusable(
             where, f"[geometry] prestrain = {checked['prestrain']:g} is a shear strain, a fraction below 1"
         )
     return checked
+
+
+def implausible_size(canonical: str, number: float, unit: str) -> str:
+    """Reason why a dimension of a specimen cannot be in its unit, and what would be right; empty otherwise.
+
+    Args:
+        canonical: key with its unit, such as `wire_diameter_mm`.
+        number: the dimension as it is written.
+        unit: its written unit.
+    """
+    name = schema.quantity_and_unit(canonical)[0]
+    return implausible(name, dimension_of(unit), number, unit) if name else ""
 
 
 def _geometry_word(key: str, value: Any, where: Path | str) -> str:

@@ -26,7 +26,7 @@ from typing import Any
 from fitting.data.files import write_whole
 from pneusma_jax.calibration.keys import KINDS, QUANTITIES
 from pneusma_jax.calibration.records import Quantity
-from pneusma_jax.calibration.toml import quantity_entry, read_quantity
+from pneusma_jax.calibration.toml import quantity_entry, read_plausible, read_quantity
 from pneusma_jax.documents import check_keys, parse_toml, read_document
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError, nearest
@@ -117,7 +117,7 @@ def _base(entries: Mapping[str, Any], where: str) -> Base:
         kind, name = _owner(key, entry, where)
         if name in base.get(kind, {}):
             raise InputError(f"{where} {key}: this number of the {kind} is there twice; keep one")
-        quantity = read_quantity(name, entry, QUANTITIES[kind][name], f"{where} {key}")
+        quantity = read_plausible(name, entry, QUANTITIES[kind][name], f"{where} {key}")
         base.setdefault(kind, {})[name] = quantity
     return base
 

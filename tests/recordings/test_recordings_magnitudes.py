@@ -1,0 +1,109 @@
+"""Numbers that are far from any that such a specimen has: their unit is asked for, with the one that is meant."""
+
+import numpy as np
+import pytest
+
+from fitting.data.importers import make_options
+from fitting.data.recordings import read_recording
+from pneusma_jax.calibration import available, examples, load_calibration, unknown
+from pneusma_jax.calibration.plausible import LIMITS, implausible
+from pneusma_jax.calibration.toml import parse_calibration
+from pneusma_jax.errors import InputError
+
+WIRE = "time_s,strain,stress_MPa,temperature_degC\n"
+STAND = "time_s,elongation_mm,force_N,resistance_ohm\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "dimension", "written", "unit", "said"),
+    [
+        ("E_a", "pressure", 85.0, "Pa", "85 Pa cannot be, E_a lies in 0.05 to 500 GPa; did you mean 85 GPa?"),
+        ("E_m", "pressure", 30.0, "MPa", "did you mean 30 GPa?"),
+        ("G_m", "pressure", 3.0, "kPa", "did you mean 3 GPa?"),
+        ("mu", "pressure", 85.0, "Pa", "did you mean 85 kPa?"),
+        ("mu", "pressure", 0.085, "Pa", "did you mean 0.085 MPa?"),
+        ("mu", "pressure", 85.0, "GPa", "did you mean 85 kPa?"),
+        ("wire_diameter", "length", 0.00025, "mm", "did you mean 0.00025 m?"),
+        ("wire_diameter", "length", 0.25, "m", "did you mean 0.25 mm?"),
+        ("outer_diameter", "length", 10.0, "m", "did you mean 10 mm?"),
+        ("T_mid", "temperature", 318.0, "degC", "did you mean 318 K?"),
+        ("rho_mean", "resistance per length", 0.0019, "ohm/m", "cannot be"),
+        ("gamma_L", "number", 10.0, "1", "did you mean 10 percent?"),
+        ("standard_tension.strain_max", "number", 150.0, "1", "did you mean 150 percent?"),
+    ],
+)  # fmt: skip
+def test_a_magnitude_of_another_unit_is_told_with_the_unit_that_is_meant(name, dimension, written, unit, said):
+    assert said in implausible(name, dimension, written, unit)
+
+
+def test_every_shipped_number_is_possible_and_usual_ones_are():
+    for name in (*available(), *unknown(), *examples()):
+        load_calibration(name)
+    for dimension, of in LIMITS.items():
+        for name, limits in of.items():
+            assert limits.least <= limits.usual[0] < limits.usual[1] <= limits.most, (dimension, name)
+
+
+def changed(name, old, new):
+    from importlib import resources
+
+    text = (resources.files("calibration_data") / f"{name}.toml").read_text()
+    assert old in text
+    return text.replace(old, new)
+
+
+def test_a_table_with_a_modulus_in_pascal_is_refused_in_one_line(tmp_path):
+    """85 Pa for a nitinol wire was taken."""
+    text = changed("niti_wire", 'E_a = {value = 70.0, unit = "GPa"', 'E_a = {value = 85.0, unit = "Pa"')
+    text = text.replace("prior = {mean = 70.0, sd = 12.0, min = 25.0, max = 120.0}", "prior = {mean = 85.0, sd = 12.0}")
+    with pytest.raises(InputError, match=r"a\.toml: key 'E_a': 85 Pa cannot be, .* did you mean 85 GPa\?") as caught:
+        parse_calibration(text, tmp_path / "a.toml")
+    assert "\n" not in str(caught.value)
+    fitted = text.replace('unit = "Pa", status = "assumed"', 'unit = "Pa", status = "fitted"')
+    assert parse_calibration(fitted, tmp_path / "a.toml").values()["E_a"] == 85.0
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("wire_diameter_mm = 0.00025", "[geometry] wire_diameter_mm: 0.00025 mm cannot be"),
+        ("wire_diameter_m = 0.25", "did you mean 0.25 mm?"),
+        ("mandrel_diameter_mm = 0.0009", "did you mean 0.0009 m?"),
+        ("initial_pitch_um = 0.269", "did you mean 0.269 mm?"),
+    ],
+)
+def test_a_dimension_in_another_unit_is_refused_in_one_line(put, key, said):
+    with pytest.raises(InputError) as caught:
+        read_recording(put(STAND + "0,0,0,3.7\n1,1,0.1,3.6\n", f'kind = "spring"\n[geometry]\n{key}\n'))
+    assert said in str(caught.value) and "run_1.toml" in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_dimension_of_an_import_in_another_unit_is_refused():
+    with pytest.raises(InputError, match=r"--dimension gauge_length_mm: 0.025 mm cannot be, .* did you mean 0.025 m\?"):
+        make_options(dimensions=["gauge_length_mm=0.025"])
+    assert make_options(dimensions=["gauge_length_mm=25", "area_mm2=18"]).dimensions["area_mm2"] == 18.0
+
+
+@pytest.mark.parametrize("alloy", ["", '[geometry]\nalloy = "fit"\n'])
+def test_temperatures_that_are_rather_kelvin_are_asked_about(put, alloy):
+    rows = "".join(f"{t},{0.001 * t},200,{360 - 5 * t}\n" for t in range(13))
+    with pytest.raises(InputError, match=r"run_1\.csv, column temperature_degC: temperatures of 300 to 360 degC .* temperature_K"):
+        read_recording(put(WIRE + rows, f'kind = "wire"\n{alloy}'))
+    read = read_recording(put(WIRE.replace("degC", "K") + rows, f'kind = "wire"\n{alloy}'))
+    np.testing.assert_allclose(read.columns["temperature_degC"][[0, -1]], [86.85, 26.85])
+
+
+def test_temperatures_in_degC_that_begin_at_room_temperature_are_none(put):
+    rows = "".join(f"{t},{0.001 * t},200,{20 + 20 * t}\n" for t in range(13))
+    assert read_recording(put(WIRE + rows, 'kind = "wire"\n')).columns["temperature_degC"].max() == 260.0
+
+
+@pytest.mark.parametrize(("factor", "refused"), [(1.0, False), (5.0, False), (0.2, False), (1e3, True), (1e-3, True)])
+def test_resistances_in_another_unit_are_refused_though_the_alloy_is_unknown(put, factor, refused):
+    sidecar = 'kind = "spring"\n[geometry]\nalloy = "fit"\nwire_diameter_mm = 0.25\nmandrel_diameter_mm = 0.9\ninitial_pitch_mm = 0.269\nactive_coils = 52\n'
+    path = put(STAND + f"0,0,0,{3.7 * factor}\n1,1,0.1,{3.6 * factor}\n", sidecar)
+    if not refused:
+        assert read_recording(path).columns["resistance_ohm"][0] == pytest.approx(3.7 * factor)
+        return
+    with pytest.raises(InputError, match=r"row 2, column resistance_ohm: .* 52 coils .*_mohm or _kohm"):
+        read_recording(path)
