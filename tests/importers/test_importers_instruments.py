@@ -273,3 +273,26 @@ def test_rows_whose_last_fields_are_empty_may_be_the_first_ones(put):
     assert any("2 rows without a time or without any value dropped (rows 2, 3)" in note for note in recording.notices)
     other = put("b.csv", f"Time (s),Strain (-),Stress (kPa)\n40\n{rows}")
     assert "without headings" in refusal(other)
+
+
+@pytest.mark.parametrize("mark", ["Unit", "unit_string", "Einheit"])
+def test_a_list_of_channels_states_the_units_of_headings(put, mark):
+    """A text export of TDMS names units in such a list; they were asked for."""
+    head = f"Root Name\tTitle\npull\tKM\n\nChannel\tDatatype\t{mark}\tLength\nTime\tDOUBLE\ts\t40\nStrain\tDOUBLE\t%\t40\nStress\tDOUBLE\tkPa\t40\n\nData\nTime\tStrain\tStress\n"
+    rows = "".join(f"{t}\t{100 * e:.4f}\t{s:.4f}\n" for t, e, s in ALL)
+    recording = import_file(put("a.txt", head + rows))
+    np.testing.assert_allclose(recording.columns["strain"], [e for _, e, _ in ALL], atol=1e-5)
+    np.testing.assert_allclose(recording.columns["stress_kPa"], [s for *_, s in ALL], atol=1e-3)
+    assert any("list of channels" in note and "'Stress' in kPa" in note for note in recording.notices)
+
+
+def test_a_unit_of_a_heading_comes_before_that_of_a_list(put):
+    head = "Channel\tUnit\nStress (kPa)\tMPa\nTime (s)\tmin\n\nTime (s)\tStrain (-)\tStress (kPa)\n"
+    rows = "".join(f"{t}\t{e:.5f}\t{s:.4f}\n" for t, e, s in ALL)
+    np.testing.assert_allclose(import_file(put("a.txt", head + rows)).columns["stress_kPa"], [s for *_, s in ALL], atol=1e-3)
+
+
+def test_a_buffer_with_one_reading_a_row_is_refused_with_what_helps(put):
+    rows = "".join(f"{2 * i + k},{101 + k},{x:.5E},{unit},{t + 0.02 * k:.3f}\n" for i, (t, e, s) in enumerate(ALL) for k, (x, unit) in enumerate(((3.0 + e, "Ohm"), (s, "V"))))
+    said = refusal(put("a.csv", f"Index,Channel,Reading,Unit,Relative Time\n{rows}"), kind="spring")
+    assert "every row holds a reading of one channel (Channel 101, 102)" in said and "write a column for each" in said

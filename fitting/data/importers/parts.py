@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass, field, replace
 
 from ..recordings.table import unusable
+from .channel_lists import with_listed_units
 from .grid import Grid
 from .labview import with_stated_units
 from .pages import joined_pages, oldest_first, states_a_specimen
@@ -152,7 +153,8 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     table, labels = as_table(page)
     shown, displayed = with_displayed_units(table)
     plain_page, units = without_units(shown)
-    grids = [oldest_first(with_stated_units(with_units_of_rows(grid))) for grid in find_grids(plain_page)]
+    found = [with_stated_units(with_units_of_rows(grid)) for grid in find_grids(plain_page)]
+    grids = [oldest_first(grid) for grid in with_listed_units(found)]
     for grid in grids:
         grid.notices += [*labels, *displayed, *units]
     grids = joined_pages(grids, [states_a_specimen(grid, _label(grid)) for grid in grids])

@@ -24,6 +24,7 @@ from . import (
 )
 from .already import SENTENCE, is_recording
 from .assemble import slug
+from .channel_lists import one_channel_a_row
 from .channels import mapped_channels, named_channels
 from .format import Format
 from .no_table import few_numbers, in_rows, words_for_numbers
@@ -81,6 +82,8 @@ def detect(sample: Sample) -> Format:
     unmodelled_test = unmodelled(sample, named_channels(sample.grid)) if sample.grid is not None else None
     if unmodelled_test:
         raise unusable(sample.raw.path, unmodelled_test.sentence)
+    if sample.grid is not None and (why := one_channel_a_row(sample.grid)):
+        raise unusable(sample.raw.path, why)
     if sample.grid is None or not sample.grid.headings:
         for page in sample.raw.pages:
             if why := in_rows(page):
