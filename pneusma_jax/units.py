@@ -212,6 +212,16 @@ def from_si(value, unit: str, difference: bool = False):
     return shifted / factor
 
 
+def amount(number: str, unit: str) -> str:
+    """A number as text with its unit behind it; a plain number (`1`) and a word have none.
+
+    Args:
+        number: number, or several of them, as text.
+        unit: name of the unit; `1` or nothing for a plain number.
+    """
+    return number if unit in ("1", "") else f"{number} {unit}"
+
+
 def unit_of_column(name: str) -> tuple[str, str]:
     """Split a column name into the quantity and the unit after the last underscore.
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from pneusma_jax.documents import check_keys, finite_number
 from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.units import UNITS, to_si
+from pneusma_jax.units import UNITS, amount, to_si
 
 Table = Mapping[str, Any]
 
@@ -120,10 +120,10 @@ def check_ascending(low: float, high: float, unit: str, where: str) -> None:
         unit: unit; where: place in the file, for messages.
     """
     if low == high:
-        both = f"{low:g} {unit}".removesuffix(" 1")
+        both = amount(f"{low:g}", unit)
         raise InputError(f"{where}: bounds are equal, so nothing is free: {both}")
     if not low < high:
-        ends = f"from {low:g} to {high:g} {unit}".removesuffix(" 1")
+        ends = amount(f"from {low:g} to {high:g}", unit)
         raise InputError(f"{where}: bounds are crossed: {ends}")
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.inference.notes import joined
-from pneusma_jax.units import from_si, to_si
+from pneusma_jax.units import amount, from_si, to_si
 
 from .log import Evaluation, Evaluator
 from .optimise import ALLOWED, Outcome, Problem, least_violation
@@ -98,7 +98,7 @@ def _missed_words(study: Study, k: int, missed: float) -> str:
     if one.limit is None:
         return f"{100.0 * missed:.2g} % of what was tested"
     size = abs(one.limit) or float(to_si(1.0, one.unit, True))
-    return f"{from_si(missed * size, one.unit, True):.2g} {one.unit}".removesuffix(" 1")
+    return amount(f"{from_si(missed * size, one.unit, True):.2g}", one.unit)
 
 
 def limit_words(study: Study, k: int) -> str:
@@ -108,7 +108,7 @@ def limit_words(study: Study, k: int) -> str:
     value = (
         "what was tested"
         if one.limit is None
-        else f"{from_si(one.limit, one.unit):.6g} {one.unit}".removesuffix(" 1")
+        else amount(f"{from_si(one.limit, one.unit):.6g}", one.unit)
     )
     return f"{one.quantity} {end} {value}"
 

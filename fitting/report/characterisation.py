@@ -11,6 +11,7 @@ from fitting.data.csv_text import csv_rows
 from fitting.inference.lasting_noise import Lasting
 from fitting.inference.notes import joined
 from pneusma_jax.errors import counted
+from pneusma_jax.units import amount
 
 from .cells import number, percent, relative, with_error
 from .table import Table
@@ -130,7 +131,7 @@ def limits(parameters: Mapping[str, Estimate]) -> list[str]:
     for ends, word in (((True, False), "lower"), ((False, True), "upper")):
         names = with_ends(ends)
         if names:
-            each = "; ".join(f"{n} {interval_text(parameters[n])}{_unit(parameters[n])}" for n in names)
+            each = "; ".join(f"{n} {amount(interval_text(parameters[n]), parameters[n].unit)}" for n in names)
             said.append(
                 f"Of {joined(names)} the recordings give only {'an' if word == 'upper' else 'a'} {word} "
                 f"limit ({each}). The other end is the prior's or the search's."
@@ -142,10 +143,6 @@ def limits(parameters: Mapping[str, Estimate]) -> list[str]:
             "than by the recordings."
         )
     return said
-
-
-def _unit(estimate: Estimate) -> str:
-    return "" if estimate.unit == "1" else f" {estimate.unit}"
 
 
 def estimate_json(estimate: Estimate) -> dict[str, Any]:

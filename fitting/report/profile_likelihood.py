@@ -10,7 +10,7 @@ from fitting.calibrate.profile_likelihood import ALIKE, RISES, Profile
 from fitting.calibrate.profile_search import FITS
 from fitting.calibrate.quoted import KELVIN
 from fitting.calibrate.result import Estimate
-from pneusma_jax.units import from_si
+from pneusma_jax.units import amount, from_si
 
 from . import figures as house
 from .report import Picture
@@ -124,12 +124,11 @@ def interval(result: Profiled, name: str) -> str:
     unit, quoted = result.parameters[name].unit, result.parameters[name].interval[90]
     risen = result.profiles[name].interval(RISES[90])
     low, high = (q if np.isfinite(end) else end for q, end in zip(quoted, risen, strict=True))
-    shown = "" if unit == "1" else f" {unit}"
     if np.isfinite(low) and np.isfinite(high):
-        return f"{low:.4g} to {high:.4g}{shown}"
+        return amount(f"{low:.4g} to {high:.4g}", unit)
     if np.isfinite(low):
-        return f"{low:.4g}{shown} or more"
-    return f"{high:.4g}{shown} or less" if np.isfinite(high) else "anything within its range"
+        return f"{amount(f'{low:.4g}', unit)} or more"
+    return f"{amount(f'{high:.4g}', unit)} or less" if np.isfinite(high) else "anything within its range"
 
 
 def document(result: Profiled) -> dict[str, Any]:

@@ -92,16 +92,13 @@ def implausible(name: str, dimension: str, written: float, unit: str) -> str:
         and limits.usual[0] <= _size(written, other, limits) <= limits.usual[1]
     ]
     shown = meant[0] if meant else unit
-    lies = " to ".join(_with_unit(units.from_si(end, shown), "1") for end in (limits.least, limits.most))
-    likely = f"; did you mean {' or '.join(_with_unit(written, other) for other in meant)}?" if meant else ""
-    return f"{_with_unit(written, unit)} cannot be, {name} lies in {_with_unit(lies, shown)}{likely}"
+    lies = " to ".join(f"{units.from_si(end, shown):.6g}" for end in (limits.least, limits.most))
+    ways = " or ".join(units.amount(f"{written:.6g}", other) for other in meant)
+    likely = f"; did you mean {ways}?" if meant else ""
+    stated = units.amount(f"{written:.6g}", unit)
+    return f"{stated} cannot be, {name} lies in {units.amount(lies, shown)}{likely}"
 
 
 def _size(written: float, unit: str, limits: Limits) -> float:
     value = float(units.to_si(written, unit))
     return abs(value) if limits in (_STRESS, _STRAIN) else value
-
-
-def _with_unit(number: float | str, unit: str) -> str:
-    text = number if isinstance(number, str) else f"{number:.6g}"
-    return text if unit == "1" else f"{text} {unit}"

@@ -12,7 +12,7 @@ from fitting.inference.notes import capital, joined
 from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
-from pneusma_jax.units import from_si
+from pneusma_jax.units import amount, from_si
 
 from ..fit.base_fit import at_bound
 from ..fit.misfit import limit_of, range_of, relative_error
@@ -283,7 +283,7 @@ def _in_units(conclusion: Conclusion, found: str = "") -> list[str]:
 
 def _sized(value: float, unit: str) -> str:
     """A number with its unit, if it has one."""
-    return f"{number(value)} {unit}".removesuffix(" 1")
+    return amount(number(value), unit)
 
 
 def _unexplained(conclusion: Conclusion, whole: str) -> str:

@@ -13,7 +13,7 @@ from fitting.design.study import Constraint, Free, Objective
 from fitting.design.workspace import FINER
 from fitting.inference.notes import joined
 from pneusma_jax.errors import counted
-from pneusma_jax.units import UNITS, from_si, to_si
+from pneusma_jax.units import UNITS, amount, from_si, to_si
 
 from ..cells import with_unit
 from ..table import Table
@@ -42,12 +42,12 @@ NOTHING = 1e-9
 
 def shown(value: float, unit: str, difference: bool = False) -> str:
     """A value in SI, or a difference of values, as text with its unit."""
-    return f"{from_si(value, unit, difference):.4g} {unit}".removesuffix(" 1")
+    return amount(f"{from_si(value, unit, difference):.4g}", unit)
 
 
 def objective_shown(one: Objective, value: float) -> str:
     """Value of an objective [SI] as text with its unit."""
-    return f"{one.in_unit(value):.4g} {one.unit}".removesuffix(" 1")
+    return amount(f"{one.in_unit(value):.4g}", one.unit)
 
 
 def parameter_value(free: Free, value: float) -> float:
@@ -279,7 +279,7 @@ def change_words(change: float, value: float, unit: str) -> str:
     size = max(abs(value), abs(float(to_si(1.0, unit, True))))
     if abs(change) <= NO_CHANGE * size:
         return "nothing"
-    return f"{from_si(change, unit, difference=True):+.3g} {unit}".removesuffix(" 1")
+    return amount(f"{from_si(change, unit, difference=True):+.3g}", unit)
 
 
 def _bound(bound: object, unit: str) -> str:
@@ -308,9 +308,9 @@ def limit_table(result: DesignResult) -> Table:
             + (f", segment {row.segment}" if row.segment > 1 else "")
             + (f", spring {row.part}" if row.part else "")
         )
-        worth = f"{from_si(gain, first.unit, difference=True):.3g} {first.unit}" if gain > 0.0 else ""
+        worth = amount(f"{from_si(gain, first.unit, difference=True):.3g}", first.unit) if gain > 0.0 else ""
         if worth and study.constraints[k].limit == 0.0:
-            worth += f" per {LOOSER:g} {study.constraints[k].unit}"
+            worth += f" per {amount(f'{LOOSER:g}', study.constraints[k].unit)}"
         room = _room_words(study.constraints[k], float(-values[tight]))
         rows.append([study.constraints[k].name, limit_words(study, k), where, room, worth])
     header = ["constraint", "limit", "tightest in", "room, of the limit", f"worth of 1 % in {first.name}"]
@@ -326,7 +326,7 @@ def _room_words(one: Constraint, room: float) -> str:
     """
     room = 0.0 if abs(room) <= ALLOWED else room
     if one.limit == 0.0 and room:
-        return f"{room:.3g} {one.unit}".removesuffix(" 1")
+        return amount(f"{room:.3g}", one.unit)
     return f"{100.0 * room:.3g} %"
 
 

@@ -2,7 +2,7 @@
 
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.probabilities import Found
-from fitting.diagnose.verdict.text import went
+from fitting.diagnose.verdict.text import base_named, went
 from pneusma_jax.errors import counted
 from pneusma_jax.model_discrepancy import unit_of
 
@@ -16,7 +16,7 @@ ALL_EXACT = "The recordings state every constant as exact."
 def question(conclusion: Conclusion) -> str:
     """The question of the diagnosis."""
     program = conclusion.explanation.program
-    model = conclusion.start.words or "the published model"
+    model = base_named(conclusion) if conclusion.start.words else "the published model"
     return (
         f"Does {model} explain {counted(len(program.recordings), 'recording')} of kind {program.kind} "
         f"({sum(map(bool, program.fitted))} fitted)? If not, what does it leave out?"

@@ -15,7 +15,7 @@ from fitting.calibrate.identifiability import identifiability
 from fitting.inference.noise import ACCURACY, within_accuracy
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
-from pneusma_jax.units import from_si
+from pneusma_jax.units import amount, from_si
 
 from ..cells import percent, with_error
 from ..characterisation import estimate_text
@@ -37,8 +37,7 @@ def constants(fit: LawFit) -> str:
     """Constants of a law with errors and units, in one line."""
     parts = []
     for name, estimate in estimates(fit).items():
-        unit = "" if estimate.unit == "1" else f" {estimate.unit}"
-        parts.append(f"{name} = {estimate_text(estimate)}{unit}")
+        parts.append(f"{name} = {amount(estimate_text(estimate), estimate.unit)}")
     return ", ".join(parts)
 
 
@@ -233,7 +232,7 @@ def _zeros(result: ElastomerCharacterisation) -> list[str]:
     for k, curve in enumerate(result.samples.curves):
         own = {zero: of for zero, of in result.best.zeros.items() if zero.curve == k}
         parts = [
-            f"{zero.quantity} {_estimate(zero, *of)}" + ("" if zero.unit == "1" else f" {zero.unit}")
+            f"{zero.quantity} {amount(_estimate(zero, *of), zero.unit)}"
             for zero, of in own.items()
         ]
         if parts:

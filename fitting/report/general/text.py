@@ -15,6 +15,7 @@ from fitting.specimens import BY_TEMPERATURE, WIRE
 from fitting.specimens.spring_by_temperature import ELECTRICAL
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import counted
+from pneusma_jax.units import amount
 
 from .. import profile_likelihood
 from ..characterisation import limits
@@ -40,10 +41,10 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
             f"{number(fit.reduced_chi_square)}, and {worst.name} is missed by "
             f"{number(worst.rms_over_noise, '.2g')} times its noise. The numbers are the nearest that "
             "this law comes, not constants of nature. "
-            f"{_counted(fit.inflation)} `pneusma diagnose` looks for the cause."
+            f"{_counted(fit.inflation, result.lasting)} `pneusma diagnose` looks for the cause."
         )
     elif fit.inflation > 1.0:
-        sentences.append(lasting_sentence(fit.correlation_time, fit.inflation))
+        sentences.append(lasting_sentence(fit.correlation_time, fit.inflation, result.lasting))
     if fit.reduced_chi_square * fit.correlation_time < OVERSTATED:  # correlated noise was enlarged
         sentences.append(overstated_sentence(fit.reduced_chi_square))
     open_ = [e for e in result.identifiability if e["kind"] not in ("at_bound", "end_of_range", "absent")]
@@ -59,35 +60,65 @@ def _told(result: GeneralCharacterisation) -> str:
     return f"These recordings determine what was free, {better}, but for {joined(stopped)} at a bound."
 
 
-def _counted(inflation: float) -> str:
+def _counted(inflation: float, lasting: Lasting | None) -> str:
     """Sentence on what errors count of a misfit."""
-    if inflation > 1.0:
-        return f"Their standard errors were multiplied by {number(inflation, '.2g')}."
+    if factors := error_factors(inflation, lasting):
+        return f"Their standard errors were {factors}."
     return "Their standard errors do not count what is missed."
 
 
-def lasting_sentence(time: float, inflation: float) -> str:
+def error_factors(inflation: float, lasting: Lasting | None) -> str:
+    """What the errors of a fit were multiplied by, and for what; empty where they are those of the fit alone.
+
+    Args:
+        inflation: factor for misfit and serial correlation.
+        lasting: zeros of instruments that widen errors, or None.
+    """
+    grown = _grown(lasting) if _told_zeros(lasting) else 1.0
+    zeros = f"by up to {number(grown, '.2g')} for zeros of instruments" if grown >= 1.0 + TELLING else ""
+    own = f"by {number(inflation, '.2g')} for misfit and correlation" if inflation > 1.0 else ""
+    return f"multiplied {' and '.join(filter(None, (own, zeros)))}" if own or zeros else ""
+
+
+def how_errors_grew(inflation: float, lasting: Lasting | None) -> str:
+    """The same as the end of a sentence on standard errors."""
+    factors = error_factors(inflation, lasting)
+    return f"were {factors}" if factors else "are those of this fit, without a factor"
+
+
+def _grown(lasting: Lasting | None) -> float:
+    """Largest growth of an error by zeros of instruments, where errors count them."""
+    if lasting is None or lasting.fitted_beside_zeros:
+        return 1.0
+    return float(np.sqrt(np.max(lasting.variance, initial=1.0)))
+
+
+def _told_zeros(lasting: Lasting | None) -> list[str]:
+    """Columns whose zeros are off, where they changed the fit or its errors."""
+    if lasting is None or (_grown(lasting) < 1.0 + TELLING and not lasting.fitted_beside_zeros):
+        return []
+    return [name for name in lasting.drift if lasting.offset[name] + lasting.drift[name] > TELLING]
+
+
+def lasting_sentence(time: float, inflation: float, lasting: Lasting | None) -> str:
     """Sentence on errors with serial correlation."""
     return (
         f"Residuals are correlated over about {time:.0f} samples, so that fewer samples count. The cause is "
-        "an instrument that drifts, or a law that is not quite followed. Standard errors were multiplied by "
-        f"{number(inflation, '.2g')}."
+        "an instrument that drifts, or a law that is not quite followed. Standard errors were "
+        f"{error_factors(inflation, lasting)}."
     )
 
 
 def lasting_zeros(found: Lasting | None) -> list[str]:
     """Zeros of instruments that are off or drift, in words, where they changed the fit or its errors."""
-    grown = 1.0 if found is None else float(np.sqrt(np.max(found.variance, initial=1.0)))
-    if found is None or (grown < 1.0 + TELLING and not found.fitted_beside_zeros):
-        return []
-    seen = [name for name in found.drift if found.offset[name] + found.drift[name] > TELLING]
-    if not seen:
+    seen = _told_zeros(found)
+    if found is None or not seen:
         return []
     sizes = "; ".join(
         f"that of {name} is off by {found.offset[name]:.2g} and drifts by {found.drift[name]:.2g}"
         for name in seen
     )
-    done = f"Errors were multiplied by up to {number(grown, '.2g')} for it"
+    done = f"Errors were multiplied by up to {number(_grown(found), '.2g')} for it"
     if found.fitted_beside_zeros:
         done = "Constants were fitted with such zeros, which the errors below do not count"
     return [
@@ -152,7 +183,7 @@ def _missed(result: GeneralCharacterisation) -> str:
     for role, word in (("fit", "Fitted"), ("validation", "Held-out")):
         found = overall(result.scores, role)
         texts = [
-            f"{axis_label(column).rsplit(' [', 1)[0]} by {m['rmse']:.3g}{_unit(column)} RMS "
+            f"{axis_label(column).rsplit(' [', 1)[0]} by {_rms(m['rmse'], column)} RMS "
             f"(mean relative difference {100.0 * m['rpd']:.2g} %)"
             for column, m in found.items()
         ]
@@ -161,10 +192,9 @@ def _missed(result: GeneralCharacterisation) -> str:
     return "".join(f" {part}." for part in parts)
 
 
-def _unit(column: str) -> str:
+def _rms(value: float, column: str) -> str:
     label = axis_label(column)
-    unit = label[label.rindex("[") + 1 : -1] if "[" in label else ""
-    return "" if unit == "1" else f" {unit}"
+    return amount(f"{value:.3g}", label[label.rindex("[") + 1 : -1] if "[" in label else "")
 
 
 def warnings(result: GeneralCharacterisation) -> list[str]:
@@ -229,8 +259,8 @@ def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
         f"{'start' if len(fit.starts) == 1 else 'starts'}; chi-square: {ends}. "
         f"{fit.result.status.value}",
         f"Reduced chi-square {number(fit.reduced_chi_square)} over the noise as stated or estimated; "
-        f"residuals are correlated over {fit.correlation_time:.1f} samples. For both, standard errors were "
-        f"multiplied by {number(fit.inflation, '.2g')}.",
+        f"residuals are correlated over {fit.correlation_time:.1f} samples. Standard errors "
+        f"{how_errors_grew(fit.inflation, result.lasting)}.",
         _priors(result),
         *_specimens(result),
     ]

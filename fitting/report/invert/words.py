@@ -8,7 +8,7 @@ from fitting.invert.passage import CLOSE, Passage
 from fitting.invert.result import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
 from pneusma_jax.errors import counted
-from pneusma_jax.units import from_si, unit_of_column
+from pneusma_jax.units import amount, from_si, unit_of_column
 
 from ..cells import number
 from ..table import Table
@@ -72,7 +72,7 @@ def value_words(goals: tuple[str, ...], row: np.ndarray, named: bool = True) -> 
         values = from_si(np.asarray(row[at : at + len(columns)]), unit)
         shown = ", ".join(f"{round(float(x), 9) + 0.0:.4g}" if np.isfinite(x) else "none" for x in values)
         name = f"{name.replace('_', ' ')} " if named else ""
-        words.append(f"{name}{shown} {_in_words(unit)}".removesuffix(" 1"))
+        words.append(amount(f"{name}{shown}", _in_words(unit)))
         at += len(columns)
     return joined(words)
 

@@ -12,7 +12,7 @@ from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
 from ..characterisation import limits
-from ..general.text import lasting_sentence, lasting_zeros, overstated_sentence
+from ..general.text import how_errors_grew, lasting_sentence, lasting_zeros, overstated_sentence
 
 OTHER_RULE = (
     " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
@@ -40,13 +40,14 @@ def verdict(result: SpringCharacterisation) -> list[str]:
         sentences += [f"The specimen may be another one. {text}." for text in taken]
         sentences.append(
             f"The law leaves more than noise (reduced chi-square {reduced:.2g}). The numbers are the nearest "
-            f"that it comes, and standard errors were multiplied by {number(result.joint.inflation, '.2g')}. "
+            f"that it comes. Standard errors {how_errors_grew(result.joint.inflation, result.lasting)}. "
             "`pneusma diagnose` looks for the cause."
             + (OTHER_RULE if result.identify and "c" not in result.fitted else "")
             + (ORDER.format(result.softer, _other(result)) if result.softer else "")
         )
     elif result.joint.inflation > 1.0:
-        sentences.append(lasting_sentence(result.joint.correlation_time, result.joint.inflation))
+        found = result.joint.correlation_time, result.joint.inflation
+        sentences.append(lasting_sentence(*found, result.lasting))
     if reduced * result.joint.correlation_time < OVERSTATED:
         sentences.append(overstated_sentence(reduced))
     loose = [e for e in result.identifiability if e["kind"] != "at_bound"]
@@ -140,8 +141,8 @@ def how_it_was_fitted(result: SpringCharacterisation) -> list[str]:
     noise = "the noise as stated" + (", beside zeros that are off or drift" if joint.problem.zeros else "")
     sentences.append(
         f"Reduced chi-square {number(joint.reduced_chi_square)} over {noise}; force residuals are "
-        f"correlated over {joint.correlation_time:.1f} samples; standard errors multiplied by "
-        f"{number(joint.inflation, '.2g')}."
+        f"correlated over {joint.correlation_time:.1f} samples. Standard errors "
+        f"{how_errors_grew(joint.inflation, result.lasting)}."
     )
     sentences.append(
         "The martensite fraction is no input: it changes slowly behind resistance and force, and its "

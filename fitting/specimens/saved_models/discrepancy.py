@@ -23,6 +23,7 @@ from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.late import tomlkit
 from pneusma_jax.model_discrepancy import WALL, Unmodelled, unit_of, unmodelled
 from pneusma_jax.units import UNITS as KNOWN_UNITS
+from pneusma_jax.units import amount
 
 from ..registry import SPECIMENS, specimen_of
 from ..specimen import Specimen
@@ -74,7 +75,7 @@ class AddedDiscrepancy:
         """Range of validity within a sentence."""
         low, high = self.span
         unit = unit_of(self.driver)
-        return f"{self.driver} from {low:.4g} to {high:.4g}" + ("" if unit == "1" else f" {unit}")
+        return f"{self.driver} from {amount(f'{low:.4g} to {high:.4g}', unit)}"
 
     def acts_in(self, specimen: Specimen) -> bool:
         """True if recordings of a kind of specimen have what it is added to, and what it follows."""

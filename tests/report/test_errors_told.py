@@ -1,0 +1,40 @@
+"""What errors were multiplied by is said alike at every place of a report."""
+
+import numpy as np
+import pytest
+
+from fitting.inference.lasting_noise import Lasting
+from fitting.report.general.text import error_factors, how_errors_grew, lasting_zeros
+from pneusma_jax.units import amount
+
+
+def zeros(grown, beside=False):
+    return Lasting(np.array([1.0, grown**2]), {"stress": 0.1}, {"stress": 0.9}, fitted_beside_zeros=beside)
+
+
+@pytest.mark.parametrize(
+    ("inflation", "lasting", "said"),
+    [
+        (1.0, None, ""),
+        (1.3, None, "multiplied by 1.3 for misfit and correlation"),
+        (1.0, zeros(2.0), "multiplied by up to 2 for zeros of instruments"),
+        (1.3, zeros(2.0), "multiplied by 1.3 for misfit and correlation and by up to 2 for zeros of instruments"),
+        (1.0, zeros(1.02), ""),
+        (1.0, zeros(2.0, beside=True), ""),
+    ],
+)
+def test_all_factors_of_the_errors_are_told_together(inflation, lasting, said):
+    """A report said that errors were multiplied by up to 2, and at another place by 1."""
+    assert error_factors(inflation, lasting) == said
+    assert how_errors_grew(inflation, lasting) == (f"were {said}" if said else "are those of this fit, without a factor")
+
+
+def test_the_sentence_on_zeros_has_the_same_factor():
+    (sentence,) = lasting_zeros(zeros(2.0))
+    assert "multiplied by up to 2 for it" in sentence
+    assert not lasting_zeros(zeros(1.02)) and "do not count" in lasting_zeros(zeros(2.0, beside=True))[0]
+
+
+@pytest.mark.parametrize(("number", "unit", "text"), [("3.2", "kPa", "3.2 kPa"), ("3.2", "1", "3.2"), ("1", "1", "1"), ("2 to 3", "", "2 to 3"), ("1", "1/m", "1 1/m")])
+def test_a_plain_number_has_no_unit(number, unit, text):
+    assert amount(number, unit) == text
