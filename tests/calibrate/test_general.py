@@ -1,5 +1,6 @@
 """Wires, tubes and actuators through one pipeline: constants come out again, what stays open is named."""
 
+import dataclasses
 import json
 import shutil
 from importlib import resources
@@ -168,3 +169,25 @@ def test_noise_of_the_temperature_counts_where_strain_follows_it(wire):
         expected = 1.0 / np.sqrt(1.0 + (clean * slope * float(rows.extra["sigma"]["temperature"])) ** 2)
         np.testing.assert_allclose(weight / clean, expected, atol=0.1)
     assert np.min(weight / clean) < 0.7  # of the heaviest load
+
+
+def test_one_error_of_a_constant_is_shown_at_every_place(tube):
+    """The figure of what is known, and the material's table, had the errors of the fit alone."""
+    from matplotlib.container import ErrorbarContainer
+
+    from fitting.calibrate.general.tables import tables
+    from fitting.report.general.figures import pictures
+    from pneusma_jax.units import to_si
+
+    wide = dataclasses.replace(tube.lasting, variance=9.0 * np.ones_like(tube.lasting.variance), side_variances={})
+    result = dataclasses.replace(tube, lasting=wide, profiles={})
+    assert result.parameters["silicone_stiffness__1"].sd == pytest.approx(3.0 * tube.fitted["silicone_stiffness__1"].standard_error)
+    entries = [entry for entry in result.fitted.values() if entry.prior is not None]
+    bars = [c for c in pictures(result)["parameters"].figure.axes[0].containers if isinstance(c, ErrorbarContainer)]
+    assert len(bars) == len(entries) > 2
+    for bar, entry in zip(bars, entries, strict=True):
+        ((low, high),) = (segment[:, 0] for segment in bar.lines[2][0].get_segments())
+        quoted = result.parameters[entry.name]
+        assert 0.5 * (high - low) * entry.prior.sd == pytest.approx(to_si(quoted.sd, quoted.unit, difference=True))
+    errors = [result.parameters[f"silicone_stiffness__{k}"].sd for k in (1, 2)]
+    assert tables(result)["material.toml"].quantities["silicone_stiffness"].prior.sd > 0.9 * np.hypot(*errors) / 2.0

@@ -1,5 +1,6 @@
 """Fitted numbers as tables that simulations load by path: an alloy, a material, a geometry."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -7,8 +8,8 @@ import numpy as np
 import tomlkit
 
 from fitting.calibrate.alloy_table import DIGITS, alloy_table, slug
+from fitting.calibrate.result import Estimate
 from fitting.data.recordings import schema
-from fitting.inference.parameters import Parameters
 from fitting.specimens import priors, silicones
 from fitting.specimens.rows import MARK
 from pneusma_jax.calibration import Calibration, load_calibration
@@ -46,7 +47,7 @@ def _material(result: "GeneralCharacterisation", simulated: bool) -> Calibration
     """The silicone's table with the factor found: the mean of the specimens, each weighed by its error."""
     name = silicones.table_name(result.campaign, result.options.get("material"))
     table = load_calibration(name, "silicone")
-    value, sd = factor_of(result.fitted)
+    value, sd = factor_of(result.parameters)
     source = f"Fitted to {result.title}{', simulated data' if simulated else ''}"
     own = table.quantities.get(silicones.FACTOR)
     times = 1.0 if own is None else own.value
@@ -62,12 +63,15 @@ def _material(result: "GeneralCharacterisation", simulated: bool) -> Calibration
     )
 
 
-def factor_of(fitted: Parameters) -> tuple[float, float]:
-    """Factor on the silicone's stress over all specimens, and its standard deviation with their spread."""
-    mine = [e for n, e in fitted.items() if n.partition(MARK)[0] == silicones.FACTOR]
-    values = np.array([e.value for e in mine])
-    errors = np.array([e.standard_error or np.inf for e in mine])
-    if not np.isfinite(errors).all():
+def factor_of(quoted: Mapping[str, Estimate]) -> tuple[float, float]:
+    """Factor on the silicone's stress over all specimens, and its standard deviation with their spread.
+
+    Args:
+        quoted: estimates with the errors that the report quotes, by name.
+    """
+    mine = [e for n, e in quoted.items() if n.partition(MARK)[0] == silicones.FACTOR]
+    values, errors = (np.array([getattr(e, name) for e in mine]) for name in ("value", "sd"))
+    if not (np.isfinite(errors) & (errors > 0.0)).all():
         return float(values.mean()), 0.0
     weight = errors**-2.0
     mean = float(weight @ values / weight.sum())

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import Score
+from pneusma_jax.units import to_si
 
 from .. import figures as house
 from .. import profile_likelihood
@@ -73,7 +73,8 @@ def _parameters(result: GeneralCharacterisation) -> Figure:
     panel = figure.subplots()
     for k, entry in enumerate(entries):
         away = (entry.value - entry.prior.mean) / entry.prior.sd
-        error = (entry.standard_error or np.nan) / entry.prior.sd
+        quoted = result.parameters[entry.name]
+        error = to_si(quoted.sd, quoted.unit, difference=True) / entry.prior.sd
         panel.plot([-1.0, 1.0], [k, k], color=house.GREY, linewidth=5, alpha=0.4, solid_capstyle="butt")
         panel.errorbar(away, k, xerr=error, fmt="o", color=house.BLUE, markersize=4)
     panel.set_yticks(range(len(entries)), [entry.name for entry in entries])
