@@ -67,7 +67,7 @@ LIMITS: Mapping[str, Mapping[str, Limits]] = {
     "area": {"area": Limits(1e-12, 0.1, (1e-8, 1e-3))},
 }  # fmt: skip
 """Limits by dimension and name; those of a coefficient or a strain are of its magnitude."""
-_PROPOSED = ("kPa", "MPa", "GPa", "um", "mm", "m", "degC", "K", "ohm/m", "percent", "mm2", "m2")
+_PROPOSED = ("kPa", "MPa", "GPa", "mm", "um", "m", "degC", "K", "ohm/m", "percent", "mm2", "m2")
 """Units that a message proposes, in its order."""
 
 
@@ -85,18 +85,19 @@ def implausible(name: str, dimension: str, written: float, unit: str) -> str:
         return ""
     if limits.least <= _size(written, unit, limits) <= limits.most:
         return ""
-    meant = [
-        other
-        for other in _PROPOSED
-        if units.dimension_of(other) == units.dimension_of(unit)
-        and limits.usual[0] <= _size(written, other, limits) <= limits.usual[1]
-    ]
-    shown = meant[0] if meant else unit
+    first, last = limits.usual
+    meant = [other for other in _alike(unit) if first <= _size(written, other, limits) <= last]
+    shown = next((u for u in _alike(unit) if 0.01 <= units.from_si(limits.usual[0], u) < 1e3), unit)
     lies = " to ".join(f"{units.from_si(end, shown):.6g}" for end in (limits.least, limits.most))
     ways = " or ".join(units.amount(f"{written:.6g}", other) for other in meant)
     likely = f"; did you mean {ways}?" if meant else ""
     stated = units.amount(f"{written:.6g}", unit)
     return f"{stated} cannot be, {name} lies in {units.amount(lies, shown)}{likely}"
+
+
+def _alike(unit: str) -> list[str]:
+    """Proposed units of the dimension of a unit."""
+    return [other for other in _PROPOSED if units.dimension_of(other) == units.dimension_of(unit)]
 
 
 def _size(written: float, unit: str, limits: Limits) -> float:

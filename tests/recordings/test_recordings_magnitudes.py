@@ -1,5 +1,7 @@
 """Numbers that are far from any that such a specimen has: their unit is asked for, with the one that is meant."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -82,6 +84,22 @@ def test_a_dimension_of_an_import_in_another_unit_is_refused():
     with pytest.raises(InputError, match=r"--dimension gauge_length_mm: 0.025 mm cannot be, .* did you mean 0.025 m\?"):
         make_options(dimensions=["gauge_length_mm=0.025"])
     assert make_options(dimensions=["gauge_length_mm=25", "area_mm2=18"]).dimensions["area_mm2"] == 18.0
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [("[geometry]\nG_m = 85\n", "alloy"), ("[alloy]\nE_a = 85\n", "alloy"), ("[geometry]\nE_a_GPa = 85\n", "alloy"), ("[material]\nmu_kPa = 85\n", "material"), ("c_10 = 3\n", "material")],
+)
+def test_a_modulus_beside_the_recordings_is_told_where_it_stands(put, text, kind):
+    with pytest.raises(InputError) as caught:
+        read_recording(put(STAND + "0,0,0,3.7\n1,1,0.1,3.6\n", f'{text}\n'))
+    assert f'{kind} = "FILE.toml" under [geometry]' in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_the_table_that_the_page_on_files_shows_is_read(tmp_path):
+    page = (Path(__file__).resolve().parents[2] / "docs" / "files.md").read_text()
+    (shown,) = (block for block in page.split("```") if block.startswith("toml\nschema"))
+    assert parse_calibration(shown.removeprefix("toml\n"), tmp_path / "ours.toml").values()["mu"] == 85e3
 
 
 @pytest.mark.parametrize("alloy", ["", '[geometry]\nalloy = "fit"\n'])

@@ -2,7 +2,7 @@
 merged."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +53,8 @@ def check_settings(
     """
     for key in settings:
         if key not in allowed:
-            raise unusable(where, f"unknown key {key!r}, {nearest(key, allowed)}")
+            table = _owner_of(settings[key]) if isinstance(settings[key], Mapping) else _owner_of([key])
+            raise unusable(where, f"unknown key {key!r}, {_in_a_table(table) or nearest(key, allowed)}")
     checked = {key: settings[key] for key in ("title", "specimen") if key in settings}
     for key, value in checked.items():
         if not isinstance(value, str) or not value.strip():
@@ -124,7 +125,26 @@ def canonical_geometry_key(
                 return canonical, written_unit(key, canonical)
             except InputError as error:
                 raise unusable(where, f"[{section}] {key}: {error}") from None
-    raise unusable(where, f"unknown key {key!r} in [{section}], {nearest(key, known)}")
+    own = _in_a_table(_owner_of([key])) if section == "geometry" else ""
+    raise unusable(where, f"unknown key {key!r} in [{section}], {own or nearest(key, known)}")
+
+
+def _owner_of(names: Iterable[str]) -> str:
+    """Kind of table, `alloy` or `material`, that has some of the constants; empty for others."""
+    own = {"alloy": schema.ALLOY_PARAMETERS, "material": schema.MATERIAL_PARAMETERS}
+    names = [name.rpartition("_")[0] if name.endswith(_MODULUS_UNITS) else name for name in names]
+    return next((key for key, known in own.items() if any(name in known for name in names)), "")
+
+
+_MODULUS_UNITS = ("_Pa", "_kPa", "_MPa", "_GPa")
+
+
+def _in_a_table(kind: str) -> str:
+    """Words on where a constant of a law is stated; empty without a kind of table."""
+    return kind and (
+        f'a constant of a law stands in a table of constants, which {kind} = "FILE.toml" under [geometry]'
+        " names; `pneusma characterise` writes one, and docs/files.md shows one"
+    )
 
 
 def _check_geometry(table: Mapping[str, Any], where: Path | str) -> dict[str, Any]:
