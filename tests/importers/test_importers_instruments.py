@@ -296,3 +296,14 @@ def test_a_buffer_with_one_reading_a_row_is_refused_with_what_helps(put):
     rows = "".join(f"{2 * i + k},{101 + k},{x:.5E},{unit},{t + 0.02 * k:.3f}\n" for i, (t, e, s) in enumerate(ALL) for k, (x, unit) in enumerate(((3.0 + e, "Ohm"), (s, "V"))))
     said = refusal(put("a.csv", f"Index,Channel,Reading,Unit,Relative Time\n{rows}"), kind="spring")
     assert "every row holds a reading of one channel (Channel 101, 102)" in said and "write a column for each" in said
+
+
+def test_a_buffer_whose_rows_are_mostly_words_and_clocks_is_a_table(put):
+    """Its columns were not found, so that no name of any helped."""
+    rows = "".join(f"{3.0 + e:.6E},Ohm,5,6,F,F,F,03/01/2024,12:00:{int(t):02d},{t % 1:.6f}\n" for t, e, _ in ALL)
+    path = put("a.csv", f"Reading,Unit,Range Digits,Disp Digits,Math,Start Group,Limit1 High,Date,Time,Fractional Seconds\n{rows}")
+    assert "--map resistance=Reading" in refusal(path)
+    named = make_options(columns=["resistance=Reading"], constants=["force_N=1", "elongation_mm=0"], kind="spring")
+    recording = import_file(path, named)
+    np.testing.assert_allclose(recording.columns["resistance_ohm"], [3.0 + e for _, e, _ in ALL], rtol=1e-5)
+    np.testing.assert_allclose(np.diff(recording.columns["time_s"]), 0.5, atol=1e-6)

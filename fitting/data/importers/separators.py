@@ -45,12 +45,15 @@ def best_reading(page: Page) -> Reading | None:
             if len(rows) < LEAST_ROWS or (most_fields == 1 and delimiter not in (" ", "")):
                 continue
             numeric_fields = sum(x is not None and not math.isnan(x) for _, numbers in rows for x in numbers)
-            texts = sum(
-                x is None and not like_a_clock(text)
+            words = [
+                text
                 for row, numbers in rows
                 for x, text in zip(numbers, row, strict=True)
-            )
-            scores[decimal] = (numeric_fields - texts, rows)
+                if x is None
+            ]
+            clocks = sum(map(like_a_clock, words))
+            texts = len(words) - clocks
+            scores[decimal] = (numeric_fields + clocks - texts, rows)
             pure = pure or (4 * texts <= numeric_fields and most_fields > 1)
         if not scores:
             continue
