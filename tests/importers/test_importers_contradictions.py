@@ -218,3 +218,12 @@ def test_one_unit_that_is_written_twice_is_no_contradiction(put, heading):
 def test_a_letter_that_is_no_unit_of_that_dimension_names_a_specimen(put, letter, unit):
     path = put("a.csv", table(f"Strain {letter} ({unit}),Stress {letter} (kPa)", 100 * STRAIN, STRESS))
     np.testing.assert_allclose(import_file(path).columns["strain"], STRAIN, rtol=1e-6)
+
+
+@pytest.mark.parametrize("line", ["Gauge length,0.05", "Gauge length (mm),0.05", "Gauge length,50,um"])
+def test_a_size_that_no_specimen_has_is_asked_about(put, line):
+    """0.05 m without a unit was taken as 0.05 mm."""
+    said = refusal(pulled(put, f"Cross-section (mm2),20.0\n{line}\n\n"), kind="elastomer")
+    assert "cannot be, gauge_length lies in" in said and "--dimension gauge_length_mm=..." in said
+    recording = import_file(pulled(put, f"Cross-section (mm2),20.0\n{line}\n\n"), make_options(kind="elastomer", dimensions=["gauge_length_mm=50"]))
+    np.testing.assert_allclose(recording.columns["strain"], STRAIN, atol=1e-6)

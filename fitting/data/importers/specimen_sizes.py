@@ -4,6 +4,8 @@ file."""
 import math
 from collections.abc import Mapping
 
+from ..recordings.sidecar import implausible_size
+from ..recordings.table import unusable
 from .making import Making
 from .sizes import SAME
 
@@ -123,13 +125,22 @@ def _area(names: tuple[str, ...], values: list[float]) -> float:
 
 
 def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
-    """Report a dimension that was read from the file, with a warning if its unit was assumed."""
+    """Report a dimension that was read from the file, with a warning if its unit was assumed.
+
+    Raises:
+        InputError: if no specimen has that size.
+    """
     size = making.sizes[key]
     unit = "mm2" if key == "area_mm2" else "mm"
     text = f"{what} is {size.value:.6g} {unit}, as the file states ({size.said!r})"
-    option = f"--dimension {'gauge_length_mm' if key == 'length' else key}=..."
+    named = "gauge_length_mm" if key == "length" else key
+    option = f"--dimension {named}=..."
     if quiet:
         return
+    if wrong := implausible_size(named, size.value, unit):
+        raise unusable(
+            making.place, f"{what}, as the file states it ({size.said!r}): {wrong}; {option} corrects it"
+        )
     if size.others:
         also = ", ".join(repr(other) for other in size.others)
         making.warn(f"{text}; but it also states {also} ({option} to decide)")
