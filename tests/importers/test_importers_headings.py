@@ -167,3 +167,12 @@ def test_a_mark_before_as_many_names_as_numbers_is_a_comment(put, heads):
     rows = [[f"{i}", f"{0.01 * i:.2f}", f"{1.5 * i:.1f}"] for i in range(30)]
     recording = import_file(put("a.csv", "\n".join(",".join(row) for row in [heads, *rows]) + "\n"))
     np.testing.assert_allclose(recording.columns["stress_kPa"], 1.5 * np.arange(30), atol=1e-9)
+
+
+@pytest.mark.parametrize("head", ["时间（s）,应变（％）,应力（kPa）", "Time（s）,Strain［％］,Stress／kPa"])
+def test_marks_of_wide_letters_hold_a_unit(put, head):
+    """Headings of Chinese and Japanese machines were not recognised."""
+    rows = "".join(f"{0.1 * i:.1f},{i:.2f},{1.5 * i:.1f}\n" for i in range(30))
+    recording = import_file(put("a.csv", f"{head}\n{rows}"))
+    np.testing.assert_allclose(recording.columns["strain"], 0.01 * np.arange(30), atol=1e-9)
+    np.testing.assert_allclose(recording.columns["stress_kPa"], 1.5 * np.arange(30), atol=1e-9)

@@ -271,3 +271,19 @@ def test_readings_that_look_like_marks_are_readings(put, values):
     recording = import_file(put("a.csv", "Strain (%),Stress (Pa)\n" + rows), make_options(kind="elastomer"))
     assert np.isfinite(recording.columns["stress_kPa"]).all()
     assert not said(recording, "lies apart") and not said(recording, "mark for no reading")
+
+
+@pytest.mark.parametrize("form", ["({})", "{}-"])
+@pytest.mark.parametrize(("decimal", "sep"), [(".", ","), (",", ";")])
+def test_negative_numbers_of_accountants_are_read(put, form, decimal, sep):
+    """They were taken for words and left out."""
+    stress = [0.5 * k - 10.0 for k in range(40)]
+    texts = [(f"{x:.2f}" if x >= 0.0 else form.format(f"{-x:.2f}")).replace(".", decimal) for x in stress]
+    rows = "".join(f"{k}{sep}{f'{0.01 * k:.2f}'.replace('.', decimal)}{sep}{text}\n" for k, text in enumerate(texts))
+    recording = import_file(put("a.csv", f"Time (s){sep}Strain (-){sep}Stress (kPa)\n{rows}"), make_options(kind="elastomer"))
+    np.testing.assert_allclose(recording.columns["stress_kPa"], stress, atol=1e-9)
+
+
+@pytest.mark.parametrize("text", ["(1)", "(12)", "()", "(a)", "1-", "1-2", "(1.5", "(-1.5)"])
+def test_other_brackets_and_dashes_are_no_negative_numbers(text):
+    assert to_number(text, ".") is None

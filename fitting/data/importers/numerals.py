@@ -6,6 +6,8 @@ import re
 
 _BLANK = re.compile(r"\*+|-+|n\.?/?a\.?|nan|null|none|#n/?a|#n/?v|#value!|#div/0!", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
+# Negative numbers as accountants and some databases write them: `(12.30)`, `12.30-`. `(1)` counts columns.
+_NEGATIVE = re.compile(r"\((\d[\d.,'’ ]*[.,]\d+)\)|(\d[\d.,'’ ]*[.,]\d+)-")
 _EXPONENT = r"([eEdD][+-]?\d+)?"
 # Thousands in groups of three, by the decimal mark that goes with them. A group never begins with 0.
 _GROUPED = {
@@ -45,6 +47,9 @@ def to_number(text: str, decimal: str, spaced: str = "any") -> float | None:
         return math.nan
     if text[0] in "+-" and text[1:2] == " ":  # a sign in a column of its own, as some loggers write it
         return to_number(text[0] + text[1:].lstrip(), decimal, spaced)
+    if (negative := _NEGATIVE.fullmatch(text)) is not None:
+        value = to_number(negative[1] or negative[2], decimal, spaced)
+        return None if value is None else -value
     if text.endswith("%"):
         return to_number(text[:-1].rstrip(), decimal, spaced) if len(text) > 1 else None
     if "\u2212" in text:  # a minus sign as typesetters write it

@@ -2,7 +2,7 @@
 
 import re
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pneusma_jax.units import UNITS, find_unit
 
@@ -79,6 +79,8 @@ _DIVIDED = re.compile(
     r"^(?P<name>.+[^\s,;:/])\s+(?P<unit>[^\W\d]\w*/\S+|(?<=curvature )1/\S+|(?<=krümmung )1/\S+)$",
     re.IGNORECASE,
 )
+# Marks as wide as Chinese and Japanese letters.
+_WIDE = str.maketrans("（）［］｛｝／，：％", "()[]{}/,:%")
 # Words of statistics that are units of time, too: `Load min (N)`, `Load std (N)`.
 _STATISTICS = ("min", "std")
 # Masses that stand for forces, as many load cells display them.
@@ -175,6 +177,9 @@ def pressure_zero(text: str) -> str:
 
 def parse_heading(text: str) -> Heading:
     """Split `Load (N)`, `Strain [-]`, `Force / kN`, `Strain %`, `Load, N`, `force_mN` into name and unit."""
+    narrow = text.translate(_WIDE)
+    if narrow != text:
+        return replace(parse_heading(narrow), text=text)
     nested = _NESTED.search(text)
     if nested and _REFERENCE.match(_normalised(nested[1])):
         return _heading(text, text[: nested.start()], nested[1])
@@ -224,6 +229,7 @@ def first_unit(text: str) -> Heading | None:
     A single letter or number may be the name of a specimen. It is a unit only where the brackets have one of
     its dimension: `Temperature_F (°C)`.
     """
+    text = text.translate(_WIDE)
     last = re.search(r"[(\[{]([^()\[\]{}]*)[)\]}]\s*$", text)
     if last is None or last[1].strip().isdigit() or not may_be_unit(last[1].strip()):
         return None
