@@ -26,7 +26,7 @@ def zeros(grown, beside=False):
 def test_all_factors_of_the_errors_are_told_together(inflation, lasting, said):
     """A report said that errors were multiplied by up to 2, and at another place by 1."""
     assert error_factors(inflation, lasting) == said
-    assert how_errors_grew(inflation, lasting) == (f"were {said}" if said else "are those of this fit, without a factor")
+    assert how_errors_grew(inflation, lasting) == (f"were {said}" if said else "were not multiplied")
 
 
 def test_the_sentence_on_zeros_has_the_same_factor():

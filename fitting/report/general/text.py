@@ -83,7 +83,7 @@ def error_factors(inflation: float, lasting: Lasting | None) -> str:
 def how_errors_grew(inflation: float, lasting: Lasting | None) -> str:
     """The same as the end of a sentence on standard errors."""
     factors = error_factors(inflation, lasting)
-    return f"were {factors}" if factors else "are those of this fit, without a factor"
+    return f"were {factors}" if factors else "were not multiplied"
 
 
 def _grown(lasting: Lasting | None) -> float:
