@@ -1,6 +1,6 @@
 """Magnitudes that a constant or a dimension can have. One outside is written in another unit than is stated.
 
-The limits are two decades wider than what is known of such specimens, so that no unusual one is refused. A
+Most limits are a decade wider than what is known of such specimens, so that no unusual one is refused. A
 factor of 1000 (MPa for GPa, mm for m) from an ordinary value leads outside, and so do kelvin for degC.
 """
 
@@ -23,7 +23,8 @@ class Limits(NamedTuple):
     usual: tuple[float, float]
 
 
-_MODULUS = Limits(5e7, 5e11, (1e9, 1.2e11))  # nitinol: 20 to 90 GPa; effective ones of springs from 1 GPa
+_MODULUS = Limits(1e9, 5e11, (1e10, 1.2e11))  # nitinol: 20 to 90 GPa
+_SHEAR = Limits(1.5e8, 2e11, (1e9, 5e10))  # effective ones of springs; priors of unknown alloys from 0.2 GPa
 _RUBBER = Limits(1e2, 1e8, (1e3, 1e7))  # shear moduli: gels 1 kPa, stiff rubbers some MPa
 _STRESS = Limits(0.0, 1e9, (0.0, 2e7))  # coefficients of a law, which may be small or negative
 _PER_LENGTH = Limits(1e-2, 1e5, (0.5, 2e3))  # 0.9 microohm m; wires of 25 um have 1800 ohm/m, of 1 mm 1.1
@@ -33,7 +34,8 @@ _STRAIN = Limits(0.0, 20.0, (0.0, 3.0))
 
 LIMITS: Mapping[str, Mapping[str, Limits]] = {
     "pressure": {
-        **dict.fromkeys(("G_m", "G_a", "E_m", "E_a"), _MODULUS),
+        **dict.fromkeys(("E_m", "E_a"), _MODULUS),
+        **dict.fromkeys(("G_m", "G_a"), _SHEAR),
         **dict.fromkeys(("mu", "mu_printed", "c_10"), _RUBBER),
         **dict.fromkeys(("c_20", "c_30", "minimum_slope"), _STRESS),
         **dict.fromkeys((f"mu_{k}" for k in range(1, 5)), _STRESS),

@@ -19,7 +19,9 @@ STAND = "time_s,elongation_mm,force_N,resistance_ohm\n"
 @pytest.mark.parametrize(
     ("name", "dimension", "written", "unit", "said"),
     [
-        ("E_a", "pressure", 85.0, "Pa", "85 Pa cannot be, E_a lies in 0.05 to 500 GPa; did you mean 85 GPa?"),
+        ("E_a", "pressure", 85.0, "Pa", "85 Pa cannot be, E_a lies in 1 to 500 GPa; did you mean 85 GPa?"),
+        ("E_a", "pressure", 85.0, "MPa", "did you mean 85 GPa?"),
+        ("G_m", "pressure", 85.0, "MPa", "85 MPa cannot be"),
         ("E_m", "pressure", 30.0, "MPa", "did you mean 30 GPa?"),
         ("G_m", "pressure", 3.0, "kPa", "did you mean 3 GPa?"),
         ("mu", "pressure", 85.0, "Pa", "did you mean 85 kPa?"),
