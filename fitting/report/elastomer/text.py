@@ -291,11 +291,12 @@ def _errors(fit: LawFit) -> str:
         kind = "what is left is mostly the shape of the law, not noise"
     else:
         kind = "the noise is serially correlated"
+    grown = f"multiplied by {number(fit.inflation)}" if fit.inflation != 1.0 else "not multiplied"
     return (
         f"Residuals of {fit.law.label}: {math.sqrt(fit.mean_square):.3g} times the noise, neighbouring ones "
         "correlated with "
         f"{fit.lag_one:.2f} ({kind}). {fit.mask.sum()} samples therefore count as {fit.independent:.0f} "
-        f"independent ones, and the standard errors were multiplied by {number(fit.inflation)}."
+        f"independent ones, and the standard errors were {grown}."
     )
 
 
