@@ -53,7 +53,7 @@ def main() -> None:
     alarms = 0
     for seed in range(first, first + count):
         folder = out / f"{args.kind}_{seed}_{args.interval or 'own'}"
-        done = folder.with_suffix(".json")
+        done = folder.with_name(f"{folder.name}.json")
         if not done.exists():
             done.parent.mkdir(parents=True, exist_ok=True)
             done.write_text(json.dumps(said(args.kind, seed, args.interval, folder)))
