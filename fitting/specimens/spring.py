@@ -39,7 +39,7 @@ from .registry import register
 from .rows import Rows, numbers, stack
 from .specimen import FITTED, OF_HISTORIES, RowOptions, Specimen
 from .spring_by_temperature import BY_TEMPERATURE, without_resistance
-from .spring_course import best_course
+from .spring_course import MOBILITY, best_course
 from .spring_rows import ALLOY, FIXED, HELD_LENGTH_RANGE, OUTPUTS, dimension_numbers, spring_of
 from .spring_trajectory import fraction_read, undecided
 from .steady_fraction import DECIDED_BY, steady_along, steady_fractions
@@ -54,6 +54,8 @@ FACTOR = 10.0
 """Factor of the process-noise variance of a diagnosis over the one that a resistance implies."""
 LOOSE = 1e-2
 """Process-noise variance per second of a fraction that follows its readings."""
+LEAST_MOBILITY = 1e-3
+"""Minimum slope of the fraction over the temperature, over its slope in the middle of the transformation."""
 ADDED = ("weight_", "correlation_")
 """Prefixes of the columns that hold a diagnosis's weights and noise correlations."""
 
@@ -156,10 +158,16 @@ def with_effects(
 
 
 def _followed(rows: Rows, course: np.ndarray) -> Rows:
-    """A recording with a steady course, and a process noise that lets the fraction follow it."""
-    steps, changes = np.diff(rows.time), np.diff(course)
-    variance = np.mean(changes**2 / np.maximum(steps, 1e-6)) if len(changes) else 0.0
-    return _with(rows, process_noise=np.asarray(FACTOR * max(variance, PROCESS_NOISES[0])), decided_by=course)
+    """A recording with a steady course, and a process noise that lets the fraction follow it.
+
+    A temperature that walks moves the fraction by the slope of the transformation. So a wire that is all
+    martensite hardly moves, and noise does not push it away from its limit in the one direction that is left.
+    """
+    mobility = (4.0 * course * (1.0 - course)) ** 2 + LEAST_MOBILITY**2
+    steps, changes = np.maximum(np.diff(rows.time), 1e-6), np.diff(course)
+    variance = np.mean(changes**2 / steps / mobility[1:]) if len(changes) else 0.0
+    process_noise = np.asarray(FACTOR * max(variance, PROCESS_NOISES[0]))
+    return _with(rows, process_noise=process_noise, **{DECIDED_BY: course, MOBILITY: mobility})
 
 
 def _with(rows: Rows, **entries: np.ndarray) -> Rows:

@@ -17,6 +17,8 @@ from fitting.inference.latent_trajectory.gauss_newton import ended, largest, set
 from fitting.inference.latent_trajectory.smoother import Local, variances
 from fitting.specimens.rows import Rows
 
+MOBILITY = "mobility"
+"""Entry of rows with the variance of the fraction's steps over the process noise, shape (rows,)."""
 HELD = 1e-6
 """Weight of the current trajectory in every row. It keeps rows in place whose channels are uninformative."""
 ROUNDS = 8
@@ -172,7 +174,8 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     """
     measured = jnp.stack([rows.measured[name] for name in names])
     interval = jnp.maximum(jnp.diff(rows.time, prepend=rows.time[:1]), 1e-6)
-    coupling = jnp.where(jnp.arange(interval.size) > 0, 1.0 / (rows.extra["process_noise"] * interval), 0.0)
+    variance = rows.extra["process_noise"] * rows.extra.get(MOBILITY, 1.0)
+    coupling = jnp.where(jnp.arange(interval.size) > 0, 1.0 / (variance * interval), 0.0)
     system = _System([Noise.of(rows, name) for name in names], measured, coupling)
 
     def step(course: Array) -> tuple[Array, Array, Local]:
