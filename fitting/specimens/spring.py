@@ -30,7 +30,6 @@ from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import SpringResponse
 from pneusma_jax.pipeline import Effect
-from pneusma_jax.program_cache import cached_program
 
 from . import priors, spring_rows, spring_trajectory
 from .latent import Drivers, LatentStates
@@ -41,8 +40,8 @@ from .specimen import FITTED, OF_HISTORIES, RowOptions, Specimen
 from .spring_by_temperature import BY_TEMPERATURE, without_resistance
 from .spring_course import MOBILITY, best_course
 from .spring_rows import ALLOY, FIXED, HELD_LENGTH_RANGE, OUTPUTS, dimension_numbers, spring_of
-from .spring_trajectory import fraction_read, undecided
-from .steady_fraction import DECIDED_BY, steady_along, steady_fractions
+from .spring_trajectory import undecided
+from .steady_fraction import steady_along, steady_fractions
 
 PROCESS_NOISES = tuple(10.0**k for k in range(-16, -2))
 """Candidate process-noise variances per second. The smallest hold a cold wire at one phase, whose limit then
@@ -60,16 +59,8 @@ ADDED = ("weight_", "correlation_")
 """Prefixes of the columns that hold a diagnosis's weights and noise correlations."""
 
 
-def _fractions_of_tests(values: Mapping[str, Array], stacked: Rows) -> Array:
-    """Martensite fractions that resistances imply row by row, shape (recordings, rows)."""
-    return jax.vmap(lambda rows: fraction_read(spring_of(numbers(values, rows)), rows))(stacked)
-
-
-_fractions = cached_program(_fractions_of_tests, "fractions that resistances imply")
-
-
 def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None) -> Rows:
-    """Rows with the process-noise variances and the steady courses that their resistances imply.
+    """Rows with the process-noise variances that their resistances imply at these base constants.
 
     With channels they also hold the noise of every channel as a diagnosis weights it, and a trajectory to
     begin with. Without, the weights of the rows count.
@@ -79,22 +70,22 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
         stacked: stack of recordings of kind spring.
         channels: noise of every column as a diagnosis weights it.
     """
-    added = (*ADDED, BEGUN, DECIDED_BY)
+    added = (*ADDED, BEGUN)
     own = {name: x for name, x in stacked.extra.items() if not name.startswith(added)}
     plain = undecided(eqx.tree_at(lambda rows: rows.extra, stacked, own))  # so that one program serves all
     found = with_process_noise(values, plain, FACTOR, PROCESS_NOISES, pooled=True)
     known = {name: jnp.asarray(value, float) for name, value in values.items()}
-    noise = {} if channels is None else _noise_of(channels, stacked.mask.shape)
-    precision = {}
-    for name in OUTPUTS:
-        weight = noise.get(f"weight_{name}", jnp.where(stacked.mask, stacked.weight[name], 0.0))
-        correlation = noise.get(f"correlation_{name}", 0.0)
-        precision[name] = weight**2 * (1.0 - correlation) / (1.0 + correlation)
-    extra = {**found.extra, DECIDED_BY: steady_fractions(known, plain, precision), **noise}
-    if noise:
-        begun = stacked.extra.get(BEGUN)
-        extra[BEGUN] = _fractions(known, plain) if begun is None else begun
-    return eqx.tree_at(lambda rows: rows.extra, found, extra)
+    if channels is None:
+        return found
+    noise = _noise_of(channels, stacked.mask.shape)
+    begun = stacked.extra.get(BEGUN)
+    if begun is None:
+        precision = {}
+        for name in OUTPUTS:
+            weight, correlation = (noise[f"{what}{name}"] for what in ADDED)
+            precision[name] = weight**2 * (1.0 - correlation) / (1.0 + correlation)
+        begun = steady_fractions(known, plain, precision)
+    return eqx.tree_at(lambda rows: rows.extra, found, {**found.extra, **noise, BEGUN: begun})
 
 
 def _noise_of(channels: list[list[Channel]], shape: tuple[int, ...]) -> dict[str, Array]:
@@ -124,16 +115,15 @@ def with_effects(
     """Force and resistance under effects; see `Specimen.answer`."""
     parameters = numbers(values, rows)
     stand = spring_of(parameters), effects, pj.SpringState(parameters["prestrain"], jnp.ones(()))
-    elongation, time, decided_by = rows.inputs["elongation"], rows.time, rows.extra.get(DECIDED_BY)
+    elongation, time = rows.inputs["elongation"], rows.time
 
-    def follow(stand: tuple, activation: Any) -> tuple[Array, Array, SpringResponse]:
+    def follow(stand: tuple, activation: Any, **more: Array) -> tuple[Array, Array, SpringResponse]:
         element, effects, state = stand
-        more = dict(time=time, effects=effects, decided_by=decided_by)
-        found = pj.simulate_spring(element, elongation, activation, state, **more)
-        return jnp.stack([found.seen[name] for name in OUTPUTS]), found.states.xi_min, found.rows
+        found = pj.simulate_spring(element, elongation, activation, state, time=time, effects=effects, **more)
+        return jnp.stack([found.seen[name] for name in OUTPUTS]), found.kept, found.rows
 
-    def at(stand: tuple, xi0: Array) -> tuple[Array, Array, SpringResponse]:
-        return follow(stand, pj.MartensiteFraction(xi0))
+    def at(stand: tuple, xi0: Array, decided_by: Array) -> tuple[Array, Array, SpringResponse]:
+        return follow(stand, pj.MartensiteFraction(xi0), decided_by=decided_by)
 
     frozen = jax.tree.map(lambda x: jax.lax.stop_gradient(x) if eqx.is_array(x) else x, stand)
     start = rows.extra.get(BEGUN)
@@ -167,7 +157,7 @@ def _followed(rows: Rows, course: np.ndarray) -> Rows:
     steps, changes = np.maximum(np.diff(rows.time), 1e-6), np.diff(course)
     variance = np.mean(changes**2 / steps / mobility[1:]) if len(changes) else 0.0
     process_noise = np.asarray(FACTOR * max(variance, PROCESS_NOISES[0]))
-    return _with(rows, process_noise=process_noise, **{DECIDED_BY: course, MOBILITY: mobility})
+    return _with(rows, process_noise=process_noise, **{BEGUN: course, MOBILITY: mobility})
 
 
 def _with(rows: Rows, **entries: np.ndarray) -> Rows:

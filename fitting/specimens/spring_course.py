@@ -6,16 +6,19 @@ correlation and to many directions of derivatives at once.
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, PyTree
+from jaxtyping import Array, Float, PyTree
 
 from fitting.inference.latent_trajectory.elimination import Elimination
 from fitting.inference.latent_trajectory.gauss_newton import ended, largest, settle
 from fitting.inference.latent_trajectory.smoother import Local, variances
 from fitting.specimens.rows import Rows
+
+from .steady_fraction import steady_near
 
 MOBILITY = "mobility"
 """Entry of rows with the variance of the fraction's steps over the process noise, shape (rows,)."""
@@ -133,9 +136,9 @@ def _next_row(column: Array) -> Array:
     return jnp.concatenate([column[1:], jnp.zeros(1)])
 
 
-Outputs = Callable[[Array], tuple[Array, Array, PyTree]]
-"""Function from a trajectory to the channels, shape (channels, rows), the fraction that the spring remembers
-after every row, shape (rows,), and auxiliary results."""
+Outputs = Callable[[Array, Array], tuple[Array, Array, PyTree]]
+"""Function from a trajectory, and from the one that decides what the spring remembers, to the channels, shape
+(channels, rows), a mask of the rows that it remembers from then on, shape (rows,), and auxiliary results."""
 
 
 class Found(eqx.Module):
@@ -162,8 +165,10 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     """Martensite fraction, modelled as a random walk, that explains all channels best.
 
     The method is damped Gauss-Newton from a first guess. A spring remembers its hottest row, so later rows
-    are coupled to it. The search carries no tangents. After it the model is run once more with tangents. The
-    last step along the channels' slopes makes them those of the implicit function.
+    are coupled to it. Which row that is, a steady course near the first guess decides.
+
+    The search carries no tangents. After it the model is run once more with tangents. The last step along the
+    channels' slopes makes them those of the implicit function.
 
     Args:
         outputs: function from a trajectory to the channels.
@@ -178,6 +183,12 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     coupling = jnp.where(jnp.arange(interval.size) > 0, 1.0 / (variance * interval), 0.0)
     system = _System([Noise.of(rows, name) for name in names], measured, coupling)
 
+    begin = jax.lax.stop_gradient(jnp.clip(read, 0.0, 1.0))
+    first = _linearised(lambda course: frozen(course, course), begin)
+    information = jnp.sum(jnp.stack([_lasting(rows, name) for name in names]) * first.slope**2, axis=0)
+    steady = jax.lax.stop_gradient(steady_near(rows.time, begin, information))
+    free, frozen = partial(outputs, decided_by=steady), partial(frozen, decided_by=steady)
+
     def step(course: Array) -> tuple[Array, Array, Local]:
         local = _linearised(frozen, course)
         move = system.step(local, course, local.predicted)
@@ -186,8 +197,8 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     everywhere = jnp.ones(rows.time.shape, bool)
     nothing = jnp.zeros_like(measured)
     blank = Local(nothing, nothing, nothing, jnp.zeros(read.shape, int))
-    solution, local = settle(step, jnp.clip(read, 0.0, 1.0), everywhere, SETTLED, ROUNDS, blank)
-    at_solution, _, known = outputs(solution)
+    solution, local = settle(step, begin, everywhere, SETTLED, ROUNDS, blank)
+    at_solution, _, known = free(solution)
     last = system.step(local, solution, at_solution)
     # where a row begins to renew the metal's memory all later ones jump, which the slopes cannot predict
     solution_value, outputs_here, after = jax.lax.stop_gradient((solution, at_solution, solution + last))
@@ -227,26 +238,21 @@ def _taken_from_errors(information: Array, diagonal: Array, upper: Array) -> Flo
     return own + rise
 
 
-def _linearised(outputs: Outputs, course: Array) -> Local:
+def _lasting(rows: Rows, name: str) -> Array:
+    """Inverse variance of every value of an output beside what changes slowly, shape (rows,)."""
+    weight = rows.extra.get(f"weight_{name}", rows.weight[name])
+    correlation = rows.extra.get(f"correlation_{name}", 0.0)
+    return weight**2 * (1.0 - correlation) / (1.0 + correlation)
+
+
+def _linearised(outputs: Callable[[Array], tuple[Array, Array, PyTree]], course: Array) -> Local:
     """The channels at a trajectory and their linearisation.
 
     A spring remembers its hottest row since its memory was last renewed, by heating or by loading.
     """
-    along = lambda direction: jax.jvp(lambda x: outputs(x)[:2], (course,), (direction,))  # noqa: E731
-    ((predicted, memory), (total_slope, _)) = along(jnp.ones_like(course))
-    set_here = _sets_memory(memory, course)
-    by_memory = along(set_here.astype(course.dtype))[1][0]
-    remembered = jnp.where(set_here, 0.0, by_memory)
-    source = jax.lax.cummax(jnp.where(set_here, jnp.arange(course.size), 0))
-    return Local(predicted, total_slope - remembered, remembered, source)
-
-
-def _sets_memory(memory: Array, course: Array) -> Bool[Array, " rows"]:
-    """Mask of the rows whose own fraction a spring remembers after them.
-
-    Args:
-        memory: remembered fraction after every row, shape (rows,).
-        course: fraction of every row.
-    """
-    before = jnp.concatenate([jnp.ones(1), memory[:-1]])
-    return (memory != before) | (memory == course)
+    along = lambda direction: jax.jvp(lambda x: outputs(x)[0], (course,), (direction,))  # noqa: E731
+    kept = outputs(course)[1]
+    predicted, slopes = jax.vmap(along, out_axes=(None, 0))(jnp.stack([jnp.ones_like(course), kept * 1.0]))
+    remembered = jnp.where(kept, 0.0, slopes[1])
+    source = jax.lax.cummax(jnp.where(kept, jnp.arange(course.size), 0))
+    return Local(predicted, slopes[0] - remembered, remembered, source)

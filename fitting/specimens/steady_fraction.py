@@ -27,8 +27,6 @@ from .spring_law import Law
 from .spring_rows import spring_of
 from .spring_trajectory import fraction_read
 
-DECIDED_BY = "decided_by"
-"""Entry of rows with the steady course, shape (rows,)."""
 SPREAD = 5.0
 """Standard deviation of the first temperature about the transformation's middle, in its widths."""
 BEGIN = 1e-3
@@ -120,25 +118,19 @@ def _force(law: Law, cold: Array, rows: Rows, precision: Array) -> _Seen:
 steady_fractions = cached_program(_of_tests, "steady fractions that resistances imply")
 
 
-def _along(
-    time: Float[Array, "recordings rows"],
-    course: Float[Array, "recordings rows"],
-    information: Float[Array, "recordings rows"],
-) -> Float[Array, "recordings rows"]:
-    """Steady courses near other ones, such as those that a model with effects finds.
+def steady_near(
+    time: Float[Array, " rows"], course: Float[Array, " rows"], information: Float[Array, " rows"]
+) -> Float[Array, " rows"]:
+    """Steady course near another one, such as that which a model with effects finds.
 
     Args:
         time: time [s].
-        course: martensite fractions.
+        course: martensite fraction.
         information: inverse variance of the fraction of every row by what was measured in it.
     """
-
-    def one(time: Array, course: Array, information: Array) -> Array:
-        within = jnp.clip(course, BEGIN, 1.0 - BEGIN)
-        slope = within * (1.0 - within)
-        return jax.nn.sigmoid(steady_course(time, logit(within), information * slope**2, SPREAD))
-
-    return jax.vmap(one)(time, course, information)
+    within = jnp.clip(course, BEGIN, 1.0 - BEGIN)
+    slope = within * (1.0 - within)
+    return jax.nn.sigmoid(steady_course(time, logit(within), information * slope**2, SPREAD))
 
 
-steady_along = cached_program(_along, "steady fractions along courses")
+steady_along = cached_program(jax.vmap(steady_near), "steady fractions along courses")

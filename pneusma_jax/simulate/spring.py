@@ -3,7 +3,7 @@
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from ..nitinol import Decided, Spring, SpringResponse, SpringState
 from ..nitinol.spring import Activation
@@ -19,11 +19,13 @@ class SpringHistory(eqx.Module):
     Attributes:
         rows: response of the spring in every row.
         states: memory of the spring after every row.
+        kept: mask of the rows whose martensite fraction the memory keeps from then on, shape (rows,).
         seen: instrument readings `force` [N] and `resistance` [ohm], shape (rows,).
     """
 
     rows: SpringResponse
     states: SpringState
+    kept: Bool[Array, "rows"]
     seen: dict[str, Array]
 
 
@@ -80,21 +82,22 @@ def simulate_spring(
             in_train = lambda length: strain_in_train(pull, given, length, *train)  # noqa: E731
             elongation = pipeline.where_acting("compliance", in_train, lambda length: length, elongation)
         response = spring.respond(elongation, activation, state, pipeline)
-        if fraction is not None:
+        if decided is not None:
             renews = spring.alloy.renews(smooth, response.gamma, fraction)
             smooth = spring.alloy.remember(smooth, response.gamma, fraction)
             state = eqx.tree_at(lambda s: s.decided.renews, state, renews)
         after = spring.remember(state, response)
+        kept = after.xi_min == response.xi0 if decided is None else decided.hotter | renews
         true = dict(force=response.force, resistance=response.resistance)
         more = dict(spring=spring, solved=response, elongation=elongation)
         seen = pipeline.apply("outputs", true, **more)
         later = pipeline.remembered(**more, seen=true) if effects else ()
-        return (after, later, smooth), (response, after, seen)
+        return (after, later, smooth), (response, after, kept, seen)
 
     begun = jax.tree.map(lambda x: x[0], recorded)
     at_rest = Pipeline.begin(effects, spring=spring, number=1, states=(state,), **begun)
     history = (elongation, spread, clock, jnp.diff(clock, prepend=clock[:1]), recorded, decided_by)
     smooth = None if decided_by is None else state
     first = begun_as((state, at_rest.memories, smooth), (spring, effects, history))
-    _, (responses, memories, seen) = jax.lax.scan(step, first, history)  # type: ignore[var-annotated]
-    return SpringHistory(responses, memories, as_recorded(effects, seen, clock))
+    _, (responses, memories, kept, seen) = jax.lax.scan(step, first, history)  # type: ignore[var-annotated]
+    return SpringHistory(responses, memories, kept, as_recorded(effects, seen, clock))

@@ -12,6 +12,7 @@ from one_column import Column
 from scipy.linalg import block_diag, toeplitz
 
 from fitting.diagnose.evaluate.inputs import input_noise
+from fitting.diagnose.evaluate.latent_trajectories import remembered_rows as hottest
 from fitting.diagnose.fit.cross_validation import gain
 from fitting.diagnose.fit.misfit import floor
 from fitting.diagnose.fit.refit import Refitter
@@ -33,7 +34,7 @@ def _rows(rng, process_noise=1e-3, correlation=(0.6, 0.0)):
 
 
 def _course(outputs, read, rows, frozen=None):
-    laws = [lambda x, law=law: (law(x), jax.lax.cummin(x), None) for law in (outputs, frozen or outputs)]
+    laws = [lambda x, decided_by, law=law: (law(x), hottest(x), None) for law in (outputs, frozen or outputs)]
     found = best_course(*laws, read, ("force", "resistance"), rows)
     return found.course, found.taken, found.local
 
@@ -85,7 +86,7 @@ def test_no_course_is_credited_with_a_slope_across_a_jump(jump):
     def law(x):
         return jnp.stack([x, x]) + jump * jnp.cumsum(x > 0.5)
 
-    laws = [lambda x: (law(x), jax.lax.cummin(x), None)] * 2
+    laws = [lambda x, decided_by: (law(x), hottest(x), None)] * 2
     found = best_course(*laws, jnp.full(COUNT, 0.4985), ("force", "resistance"), rows)
     assert found.predicted == pytest.approx(np.asarray(law(found.course)), abs=1e-9)
     assert bool(jnp.all(found.course > 0.5)) == (jump < 0.01)

@@ -34,7 +34,7 @@ def _fraction():
 def _outputs(spring, decided_by=None):
     def outputs(xi0):
         found = pj.simulate_spring(spring, jnp.asarray(_pulls()), pj.MartensiteFraction(xi0), decided_by=decided_by)
-        return jnp.stack([found.seen["force"], found.seen["resistance"]]), found.states.xi_min, found.rows
+        return jnp.stack([found.seen["force"], found.seen["resistance"]]), found.kept, found.rows
 
     return outputs
 
