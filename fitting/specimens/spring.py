@@ -156,7 +156,7 @@ def _followed(rows: Rows, course: np.ndarray) -> Rows:
     mobility = (4.0 * course * (1.0 - course)) ** 2 + LEAST_MOBILITY**2
     steps, changes = np.maximum(np.diff(rows.time), 1e-6), np.diff(course)
     variance = np.mean(changes**2 / steps / mobility[1:]) if len(changes) else 0.0
-    process_noise = np.asarray(FACTOR * max(variance, PROCESS_NOISES[0]))
+    process_noise = np.asarray(FACTOR * np.clip(variance, PROCESS_NOISES[0], PROCESS_NOISES[-1]))
     return _with(rows, process_noise=process_noise, **{BEGUN: course, MOBILITY: mobility})
 
 
