@@ -307,3 +307,30 @@ def test_a_buffer_whose_rows_are_mostly_words_and_clocks_is_a_table(put):
     recording = import_file(path, named)
     np.testing.assert_allclose(recording.columns["resistance_ohm"], [3.0 + e for _, e, _ in ALL], rtol=1e-5)
     np.testing.assert_allclose(np.diff(recording.columns["time_s"]), 0.5, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["pull", "Stress"])
+def test_a_table_of_a_test_with_a_column_of_units_is_no_list_of_channels(put, name):
+    """Its 40 rows disappeared without a word."""
+    first = "".join(f"{name},{t},{e:.5f},{s:.4f},kPa\n" for t, e, s in ALL)
+    second = "".join(f"{t},{e:.5f},{1.1 * s:.4f}\n" for t, e, s in ALL)
+    path = put("a.csv", f"Signal,Time (s),Strain (-),Stress,Unit\n{first}\nTime (s),Strain (-),Stress (kPa)\n{second}")
+    one, two = import_tests(path)
+    assert right(one)
+    np.testing.assert_allclose(two.columns["stress_kPa"], [1.1 * s for *_, s in ALL], atol=1e-3)
+
+
+def test_a_list_of_channels_with_numbers_is_left_aside_and_said(put):
+    head = "Channel,Datatype,Unit,Length\nTime,DOUBLE,s,40\nStrain,DOUBLE,%,40\nStress,DOUBLE,kPa,40\n\nTime,Strain,Stress\n"
+    rows = "".join(f"{t},{100 * e:.4f},{s:.4f}\n" for t, e, s in ALL)
+    recording = import_file(put("a.csv", head + rows))
+    assert right(recording)
+    assert [note for note in checks(recording) if "list of channels above" in note]
+
+
+@pytest.mark.parametrize("amount", ["Limit", "Value", "Measuring range", "Max"])
+def test_a_list_of_limits_states_no_units_of_columns(put, amount):
+    """A limit of 5 kN made a force of newtons one of kilonewtons without a question."""
+    rows = "".join(f"{t},{e:.5f},{s:.4f}\n" for t, e, s in ALL)
+    said = refusal(put("a.csv", f"Quantity,Unit,{amount}\nStress,MPa,5\nTorque,N m,10\n\nTime (s),Strain (-),Stress\n{rows}"))
+    assert "--unit stress=" in said

@@ -11,22 +11,51 @@ SHOWN = 6
 """Number of channels that a refusal names."""
 _CHANNEL_COLUMN = ("channel", "channels", "channel name", "name", "signal", "kanal", "voie", "quantity")
 _UNIT_COLUMN = ("unit", "units", "einheit", "unité", "unit string", "unit_string", "unidad")
+_AMOUNTS = {
+    "value", "values", "limit", "limits", "range", "rating", "rated", "capacity", "scale", "setpoint",
+    "wert", "messwert", "grenzwert", "grenze", "messbereich", "bereich", "valeur", "limite", "valor",
+}  # fmt: skip
+_ENDS = {"min", "max", "minimum", "maximum"}
+"""Ends of a range, but in a list with types of data: there they are those of the numbers of the channel."""
 
 
 def with_listed_units(grids: Sequence[Grid]) -> list[Grid]:
     """Tables whose headings without a unit have the one that a list of channels states above them.
 
-    A list with numbers in it is a table itself. It is left out where it states a unit.
+    A table of numbers is a list itself only where each row names another channel, and some are columns of
+    another table. It is then left aside, which a notice says.
     """
+    lists = {i: names for i, grid in enumerate(grids) if (names := _names_listed(grid, grids))}
     done: list[Grid] = []
     listed: dict[str, str] = {}
-    for grid in grids:
+    aside: list[str] = []
+    for i, grid in enumerate(grids):
         listed |= _units_in(grid.preamble)
-        own = _units_in([[heading.text for heading in grid.headings], *grid.cells])
-        listed |= own
-        if not own:
+        if i in lists:
+            listed |= _units_in(_lines_of(grid))
+            aside.append(
+                f"check: rows {min(grid.rows)} to {max(grid.rows)} are a list of channels, and no test"
+                f" ({', '.join(lists[i][:SHOWN])})"
+            )
+        else:
             done.append(_with_units(grid, listed))
-    return done or list(grids)
+    if not done:
+        return list(grids)
+    return [replace(done[0], notices=[*done[0].notices, *aside]), *done[1:]]
+
+
+def _lines_of(grid: Grid) -> list[list[str]]:
+    return [[heading.text for heading in grid.headings], *grid.cells]
+
+
+def _names_listed(grid: Grid, grids: Sequence[Grid]) -> list[str]:
+    """Names of the channels that a table of numbers lists; none where it is no list of channels."""
+    lines = _lines_of(grid)
+    if not (columns := _columns_of_a_list(lines[0])):
+        return []
+    names = [plain(row[columns[0]]) for row in lines[1:] if len(row) > columns[0]]
+    others = {plain(heading.text) for other in grids if other is not grid for heading in other.headings}
+    return names if len({*names}) == len(names) and others & {*names} else []
 
 
 def _with_units(grid: Grid, listed: Mapping[str, str]) -> Grid:
@@ -42,22 +71,32 @@ def _with_units(grid: Grid, listed: Mapping[str, str]) -> Grid:
         for column, heading in enumerate(grid.headings)
     ]
     said = ", ".join(f"{headings[column].text!r} in {unit}" for column, unit in found.items())
-    notice = f"as the list of channels above the table states: {said}"
+    notice = f"check: units of headings are those of the list of channels above the table: {said}"
     return replace(grid, headings=headings, notices=[*grid.notices, notice])
 
 
 def _units_in(lines: Sequence[list[str]]) -> dict[str, str]:
-    """Units by the names beside them, in rows below one that heads a column of channels and one of units."""
+    """Units by the names beside them, in rows below one that heads a list of channels."""
     found: dict[str, str] = {}
     for at, header in enumerate(lines):
-        words = [plain(text) for text in header]
-        columns = [c for c, word in enumerate(words) if word in _UNIT_COLUMN]
-        if not columns or not any(word in _CHANNEL_COLUMN for word in words[: columns[0]]):
-            continue
-        column = columns[0]
-        rows = [row for row in lines[at + 1 :] if len(row) > column and may_be_unit(row[column])]
-        found |= {plain(text): row[column] for row in rows for text in row[:column] if _is_name(text)}
+        if columns := _columns_of_a_list(header):
+            name, unit = columns
+            rows = [row for row in lines[at + 1 :] if len(row) > unit and may_be_unit(row[unit])]
+            found |= {plain(row[name]): row[unit] for row in rows if _is_name(row[name])}
     return found
+
+
+def _columns_of_a_list(header: Sequence[str]) -> tuple[int, int] | None:
+    """Columns of the names and the units of a list of channels; None for other headings.
+
+    A list with values, limits or ranges states the units of those. They need not be those of the columns.
+    """
+    words = [plain(text) for text in header]
+    unit = next((c for c, word in enumerate(words) if word in _UNIT_COLUMN), 0)
+    name = next((c for c, word in enumerate(words[:unit]) if word in _CHANNEL_COLUMN), None)
+    amounts = _AMOUNTS if {*words} & {"datatype", "data type"} else _AMOUNTS | _ENDS
+    stated = {part for word in words for part in word.split()}
+    return None if name is None or amounts & stated else (name, unit)
 
 
 def _is_name(text: str) -> bool:
