@@ -37,7 +37,7 @@ def book(path, head=HEAD, columns=(TIME, STRAIN, STRESS), formats=(), mark=lambd
     [
         ("General", Display()), ("#,##0.00", Display()), ("0.00;[Red]-0.00", Display()), ("0.0%", Display(100.0, percent=True)),
         ('0.0"%"', Display(percent=True)), ("0.0,", Display(1e-3)), ("#,##0,", Display(1e-3)), ("0.00,,", Display(1e-6)),
-        ('0.00" kPa"', Display(unit="kPa")), ('0.00,"k"', Display()), ('0.0,, "M"', Display()), ('0.0,"kPa"', Display(1e-3, unit="kPa")), ('0.0 "N";-0.0 "N"', Display(unit="N")), ('0 "pcs"', Display()),
+        ('0.00" kPa"', Display(unit="kPa")), ('0.00,"k"', Display()), ('0.0,, "M"', Display()), ('0.0,"kPa"', Display(1e-3, unit="kPa")), ("[>=1000]0.0,;0.0", Display()), ("[Red]0.0,", Display(1e-3)), ('0.0 "N";-0.0 "N"', Display(unit="N")), ('0 "pcs"', Display()),
     ],
 )  # fmt: skip
 def test_a_number_format_says_how_a_number_is_displayed(text, display):
@@ -45,11 +45,41 @@ def test_a_number_format_says_how_a_number_is_displayed(text, display):
     assert shown.factor == pytest.approx(display.factor) and shown[1:] == display[1:]
 
 
-def test_numbers_in_thousands_are_read_as_displayed_and_said(tmp_path):
-    """A stress of 20.8 under a heading of kPa was read as 20800 kPa."""
-    recording = import_file(book(tmp_path / "a.xlsx", columns=(TIME, STRAIN, 1e3 * STRESS), formats=["0.0", "0.000", "0.000,"]))
-    np.testing.assert_allclose(recording.columns["stress_kPa"], STRESS, rtol=1e-9)
-    assert any("displays numbers of column 3 in thousands" in note for note in checks(recording))
+def test_numbers_in_thousands_below_a_unit_are_asked_about(tmp_path):
+    """A stress of 20.8 under a heading of kPa may be 20.8 kPa, or 20800 kPa."""
+    path = book(tmp_path / "a.xlsx", columns=(TIME, STRAIN, 1e3 * STRESS), formats=["0.0", "0.000", "0.000,"])
+    said = refusal(path)
+    assert "displays 'Stress (kPa)' in thousands" in said and "--unit stress=Pa or --unit stress=kPa" in said
+    for unit, factor in (("Pa", 1.0), ("kPa", 1e3)):
+        recording = import_file(path, make_options(units=[f"stress={unit}"]))
+        np.testing.assert_allclose(recording.columns["stress_kPa"], factor * STRESS, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("heading", "cells", "shown"),
+    [
+        ("Stress (kPa)", 1.0, '0.000,"MPa"'),
+        ("Stress (kPa)", 1e3, '0.0,"kPa"'),
+        ("Stress (Pa)", 1e3, "#,##0,"),
+        ("Stress", 1e3, '0.0,"kPa"'),
+        ("Stress (kPa)", 1.0, "[>=10]0.0,;0.0"),
+        ("Stress (kPa)", 1.0, "[>=1000]#,##0.0,;[<0]-0.0;0.0"),
+    ],
+)
+def test_a_number_in_thousands_and_its_unit_are_from_one_place(tmp_path, heading, cells, shown):
+    """A force of 3 N, displayed as 0.003 kN below a heading in N, was 0.003 N."""
+    path = book(tmp_path / "a.xlsx", [*HEAD[:2], heading], (TIME, STRAIN, cells * STRESS), ["0.0", "0.000", shown])
+    np.testing.assert_allclose(import_file(path).columns["stress_kPa"], STRESS, rtol=1e-9)
+
+
+def test_a_displayed_unit_that_contradicts_the_heading_in_thousands_is_asked_about(tmp_path):
+    said = refusal(book(tmp_path / "a.xlsx", [*HEAD[:2], "Stress (Pa)"], formats=["0.0", "0.000", '0.000,"MPa"']))
+    assert "--unit stress=kPa or --unit stress=Pa" in said and "displays 'Stress (Pa)' in MPa" in said
+
+
+def test_numbers_in_thousands_below_a_row_of_units_are_in_its_unit(tmp_path):
+    path = book(tmp_path / "a.xlsx", ["Time", "Strain", "Stress"], (TIME, STRAIN, STRESS), ["0.0", "0.000", '0.000,"MPa"'], mark=lambda sheet: (sheet.insert_rows(2), [sheet.cell(2, c, u) for c, u in enumerate(("s", "-", "kPa"), start=1)]))
+    np.testing.assert_allclose(import_file(path).columns["stress_kPa"], STRESS, rtol=1e-9)
 
 
 def test_a_percent_sign_that_is_only_written_scales_nothing(tmp_path):

@@ -239,11 +239,13 @@ def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.n
     if channel.trouble:
         raise unusable(place, f"{channel.trouble}; write it as the other numbers are, or leave it empty")
     if channel.two_units:
-        one, other = channel.two_units
+        one, other, *shown = channel.two_units
+        said = f"the heading {channel.label!r} states two units, {one} and {other}"
+        if shown:
+            said = f"the sheet displays {channel.label!r} {shown[0]}, so that its cells hold {one} or {other}"
         raise unusable(
-            place, f"the heading {channel.label!r} states two units, {one} and {other}: say which one counts,"
-            f" --unit {quantity}={one} or --unit {quantity}={other}",
-        )  # fmt: skip
+            place, f"{said}: say which one counts, --unit {quantity}={one} or --unit {quantity}={other}"
+        )
     if channel.unit is None:
         if wanted == "1":
             return channel.values

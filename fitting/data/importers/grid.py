@@ -22,7 +22,8 @@ class Grid:
         described: words about the columns and what separates them, with which the first notice ends.
         troubles: reason why a column's numbers are doubtful, by column; a sentence without subject.
         doubt: reason why no column can be told from another; empty where there is none.
-        contradictions: two units that one heading states, by column.
+        contradictions: two units that one heading states, by column; or those that its numbers may be in, and
+            how the sheet displays them.
         breaks: lines of text between the rows, by the position of the row below them.
         by_row: columns whose unit a column beside them stated row by row.
         origins: moment of 0 s of the columns that hold a dated clock, by column (`clocks.EPOCH`) [s].
@@ -38,7 +39,7 @@ class Grid:
     cells: list[list[str]] = field(default_factory=list)
     troubles: dict[int, str] = field(default_factory=dict)
     doubt: str = ""
-    contradictions: dict[int, tuple[str, str]] = field(default_factory=dict)
+    contradictions: dict[int, tuple[str, ...]] = field(default_factory=dict)
     breaks: dict[int, list[list[str]]] = field(default_factory=dict)
     by_row: set[int] = field(default_factory=set)
     origins: dict[int, float] = field(default_factory=dict)

@@ -219,7 +219,7 @@ def _with_unit(name: str, unit: str) -> str:
     return name if not unit or (own is not None and same_unit(own, unit)) else f"{name} ({unit})"
 
 
-def two_units(header: list[str], own: list[str]) -> tuple[list[str], dict[int, tuple[str, str]]]:
+def two_units(header: list[str], own: list[str]) -> tuple[list[str], dict[int, tuple[str, ...]]]:
     """Headings that state one unit, and another one after it.
 
     Args:
@@ -231,7 +231,7 @@ def two_units(header: list[str], own: list[str]) -> tuple[list[str], dict[int, t
         units of those that contradict themselves, by column.
     """
     said: list[str] = []
-    contradictions: dict[int, tuple[str, str]] = {}
+    contradictions: dict[int, tuple[str, ...]] = {}
     for column, text in enumerate(header):
         before, taken = first_unit(text), parse_heading(text).unit
         if before is None or taken is None or same_unit(str(before.unit), taken):

@@ -10,6 +10,7 @@ from .spelling import is_unit, unit_name
 
 _LITERAL = re.compile(r'"([^"]*)"')
 _ASIDE = re.compile(r"\[[^\]]*\]|\\.|_.|\*.")  # colours and conditions, single characters, widths, fillings
+_CONDITION = re.compile(r"\[\s*[<>=]")
 _THOUSANDS = re.compile(r"[0#?](,+)(?=\.|[^0#?,]|$)")
 """Commas behind the last digit, or before the decimal point: each divides what is displayed by a thousand."""
 _MULTIPLE = re.compile(r"k|m|mn|mio\.?|tsd\.?|t", re.IGNORECASE)
@@ -31,7 +32,12 @@ class Display(NamedTuple):
 
 @lru_cache(maxsize=1024)
 def display_of(number_format: str) -> Display:
-    """The way in which a number format displays positive numbers (its first section)."""
+    """The way in which a number format displays positive numbers (its first section).
+
+    A format with a condition, such as `[>=1000]0.0,;0.0`, displays each number in its own way: it tells none.
+    """
+    if _CONDITION.search(_LITERAL.sub(" ", number_format)):
+        return Display()
     bare = _ASIDE.sub(" ", _LITERAL.sub(" ", number_format)).split(";")[0]
     literals = [text.strip() for text in _LITERAL.findall(number_format.split(";")[0])]
     if "%" in bare:
@@ -46,11 +52,18 @@ def display_of(number_format: str) -> Display:
     return Display(factor, unit=unit if any(c.isalpha() for c in unit) else "")
 
 
-def displayed(value: float, display: Display) -> CellNumber:
-    """A number as text, as it is displayed, with all its digits."""
-    if display.factor == 1.0 and not display.percent:
-        return CellNumber(str(value))
-    return CellNumber(f"{display.factor * value:.15g}{'%' * display.percent}")
+def times(text: CellNumber, factor: float) -> CellNumber:
+    """A number of a cell with a factor, with all its digits."""
+    sign = "%" if text.endswith("%") else ""
+    return CellNumber(f"{factor * float(text.removesuffix('%')):.15g}{sign}")
+
+
+def as_text(value: float, display: Display) -> CellNumber:
+    """A number as text, with all its digits; as it is displayed in percent, but not in thousands."""
+    text = CellNumber(str(value))
+    if not display.percent:
+        return text
+    return CellNumber(f"{times(text, display.factor if display.factor > 1.0 else 1.0)}%")
 
 
 def one_unit(displays: Iterable[Display]) -> str:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..recordings.table import unusable
-from .number_formats import Display, display_of, displayed, one_unit
+from .number_formats import Display, as_text, display_of, one_unit
 from .workbook_marks import sheet_remarks
 
 # Time, displacement, force, strain, ...: words that show in which code a text is that is in no other one.
@@ -52,6 +52,9 @@ class Page:
         hidden: true if the workbook hides the sheet.
         remarks: sentences about what it shows beside its values, such as hidden rows.
         units: unit with which all numbers of a column are displayed, by column.
+        thousands: displayed number per number of the cell, by row and column, where it is displayed in
+            thousands. The cells hold the number itself.
+        doubtful: two units that the numbers of a column may be in, and how they are displayed, by column.
     """
 
     name: str
@@ -60,6 +63,8 @@ class Page:
     hidden: bool = False
     remarks: tuple[str, ...] = ()
     units: dict[int, str] = field(default_factory=dict)
+    thousands: dict[tuple[int, int], float] = field(default_factory=dict)
+    doubtful: dict[int, tuple[str, ...]] = field(default_factory=dict)
 
     @property
     def is_sheet(self) -> bool:
@@ -208,18 +213,18 @@ def split_line(line: str, delimiter: str) -> list[str]:
     return fields
 
 
-def _cell_text(cell: Any, displays: dict[int, set[Display]]) -> str:
-    """Text of a cell as the sheet displays it; the way a number is displayed is added to those of its column.
+def _cell_text(cell: Any, displays: dict[tuple[int, int], Display]) -> str:
+    """Text of a cell; the way a number is displayed is added to the others.
 
-    A cell in a percent format holds a hundredth of the displayed number.
+    A cell in a percent format holds a hundredth of the displayed number, which is its text.
     """
     value = cell.value
     if value is None:
         return ""
     if isinstance(value, int | float) and not isinstance(value, bool):
         display = display_of(str(cell.number_format))
-        displays.setdefault(cell.column - 1, set()).add(display)
-        return displayed(value, display)
+        displays[cell.row - 1, cell.column - 1] = display
+        return as_text(value, display)
     return str(value).strip()
 
 
@@ -288,16 +293,15 @@ def _check_size(raw: RawFile) -> None:
 def _page_of(sheet: Any) -> Page:
     """Cells of a sheet as text. The stated size of the sheet is not trusted; cells are counted."""
     sheet.reset_dimensions()
-    displays: dict[int, set[Display]] = {}
+    displays: dict[tuple[int, int], Display] = {}
     rows = [[_cell_text(cell, displays) for cell in row] for row in sheet.iter_rows()]
-    units = {column: unit for column, ways in displays.items() if (unit := one_unit(ways))}
-    scaled = sorted(c + 1 for c, ways in displays.items() if any(way.factor < 1.0 for way in ways))
-    page = Page(sheet.title, [], rows, sheet.sheet_state != "visible", units=units)
-    if not scaled:
-        return page
-    columns = f"column{'s' * (len(scaled) > 1)} {', '.join(map(str, scaled))}"
-    return replace(
-        page, remarks=(f"the sheet displays numbers of {columns} in thousands; they were read as displayed",)
+    ways: dict[int, set[Display]] = {}
+    for (_, column), display in displays.items():
+        ways.setdefault(column, set()).add(display)
+    units = {column: unit for column, found in ways.items() if (unit := one_unit(found))}
+    thousands = {place: display.factor for place, display in displays.items() if display.factor < 1.0}
+    return Page(
+        sheet.title, [], rows, sheet.sheet_state != "visible", units=units, thousands=thousands
     )
 
 

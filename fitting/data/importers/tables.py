@@ -155,6 +155,7 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     if len(dropped) > len(keep):
         return None
     notices, contradictions = two_units(header, fields[top])
+    contradictions |= lines.page.doubtful
     if remarks:
         telling = {i: numbered(fields[i]) or fields[i] for i in remarks}
         asked = any(numbered(row) or names_quantities(row) for row in telling.values())

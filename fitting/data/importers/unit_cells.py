@@ -1,10 +1,15 @@
 """Columns whose every field is a number with its unit, as handheld instruments write them: `3.214 Ω`."""
 
 import itertools
+import math
 import re
 from dataclasses import replace
 
+from pneusma_jax.units import UNITS
+
 from .no_table import headers_of
+from .number_formats import times
+from .numerals import CellNumber
 from .raw import Page
 from .separators import LEAST_ROWS
 from .spelling import is_unit, parse_heading, same_unit, unit_name
@@ -39,25 +44,79 @@ def without_units(page: Page) -> tuple[Page, list[str]]:
 def with_displayed_units(page: Page) -> tuple[Page, list[str]]:
     """A sheet whose headings state the units with which it displays the numbers below them.
 
+    Number and unit come from one place. A column in thousands is read as displayed where its heading states
+    no unit, or the displayed one. It is read as the cells hold it where both say the same.
+
     Returns:
         The page, unchanged where every heading states its own, and notices.
     """
-    if not page.units or page.rows is None:
+    if page.rows is None or not (page.units or page.thousands):
         return page, []
     rows, said = [list(row) for row in page.rows], []
+    own: dict[int, str] = {}
+    names: dict[int, str] = {}
     for _, at in headers_of(page):
+        own = _stated(page.rows, at) | own
+        names = dict(enumerate(page.rows[at])) | names
         for column, unit in page.units.items():
             text = rows[at][column] if column < len(rows[at]) else ""
-            own = parse_heading(text).unit
-            if own is None and meaning_of(f"{text} ({unit})") is not None:
+            if column not in own and meaning_of(f"{text} ({unit})") is not None:
                 rows[at][column] = f"{text} ({unit})"
                 said.append(f"the unit of {text!r} is {unit}, with which its cells are displayed")
-            elif own is not None and not same_unit(own, unit):
-                said.append(
-                    f"check: the heading {text!r} states {own}, but its cells are displayed in {unit}: {own}"
-                    f" was taken; --unit QUANTITY={unit} takes the other"
-                )
-    return replace(page, rows=rows), said
+    doubtful: dict[int, tuple[str, ...]] = {}
+    for column in sorted({*page.units} | {column for _, column in page.thousands}):
+        factors = {factor for (_, c), factor in page.thousands.items() if c == column}
+        unit, stated = page.units.get(column, ""), own.get(column)
+        if stated is None or (unit and same_unit(stated, unit)):
+            for i, c in page.thousands:
+                if c == column:
+                    rows[i][c] = times(CellNumber(rows[i][c]), page.thousands[i, c])
+            if factors:
+                said.append(_read(column, "as displayed"))
+        elif unit and all(_is_multiple(unit, stated, 1.0 / factor) for factor in factors or {1.0}):
+            continue
+        elif smaller := _smaller(unit or stated, factors):
+            doubtful[column] = smaller, unit_name(stated), f"in {unit or 'thousands'}"
+        elif unit:
+            said.append(
+                f"check: the heading {names.get(column, '')!r} states {stated}, but its cells are displayed in"
+                f" {unit}: {stated} was taken; --unit QUANTITY={unit} takes the other"
+            )
+        else:
+            how = "as the cells hold them; --scale QUANTITY=0.001 takes those displayed"
+            said.append(_read(column, how))
+    return replace(page, rows=rows, doubtful=doubtful), said
+
+
+def _read(column: int, how: str) -> str:
+    return f"check: the sheet displays numbers of column {column + 1} in thousands; they were read {how}"
+
+
+def _smaller(unit: str, factors: set[float]) -> str:
+    """Unit of cells that are displayed in another one, in thousands; empty where none is known."""
+    if len(factors) != 1:
+        return ""
+    (factor,) = factors
+    return min((name for name in UNITS if _is_multiple(unit, name, 1.0 / factor)), key=len, default="")
+
+
+def _stated(rows: list[list[str]], at: int) -> dict[int, str]:
+    """Units that a row of headings states by column, or the row below it."""
+    below = rows[at + 1] if at + 1 < len(rows) else []
+    found = {c: unit for c, text in enumerate(rows[at]) if (unit := parse_heading(text).unit) is not None}
+    return {c: text.strip("()[] ") for c, text in enumerate(below) if _unit_alone(text)} | found
+
+
+def _unit_alone(text: str) -> bool:
+    return bool(text) and not isinstance(text, CellNumber) and is_unit(text.strip("()[] "))
+
+
+def _is_multiple(large: str, small: str, factor: float) -> bool:
+    """True if one unit is another one times a factor."""
+    one, other = UNITS.get(unit_name(large)), UNITS.get(unit_name(small))
+    if one is None or other is None or one.dimension != other.dimension or one.offset or other.offset:
+        return False
+    return math.isclose(one.factor, factor * other.factor)
 
 
 def _parts(text: str) -> re.Match[str] | None:
