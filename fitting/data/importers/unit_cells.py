@@ -79,8 +79,8 @@ def with_displayed_units(page: Page) -> tuple[Page, list[str]]:
             doubtful[column] = smaller, unit_name(stated), f"in {unit or 'thousands'}"
         elif unit:
             said.append(
-                f"check: the heading {names.get(column, '')!r} states {stated}, but its cells are displayed in"
-                f" {unit}: {stated} was taken; --unit QUANTITY={unit} takes the other"
+                f"check: the heading {names.get(column, '')!r} states {stated}, but its cells are displayed"
+                f" in {unit}: {stated} was taken; --unit QUANTITY={unit} takes the other"
             )
         else:
             how = "as the cells hold them; --scale QUANTITY=0.001 takes those displayed"
