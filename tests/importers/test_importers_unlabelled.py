@@ -25,7 +25,6 @@ def written(rows, digits=4):
 OF_ALL = {
     "mean and deviation": [np.mean(COLUMNS, 0), np.std(COLUMNS, 0, ddof=1)],
     "deviation of all": [np.mean(COLUMNS, 0), np.std(COLUMNS, 0)],
-    "least and largest": [np.min(COLUMNS, 0), np.max(COLUMNS, 0)],
     "five of them": [np.min(COLUMNS, 0), np.max(COLUMNS, 0), np.mean(COLUMNS, 0), np.median(COLUMNS, 0), np.std(COLUMNS, 0, ddof=1)],
     "mean": [np.mean(COLUMNS, 0)],
 }  # fmt: skip
@@ -43,6 +42,37 @@ def test_rows_that_are_statistics_by_their_numbers_are_left_out_and_said(put, na
     np.testing.assert_allclose(recording.columns["stress_kPa"], STRESS, atol=1e-5)
     (said,) = [note for note in checks(recording) if "without a label" in note]
     assert f"(row {N + 2 if place == 'bottom' else 2})" in said
+
+
+def test_the_least_and_the_largest_alone_are_kept_and_asked_about(put):
+    """A reading may be the least or the largest in all columns."""
+    foot = written([np.min(COLUMNS, 0)[1:], np.max(COLUMNS, 0)[1:]], 5)
+    recording = import_file(put("a.csv", text(HEAD[1:], [*written(COLUMNS[:, 1:], 5), *foot])))
+    assert len(recording) == N + 2
+    assert [note for note in checks(recording) if "may be statistics" in note]
+
+
+REST, PEAK = [[0.0, 0.0]], [[0.5, 25.0]]
+RAMP = [[0.005 * k, round(0.25 * k + 0.02 * np.sin(k), 2)] for k in range(1, 100)]
+READINGS = {
+    "square wave": 4 * (10 * REST + 10 * PEAK) + 13 * REST + PEAK,
+    "square wave from its peak": PEAK + 13 * REST + 4 * (10 * PEAK + 10 * REST),
+    "rests at zero": 10 * REST + RAMP + RAMP[::-1] + 9 * REST + PEAK,
+}
+
+
+@pytest.mark.parametrize("name", READINGS)
+def test_readings_at_rest_and_at_the_peak_are_no_statistics(put, name):
+    """Up to eight rows at rest were left out as medians or minima."""
+    rows = written(READINGS[name], 3)
+    assert len(import_file(put("a.csv", text(HEAD[1:], rows)))) == len(rows)
+
+
+def test_a_last_reading_above_statistics_is_kept(put):
+    """A specimen at rest again repeats the least reading."""
+    body = np.vstack([COLUMNS[:, 1:], np.min(COLUMNS, 0)[1:]])
+    foot = written([np.mean(body, 0), np.std(body, 0, ddof=1)], 5)
+    assert len(import_file(put("a.csv", text(HEAD[1:], [*written(body, 5), *foot])))) == N + 1
 
 
 def test_a_clock_may_have_no_statistic(put_sheet):

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -45,6 +46,8 @@ _STATISTICS: dict[str, Callable[[np.ndarray], float]] = {
     "range": np.ptp,
     "count": len,
 }
+_READINGS = ("median", "minimum", "maximum", "range", "count")
+"""Statistics that one reading may be in all columns, such as that at rest or at the peak."""
 _SPREADS = ("max", "min", "peak", "range", "total", "count", "máx", "mín", "最")
 
 
@@ -137,55 +140,80 @@ def counts_columns(fields: Sequence[list[str]], rows: Sequence[int]) -> bool:
     return 2 * decimals > len(rest)
 
 
-def unlabelled_statistics(values: np.ndarray, texts: Sequence[list[str]]) -> dict[int, str]:
+class Unlabelled(NamedTuple):
+    """Rows at one end of a table that agree with statistics of all the others.
+
+    Attributes:
+        rows: name of the statistic by position of the row.
+        sure: true if they are no readings.
+    """
+
+    rows: dict[int, str]
+    sure: bool
+
+
+def unlabelled_statistics(values: np.ndarray, texts: Sequence[list[str]]) -> Unlabelled:
     """Rows at the ends of a table that are statistics of all the others, though no word says so.
 
-    Each of them agrees with one statistic in every column, to the digits that are written. A whole number is
-    as exact as the readings. One of the rows at least leaps away from them.
+    Each of them agrees with another statistic in every column, to the digits that are written. A whole number
+    is as exact as the readings. One of the rows at least leaps away from them. They are surely no readings
+    where one is a mean, a sum or a deviation. A reading may be the minimum, the median or the maximum.
 
     Args:
         values: numbers of the table, shape (rows, columns), NaN where a field is blank.
         texts: fields of each row.
-
-    Returns:
-        Name of the statistic by position of the row.
     """
-    found = _at_the_end(values, texts)
     last = len(values) - 1
-    return found or {last - k: name for k, name in _at_the_end(values[::-1], texts[::-1]).items()}
+    below, above = _at_the_end(values, texts), _at_the_end(values[::-1], texts[::-1])
+    above = Unlabelled({last - k: name for k, name in above.rows.items()}, above.sure)
+    return below if below.sure or (below.rows and not above.sure) else above
 
 
-def _at_the_end(values: np.ndarray, texts: Sequence[list[str]]) -> dict[int, str]:
+def _at_the_end(values: np.ndarray, texts: Sequence[list[str]]) -> Unlabelled:
+    """The most rows that repeat no reading, or else the fewest that surely are no readings."""
+    found: list[tuple[Unlabelled, bool]] = []
     for count in range(min(MOST_UNLABELLED, len(values) - 2 * LEAST_ROWS), 0, -1):
         readings = values[:-count]
         places = range(len(readings), len(values))
         digits = _last_digits(texts[: len(readings) : 1 + len(readings) // SAMPLED])
         names: dict[int, str] = {}
         for i in reversed(places):
-            names[i] = _statistic(readings, digits, values[i], texts[i])
+            fitting = _statistics(readings, digits, values[i], texts[i])
+            names[i] = next((name for name in fitting if name not in names.values()), "")
             if not names[i]:
                 break
         if all(names.values()) and any(_leaps(readings, values[i], names[i]) for i in places):
-            return dict(sorted(names.items()))
-    return {}
+            repeated = {i for i in places if _is_reading(readings, values[i])}
+            sure = any(name not in _READINGS for i, name in names.items() if i not in repeated)
+            found.append((Unlabelled(dict(sorted(names.items())), sure), bool(repeated)))
+    sure = [one for one, _ in found if one.sure]
+    return next((one for one, repeats in found if one.sure and not repeats), None) or (
+        sure[-1] if sure else found[0][0] if found else Unlabelled({}, sure=False)
+    )
 
 
-def _statistic(readings: np.ndarray, digits: list[float], row: np.ndarray, texts: list[str]) -> str:
-    """The statistic of the readings that a row is, within half a last digit of both; empty for none."""
+def _is_reading(readings: np.ndarray, row: np.ndarray) -> bool:
+    there = np.isfinite(row)
+    return bool((readings[:, there] == row[there]).all(axis=1).any())
+
+
+def _statistics(readings: np.ndarray, digits: list[float], row: np.ndarray, texts: list[str]) -> list[str]:
+    """The statistics of the readings that a row is, within half a last digit of both."""
     filled = [c for c in np.flatnonzero(np.isfinite(row)) if np.isfinite(readings[:, c]).sum() > LEAST_ROWS]
     spread = [c for c in filled if np.nanmax(readings[:, c]) > np.nanmin(readings[:, c])]
     if len(spread) < 2 or len(filled) < np.isfinite(row).sum():
-        return ""
+        return []
     own = [min(size, digits[c]) if size >= 1.0 else size for c, size in enumerate(_last_digits([texts]))]
     columns = {c: readings[np.isfinite(readings[:, c]), c] for c in filled}
     slack = {c: 0.5 * (digits[c] + own[c]) + 1e-9 * float(np.abs(columns[c]).max()) for c in filled}
     chance = np.prod([min(1.0, 2.0 * slack[c] / float(np.ptp(columns[c]))) for c in spread])
     if chance > CHANCE:
-        return ""
-    for name, of in _STATISTICS.items():
-        if all(abs(float(of(columns[c])) - row[c]) <= slack[c] for c in filled):
-            return name
-    return ""
+        return []
+    return [
+        name
+        for name, of in _STATISTICS.items()
+        if all(abs(float(of(columns[c])) - row[c]) <= slack[c] for c in filled)
+    ]
 
 
 def _leaps(readings: np.ndarray, row: np.ndarray, name: str) -> bool:
@@ -195,7 +223,7 @@ def _leaps(readings: np.ndarray, row: np.ndarray, name: str) -> bool:
     """
     there = np.isfinite(row)
     rows = readings[:, there]
-    if name != "maximum" and (rows == row[there]).all(axis=1).any():
+    if name != "maximum" and _is_reading(readings, row):
         return False
     usual = np.nanmedian(np.abs(np.diff(rows, axis=0)), axis=0)
     return bool(np.any(np.abs(row[there] - rows[-1]) > LEAP * usual))

@@ -167,9 +167,11 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         notices.append(f"check: row {keep[0] + 1} only counts the columns and was left out")
         keep = keep[1:]
     values = _numbers(parsed, keep, width)
-    if summed := unlabelled_statistics(values, [fields[i] for i in keep]):
-        notices.append(_unlabelled({keep[k]: name for k, name in summed.items()}))
-        keep = [i for k, i in enumerate(keep) if k not in summed]
+    summed = unlabelled_statistics(values, [fields[i] for i in keep])
+    if summed.rows:
+        notices.append(_unlabelled({keep[k]: name for k, name in summed.rows.items()}, summed.sure))
+    if summed.sure:
+        keep = [i for k, i in enumerate(keep) if k not in summed.rows]
     if cut := cut_off(lines.page, fields, keep, lines.delimiter, header, lines.decimal):
         notices.append(cut.said)
         keep = keep[:-1] if cut.spoilt else keep
@@ -216,9 +218,12 @@ def _numbers(parsed: Parsed, keep: list[int], width: int) -> np.ndarray:
     return values
 
 
-def _unlabelled(rows: dict[int, str]) -> str:
+def _unlabelled(rows: dict[int, str], sure: bool) -> str:
     """Warning about rows that were told as statistics by their numbers alone."""
     named = ", ".join(f"{name} (row {i + 1})" for i, name in rows.items())
+    if not sure:
+        may = counted(len(rows), "row without a label", "rows without a label")
+        return f"check: {may} may be statistics of all others, but were read as measurements: {named}"
     are = counted(len(rows), "row without a label is a statistic", "rows without a label are statistics")
     were = "was" if len(rows) == 1 else "were"
     return f"check: {are} of all others and {were} left out: {named}"
