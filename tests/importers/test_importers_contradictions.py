@@ -5,6 +5,7 @@ import pytest
 from answers import checks, refusal
 
 from fitting.data.importers import import_file, make_options
+from fitting.data.importers.headers import is_type_k
 from fitting.data.importers.spelling import parse_heading, unit_name
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import UNITS
@@ -192,7 +193,7 @@ TEMPERATURE = np.linspace(90.0, 30.0, 41)
 
 @pytest.mark.parametrize(
     ("heading", "units"),
-    [("Temperature_F (°C)", ("degF", "degC")), ("Temp K [°C]", ("K", "degC")), ("Temperature (°F) [°C]", ("degF", "degC")), ("Temperature F (K)", ("degF", "K"))],
+    [("Temperature_F (°C)", ("degF", "degC")), ("Temperature (°F) [°C]", ("degF", "degC")), ("Temperature F (K)", ("degF", "K"))],
 )
 def test_two_units_in_one_heading_are_asked_about(put, heading, units):
     """The unit in brackets was taken without a word."""
@@ -201,6 +202,36 @@ def test_two_units_in_one_heading_are_asked_about(put, heading, units):
     assert repr(heading) in said and all(f"--unit temperature={unit}" in said for unit in units)
     recording = import_file(path, make_options(units=["temperature=degC"]))
     np.testing.assert_allclose(recording.columns["temperature_degC"], TEMPERATURE, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("heading", "values", "refused"),
+    [("Temp K [°C]", TEMPERATURE, False), ("Temp K [°C]", TEMPERATURE + 273.15, True)],
+)
+def test_a_k_beside_degrees_is_a_thermocouple_unless_the_values_may_be_kelvin(put, heading, values, refused):
+    path = put("a.csv", table(f"Time [s],{heading},Strain [-],Stress [MPa]", np.arange(41.0), values, 0.05 * STRAIN, 200.0 + 0.0 * STRAIN))
+    named = {"columns": [f"temperature={heading}"]}
+    if refused:
+        assert "--unit temperature=K or --unit temperature=degC" in refusal(path, **named)
+        return
+    recording = import_file(path, make_options(**named))
+    np.testing.assert_allclose(recording.columns["temperature_degC"], values, rtol=1e-6)
+    assert [note for note in checks(recording) if "type of thermocouple" in note]
+
+
+def test_a_thermocouple_of_type_k_is_told_by_its_name():
+    warm = np.linspace(280.0, 330.0, 5)
+    assert is_type_k("Thermocouple K (°C)", ("K", "degC"), warm)
+    assert not is_type_k("Specimen K (°C)", ("K", "degC"), warm)
+
+
+@pytest.mark.parametrize("heading", ["Force N (mN)", "Force_N (mN)", "Force (N) [mN]"])
+def test_units_that_differ_in_a_prefix_are_asked_about_only(put, heading):
+    """`Current_A (mA)` is a current in mA."""
+    path = put("a.csv", table(f"Time (s),{heading},Elongation (mm),Resistance (ohm)", np.arange(41.0), STRESS, 20.0 * STRAIN, 3.0 + 0.1 * STRAIN))
+    recording = import_file(path, make_options(kind="spring"))
+    np.testing.assert_allclose(recording.columns["force_N"], 1e-3 * STRESS, rtol=1e-6)
+    assert [note for note in checks(recording) if "mN was taken" in note]
 
 
 def test_two_units_of_a_column_that_is_not_needed_are_no_question(put):

@@ -6,6 +6,9 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
+from ..recordings.checks import KELVIN
 from .numerals import like_a_number
 from .separators import LEAST_ROWS
 from .spelling import dimension, first_unit, may_be_unit, parse_heading, same_unit
@@ -227,23 +230,44 @@ def two_units(header: list[str], own: list[str]) -> tuple[list[str], dict[int, t
         own: names of the columns as they stand in their row.
 
     Returns:
-        Notices about those whose second unit stands in the row of units, or is of another dimension; and both
-        units of those that contradict themselves, by column.
+        Notices about those whose second unit counts: it stands in the row of units, is of another dimension,
+        or differs in its prefix alone, as in `Current_A (mA)`. And both units of those that contradict
+        themselves, by column.
     """
     said: list[str] = []
     contradictions: dict[int, tuple[str, ...]] = {}
     for column, text in enumerate(header):
         before, taken = first_unit(text), parse_heading(text).unit
-        if before is None or taken is None or same_unit(str(before.unit), taken):
+        if before is None or before.unit is None or taken is None or same_unit(before.unit, taken):
             continue
-        if text in own and dimension(before.unit) == dimension(taken):
-            contradictions[column] = str(before.unit), taken
+        prefixed = before.unit.endswith(taken) or taken.endswith(before.unit)
+        if text in own and dimension(before.unit) == dimension(taken) and not prefixed:
+            contradictions[column] = before.unit, taken
             continue
         said.append(
             f"check: the heading {before.text!r} states {before.unit}, and {taken} stands after it or in"
             f" the row of units: {taken} was taken; --unit QUANTITY={before.unit} takes the other"
         )
     return said, contradictions
+
+
+_THERMOCOUPLE = re.compile(r"thermo(?:couple|element)|\btype k\b|\btc\b", re.IGNORECASE)
+
+
+def is_type_k(heading: str, units: Sequence[str], values: np.ndarray) -> bool:
+    """True where the K of a heading in degC is the type of a thermocouple, and no kelvin.
+
+    Its name says so, or some of the temperatures are none of a test in kelvin.
+
+    Args:
+        heading: text of the heading.
+        units: the two units that it may state.
+        values: temperatures of its column.
+    """
+    if tuple(units) != ("K", "degC"):
+        return False
+    known = values[np.isfinite(values)]
+    return bool(_THERMOCOUPLE.search(heading) or np.any((known < KELVIN[0]) | (known > KELVIN[1])))
 
 
 _MARKS = ("#", "%", "//", "#:")

@@ -11,7 +11,17 @@ from pneusma_jax.errors import counted
 
 from .cut_off import cut_off
 from .grid import Grid
-from .headers import Parsed, Rows, Start, first_table, has_units, names_quantities, numbered, two_units
+from .headers import (
+    Parsed,
+    Rows,
+    Start,
+    first_table,
+    has_units,
+    is_type_k,
+    names_quantities,
+    numbered,
+    two_units,
+)
 from .numerals import like_a_number
 from .raw import Page
 from .separators import LEAST_ROWS, best_reading, numeric_row
@@ -167,6 +177,9 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         notices.append(f"check: row {keep[0] + 1} only counts the columns and was left out")
         keep = keep[1:]
     values = _numbers(parsed, keep, width)
+    for column in [c for c, units in contradictions.items() if is_type_k(header[c], units, values[:, c])]:
+        del contradictions[column]
+        notices.append(f"check: the K of {header[column]!r} was taken as a type of thermocouple, in degC")
     summed = unlabelled_statistics(values, [fields[i] for i in keep])
     if summed.rows:
         notices.append(_unlabelled({keep[k]: name for k, name in summed.rows.items()}, summed.sure))
