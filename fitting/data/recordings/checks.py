@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from pneusma_jax.calibration import load_calibration
+from pneusma_jax.calibration.plausible import unusual
 from pneusma_jax.errors import InputError
+from pneusma_jax.units import dimension_of
 
 from . import schema
 from .recording import Recording
@@ -38,6 +40,7 @@ def check_recording(
     place = recording.path or recording.name
     rows = rows if rows is not None else range(1, len(recording) + 1)
     where = sidecar or place
+    _ask_about_sizes(recording)
     _check_tube(recording, where)
     _check_table_names(recording, where)
     _check_missing(recording, place, rows)
@@ -144,16 +147,34 @@ HOTTEST_DEGC = 150.0
 
 
 def _check_kelvin(recording: Recording, place: Path | str) -> None:
-    """Refuse temperatures in degC that all look like kelvin, but of an alloy that transforms there."""
+    """Ask about temperatures in degC that all look like kelvin. They are refused for a known alloy that
+    transforms lower."""
     for name in (name for name in recording.known_columns if name.startswith("temperature")):
         least, most = np.nanmin(recording.columns[name]), np.nanmax(recording.columns[name])
-        if KELVIN[0] < least and most < KELVIN[1] and not _transforms_hot(recording):
-            raise unusable(
-                place, f"temperatures of {least:g} to {most:g} degC in every row: if these are kelvin, name"
-                " the column temperature_K (on import: --unit temperature=K); if not, state an alloy that"
-                f" transforms above {HOTTEST_DEGC:g} degC",
-                column=name,
-            )  # fmt: skip
+        if not (KELVIN[0] < least and most < KELVIN[1]) or _transforms_hot(recording):
+            continue
+        right = "if these are kelvin, name the column temperature_K (on import: --unit temperature=K)"
+        said = f"temperatures of {least:g} to {most:g} degC in every row"
+        if (alloy := recording.geometry.get("alloy", "fit")) != "fit":
+            said += f", but the alloy {str(alloy)!r} transforms lower: {right}"
+            raise unusable(place, said, column=name)
+        _ask(recording, f"check: {said} of {name}: {right}")
+
+
+def _ask(recording: Recording, question: str) -> None:
+    if question not in recording.notices:
+        recording.notices.append(question)
+
+
+def _ask_about_sizes(recording: Recording) -> None:
+    """Ask about dimensions that few specimens have, though their unit may be right."""
+    for key, value in recording.geometry.items():
+        if key not in schema.GEOMETRY_NUMBERS:
+            continue
+        unit = schema.geometry_unit(key)
+        name = key if unit == "1" else schema.quantity_and_unit(key)[0]
+        if why := unusual(name, dimension_of(unit), value, unit):
+            _ask(recording, f"check: [geometry] {key}: {why}")
 
 
 def _transforms_hot(recording: Recording) -> bool:
