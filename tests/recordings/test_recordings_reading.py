@@ -279,6 +279,19 @@ def test_a_campaigns_noise_holds_for_columns_without_a_noise_of_their_own(tmp_pa
     assert c.noise == pytest.approx({"strain": 2e-4, "stress_kPa": 500.0})
 
 
+def test_a_campaign_may_state_that_an_input_is_exact(tmp_path):
+    """A sidecar may state 0, too."""
+    shared, pull = tmp_path / "campaign.toml", "time_s,elongation_mm,force_N,resistance_ohm\n0,0,0,3.7\n1,1,0.1,3.6\n"
+    (tmp_path / "a.csv").write_text(pull)
+    (tmp_path / "a.toml").write_text('kind = "spring"\nspecimen = "a"\n')
+    shared.write_text("[noise]\nelongation_mm = 0.0\n")
+    (a,) = read_campaign(tmp_path).recordings
+    assert a.noise == {"elongation_mm": 0.0}
+    shared.write_text("[noise]\nforce_N = 0.0\n")
+    with pytest.raises(InputError, match=r"\[noise\] force_N = 0 must be more than 0"):
+        read_campaign(tmp_path)
+
+
 def test_a_campaigns_constant_fills_what_a_recording_lacks(tmp_path):
     (tmp_path / "campaign.toml").write_text("[constant]\ntemperature_degC = 22\n")
     (tmp_path / "a.csv").write_text("time_s,strain,stress_MPa\n0,0,0\n1,0.01,100\n")

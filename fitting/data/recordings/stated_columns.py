@@ -81,12 +81,18 @@ def check_shared(campaign: Mapping[str, Any], where: Path | str) -> None:
 
     Raises:
         InputError: for a column that no kind has, a unit that is not its own, a column that is there twice,
-            or a noise that is no number above zero.
+            or a noise that is no number above zero; an input of some kind may be exact.
     """
     kinds = schema.KINDS.values()
     columns = tuple(dict.fromkeys(name for kind in kinds for name in kind.columns.known))
     for key, value in campaign.get("noise", {}).items():
-        _positive_noise(key, value, where)
+        exact = any(
+            _names(key, name)
+            for kind in kinds
+            for name in kind.columns.known
+            if name not in kind.columns.outputs
+        )
+        _positive_noise(key, value, where, or_zero=exact)
     known = {
         "constant": columns,
         "noise": columns,
