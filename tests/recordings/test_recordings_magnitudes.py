@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.data.importers import make_options
+from fitting.data.importers import import_file, make_options
 from fitting.data.recordings import read_recording
 from pneusma_jax.calibration import available, examples, load_calibration, unknown
 from pneusma_jax.calibration.plausible import LIMITS, implausible
@@ -59,6 +59,16 @@ def test_an_unusual_dimension_is_asked_about(put):
     assert said == "check: [geometry] wire_diameter_mm: 0.004 mm is unusual, wire_diameter lies in 0.005 to 20 mm mostly; is the unit right?"
     read = read_recording(put(STAND + "0,0,0,3.7\n1,1,0.1,3.6\n", 'kind = "spring"\n[geometry]\nwire_diameter_um = 250\n'))
     assert not [note for note in read.notices if "unusual" in note]
+
+
+def test_a_film_of_five_micrometres_is_imported_and_asked_about(tmp_path):
+    rows = "".join(f"{t},{0.1 * t},{0.001 * t}\n" for t in range(20))
+    (tmp_path / "a.csv").write_text(f"Time (s),Displacement (mm),Force (N)\n{rows}")
+    sizes = ["thickness_mm=0.005", "width_mm=2", "gauge_length_mm=10"]
+    recording = import_file(tmp_path / "a.csv", make_options(kind="elastomer", dimensions=sizes))
+    np.testing.assert_allclose(recording.columns["stress_kPa"], 100.0 * np.arange(20), rtol=1e-9)
+    (said,) = [note for note in recording.notices if "unusual" in note]
+    assert said.startswith("check: --dimension thickness_mm: 0.005 mm is unusual")
 
 
 def test_every_shipped_number_is_possible_and_usual_ones_are():

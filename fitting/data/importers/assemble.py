@@ -10,6 +10,7 @@ from pneusma_jax.errors import counted
 
 from ..recordings import NOT_STATED, Recording, check_recording, resistance_range, schema
 from ..recordings.nominal import nominal_geometry
+from ..recordings.sidecar import unusual_size
 from ..recordings.table import unusable
 from .channels import (
     UnitMissing,
@@ -266,6 +267,9 @@ def _geometry(facts: Facts, making: Making) -> dict:
     }
     for key in stated:
         making.use("--dimension", key)
+    for key in sorted({*making.options.dimensions} - {*stated}):  # those in the table are asked about there
+        if why := unusual_size(key, making.options.dimensions[key], schema.geometry_unit(key)):
+            making.warn(f"--dimension {key}: {why}")
     geometry = {**facts.geometry, **stated}
     fitted = {"elastomer": "material", "wire": "alloy"}.get(kind)
     if fitted and fitted not in geometry:

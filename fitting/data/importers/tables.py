@@ -179,7 +179,9 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     values = _numbers(parsed, keep, width)
     for column in [c for c, units in contradictions.items() if is_type_k(header[c], units, values[:, c])]:
         del contradictions[column]
-        notices.append(f"check: the K of {header[column]!r} was taken as a type of thermocouple, in degC")
+        notices.append(
+            f"check: {header[column]!r} was taken in degC, and its K as a name or a type of thermocouple"
+        )
     summed = unlabelled_statistics(values, [fields[i] for i in keep])
     if summed.rows:
         notices.append(_unlabelled({keep[k]: name for k, name in summed.rows.items()}, summed.sure))

@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from pneusma_jax.calibration import load_calibration
-from pneusma_jax.calibration.plausible import unusual
 from pneusma_jax.errors import InputError
-from pneusma_jax.units import dimension_of
 
 from . import schema
 from .recording import Recording
+from .sidecar import unusual_size
 from .table import unusable
 
 PRESSURE_LIMIT_KPA = 1000.0
@@ -171,9 +170,7 @@ def _ask_about_sizes(recording: Recording) -> None:
     for key, value in recording.geometry.items():
         if key not in schema.GEOMETRY_NUMBERS:
             continue
-        unit = schema.geometry_unit(key)
-        name = key if unit == "1" else schema.quantity_and_unit(key)[0]
-        if why := unusual(name, dimension_of(unit), value, unit):
+        if why := unusual_size(key, value, schema.geometry_unit(key)):
             _ask(recording, f"check: [geometry] {key}: {why}")
 
 

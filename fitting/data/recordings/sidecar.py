@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pneusma_jax.calibration import examples
-from pneusma_jax.calibration.plausible import implausible
+from pneusma_jax.calibration.plausible import implausible, unusual
 from pneusma_jax.documents import parse_toml
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.units import dimension_of
@@ -181,6 +181,16 @@ def implausible_size(canonical: str, number: float, unit: str) -> str:
     """
     name = schema.quantity_and_unit(canonical)[0]
     return implausible(name, dimension_of(unit), number, unit) if name else ""
+
+
+def unusual_size(canonical: str, number: float, unit: str) -> str:
+    """Question about a dimension that few specimens have, though its unit may be right; empty otherwise.
+
+    Args:
+        canonical, number, unit: as in `implausible_size`.
+    """
+    name = canonical if unit == "1" else schema.quantity_and_unit(canonical)[0]
+    return unusual(name, dimension_of(unit), number, unit)
 
 
 def _geometry_word(key: str, value: Any, where: Path | str) -> str:
