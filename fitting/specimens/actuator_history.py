@@ -114,7 +114,7 @@ class SpringPhases(LatentStates):
         return len(stacked.extra["xi0"])
 
     def prepared(
-        self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None
+        self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]]
     ) -> Rows:
         """The same stack. The process-noise variance is found by the code that solves for the
         trajectories."""

@@ -43,14 +43,14 @@ class LatentStates(abc.ABC):
 
     @abc.abstractmethod
     def prepared(
-        self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None
+        self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]]
     ) -> Rows:
         """A stack with the process-noise variance that its recordings imply at these base constants.
 
         Args:
             values: base constants by name, SI.
             stacked: stack of recordings.
-            channels: noise of every column as a diagnosis weights it; None for the weights of the rows.
+            channels: noise of every column as a diagnosis weights it.
         """
 
     @abc.abstractmethod
@@ -84,7 +84,7 @@ class NoLatentStates(LatentStates):
         return 0
 
     def prepared(
-        self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None
+        self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]]
     ) -> Rows:
         """The same stack."""
         return stacked

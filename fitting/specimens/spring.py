@@ -29,6 +29,7 @@ from fitting.inference.parameters import Parameters
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol import SpringResponse
+from pneusma_jax.numerics.safe import frozen
 from pneusma_jax.pipeline import Effect
 
 from . import priors, spring_rows, spring_trajectory
@@ -38,7 +39,7 @@ from .registry import register
 from .rows import Rows, numbers, stack
 from .specimen import FITTED, OF_HISTORIES, RowOptions, Specimen
 from .spring_by_temperature import BY_TEMPERATURE, without_resistance
-from .spring_course import MOBILITY, best_course
+from .spring_course import MOBILITY, best_course, lasting_precision
 from .spring_rows import ALLOY, FIXED, HELD_LENGTH_RANGE, OUTPUTS, dimension_numbers, spring_of
 from .spring_trajectory import undecided
 from .steady_fraction import steady_along, steady_fractions
@@ -59,33 +60,25 @@ ADDED = ("weight_", "correlation_")
 """Prefixes of the columns that hold a diagnosis's weights and noise correlations."""
 
 
-def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None) -> Rows:
+def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]]) -> Rows:
     """Rows with the process-noise variances that their resistances imply at these base constants.
 
-    With channels they also hold the noise of every channel as a diagnosis weights it, and a trajectory to
-    begin with. Without, the weights of the rows count.
+    They also hold the noise of every channel as a diagnosis weights it, and a trajectory to begin with.
 
     Args:
         values: base constants by name, SI.
         stacked: stack of recordings of kind spring.
         channels: noise of every column as a diagnosis weights it.
     """
-    added = (*ADDED, BEGUN)
-    own = {name: x for name, x in stacked.extra.items() if not name.startswith(added)}
+    own = {name: x for name, x in stacked.extra.items() if not name.startswith((*ADDED, BEGUN))}
     plain = undecided(eqx.tree_at(lambda rows: rows.extra, stacked, own))  # so that one program serves all
     found = with_process_noise(values, plain, FACTOR, PROCESS_NOISES, pooled=True)
-    known = {name: jnp.asarray(value, float) for name, value in values.items()}
-    if channels is None:
-        return found
-    noise = _noise_of(channels, stacked.mask.shape)
+    found = _with(found, **_noise_of(channels, stacked.mask.shape))
     begun = stacked.extra.get(BEGUN)
     if begun is None:
-        precision = {}
-        for name in OUTPUTS:
-            weight, correlation = (noise[f"{what}{name}"] for what in ADDED)
-            precision[name] = weight**2 * (1.0 - correlation) / (1.0 + correlation)
-        begun = steady_fractions(known, plain, precision)
-    return eqx.tree_at(lambda rows: rows.extra, found, {**found.extra, **noise, BEGUN: begun})
+        known = {name: jnp.asarray(value, float) for name, value in values.items()}
+        begun = steady_fractions(known, plain, {name: lasting_precision(found, name) for name in OUTPUTS})
+    return _with(found, **{BEGUN: begun})
 
 
 def _noise_of(channels: list[list[Channel]], shape: tuple[int, ...]) -> dict[str, Array]:
@@ -125,11 +118,11 @@ def with_effects(
     def at(stand: tuple, xi0: Array, decided_by: Array) -> tuple[Array, Array, SpringResponse]:
         return follow(stand, pj.MartensiteFraction(xi0), decided_by=decided_by)
 
-    frozen = jax.tree.map(lambda x: jax.lax.stop_gradient(x) if eqx.is_array(x) else x, stand)
+    still = frozen(stand)
     start = rows.extra.get(BEGUN)
     if start is None:
-        start = follow(frozen, pj.Resistance(rows.inputs["resistance"]))[2].xi0
-    found = best_course(partial(at, stand), partial(at, frozen), start, OUTPUTS, rows)
+        start = follow(still, pj.Resistance(rows.inputs["resistance"]))[2].xi0
+    found = best_course(partial(at, stand), partial(at, still), start, OUTPUTS, rows)
     gamma = found.known.gamma
     rate = jnp.gradient(gamma) / jnp.maximum(jnp.gradient(time), 1e-9)
     drivers = {
@@ -179,7 +172,7 @@ class SpringPhase(LatentStates):
         return 0
 
     def prepared(
-        self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]] | None = None
+        self, values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]]
     ) -> Rows:
         """Stack with process-noise variances; see `prepared`."""
         return prepared(values, stacked, channels)
@@ -195,8 +188,7 @@ class SpringPhase(LatentStates):
         """
         loose = [_with(rows, process_noise=np.asarray(LOOSE)) for rows in recordings]
         stacked, found = stack(loose), drivers(loose)
-        slopes = [np.asarray(stacked.weight[name]) * np.asarray(found[f"slope_{name}"]) for name in OUTPUTS]
-        information = np.where(stacked.mask, np.sum(np.square(slopes), axis=0), 0.0)
+        information = sum(lasting_precision(stacked, name) * found[f"slope_{name}"] ** 2 for name in OUTPUTS)
         courses = np.asarray(steady_along(stacked.time, found["xi0"], information))
         pairs = zip(recordings, courses, strict=False)  # a stack may be padded
         return [_followed(rows, course[: len(rows.mask)]) for rows, course in pairs]

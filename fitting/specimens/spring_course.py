@@ -49,8 +49,7 @@ class Noise(eqx.Module):
     @classmethod
     def of(cls, rows: Rows, name: str) -> "Noise":
         """Inverse covariance of one output of a recording."""
-        weight = rows.extra.get(f"weight_{name}", rows.weight[name])
-        correlation = rows.extra.get(f"correlation_{name}", 0.0)
+        weight, correlation = _weight_and_correlation(rows, name)
         counted = weight > 0.0
         follows = jnp.concatenate([jnp.zeros(1, bool), counted[1:] & counted[:-1]])
         own = jnp.where(follows, 1.0 / (1.0 - correlation**2), counted)
@@ -185,7 +184,8 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
 
     begin = jax.lax.stop_gradient(jnp.clip(read, 0.0, 1.0))
     first = _linearised(lambda course: frozen(course, course), begin)
-    information = jnp.sum(jnp.stack([_lasting(rows, name) for name in names]) * first.slope**2, axis=0)
+    precision = jnp.stack([lasting_precision(rows, name) for name in names])
+    information = jnp.sum(precision * first.slope**2, axis=0)
     steady = jax.lax.stop_gradient(steady_near(rows.time, begin, information))
     free, frozen = partial(outputs, decided_by=steady), partial(frozen, decided_by=steady)
 
@@ -238,11 +238,21 @@ def _taken_from_errors(information: Array, diagonal: Array, upper: Array) -> Flo
     return own + rise
 
 
-def _lasting(rows: Rows, name: str) -> Array:
-    """Inverse variance of every value of an output beside what changes slowly, shape (rows,)."""
-    weight = rows.extra.get(f"weight_{name}", rows.weight[name])
-    correlation = rows.extra.get(f"correlation_{name}", 0.0)
+def lasting_precision(rows: Rows, name: str) -> Array:
+    """Inverse variance of every value of an output beside what changes slowly, shape (..., rows).
+
+    Args:
+        rows: recording or stack.
+        name: name of the output.
+    """
+    weight, correlation = _weight_and_correlation(rows, name)
     return weight**2 * (1.0 - correlation) / (1.0 + correlation)
+
+
+def _weight_and_correlation(rows: Rows, name: str) -> tuple[Array, Array | float]:
+    """Inverse standard deviation and serial correlation of an output; a diagnosis has its own."""
+    weight = rows.extra.get(f"weight_{name}", rows.weight[name])
+    return weight, rows.extra.get(f"correlation_{name}", 0.0)
 
 
 def _linearised(outputs: Callable[[Array], tuple[Array, Array, PyTree]], course: Array) -> Local:
