@@ -7,6 +7,7 @@ are made here, so that nothing is written down twice.
 import importlib
 import pkgutil
 import re
+import sys
 from pathlib import Path
 
 import click
@@ -17,24 +18,11 @@ from nbconvert import MarkdownExporter
 
 from fitting.cli import COMMANDS, main
 
+sys.path.insert(0, str(Path(__file__).parent))  # MkDocs loads a hook by its path
+from _links import COPIED, SHOWN, moved  # noqa: E402
+
 ROOT = Path(__file__).resolve().parents[1]
 EXECUTED = ROOT / "out" / "notebooks"  # `make docs` leaves executed notebooks there
-COPIED = {
-    "architecture.md": "ARCHITECTURE.md",
-    "changelog.md": "CHANGELOG.md",
-    "contributing.md": "CONTRIBUTING.md",
-    "benchmarks.md": "benchmarks/README.md",
-}
-# links between these files as they stand in the repository -> as they stand in the site
-MOVED = {
-    "../benchmarks/README.md": "benchmarks.md",
-    "../ARCHITECTURE.md": "architecture.md",
-    "../CHANGELOG.md": "changelog.md",
-    "ARCHITECTURE.md": "architecture.md",
-    "CHANGELOG.md": "changelog.md",
-    "../docs/": "../",
-    "docs/": "",
-}
 PACKAGES = ("pneusma_jax", "fitting")
 # commands have a page of their own; former names repeat what stands elsewhere
 HIDDEN = (
@@ -51,6 +39,8 @@ def on_files(files, config):
             files.append(File.generated(config, f"tutorials/{name}", content=content))
     for name, source in COPIED.items():
         files.append(File.generated(config, name, content=(ROOT / source).read_text()))
+    for shown in sorted((ROOT / SHOWN).iterdir()):
+        files.append(File.generated(config, f"{SHOWN}/{shown.name}", content=shown.read_bytes()))
     packages = list(api_packages())
     files.append(File.generated(config, "api.md", content=api_index(packages)))
     for package in packages:
@@ -60,8 +50,7 @@ def on_files(files, config):
 
 def on_page_markdown(markdown, page, config, files):
     """Turn links between files of the repository into links between pages; add options to the commands."""
-    for old, new in MOVED.items():
-        markdown = markdown.replace(f"]({old}", f"]({new}")
+    markdown = moved(markdown, page.file.src_uri)
     if page.file.src_uri == "commands.md":
         markdown += "\n" + "\n".join(options_of(name) for name in COMMANDS)
     return markdown
@@ -74,7 +63,7 @@ def on_page_content(html, page, config, files):
     )
     return re.sub(
         r'<div class="arithmatex">\s*\\\[(.*?)\\\]\s*</div>',
-        lambda m: mathml(m[1], "block"),
+        lambda m: formulas(m[1]),
         html,
         flags=re.S,
     )
@@ -97,6 +86,12 @@ def mathml(formula: str, display: str) -> str:
     """A formula of TeX as MathML."""
     plain = formula.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
     return convert(plain.strip(), display=display)
+
+
+def formulas(block: str) -> str:
+    """Formulas of a block, which `\\qquad` separates: beside each other where the window is wide enough."""
+    parts = "".join(mathml(part, "block") for part in block.split(r"\qquad"))
+    return f'<div class="formulas">{parts}</div>'
 
 
 def api_packages():
