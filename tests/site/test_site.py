@@ -90,9 +90,10 @@ def test_the_search_works_from_the_disk(browser):
     page.close()
 
 
-def test_formulas_are_drawn_without_a_script(browser):
+@pytest.mark.parametrize(("name", "least"), [("corrections", 5), ("model", 100)])
+def test_formulas_are_drawn_without_a_script(browser, name, least):
     page = browser.new_page(viewport={"width": WIDTHS["wide"], "height": 800})
-    page.goto((SITE / "corrections.html").as_uri())
-    assert page.locator("math").count() > 5
+    page.goto((SITE / f"{name}.html").as_uri())
+    assert page.locator("math").count() > least
     assert "\\(" not in page.inner_text("article")
     page.close()
