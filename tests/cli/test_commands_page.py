@@ -78,6 +78,29 @@ def test_all_examples_run(run, tmp_path, monkeypatch, pictured):
     assert not {name: said for name, said in pictured.items() if said}
 
 
+@pytest.mark.slow
+def test_the_steps_after_a_design_study_run(run, tmp_path, monkeypatch):
+    """Each command of the section, of the study that the page begins with."""
+    monkeypatch.chdir(tmp_path)
+    page = DESIGN.read_text()
+    section = re.search(r"^## After a study\n(.*?)^## ", page, flags=re.S | re.M)[1].replace("\\\n", " ")
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```", section, flags=re.S | re.M)
+    commands = [line for language, block in blocks if not language for line in block.splitlines()]
+    assert [line.split()[1] for line in commands] == [
+        "simulate", "simulate", "workspace", "invert", "control", "propagate", "import",
+    ]  # fmt: skip
+    band = re.search(r"```toml\n(.*?)```", section, flags=re.S)[1]
+    Path("band.toml").write_text(band.replace("rows = 20000", "rows = 256\nchunk = 128"))
+    rows = "".join(f"{k},0.08,{7.65 - 0.01 * k},{4.0 + k}\n" for k in range(10))
+    Path("test.csv").write_text("t [s],Pressure [bar],R2 [Ohm],Curvature [1/m]\n" + rows)
+    loop = commands.pop(4)
+    run_all(run, ["pneusma design my_study.toml --out out/study", *commands])
+    result = run(*shlex.split(loop)[1:])
+    assert result.exit_code == 1 and "no equilibrium" in result.output
+    assert (tmp_path / "out" / "control" / "report.html").exists()
+    assert "active_coils = 80" in (tmp_path / "my_actuator" / "test.toml").read_text()
+
+
 @pytest.mark.parametrize(("place", "borders"), [(0.5, []), (1.0, ["right"]), (0.0, ["left"])])
 def test_text_that_is_cut_at_a_border_is_seen(tmp_path, place, borders):
     figure = Figure(figsize=(2, 1))
