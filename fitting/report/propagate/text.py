@@ -244,6 +244,6 @@ def bounds_sentence(result: Propagation) -> str:
     low, high = (np.format_float_positional(end[0], 4, fractional=False) for end in found.mean)
     return (
         "If every row without a result lay within what was seen, the mean of "
-        f"{result.problem.columns.labels[0]} would be between {low} and {high}, and 90 % of rows between "
-        f"{found.q5_least[0]:.4g} and {found.q95_most[0]:.4g} at the widest."
+        f"{result.problem.columns.labels[0]} would be between {low} and {high}. At the widest, 90 % of rows "
+        f"would be between {found.q5_least[0]:.4g} and {found.q95_most[0]:.4g}."
     )
