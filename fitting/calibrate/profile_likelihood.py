@@ -126,9 +126,9 @@ class Profile:
     def quoted(self, percent: int, level: tuple[float, float] = (1.0, 1.0)) -> tuple[float, float]:
         """Interval of 50, 68 or 90 %, SI: where chi-square has risen as of a parabola, or further.
 
-        It is further where less than that share of the density lies within, and where fits that stopped early
-        alone would narrow the interval of the standard error. A side that never rises enough ends at the
-        parameter's bound.
+        It is further in two cases: less than that share of the density lies within, or fits that stopped
+        early alone would narrow the interval of the standard error. A side that never rises enough ends at
+        the parameter's bound.
 
         Args:
             percent: 50, 68 or 90.

@@ -26,8 +26,8 @@ from .study import Study, Tolerance, Uncertainty
 stats = Late("scipy.stats")
 
 KERNEL = 1.06
-"""Width of the kernel of a smooth share of failures, by Silverman's rule: standard deviations of the draws'
-largest violations, times the number of draws to the power -1/5 [1]."""
+"""Width of the kernel of a smooth share of failures, by Silverman's rule [1]. It is in standard deviations of
+the draws' largest violations, times the number of draws to the power -1/5."""
 LEAST_SPREAD = 1e-6
 """Least standard deviation of violations that the rule takes [1]; draws that are all alike have none."""
 CONFIDENCE = 0.95

@@ -196,10 +196,10 @@ def _line(solved: Solved) -> Array:
 def pass_through(inverse: Inverse, lumen: Lumen, clearance: float = 0.0) -> Passage:
     """Drives that keep a chain along a lumen.
 
-    SLSQP minimises two terms from several starts: the mean square distance of the centre lines, in radii of
-    the tube, and the square of the share of the lumen beyond the tip. The clearances of all points are
-    inequalities. Where they cannot be kept, the least overlap is looked for. A chain without loads is
-    searched in tables of its segments; what is reported is the exact model's.
+    SLSQP minimises two terms from several starts. One is the mean square distance of the centre lines, in
+    radii of the tube. The other is the square of the share of the lumen beyond the tip. The clearances of all
+    points are inequalities. Where they cannot be kept, the least overlap is looked for. A chain without loads
+    is searched in tables of its segments; what is reported is the exact model's.
 
     Args:
         inverse: inverse of a chain, or of one actuator.

@@ -44,8 +44,8 @@ def targets_of(columns: Mapping[str, np.ndarray], where: str) -> Targets:
     """Targets of columns by name; each value is in the unit that the column's name states.
 
     Raises:
-        InputError: for a column that is no goal's, a goal whose columns are not all there, a value beyond
-            what can be computed, or time that does not rise.
+        InputError: for a column that is no goal's, or a goal whose columns are not all there. Also for a
+            value beyond what can be computed, or time that does not rise.
     """
     columns = dict(columns)
     time = columns.pop("time_s", None)

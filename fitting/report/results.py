@@ -1,6 +1,6 @@
 """Presentation of any result: `save(result, folder)`, `text(result)`. An import of it registers all types.
 
-Types and functions are named here and imported when a result is at hand: a command needs the report of one
+Types and functions are named here and imported when a result is at hand. A command needs the report of one
 type, and to import all of them takes a second.
 """
 

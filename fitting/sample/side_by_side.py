@@ -1,6 +1,6 @@
 """Densities of several campaigns in one program: those of one form are stacked and mapped over.
 
-A program that goes through its campaigns one after the other compiles each of them anew, and a derivative by
+A program that goes through its campaigns one after the other compiles each of them anew. A derivative by
 forward mode goes through all of them for each parameter of any. Side by side they compile once. Each
 likelihood has the gradient by its own campaign's parameters alone; the chain rule does the rest.
 """

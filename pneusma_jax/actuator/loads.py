@@ -5,9 +5,9 @@ base to tip; x and y are the axes of the section. The tube tilts towards `-theta
 positive planar bend moves the tip towards side 2 (-y). Vectors of acceleration and force are given in this
 frame.
 
-The fibre through place c of the section is an arc of length `l + theta . c` that starts at (c, 0), where l is
-the length of the centre line. Let w be the square of the bend angle, and c_k Stumpff's functions, `c_k(w) =
-sum_j (-w)^j / (k + 2 j)!`. For example c_1 = sin(phi) / phi. Then the fibre's end and its mean are
+Let l be the length of the centre line. The fibre through place c of the section is an arc of length
+`l + theta . c` that starts at (c, 0). Let w be the square of the bend angle, and c_k Stumpff's functions,
+`c_k(w) = sum_j (-w)^j / (k + 2 j)!`. For example c_1 = sin(phi) / phi. Then the fibre's end and its mean are
 
     end  = (c, 0) + (l + theta . c) (-theta c_2(w), c_1(w))
     mean = (c, 0) + (l + theta . c) (-theta c_3(w), c_2(w))

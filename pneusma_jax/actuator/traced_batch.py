@@ -111,7 +111,7 @@ def _at_phases(actuator: Actuator, each: tuple, common: tuple) -> Ended:
 
 CLOSELY = BoundedNewton(close=1e-10)
 """Root finder of rows whose derivatives take its last slope. With a last step of up to 1e-8, 1 % of the
-derivatives by pressure were off by 1e-6 of themselves, and at worst by 6e-5; now by 1e-8 and 6e-7."""
+derivatives by pressure were off by 1e-6 of themselves, and at worst by 6e-5. Now it is 1e-8 and 6e-7."""
 _GRID, _ROWS = 0, 1
 """Stages of the outer loop; those after the second are steps of load."""
 

@@ -155,8 +155,8 @@ def elongation_of_angle(
 
     The wire keeps its length, and the coils become narrower as they rise. Eqs. 2.10 to 2.12, which the model
     follows, keep the coils' diameter instead. For the source's spring, Eq. 2.3 with the printed angle of
-    `coil_angle` gives more elongation than Eq. 2.12: 1.55 times at small strain and 1.18 times at 575 %. With
-    `helix="true"` it is 0.99 and 0.88 times (correction 6).
+    `coil_angle` gives more elongation than Eq. 2.12. It is 1.55 times as much at small strain and 1.18 times
+    at 575 %. With `helix="true"` it is 0.99 and 0.88 times (correction 6).
 
     Args:
         angle, initial_angle: inclination of the coils, stretched and unloaded [rad].

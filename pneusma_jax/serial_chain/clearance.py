@@ -94,9 +94,9 @@ def chain_clearance(pieces: Pieces) -> Clearance:
 def _within(piece: Pieces) -> Array:
     """Clearance of a piece from itself, over pairs of points at least the segment's length apart [m].
 
-    A position in the unit square gives two distances: of the first point from the base, and of the second
-    point from the first, beyond the segment's length. Without a connector the only pair is base and end:
-    `L |sinc(phi / 2)| - 2 r`.
+    A position in the unit square gives two distances. One is that of the first point from the base. The other
+    is that of the second point from the first, beyond the segment's length. Without a connector the
+    only pair is base and end: `L |sinc(phi / 2)| - 2 r`.
     """
 
     def distance(ab: Array, piece: Pieces) -> Array:

@@ -1,6 +1,6 @@
 """Classification of tests on the stand: cold, hot or between, largest strain, with unloading or not.
  Decided from the recording itself. Resistance tells cold wire apart sharply, hot wire hardly (an exponent
-near eight); stiffness tells hot wire apart, because austenite is the stiffer phase, unless somebody says
+near eight). Stiffness tells hot wire apart, because austenite is the stiffer phase, unless somebody says
 otherwise. So the stiffness of the stiffest test marks the hot end, and the resistance at rest that is
 farthest from its own the cold one. Of nitinol the cold wire resists more. Where that contradicts, both
 readings are possible, and `contradicts` says so. Where all tests are equally stiff and differ in resistance,

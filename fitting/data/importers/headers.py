@@ -230,7 +230,7 @@ def two_units(header: list[str], own: list[str]) -> tuple[list[str], dict[int, t
         own: names of the columns as they stand in their row.
 
     Returns:
-        Notices about those whose second unit counts: it stands in the row of units, is of another dimension,
+        Notices about those whose second unit counts. It stands in the row of units, is of another dimension,
         or differs in its prefix alone, as in `Current_A (mA)`. And both units of those that contradict
         themselves, by column.
     """

@@ -54,9 +54,9 @@ _SPREADS = ("max", "min", "peak", "range", "total", "count", "máx", "mín", "�
 def statistics_rows(fields: Sequence[list[str]], parsed: Sequence[list | None]) -> dict[int, str]:
     """Rows of numbers that are statistics of others, by index, with the word that tells.
 
-    A row of numbers is one in three cases. It begins with a word such as `Mean` or `Std. dev.`, it has one in
-    a column of remarks, or it stands below a line such as `Statistics`. Where most rows of a page begin so,
-    they are its data.
+    A row of numbers is one in three cases. It begins with a word such as `Mean` or `Std. dev.`, or has one
+    in a column of remarks. Or it stands below a line such as `Statistics`. Where most rows of a page begin
+    so, they are its data.
 
     Args:
         fields: fields of each row of a page.

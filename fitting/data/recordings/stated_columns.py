@@ -81,7 +81,7 @@ def check_shared(campaign: Mapping[str, Any], where: Path | str) -> None:
 
     Raises:
         InputError: for a column that no kind has, a unit that is not its own, a column that is there twice,
-            or a noise that is no number above zero; an input of some kind may be exact.
+            or a noise that is no number above zero. An input of some kind may be exact.
     """
     kinds = schema.KINDS.values()
     columns = tuple(dict.fromkeys(name for kind in kinds for name in kind.columns.known))

@@ -16,8 +16,9 @@ they are one group: the trajectory takes up a part of each zero and of the noise
 
 Two simpler ways make intervals of clean recordings too wide. One is the covariance that a white fit has
 beside a drift, the sandwich A^-1 (J' V J + P) A^-1. It is the mean over all courses of that drift, also those
-that the residuals at hand exclude. The other is a variance averaged over the grid. A drift that is as
-probable as 3 % but six times as wide as the noise doubles it, and widens a 90 % interval by 7 %.
+that the residuals at hand exclude. The other is a variance averaged over the grid. A drift may be as
+probable as 3 % but six times as wide as the noise. It doubles that variance, and widens a 90 % interval by
+7 %.
 """
 
 from .intervals import (

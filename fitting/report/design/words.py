@@ -243,8 +243,8 @@ def other_table(result: DesignResult) -> Table:
 def sensitivities(result: DesignResult, design: Design) -> np.ndarray:
     """Change of every objective [SI, own sign] for a step of every parameter, the others left as they are.
 
-    Of an objective with a target it is the change of the quantity, and not of its distance from the target:
-    that distance has no slope where the target is met. Shape (parameters, objectives).
+    Of an objective with a target it is the change of the quantity, and not of its distance from the target.
+    That distance has no slope where the target is met. Shape (parameters, objectives).
     """
     one, space, aims = design.evaluation, result.model.space, result.model.aims
     signs = np.array([1.0 if o.aims else o.sign for o in result.study.objectives])
