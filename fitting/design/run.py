@@ -41,8 +41,8 @@ from .uncertain import sampler_of
 from .workspace import finer_area
 
 STILL = 1e-10
-"""Change of an objective over the whole range of a parameter that is rounding error, as part of its size, or
-of one in its unit [1]: equilibria are exact to 1e-10."""
+"""Change of an objective over the whole range of a parameter that is rounding error [1]. It is part of the
+objective's size, or of one in its unit; equilibria are exact to 1e-10."""
 ASIDE = 0.01
 """Part of a range by which neighbours of a design without slope lie aside [1]."""
 LEAST_SIZE = 8

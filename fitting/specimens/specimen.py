@@ -50,8 +50,9 @@ OF_HISTORIES = {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_
 """Compiler options of a history with every effect, a long loop over small arrays.
 
 The older code generation, which jax 0.11 no longer has, needs a fifth less time for it. The lower level
-compiles an actuator's in 80 s of processor time instead of 150 s, and a run takes 39 ms instead of 32 ms (six
-recordings of 128 rows, loaded machine). A spring's compiles in 67 s instead of 75 s, and a run takes as long.
+compiles an actuator's in 80 s of processor time instead of 150 s, and a run takes 39 ms instead of 32 ms.
+That was measured on six recordings of 128 rows, on a loaded machine. A spring's compiles in 67 s instead of
+75 s, and a run takes as long.
 """
 
 
