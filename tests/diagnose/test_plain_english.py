@@ -1,4 +1,4 @@
-"""Sentences of the diagnosis and of its manual have at most 25 words."""
+"""Sentences of the diagnosis, of its manual and of the pages that a newcomer reads have at most 25 words."""
 
 import ast
 import io
@@ -12,6 +12,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 LONGEST = 25
 MODULES = sorted((ROOT / "fitting" / "diagnose").rglob("*.py"))
+PAGES = ("diagnosis", "index", "own_data", "commands", "files", "import", "characterise", "reliability")
 BREAK = re.compile(r"\n\s*\n|\n\s*(?:[-*]|\d+\.) |\n\s*(?=[\w, ]+: )")
 """Between paragraphs, entries of a list, and described arguments."""
 
@@ -49,8 +50,9 @@ def test_no_sentence_of_a_module_is_long(path):
     assert [sentence for text in texts_of_module(source) for sentence in long_sentences(text)] == []
 
 
-def test_no_sentence_of_the_manual_is_long():
-    assert long_sentences(text_of_page((ROOT / "docs" / "diagnosis.md").read_text(encoding="utf-8"))) == []
+@pytest.mark.parametrize("page", PAGES)
+def test_no_sentence_of_a_page_is_long(page):
+    assert long_sentences(text_of_page((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8"))) == []
 
 
 def test_a_long_sentence_is_seen():
