@@ -1,13 +1,18 @@
 """Assumptions about the specimens of a campaign: the source's nominal values stand for what it does not
-state."""
+state, and default tolerances for those that it does not state."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 
-from fitting.data.recordings import Recording
-from fitting.inference.notes import of_several
+from fitting.data.recordings import Recording, schema
+from fitting.inference.notes import joined, of_several
+from fitting.inference.numbers import number
+from fitting.inference.parameters import Parameter, Parameters
 from fitting.inference.readings import cautions
+from fitting.specimens.priors import quantity_of
 from fitting.specimens.reduction import said
-from fitting.specimens.rows import MOST_ROWS
+from fitting.specimens.rows import MARK, MOST_ROWS
+from pneusma_jax.units import amount, from_si
 
 SILENT = ("prestrain", "cycles_before", "attached_length_mm", "free_length_mm", "orientation")
 """Keys whose nominal value says that nothing is special, or follows from others."""
@@ -15,18 +20,25 @@ NEW = {
     "alloy": 'for an alloy of your own write alloy = "fit", or the name of its table',
     "material": "for a silicone of your own write the name of its table",
 }
+FAR = 2.0
+"""Minimum shift of a constant for a warning, in standard deviations of its default tolerance. Chance shifts
+one in twenty as far if the tolerance is right."""
 
 
-def notices_of(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[str]:
+def notices_of(recordings: Sequence[Recording], free: Parameters, most: int = MOST_ROWS) -> list[str]:
     """Cautions: assumptions, rows that are no measurements, recordings that were reduced, and the notices of
     each reading.
 
     Args:
         recordings: the recordings as read.
+        free: free parameters of their model, with priors.
         most: rows that were taken of each.
     """
     own = [f"{r.name}: {notice}" for r in recordings for notice in r.notices]
-    notes = [*assumed(recordings), *cautions(recordings), *said(recordings, most), *own]
+    notes = [
+        *assumed(recordings), *default_tolerances(recordings, free), *cautions(recordings),
+        *said(recordings, most), *own,
+    ]  # fmt: skip
     return of_several(notes, [recording.name for recording in recordings])
 
 
@@ -49,3 +61,66 @@ def assumed(recordings: Sequence[Recording]) -> list[str]:
     taken = ", ".join(f"{key} = {value}" for key, value in missing.items())
     hints = "".join(f"; {hint}" for key, hint in NEW.items() if key in missing)
     return [f"{', '.join(silent)}: not stated in [geometry], so the source's are taken: {taken}{hints}"]
+
+
+def by_default(recordings: Sequence[Recording], free: Parameters) -> dict[str, float]:
+    """Relative standard deviations of free constants that no recording states, by name.
+
+    Args:
+        recordings: recordings of one kind.
+        free: free parameters of their model. One whose prior comes from a table is left out.
+    """
+    if all(recording.tolerance is not None for recording in recordings):
+        return {}
+    known = {quantity_of(key): sd for key, sd in schema.TOLERANCE_DEFAULTS.items()}
+    found = {name: known.get(name.partition(MARK)[0]) for name in free}
+    return {name: sd for name, sd in found.items() if sd is not None and _has(free[name], sd)}
+
+
+def _has(entry: Parameter, relative: float) -> bool:
+    """True if the prior of a parameter is that of a relative tolerance."""
+    prior = entry.prior
+    return prior is not None and math.isclose(prior.sd, relative * abs(prior.mean), rel_tol=1e-6)
+
+
+def default_tolerances(recordings: Sequence[Recording], free: Parameters) -> list[str]:
+    """A sentence on the tolerances that were assumed; nothing where all are stated.
+
+    Args:
+        recordings, free: as in `by_default`.
+    """
+    alike: dict[float, dict[str, None]] = {}
+    for name, sd in by_default(recordings, free).items():
+        alike.setdefault(sd, {})[name.partition(MARK)[0]] = None
+    if not alike:
+        return []
+    each = "; ".join(f"{joined(names)} to {number(100.0 * sd, '.2g')} %" for sd, names in alike.items())
+    silent = [recording.name for recording in recordings if recording.tolerance is None]
+    whose = f" of {joined(silent)}" if len(silent) < len(recordings) else ""
+    return [
+        f"no [tolerance]{whose} is stated, so constants were taken as known by default, to one standard "
+        f"deviation: {each}. State your own under [tolerance]; what that table leaves out is exact"
+    ]
+
+
+def moved(recordings: Sequence[Recording], free: Parameters, values: Mapping[str, float]) -> list[str]:
+    """Sentences on constants that a fit moved far in units of a tolerance that nobody stated.
+
+    Args:
+        recordings, free: as in `by_default`.
+        values: values found, by name, SI.
+    """
+    said = []
+    for name, relative in by_default(recordings, free).items():
+        entry, prior = free[name], free[name].prior
+        shift = (values[name] - prior.mean) / prior.sd
+        if abs(shift) < FAR:
+            continue
+        first, now = (number(float(from_si(x, entry.unit)), ".4g") for x in (prior.mean, values[name]))
+        share = number(100.0 * relative, ".2g")
+        said.append(
+            f"No tolerance of {name} is stated, so it was taken as known to {share} %. "
+            f"The fit moved it from {first} to {amount(now, entry.unit)}, by {abs(shift):.1f} of these "
+            "standard deviations. Measure it again, and state its tolerance."
+        )
+    return said

@@ -69,6 +69,7 @@ def _one(campaign: Path, out: Path, options: dict[str, Any]) -> None:
 
     from fitting.report import render
     from fitting.report.diagnosis.report import report_of
+    from fitting.report.diagnosis.text import base_model
 
     asked = _asked(options)
     start = asked.start()
@@ -86,6 +87,8 @@ def _one(campaign: Path, out: Path, options: dict[str, Any]) -> None:
         click.echo(sentence)
     for one in conclusion.asked:
         click.echo(one["text"])
+    for sentence in base_model(conclusion):
+        click.echo(sentence)
     click.echo()
     done(files)
 

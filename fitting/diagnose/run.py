@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 
+from fitting.calibrate.assumed import moved
 from fitting.calibrate.result import Estimate
 from fitting.data.recordings import Campaign, require_fitted, schema
 from fitting.inference.notes import of_several
@@ -20,6 +21,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.model_discrepancy import EDGE
 
 from .check import answers, asked_effects, checked
+from .evaluate.base_tables import base_tables
 from .evaluate.program import Program
 from .evaluate.start import Start, begun_at, characterised, start_of
 from .fit.base_fit import at_bound
@@ -64,6 +66,7 @@ def diagnose(
     require_fitted(campaign.recordings, campaign.path)
     _refuse_few_values(campaign, _readings(campaign))
     start = start_of(campaign, kind, progress) if model is None else Start(f"the model {model.name}")
+    start = dataclasses.replace(start, constants=base_tables(campaign, kind, start.tables))
     progress("building the model of the campaign")
     program = Program.of(campaign, kind, model=model, tables=start.tables, held=start.held)
     _refuse_few_values(campaign, program.observations(program.fitted))
@@ -171,7 +174,7 @@ def _notes(
     whole = [recording.whole for recording in program.recordings]
     readings = [*cautions(program.recordings), *said(program.recordings), *offered(whole)]
     notes = [
-        *_bodies(conclusion), *_untimed(program), *conclusion.start.notes, *found,
+        *_bodies(conclusion), *_moved(conclusion), *_untimed(program), *conclusion.start.notes, *found,
         *specimen_of(program.kind).notes(campaign), *readings, *apart, *_beyond(conclusion, model),
         *_at_bounds(conclusion), *conclusion.notes,
     ]  # fmt: skip
@@ -213,6 +216,13 @@ def _bodies(conclusion: Conclusion) -> list[str]:
         "another size or material, that is what is missing, and this verdict says nothing. State it beside "
         "the recordings"
     ]
+
+
+def _moved(conclusion: Conclusion) -> list[str]:
+    """Notes on constants that the model moves far in units of a tolerance that nobody stated."""
+    program, fit = conclusion.model
+    values = program.unknowns.values(fit.u)
+    return [one.rstrip(".") for one in moved(program.recordings, program.unknowns.parameters(), values)]
 
 
 def _untimed(program: Program) -> list[str]:

@@ -37,6 +37,7 @@ from pneusma_jax.pipeline import Effect
 
 from .correlated_noise import independent
 from .latent import LatentStates, NoLatentStates
+from .priors import NEW_ALLOY
 from .rows import MOST_ROWS, Rows
 from .thermal_runs import FirstHeating
 
@@ -179,6 +180,7 @@ class Specimen(Model):
         options: names of the table arguments of `rows_for`.
         identified: key of `[geometry]` whose value `"fit"` asks to identify a material from these recordings
             alone; empty if there is none.
+        new_alloy: table that the identification of an alloy begins at.
         several_laws: true if `characterise` chooses the base law among several.
         sized: true if the answer depends on dimensions that a recording should state.
         loads: input that a repeated test may increase; empty if none.
@@ -203,6 +205,7 @@ class Specimen(Model):
     tables: tuple[str, ...] = ()
     options: tuple[str, ...] = ()
     identified: str = ""
+    new_alloy: str = NEW_ALLOY
     several_laws: bool = False
     sized: bool = True
     loads: str = ""

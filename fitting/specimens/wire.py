@@ -187,6 +187,7 @@ class StraightWire(Specimen):
     tables = ("alloy", "actuator")
     options = ("base",)
     identified = "alloy"
+    new_alloy = NEW_WIRE
     sized = False
     loads = "stress"
     starts = 8  # with all constants open there is a minimum beside every kink of the residual strain

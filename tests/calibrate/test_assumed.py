@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from fitting.calibrate.assumed import assumed
+from fitting.calibrate.assumed import assumed, by_default, default_tolerances, moved
 from fitting.data.recordings import read_campaign
+from fitting.specimens import SPRING
 
 EXAMPLES = Path(__file__).parents[2] / "calibration_data" / "examples"
 
@@ -26,3 +27,43 @@ def test_an_alloy_that_is_not_stated_is_said_with_what_to_write(springs):
     (sentence,) = assumed([silent, *springs[1:]])
     assert sentence.startswith(f"{springs[0].name}: ") and "alloy = krl35" in sentence
     assert 'alloy = "fit"' in sentence and "wire_diameter_mm" not in sentence
+
+
+def silent_of_tolerances(campaign):
+    return replace(campaign, recordings=[replace(r, tolerance=None) for r in campaign.recordings])
+
+
+def test_default_tolerances_are_said_by_their_size():
+    """The defaults held without a word."""
+    campaign = silent_of_tolerances(read_campaign(EXAMPLES / "spring"))
+    free = SPRING.parameters_for(campaign)
+    (sentence,) = default_tolerances(campaign.recordings, free)
+    assert "wire_diameter, mandrel_diameter" in sentence and "initial_pitch" in sentence
+    assert "to 2 %" in sentence and "to 5 %" in sentence and sentence.startswith("no [tolerance] is stated")
+    (some,) = default_tolerances([*campaign.recordings[:1], *read_campaign(EXAMPLES / "spring").recordings[1:]], free)
+    assert some.startswith(f"no [tolerance] of {campaign.recordings[0].name} is stated")
+
+
+def test_stated_tolerances_are_not_said(springs):
+    campaign = read_campaign(EXAMPLES / "spring")
+    free = SPRING.parameters_for(campaign)
+    assert default_tolerances(springs, free) == [] == moved(springs, free, free.valuesdict())
+
+
+def test_a_prior_of_a_table_is_no_default_tolerance():
+    campaign = silent_of_tolerances(read_campaign(EXAMPLES / "spring"))
+    campaign = replace(
+        campaign, recordings=[replace(r, geometry={**r.geometry, "alloy": "fit"}) for r in campaign.recordings]
+    )
+    names = by_default(campaign.recordings, SPRING.parameters_for(campaign))
+    assert "wire_diameter" in names and "G_m" not in names
+
+
+def test_a_constant_that_moved_far_is_named_with_its_shift():
+    """A wire of 0.25 mm became one of 0.268 mm without a word."""
+    campaign = silent_of_tolerances(read_campaign(EXAMPLES / "spring"))
+    free = SPRING.parameters_for(campaign)
+    at = free.valuesdict()
+    assert moved(campaign.recordings, free, at) == []
+    (sentence,) = moved(campaign.recordings, free, {**at, "wire_diameter": 0.268e-3, "G_m": 1.05 * at["G_m"]})
+    assert "wire_diameter" in sentence and "from 0.25 to 0.268 mm, by 3.6 of these" in sentence

@@ -105,7 +105,12 @@ def test_the_command_writes_everything_or_nothing(soft_campaign, tmp_path):
     }
     report = json.loads((out / "report.json").read_text())
     assert report["effects"][0]["name"] == "mullins_softening" and report["verdict"] == "mismatch"
+    (table,) = report["base_tables"]
+    assert table["name"] == "dragon_skin_10_fast" and not table["stated"] and "Allen" in table["citation"]
     page = (out / "report.html").read_text()
+    assumed = "The silicone has the constants of dragon_skin_10_fast: Smooth-On"
+    assert page.index("<h2>Base model</h2>") < page.index(assumed) < page.index("Recordings and models")
+    assert assumed in run.stdout
     assert page.index("mullins_softening") < page.index("<img") and "http://" not in page.replace(
         "http://www.w3.org", ""
     )

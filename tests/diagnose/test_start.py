@@ -1,6 +1,7 @@
 """What recordings are compared with: tables that are named, a law that is fitted first, what `characterise` found."""
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,6 +15,7 @@ from fitting.data.recordings import read_campaign
 from fitting.diagnose import diagnose
 from fitting.diagnose.check import with_tables
 from fitting.diagnose.evaluate import start
+from fitting.diagnose.evaluate.base_tables import base_tables
 from fitting.diagnose.evaluate.start import begun_at, characterised, identifies, start_of
 from fitting.specimens.saved_models import load_model
 from pneusma_jax.errors import InputError
@@ -148,3 +150,38 @@ def test_what_characterise_found_is_a_start_of_the_base_model(monkeypatch):
     np.testing.assert_allclose(other, [1.0, 4.0, 0.0])
     nothing = characterised(wire("niti_wire"), "wire", lambda word: None)
     assert not nothing and begun_at(nothing, unknowns) == []
+
+
+EXAMPLES = Path(__file__).parents[2] / "calibration_data" / "examples"
+
+
+@pytest.mark.parametrize(
+    ("kind", "names"),
+    [
+        ("spring", ["krl35"]), ("wire", ["niti_wire"]), ("tube", ["dragon_skin_10_fast"]),
+        ("actuator", ["krl35", "dragon_skin_10_fast"]),
+    ],
+)  # fmt: skip
+def test_the_base_model_names_its_tables_and_their_source(kind, names):
+    campaign = read_campaign(EXAMPLES / kind)
+    found = base_tables(campaign, kind)
+    assert [one.name for one in found] == names and all(one.stated for one in found)
+    assert all("as the recordings state" in one.text for one in found if not one.identified)
+    assert "(E. A. Allen, " in found[0].text or kind == "wire"
+
+
+def test_an_assumed_alloy_is_said_to_be_assumed():
+    """A diagnosis did not name the alloy that it took for one that nobody stated."""
+    campaign = read_campaign(EXAMPLES / "spring")
+    silent = [{k: v for k, v in r.geometry.items() if k != "alloy"} for r in campaign.recordings]
+    recordings = [replace(r, geometry=g) for r, g in zip(campaign.recordings, silent, strict=True)]
+    (table,) = base_tables(replace(campaign, recordings=recordings), "spring")
+    assert not table.stated and "krl35" in table.text and "No recording states its alloy" in table.text
+
+
+def test_an_alloy_to_be_identified_begins_at_a_named_table(coupons):
+    campaign = read_campaign(EXAMPLES / "spring")
+    recordings = [replace(r, geometry={**r.geometry, "alloy": "fit"}) for r in campaign.recordings]
+    (table,) = base_tables(replace(campaign, recordings=recordings), "spring")
+    assert table.identified and "begins at the table new_nitinol" in table.text
+    assert base_tables(read_campaign(coupons), "elastomer", {"material": None}) == ()

@@ -184,7 +184,11 @@ def characterise_spring(
         scores=tuple(scores(joint.problem, joint.values)),
         next_test=next_test(joint.problem, joint.parameters, fisher, identify),
         real=all_real(recordings),
-        notices=(*order(found, best), *(() if identify else _held(joint)), *notices_of(recordings)),
+        notices=(
+            *order(found, best),
+            *(() if identify else _held(joint)),
+            *notices_of(recordings, joint.parameters),
+        ),
         seed=seed,
         softer=chosen.reading.softer,
         combinations=tuple(plateaus(single, quantities, fitted, profiled)),

@@ -26,6 +26,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 
 from ..settings import DEFAULT
+from .base_tables import BaseTable
 from .unknowns import Unknowns
 
 SCALING = DEFAULT.scaling
@@ -40,12 +41,14 @@ class Start:
         tables: tables to start from, as `Program.of` takes them.
         held: names of constants that are not free beside these tables.
         notes: cautions for the reader.
+        constants: tables whose constants the base model has, apart from `tables`.
     """
 
     words: str = ""
     tables: Mapping[str, Calibration] = field(default_factory=dict)
     held: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    constants: tuple[BaseTable, ...] = ()
 
 
 def identifies(campaign: Campaign, kind: str) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Array
 
-from fitting.inference.parameters import Parameters, Prior
+from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.specimens.rows import MARK, Rows
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.effects import CATALOGUE, Effect, specs_of
@@ -146,6 +146,17 @@ class Unknowns:
     def values(self, u: np.ndarray) -> dict[str, float]:
         """Base constants in SI by name."""
         return {self.items[k].name: float(self.items[k].value(u[k])) for k in self.base}
+
+    def parameters(self) -> Parameters:
+        """The base constants with their priors, SI; without those that are logarithmic."""
+        items = (self.items[k] for k in self.base)
+        return Parameters(
+            *(
+                Parameter(item.name, item.reference, unit=item.unit, prior=Prior(item.reference, item.scale))
+                for item in items
+                if not item.logarithmic
+            )
+        )
 
     def stated(self, u: np.ndarray, stacked: Rows) -> dict[str, np.ndarray]:
         """Every number of every recording's base model in SI, by name, shape (recordings,)."""

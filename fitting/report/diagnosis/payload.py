@@ -56,6 +56,7 @@ def content(conclusion: Conclusion) -> dict:
         "nameless_correction": _competitor(conclusion),
         "noise": [asdict(one) for one in noise_used(explanation.program)],
         "base_model": conclusion.start.words or "the published model",
+        "base_tables": [asdict(table) for table in conclusion.start.constants],
         "base_parameters": _base(conclusion),
         "not_testable_here": explanation.steps[0].score_test.untestable if explanation.steps else [],
         "remainder": _discrepancy(conclusion),

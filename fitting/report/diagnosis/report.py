@@ -52,6 +52,7 @@ def report_of(
         warnings=[f"{note}." for note in conclusion.notes],
         real=False if simulated else None,
         sections=[
+            Section("Base model", [Points(text.base_model(conclusion))]),
             Section("Effects that were asked about", [Points([one["text"] for one in conclusion.asked])]),
             Section("Recordings and models", [
                 Picture("recordings", _caption(conclusion), lambda: recordings_figure(conclusion)),

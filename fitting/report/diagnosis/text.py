@@ -1,8 +1,10 @@
 """Sentences of the page of a diagnosis; verdict and place have theirs in `fitting.diagnose.verdict.text`."""
 
+from fitting.calibrate.assumed import default_tolerances
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.probabilities import Found
 from fitting.diagnose.verdict.text import base_named, went
+from fitting.inference.notes import capital
 from pneusma_jax.errors import counted
 from pneusma_jax.model_discrepancy import unit_of
 
@@ -21,6 +23,15 @@ def question(conclusion: Conclusion) -> str:
         f"Does {model} explain {counted(len(program.recordings), 'recording')} of kind {program.kind} "
         f"({sum(map(bool, program.fitted))} fitted)? If not, what does it leave out?"
     )
+
+
+def base_model(conclusion: Conclusion) -> list[str]:
+    """Sentences on the constants that the recordings are compared with, and how well these are known."""
+    program, start = conclusion.explanation.program, conclusion.start
+    whole = f"The recordings are compared with {start.words}." if start.words else ""
+    tolerances = default_tolerances(program.recordings, program.unknowns.parameters())
+    said = [whole, *(table.text for table in start.constants), *(f"{capital(one)}." for one in tolerances)]
+    return [one for one in said if one]
 
 
 def effect(found: Found) -> str:

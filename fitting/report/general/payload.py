@@ -81,7 +81,7 @@ def _more(result: GeneralCharacterisation) -> dict[str, Any]:
         "metrics_held_out": _by_column(overall(result.scores, "validation")),
         "metrics_by_recording": per,
         **_model_json(result),
-        "notices": notices_of(result.fit.recordings, most_rows(result)),
+        "notices": notices_of(result.fit.recordings, result.fitted, most_rows(result)),
         **_half_way(result),
         "identifiability": result.identifiability,
         "profiles": profile_likelihood.document(result),

@@ -30,7 +30,7 @@ def report_of(result: GeneralCharacterisation) -> Report:
     """The report of the result."""
     drawn = pictures(result)
     loose = [entry["text"] for entry in result.identifiability] or [NOTHING]
-    notices = notices_of(result.fit.recordings, most_rows(result))
+    notices = notices_of(result.fit.recordings, result.fitted, most_rows(result))
     return Report(
         title=result.title,
         subtitle=_subtitle(result),

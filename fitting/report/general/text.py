@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.calibrate.assumed import moved
 from fitting.calibrate.general.fit import MISFIT, OVERSTATED
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
@@ -209,6 +210,7 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
         sentences.append(
             "Only one of the starts ended at the best fit: there may be a better one that none found."
         )
+    sentences += moved(result.fit.recordings, result.fitted, result.fit.result.values)
     sentences += lasting_zeros(result.lasting)
     return sentences + limits(result.parameters) + profile_likelihood.warnings(result)
 

@@ -1,6 +1,6 @@
 """Sentences on the alloy from tests of a spring on a stand, for the laboratory."""
 
-from fitting.calibrate.assumed import assumed
+from fitting.calibrate.assumed import assumed, moved
 from fitting.calibrate.general.fit import OVERSTATED
 from fitting.calibrate.spring.joint import MISFIT, lead
 from fitting.calibrate.spring.modes import Mode
@@ -106,6 +106,8 @@ def warnings(result: SpringCharacterisation) -> list[str]:
             f"chi-square larger by {ahead:.3g}. There may be a better fit; --starts tries more. Standard "
             "errors span the fits that were found."
         )
+    recordings = [test.recording for test in result.tests]
+    sentences += moved(recordings, result.fitted, result.joint.values)
     sentences += lasting_zeros(result.lasting) + limits(result.parameters)
     sentences += profile_likelihood.warnings(result)
     sentences += [blind_sentence(score) for score in result.scores if score.uninformed > BLIND_SHARE]
