@@ -31,7 +31,7 @@ from .provenance import Provenance, find_provenance
 from .raw import RawFile
 from .running_clock import with_clock
 from .signs_and_zeros import correct_signs_and_zeros, gauge_pressure, subtract
-from .specimen_sizes import say_other_sizes
+from .specimen_sizes import geometry_of_file, say_other_sizes
 from .strain_unit import refuse_far_wire, say_far, settle_strain_unit
 from .texts import MOST_LISTED
 from .unused import explain, mark_used
@@ -270,14 +270,15 @@ def _geometry(facts: Facts, making: Making) -> dict:
     for key in sorted({*making.options.dimensions} - {*stated}):  # those in the table are asked about there
         if why := unusual_size(key, making.options.dimensions[key], schema.geometry_unit(key)):
             making.warn(f"--dimension {key}: {why}")
-    geometry = {**facts.geometry, **stated}
+    of_file = geometry_of_file(making)
+    geometry = {**facts.geometry, **of_file, **stated}
     fitted = {"elastomer": "material", "wire": "alloy"}.get(kind)
     if fitted and fitted not in geometry:
         geometry[fitted] = "fit"
         notices.append(
             f'{fitted} = "fit": its law is to be identified; name a known one in the sidecar instead'
         )
-    elif kind in ("spring", "actuator") and not stated:
+    elif kind in ("spring", "actuator") and not {**of_file, **stated}:
         notices.append(
             "the sidecar has no [geometry]: state the specimen's with --dimension, or the source's is assumed"
         )

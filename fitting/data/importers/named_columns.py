@@ -27,7 +27,10 @@ from .spelling import dimension, unit_name
 from .unmodelled import KINDS, unmodelled
 
 NAME = "named-columns"
-COIL_SIZES = ("active_coils", "mandrel_diameter_mm", "initial_pitch_mm", "free_length_mm")
+COIL_SIZES = (
+    "active_coils", "mandrel_diameter_mm", "initial_pitch_mm", "free_length_mm", "coil_diameter_mm",
+    "coil_outer_diameter_mm",
+)  # fmt: skip
 """Dimensions that only a coiled spring has."""
 METAL_MODULUS_MPA = 500.0
 """Minimum modulus of a metal [MPa]; above that of any elastomer (100 MPa) and below that of any nitinol (5
@@ -104,8 +107,11 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
             fits.append(kind.name)
     if {"wire", "elastomer"} <= set(fits):
         fits.remove("elastomer" if _is_wire(sample, channels, options, available) else "wire")
-    if "spring" in fits and {"wire", "elastomer"} & set(fits) and not _coiled(sample, options):
-        fits.remove("spring")  # a gauge length and a cross-section are those of a straight specimen
+    if "spring" in fits and {"wire", "elastomer"} & set(fits):
+        if _has_coils(sample, options):
+            fits = ["spring"]  # its wire has a cross-section, too
+        elif not _coiled(sample, options):
+            fits.remove("spring")  # a gauge length and a cross-section are those of a straight specimen
     if {"tube", "actuator"} <= set(fits):
         fits.remove(
             "tube" if available & {"curvature", "bend_angle", "resistance_1", "resistance_2"} else "actuator"
@@ -131,8 +137,13 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
 def _coiled(sample: Sample, options: Options) -> bool:
     """True if the file or the user mentions a spring."""
     words = f"{sample.title} {sample.head}".lower()
-    sizes = {*options.dimensions, *sample.sizes}
-    return bool(re.search(r"spring|feder|coil|ressort", words)) or bool(sizes & set(COIL_SIZES))
+    return bool(re.search(r"spring|feder|coil|ressort", words)) or _has_coils(sample, options)
+
+
+def _has_coils(sample: Sample, options: Options) -> bool:
+    """True if the file or the user states sizes of a coil. A free length in a file may be that of a wire."""
+    of_file = {*sample.sizes} - {"free_length_mm"}
+    return bool({*options.dimensions, *of_file} & set(COIL_SIZES))
 
 
 def _nearest(available: set[str]) -> str:

@@ -139,8 +139,8 @@ def _wanted(raw: RawFile, sheet: str) -> list[Page]:
 def _sheet_description(page: Page, sizes: Sizes, table: dict[str, Sizes], selected: bool) -> str:
     """Description of a sheet without a test."""
     if sizes or table:
-        texts = [size.said for size in sizes.values()] + [
-            f"{name}: {', '.join(s.said for s in own.values())}" for name, own in table.items()
+        texts = list(dict.fromkeys(size.said for size in sizes.values())) + [
+            f"{name}: {', '.join(dict.fromkeys(s.said for s in own.values()))}" for name, own in table.items()
         ]
         return f"sheet {page.name!r} states sizes: {'; '.join(texts)}"
     return f"sheet {page.name!r} " + (

@@ -47,9 +47,47 @@ _WORDS: dict[str, tuple[str, ...]] = {
     ),
     "diameter_mm": (
         "diameter", "specimen diameter", "sample diameter", "cylinder diameter", "initial diameter",
-        "wire diameter", "d0", "ø",
+        "d0", "ø",
         "durchmesser", "diamètre", "puck diameter", "outer diameter of the specimen",
     ),
+    "wire_diameter_mm": (
+        "wire diameter", "wire dia", "diameter of the wire", "diameter of wire", "drahtdurchmesser",
+        "drahtdicke", "diamètre du fil", "diamètre de fil",
+    ),
+    "mandrel_diameter_mm": (
+        "mandrel diameter", "mandrel", "diameter of the mandrel", "inner coil diameter",
+        "coil inner diameter", "spring inner diameter", "inner diameter of the coil", "coil id",
+        "dorndurchmesser", "dorn", "innerer windungsdurchmesser", "diamètre du mandrin",
+    ),
+    "coil_diameter_mm": (
+        "coil diameter", "mean coil diameter", "coil mean diameter", "spring diameter",
+        "mean spring diameter", "spring mean diameter", "mean diameter",
+        "windungsdurchmesser", "mittlerer windungsdurchmesser", "diamètre d'enroulement", "diamètre moyen",
+    ),
+    "coil_outer_diameter_mm": (
+        "outer coil diameter", "coil outer diameter", "spring outer diameter", "outer diameter of the coil",
+        "coil od", "äußerer windungsdurchmesser",
+    ),
+    "active_coils": (
+        "active coils", "number of active coils", "no of active coils", "coils", "number of coils",
+        "no of coils", "coil count", "active turns", "turns", "number of turns", "number of active turns",
+        "windungen", "windungszahl", "federnde windungen", "anzahl windungen", "spires actives",
+        "nombre de spires",
+    ),
+    "initial_pitch_mm": (
+        "pitch", "initial pitch", "coil pitch", "spring pitch", "pitch of the coil", "pitch of the coils",
+        "windungssteigung", "steigung", "pas initial",
+    ),
+    "free_length_mm": (
+        "free length", "spring free length", "free length of the spring", "free spring length",
+        "unstretched length", "unloaded length", "rest length", "ungespannte länge", "freie länge",
+        "longueur libre",
+    ),
+    "outer_diameter_mm": ("outer diameter", "tube outer diameter", "außendurchmesser", "diamètre extérieur"),
+    "wall_thickness_mm": (
+        "wall thickness", "wall", "tube wall thickness", "wandstärke", "wanddicke", "épaisseur de paroi",
+    ),
+    "length_mm": ("tube length", "length of the tube", "schlauchlänge"),
     "width_mm": (
         "width", "specimen width", "sample width", "initial width", "b0", "w0", "breite", "largeur",
         "largeur éprouvette",
@@ -70,9 +108,14 @@ _WORDS: dict[str, tuple[str, ...]] = {
 _KEY = {word: key for key, words in _WORDS.items() for word in words}
 _SYMBOLS = {
     "gauge_length_mm": "l", "length": "lh", "area_mm2": "as", "diameter_mm": "d", "width_mm": "bw",
-    "thickness_mm": "athds",
+    "thickness_mm": "athds", "wire_diameter_mm": "d", "mandrel_diameter_mm": "d", "coil_diameter_mm": "d",
+    "active_coils": "n", "initial_pitch_mm": "p",
 }  # fmt: skip
 """Letters that machines write behind the name of a size, with or without a 0: `Probenbreite b0`."""
+_ALSO = {"wire_diameter_mm": "diameter_mm"}
+"""Size of a straight specimen that a size of its own name is as well."""
+_COUNTED = re.compile(r"(coils?|turns?|windungen|spires?|pcs|-|1)?", re.IGNORECASE)
+"""Words behind a number of coils."""
 CONSTANTS = ("temperature_degC", "stress_MPa")
 """What a file may state of a test; no size of the specimen."""
 _NUMBER = r"[+-]?(?:\d[\d.,'’ ]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?"
@@ -122,7 +165,8 @@ def sizes_in(rows: Iterable[Sequence[str]]) -> Sizes:
 
     Returns:
         Dimensions by the name of `--dimension` (or of `--constant` for a temperature or a dead-weight
-        stress). A length that may be the whole specimen's is under `length`.
+        stress). A length that may be the whole specimen's is under `length`; a spring's coil, which has a
+        mandrel there, under `coil_diameter_mm` or `coil_outer_diameter_mm`.
     """
     found: Sizes = {}
     for row in rows:
@@ -130,8 +174,14 @@ def sizes_in(rows: Iterable[Sequence[str]]) -> Sizes:
         read = _of_cells(cells) or _of_text(cells[0] if len(cells) == 1 else ",".join(cells))
         if read is not None:
             key, size = read
-            found[key] = found[key].beside(size) if key in found else size
+            for name in _names_of(key):
+                found[name] = found[name].beside(size) if name in found else size
     return found
+
+
+def _names_of(key: str) -> tuple[str, ...]:
+    """Keys under which a size is found."""
+    return (key, _ALSO[key]) if key in _ALSO else (key,)
 
 
 def _of_cells(cells: list[str]) -> tuple[str, Size] | None:
@@ -176,6 +226,9 @@ def _size(name: str, number: str, unit: str | None, said: str) -> tuple[str, Siz
     value = to_number(number.strip(), ",") if value is None else value
     if key is None or value is None or math.isnan(value):
         return None
+    if key == "active_coils":
+        counts = value > 0.0 and _COUNTED.fullmatch((unit or "").strip()) is not None
+        return (key, Size(value, said)) if counts else None
     wanted = "mm" if key == "length" else key.rpartition("_")[2]
     if unit is None or not unit:
         if key in CONSTANTS:
@@ -243,7 +296,7 @@ def _by_specimen(
             word = next(word for word, known in _KEY.items() if known == key)
             read = _size(word, text, unit, f"{written} {text}") if text else None
             if read is not None:
-                sizes[key] = read[1]
+                sizes |= dict.fromkeys(_names_of(key), read[1])
         named = next((row[c] for c in labels if c < len(row) and row[c]), "")
         if not sizes:
             break

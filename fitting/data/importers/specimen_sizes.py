@@ -2,6 +2,7 @@
 file."""
 
 import math
+import re
 from collections.abc import Mapping
 
 from ..recordings.sidecar import implausible_size
@@ -16,10 +17,21 @@ ROUNDING = 1e-3
 """Maximum relative difference of one size that is stated twice, in two units for example."""
 _OF_THE_FILE = {
     "gauge_length_mm": ("gauge_length_mm", "length"), "length_mm": ("length", "gauge_length_mm"),
-    "free_length_mm": ("length",), "wire_diameter_mm": ("diameter_mm",),
-    "outer_diameter_mm": ("diameter_mm",), "wall_thickness_mm": ("thickness_mm",),
+    "free_length_mm": ("free_length_mm", "length"), "wire_diameter_mm": ("wire_diameter_mm", "diameter_mm"),
+    "outer_diameter_mm": ("outer_diameter_mm", "diameter_mm"),
+    "wall_thickness_mm": ("wall_thickness_mm", "thickness_mm"),
 }  # fmt: skip
 """Sizes that a file may state in place of one of the user's."""
+
+OF_KIND = {
+    "spring": (
+        "wire_diameter_mm", "mandrel_diameter_mm", "initial_pitch_mm", "active_coils", "free_length_mm",
+    ),
+    "tube": ("outer_diameter_mm", "wall_thickness_mm", "length_mm"),
+}  # fmt: skip
+"""Sizes of `[geometry]` that a file of a kind may state."""
+_WIRES_ACROSS = {"coil_diameter_mm": 1.0, "coil_outer_diameter_mm": 2.0}
+"""Number of wire diameters by which a diameter of a coil exceeds its mandrel's."""
 
 
 def gauge_length_mm(making: Making, quiet: bool = False) -> float | None:
@@ -124,6 +136,64 @@ def _area(names: tuple[str, ...], values: list[float]) -> float:
     return math.prod(values)
 
 
+def geometry_of_file(making: Making) -> dict[str, float]:
+    """Sizes of a spring or a tube that the file states and the user does not, by key of `[geometry]`.
+
+    Each is told in a notice. A mandrel follows from a coil's diameter less the wire's.
+    """
+    geometry = {}
+    for key in OF_KIND.get(making.kind, ()):
+        if key in making.options.dimensions:
+            continue
+        if key in making.sizes:
+            geometry[key] = making.sizes[key].value
+            _notice_dimension(making, key, "the " + worded(key), quiet=False)
+    if making.kind == "spring" and "mandrel_diameter_mm" not in making.options.dimensions:
+        geometry |= _mandrel(making, {**geometry, **making.options.dimensions})
+    return geometry
+
+
+def worded(key: str) -> str:
+    """A key of `[geometry]` in words: `wire diameter`."""
+    return key.removesuffix("_mm").replace("_", " ")
+
+
+def _mandrel(making: Making, known: Mapping[str, float]) -> dict[str, float]:
+    """Diameter of the mandrel [mm] by the diameter of the coil; nothing where the file states it itself.
+
+    A coil's diameter that contradicts a stated mandrel is asked about.
+    """
+    found = next((key for key in _WIRES_ACROSS if key in making.sizes), None)
+    if found is None:
+        return {}
+    size, option = making.sizes[found], "--dimension mandrel_diameter_mm=..."
+    said = f"the file states {size.said!r}"
+    wire = known.get("wire_diameter_mm")
+    if wire is None:
+        making.warn(f"{said}, but no wire diameter, so no mandrel follows from it; state {option}")
+        return {}
+    mandrel = size.value - _WIRES_ACROSS[found] * wire
+    if mandrel <= 0.0:
+        raise unusable(
+            making.place, f"{said}, which a wire of {wire:.6g} mm does not fit into; {option} corrects it"
+        )
+    stated = known.get("mandrel_diameter_mm")
+    if stated is not None:
+        if abs(stated - mandrel) > SAME * mandrel:
+            making.warn(
+                f"{said}, which with a wire of {wire:.6g} mm makes a mandrel of {mandrel:.6g} mm, but also a "
+                f"mandrel of {stated:.6g} mm, which was taken; {option} decides"
+            )
+        return {}
+    text = f"the mandrel diameter is {mandrel:.6g} mm, by the coil that the file states ({size.said!r})"
+    if found == "coil_outer_diameter_mm" or re.search(r"mean|mittler|moyen", size.said, re.IGNORECASE):
+        making.say(f"{text} and its wire")
+    else:
+        outer = f" ({mandrel - wire:.6g} mm if it is the outer one)" if mandrel > wire else ""
+        making.warn(f"{text}, taken as the mean one, and its wire{outer}; {option} corrects it")
+    return {"mandrel_diameter_mm": mandrel}
+
+
 def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
     """Report a dimension that was read from the file, with a warning if its unit was assumed.
 
@@ -131,13 +201,14 @@ def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
         InputError: if no specimen has that size.
     """
     size = making.sizes[key]
-    unit = "mm2" if key == "area_mm2" else "mm"
-    text = f"{what} is {size.value:.6g} {unit}, as the file states ({size.said!r})"
+    unit = "mm2" if key == "area_mm2" else "" if key == "active_coils" else "mm"
+    amount = f"{size.value:.6g} {unit}".rstrip()
+    text = f"{what} {'are' if what.endswith('s') else 'is'} {amount}, as the file states ({size.said!r})"
     named = "gauge_length_mm" if key == "length" else key
     option = f"--dimension {named}=..."
     if quiet:
         return
-    if wrong := implausible_size(named, size.value, unit):
+    if wrong := implausible_size(named, size.value, unit or "1"):
         raise unusable(
             making.place, f"{what}, as the file states it ({size.said!r}): {wrong}; {option} corrects it"
         )
