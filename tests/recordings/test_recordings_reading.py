@@ -97,6 +97,17 @@ def test_comments_bom_windows_line_ends_and_blank_lines(put, tmp_path):
     assert any("1 blank line " in text for text in recording.notices)
 
 
+def test_sizes_in_comments_are_asked_about(put):
+    """They were not read, and the source's spring was taken without a word."""
+    rows = "time_s,elongation_mm,force_N,resistance_ohm\n0,0,0.0,3.7\n1,1,0.1,3.6\n2,2,0.2,3.5\n"
+    comments = "# wire diameter: 0.3 mm\n# coil_diameter_mm = 1.15\n# Active coils: 48\n# pull 3: slow\n"
+    sidecar = 'kind = "spring"\n[geometry]\nactive_coils = 48.0\n'
+    asked = [n for n in read_recording(put(comments + rows, sidecar)).notices if "was not read" in n]
+    assert len(asked) == 2
+    assert "wire_diameter_mm under [geometry] of run_1.toml, or the source's 0.25 is taken" in asked[0]
+    assert "state mandrel_diameter_mm" in asked[1]
+
+
 def test_comments_between_the_rows_are_left_out_and_said(put):
     recording = read_recording(put("time_s,strain,stress_kPa\n0,0,0\n# belt touched, 5, 7\n1,0.1,5\n# end\n"))
     np.testing.assert_array_equal(recording.columns["strain"], [0.0, 0.1])

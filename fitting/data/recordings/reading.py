@@ -1,5 +1,6 @@
 """Reading of one recording: CSV, sidecar and overrides become a checked `Recording`."""
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,9 @@ from .checks import check_recording, question_units
 from .columns import canonical_columns, held_by, infer_kind
 from .recording import Recording
 from .table import Table, read_table, unusable
+
+_STATED = re.compile(r"(?P<name>[^\W\d][^\d:=]*?)\s*[:=]\s*[+-]?\.?\d")
+"""Beginning of a comment that states a number: `wire diameter: 0.25`."""
 
 
 def read_recording(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Recording:
@@ -91,7 +95,7 @@ def read_merged(
     )
     check_recording(recording, table.rows, where)
     question_units(recording, table.header, table.rows)
-    recording.notices.extend(_remarks(recording))
+    recording.notices.extend([*_sizes_in_comments(recording, beside.name), *_remarks(recording)])
     return recording
 
 
@@ -110,6 +114,25 @@ def _constants(
             file = table.path.name
             raise unusable(where, f"[constant] {name}: {file} has a column of it; remove one of them")
     return {**{name: value for name, value in shared.items() if not held_by(table, kind, name)}, **own}
+
+
+def _sizes_in_comments(recording: Recording, beside: str) -> list[str]:
+    """Questions about sizes of the specimen that comments state and [geometry] does not."""
+    known = {key: key for key in recording.full_geometry() if key in schema.GEOMETRY_NUMBERS}
+    if "mandrel_diameter_mm" in known:
+        known["coil_diameter_mm"] = "mandrel_diameter_mm"  # the wire wider
+    words = {key.removesuffix("_mm").replace("_", " "): stated for key, stated in known.items()}
+    found = []
+    for comment in recording.comments:
+        stated = _STATED.match(comment)
+        name = " ".join(re.split(r"[\s_]+", stated["name"].lower())) if stated else ""
+        key = words.get(name.removesuffix(" mm"))
+        if key is not None and key not in recording.geometry:
+            found.append(
+                f"check: the comment {comment!r} was not read; state {key} under [geometry] of {beside}, or "
+                f"the source's {recording.full_geometry()[key]:g} is taken"
+            )
+    return found
 
 
 def _remarks(recording: Recording) -> list[str]:
