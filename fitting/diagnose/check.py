@@ -21,7 +21,7 @@ from pneusma_jax.units import from_si
 from .evaluate.noise import noise_of
 from .settings import DEFAULT
 from .verdict.conclusion import Conclusion
-from .verdict.text import SEPARATE
+from .verdict.text import to_separate
 
 CAMPAIGNS = DEFAULT.campaigns
 
@@ -285,6 +285,7 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
         For each its name, whether it could be tested, and a sentence.
     """
     named = {f.slug: f.probability for f in conclusion.reported}
+    letter = conclusion.explanation.program.specimen.letter
     steps = conclusion.explanation.steps
     untestable = steps[0].score_test.untestable if steps else []
     found = []
@@ -294,7 +295,8 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
         elif slug in untestable:
             text = (
                 f"{slug} cannot be tested with these recordings: no output changes with it, or base "
-                f"constants absorb what does. To test it: {SEPARATE.get(slug, 'vary what drives it')}."
+                f"constants absorb what does. To test it: "
+                f"{to_separate(slug, letter, 'vary what drives it')}."
             )
         elif slug in conclusion.candidates and conclusion.within_accuracy:
             text = (

@@ -20,8 +20,9 @@ from fitting.diagnose.verdict import unknown
 from fitting.diagnose.verdict.assess import Assessment
 from fitting.diagnose.verdict.conclude import _left_over, conclude
 from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
+from fitting.diagnose.verdict.locate import _region, sized
 from fitting.diagnose.verdict.probabilities import effects_found, probabilities
-from fitting.diagnose.verdict.text import verdict_sentences
+from fitting.diagnose.verdict.text import SEPARATE_OF, separating, verdict_sentences
 from fitting.diagnose.verdict.unexplained import (
     chance_without_a_name,
     contradicted,
@@ -352,3 +353,31 @@ def test_all_recordings_are_not_searched_together_where_no_set_comes_near_the_no
     assert CONSTANT in found.final.slugs
     assert any("recordings for validation" in one for one in said) is not far
     assert found.together is not far
+
+
+@pytest.mark.parametrize(
+    ("kind", "driver", "value", "said"),
+    [
+        ("spring", "force", 1.24, "1.24 N"), ("spring", "elongation", 0.012, "12 mm"), ("spring", "xi0", 0.5, "0.5"),
+        ("actuator", "pressure", 2.5e4, "25 kPa"), ("actuator", "pressure_rate", 1200.0, "1.2e+03 Pa/s"),
+        ("elastomer", "max_strain", 0.4, "0.4"), ("wire", "time", 60.0, "60 s"), ("wire", "temperature", 31.0, "31 degC"),
+    ],
+)  # fmt: skip
+def test_limits_of_a_place_have_their_unit(kind, driver, value, said):
+    """A place was told as `force > 1.24`."""
+    assert sized(kind, driver, value) == said
+
+
+def test_a_place_is_told_with_its_unit():
+    x = np.linspace(0.0, 2.0, 200)
+    assert _region("spring", "force", x, np.where(x > 1.24, 5.0, 0.1)).startswith("force > 1.3 N (")
+
+
+@pytest.mark.parametrize("letter", ["S", "W", "E"])
+def test_no_pressure_is_asked_of_a_specimen_without_any(letter):
+    """A spring was told to make ten cycles of pressure."""
+    slugs = [slug for slug, effect in CATALOGUE.items() if letter in effect.kinds]
+    asked = " ".join(separating([slug], letter) for slug in slugs)
+    assert not any(word in asked for word in ("pressure", "actuator", "tube"))
+    assert "pressure" in separating(["cyclic_shakedown"], "A")
+    assert set(SEPARATE_OF[letter]) <= set(slugs)

@@ -295,18 +295,18 @@ def _next(explanation: Explanation, found: list[Found]) -> dict | None:
     if not first or not found:
         return None
     rivals = [t for t in explanation.leading.candidates if t is not first]
-    names = [first.slug, *(t.slug for t in rivals[:1])]
+    names, letter = [first.slug, *(t.slug for t in rivals[:1])], explanation.program.specimen.letter
     if not rivals:
         return {
-            "text": separating(names),
+            "text": separating(names, letter),
             "separates": names,
             "expected_log_bayes_factor": max(first.bayes, 0.0),
         }
     design = best_design(explanation.program, first, rivals[0])
     if design is None:
-        return {"text": separating(names), "separates": names, "expected_log_bayes_factor": 0.0}
+        return {"text": separating(names, letter), "separates": names, "expected_log_bayes_factor": 0.0}
     text = (
         f"Repeat {design.recording} {design.change}: it would tell {names[0]} from {names[1]} by a log Bayes "
-        f"factor of about {design.log_bayes:.3g}. {separating(names)}"
+        f"factor of about {design.log_bayes:.3g}. {separating(names, letter)}"
     )
     return {"text": text, "separates": names, "expected_log_bayes_factor": float(design.log_bayes)}

@@ -4,6 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fitting.data.recordings import schema
+from pneusma_jax.model_discrepancy import unit_of
+from pneusma_jax.units import amount, from_si
+
 from ..evaluate.evaluation import row_count
 from ..evaluate.program import Program
 from ..fit.refit import Fit
@@ -55,7 +59,7 @@ def locate(explanation: Explanation) -> Place:
         if share is not None:
             shares[name] = share
     ranked = sorted(shares, key=lambda name: -shares[name])[: CAMPAIGNS.maximum_told]
-    regions = [_region(name, drivers[name][valid], misfit[valid]) for name in ranked[:1]]
+    regions = [_region(program.kind, name, drivers[name][valid], misfit[valid]) for name in ranked[:1]]
     rows = _window(program, misfit, valid)
     if rows is not None and regions:
         where = next(r for r in program.recordings if r.name == rows[0])
@@ -82,6 +86,21 @@ def knots_of(values: np.ndarray, count: int) -> np.ndarray | None:
         if not knots or knot - knots[-1] > apart:
             knots.append(knot)
     return np.array(knots) if len(knots) >= 3 else None
+
+
+def sized(kind: str, driver: str, value: float) -> str:
+    """A value of a driver as text, in the unit of its column if it was recorded, else in SI.
+
+    Args:
+        kind: kind of the recordings.
+        driver: name of the driver.
+        value: its value, SI.
+    """
+    column = schema.column_of(kind, driver.removeprefix("max_"))
+    if column is None:
+        return amount(f"{value:.3g}", unit_of(driver) or "")
+    unit = schema.quantity_and_unit(column)[1]
+    return amount(f"{from_si(value, unit):.3g}", unit)
 
 
 def hats_at(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
@@ -164,7 +183,7 @@ def _explained(x: np.ndarray, y: np.ndarray) -> float | None:
     return float(np.sum(count * mean**2) / max(np.sum(y**2), 1e-12))
 
 
-def _region(name: str, x: np.ndarray, y: np.ndarray) -> str:
+def _region(kind: str, name: str, x: np.ndarray, y: np.ndarray) -> str:
     """The half-range of a driver that holds most of the misfit for its size, in words."""
     x = np.nan_to_num(x)
     total, best = max(float(np.sum(y**2)), 1e-12), None
@@ -178,7 +197,7 @@ def _region(name: str, x: np.ndarray, y: np.ndarray) -> str:
                     best = (lead, word, limit, share)
     if best is None:
         return f"all of {name}"
-    return f"{name} {best[1]} {best[2]:.3g} ({100.0 * best[3]:.0f} % of the misfit)"
+    return f"{name} {best[1]} {sized(kind, name, best[2])} ({100.0 * best[3]:.0f} % of the misfit)"
 
 
 def _window(program: Program, misfit: np.ndarray, valid: np.ndarray) -> tuple[str, int, int] | None:

@@ -15,7 +15,7 @@ from pneusma_jax.late import Late
 from ..evaluate.program import Program
 from ..fit.refit import Fit
 from ..settings import DEFAULT
-from .locate import distinct_drivers
+from .locate import distinct_drivers, sized
 
 stats = Late("scipy.stats")
 PLACE = DEFAULT.place
@@ -93,7 +93,7 @@ def _share(square: np.ndarray, inside: np.ndarray) -> float:
 def _stretches(program: Program, fit: Fit, chosen: np.ndarray) -> _Stretches:
     """Every chosen recording in stretches, with the regimes that their rows are in."""
     drivers, squares, members, texts = distinct_drivers(program, fit), [], [], []
-    regimes = [*_regimes(drivers), *_recordings(program)]
+    regimes = [*_regimes(program.kind, drivers), *_recordings(program)]
     for k in np.flatnonzero(chosen):
         row_squares, first = np.zeros(program.stacked.mask.shape[1]), 0
         counts = np.zeros_like(row_squares)
@@ -112,7 +112,7 @@ def _stretches(program: Program, fit: Fit, chosen: np.ndarray) -> _Stretches:
     return _Stretches(np.array(squares), np.array(members, bool).reshape(len(squares), len(texts)), texts)
 
 
-def _regimes(drivers: dict[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray]]:
+def _regimes(kind: str, drivers: dict[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray]]:
     """Names of regimes and the rows that are in them, (recordings, rows)."""
     for name, values in drivers.items():
         values, words = np.nan_to_num(values), name.replace("_", " ")
@@ -120,8 +120,8 @@ def _regimes(drivers: dict[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray]]
             continue
         for q in PLACE.quantiles:
             limit = float(np.quantile(values, q))
-            yield f"{words} above {limit:.3g}", values > limit
-            yield f"{words} below {limit:.3g}", values < limit
+            yield f"{words} above {sized(kind, name, limit)}", values > limit
+            yield f"{words} below {sized(kind, name, limit)}", values < limit
         if name != "time":
             change = np.gradient(_smooth(values), axis=1)
             yield f"{words} is rising", change > 0.0

@@ -66,13 +66,45 @@ SEPARATE = {
     "channel_lag": "give all channels one common pulse",
 }
 
+SEPARATE_OF = {
+    "S": {
+        "cyclic_shakedown": "make ten cycles of elongation alone and ten of heat alone",
+        "prestrain_error": "measure the spring's rest length, or repeat the recordings with another spring",
+        "series_resistance": "measure the spring with four wires, or heat it fully past its transformation",
+    },
+    "W": {
+        "cyclic_shakedown": "make ten cycles of load alone and ten of heat alone",
+        "series_resistance": "measure the wire with four wires, or heat it fully past its transformation",
+        "tension_compression_asymmetry": "compress a short piece of the wire as well",
+    },
+    "E": {"strain_stiffening": "pull another specimen to the largest strain of these recordings"},
+    "T": {"wall_eccentricity": "pressurise the tube, and again rolled by 180 degrees"},
+}
+"""The same where a kind of specimen, by its letter, needs other words."""
 
-def separating(slugs: Sequence[str]) -> str:
-    """Sentences on how to separate these explanations."""
-    first = SEPARATE.get(slugs[0], "repeat the recordings at another rate")
+
+def to_separate(slug: str, letter: str, otherwise: str = "repeat the recordings at another rate") -> str:
+    """Test that shows an effect.
+
+    Args:
+        slug: the effect.
+        letter: letter of the kind of specimen.
+        otherwise: words for an effect without a test of its own.
+    """
+    return SEPARATE_OF.get(letter, {}).get(slug) or SEPARATE.get(slug, otherwise)
+
+
+def separating(slugs: Sequence[str], letter: str) -> str:
+    """Sentences on how to separate these explanations.
+
+    Args:
+        slugs: the effects.
+        letter: letter of the kind of specimen.
+    """
+    first = to_separate(slugs[0], letter)
     if len(slugs) == 1:
         return f"To confirm {slugs[0]}: {first}."
-    second = SEPARATE.get(slugs[1], "repeat the recordings at another rate")
+    second = to_separate(slugs[1], letter)
     return f"To tell {slugs[0]} from {slugs[1]}: {first}; for the other, {second}."
 
 
