@@ -1,7 +1,9 @@
 """Shared parts of the reports on all characterised specimens: parameters as table, CSV and JSON."""
 
 import math
+import shlex
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from fitting.calibrate.combinations import Combination
@@ -26,6 +28,11 @@ CSV_DIGITS = 10
 """Number of significant digits in CSV files of results."""
 MOST_NAMES = 12
 """Maximum number of recordings that a subtitle names."""
+
+
+def ask(path: Path | None) -> str:
+    """Command that looks for missing physics in a campaign."""
+    return f"`pneusma diagnose {'' if path is None else shlex.quote(str(path))}".rstrip() + "`"
 
 
 def parameter_table(

@@ -1,18 +1,26 @@
 """The problem of a spring campaign, whose arrays are padded to few numbers of recordings."""
 
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from fitting.calibrate.spring import problem as problems
+from fitting.calibrate.spring.joint import missed
 from fitting.calibrate.spring.problem import Problem, residuals_and_freedom, solve, values_of
+from fitting.calibrate.spring.scores import scores
 from fitting.calibrate.spring.search import problem_of, readings_of
 from fitting.data.recordings import read_campaign
 from fitting.inference.latent_trajectory import smoother
+from fitting.report.spring.text import not_fitted
 from fitting.specimens.rows import Rows, stack
 from fitting.specimens.spring_trajectory import law_of, trajectory
 from pneusma_jax.nitinol import load_alloy
+from pneusma_jax.units import to_si
 
 
 @pytest.mark.parametrize("count", [2, 5, 7])
@@ -90,3 +98,34 @@ def test_a_row_remembers_what_the_row_before_does_or_that_row_itself(held, name)
         assert np.all((after == before) | (after == row))
         renewals += np.sum(after == row)
     assert renewals > 5
+
+
+def with_more_ohms(ohms):
+    """The shipped springs behind leads, at their true constants, as `not_fitted` takes a result."""
+    campaign = read_campaign("calibration_data/examples/spring")
+    for recording in campaign.recordings:
+        recording.columns["resistance_ohm"] = recording.columns["resistance_ohm"] + ohms
+    tests = readings_of(campaign.recordings, None, load_alloy("krl35"), None)[0].tests
+    problem = problem_of(campaign, tests, None, False, {})
+    truth = json.loads(Path("calibration_data/examples/spring/truth.json").read_text())["parameters"]
+    values = {name: to_si(truth[name]["value"], truth[name]["unit"]) for name in problem.parameters}
+    problem = problem.with_process_noise(values)
+    joint = SimpleNamespace(problem=problem, values=values, reduced_chi_square=7660.0)
+    return SimpleNamespace(joint=joint, scores=scores(problem, values), path=Path("my campaign"))
+
+
+def test_a_law_that_does_not_fit_is_said_with_its_place_and_the_next_command():
+    """Leads of 0.2 ohm ended in a fraction of 4 and in `leaves more than noise`."""
+    found = with_more_ohms(0.2)
+    (worst, output), rms = max(missed(found.joint.problem, found.joint.values).items(), key=lambda one: one[1])
+    first, fractions, last = not_fitted(found)
+    assert first.startswith("The law does not fit these tests: the reduced chi-square is 7660")
+    assert f"misses most in {worst}, where the {output} is off by" in first and rms > 50.0
+    assert "cold" in fractions and "outside 0 to 1" in fractions
+    assert last == "The numbers are only the nearest fit. `pneusma diagnose 'my campaign'` looks for the cause."
+
+
+def test_fractions_of_springs_without_leads_are_possible():
+    found = with_more_ohms(0.0)
+    assert all(score.impossible < 0.01 for score in found.scores)
+    assert len(not_fitted(found)) == 2

@@ -347,6 +347,19 @@ def lead(joint: Joint) -> float:
     return costs[1] - costs[0] if len(costs) > 1 and costs[1] - costs[0] > ALIKE else 0.0
 
 
+def missed(problem: Problem, values: Mapping[str, float]) -> dict[tuple[str, str], float]:
+    """Root mean square misfit at values over the noise as stated, by fitted test and output [1]."""
+    found, _ = residuals_and_freedom(values_of(problem.parameters, values), problem.stacked)
+    size, result = problem.stacked.mask.shape[1], {}
+    for place, output in enumerate(OUTPUTS):
+        weight = np.asarray(problem.stacked.weight[output])
+        for k in problem.fitted:
+            series = found[k, place * size : (place + 1) * size][weight[k] > 0.0]
+            if series.size:
+                result[problem.tests[k].name, output] = float(np.sqrt(np.mean(series**2)))
+    return result
+
+
 def misfits(problem: Problem, values: Mapping[str, float]) -> dict[int, float]:
     """Mean square of the force's misfit over its noise, of every fitted test, by its index."""
     series = force_misfit(problem, values)

@@ -69,6 +69,7 @@ class SpringCharacterisation(Characterisation):
         seed: seed of the scattered starts.
         softer: the phase that was taken as the softer one; None for a known alloy.
         combinations: quantities that the tests determine best: resistivities and stresses of both phases.
+        path: folder or file of the campaign.
         lasting: zeros of force and resistance that are off or drift, and what they add to errors.
     """
 
@@ -91,6 +92,7 @@ class SpringCharacterisation(Characterisation):
     softer: Softer | None = None
     combinations: tuple[Combination, ...] = ()
     lasting: Lasting | None = None
+    path: Path | None = None
 
     @property
     def fitted(self) -> Parameters:
@@ -193,6 +195,7 @@ def characterise_spring(
         softer=chosen.reading.softer,
         combinations=tuple(plateaus(single, quantities, fitted, profiled)),
         lasting=last,
+        path=campaign.path,
     )
 
 

@@ -21,6 +21,8 @@ UNINFORMED = 0.05
 It is at most 0.011 in all rows of the shipped campaign. It is 0.25 in its hot test where this is simulated at
 a fraction of 0.05. Any limit between them tells the two apart.
 """
+BEYOND = 3.0
+"""Minimum distance of a martensite fraction from 0 to 1 that noise does not make, in standard deviations."""
 NAMES_IN_MPA = {"mae": "mae_MPa", "rmse": "rmse_MPa"}
 """Names of the metrics of a stress that have a unit."""
 
@@ -55,6 +57,13 @@ class Score:
     uninformed: float
     resistance_rms: float
     force_rms: float
+
+    @property
+    def impossible(self) -> float:
+        """Share of rows whose fraction by resistance is below 0 or above 1 by more than its uncertainty."""
+        if not self.xi0.size:
+            return 0.0
+        return float(np.mean((self.xi0 > 1.0 + BEYOND * self.xi0_sd) | (self.xi0 < -BEYOND * self.xi0_sd)))
 
     @property
     def metrics(self) -> dict[str, float]:

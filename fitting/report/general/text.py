@@ -19,7 +19,7 @@ from pneusma_jax.errors import counted
 from pneusma_jax.units import amount
 
 from .. import profile_likelihood
-from ..characterisation import limits
+from ..characterisation import ask, limits
 from ..figures import axis_label
 from . import wires
 
@@ -38,11 +38,11 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
         law = law_of(result)
         worst = max((s for s in result.scores if s.role == "fit"), key=lambda s: s.rms_over_noise)
         sentences.append(
-            f"{law[0].upper()}{law[1:]} leaves more than noise: the reduced chi-square is "
+            f"{law[0].upper()}{law[1:]} does not fit these recordings: the reduced chi-square is "
             f"{number(fit.reduced_chi_square)}, and {worst.name} is missed by "
-            f"{number(worst.rms_over_noise, '.2g')} times its noise. The numbers are the nearest that "
-            "this law comes, not constants of nature. "
-            f"{_counted(fit.inflation, result.lasting)} `pneusma diagnose` looks for the cause."
+            f"{number(worst.rms_over_noise, '.2g')} times its noise. The numbers are only the nearest fit, "
+            "not constants of nature. "
+            f"{_counted(fit.inflation, result.lasting)} {ask(result.campaign.path)} looks for the cause."
         )
     elif fit.inflation > 1.0:
         sentences.append(lasting_sentence(fit.correlation_time, fit.inflation, result.lasting))

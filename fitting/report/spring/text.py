@@ -2,16 +2,17 @@
 
 from fitting.calibrate.assumed import assumed, moved
 from fitting.calibrate.general.fit import OVERSTATED
-from fitting.calibrate.spring.joint import MISFIT, lead
+from fitting.calibrate.spring.joint import MISFIT, lead, missed
 from fitting.calibrate.spring.modes import Mode
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.calibrate.spring.scores import Score, overall
 from fitting.calibrate.spring.stand_tests import SOFTER
+from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
-from ..characterisation import limits
+from ..characterisation import ask, limits
 from ..general.text import how_errors_grew, lasting_sentence, lasting_zeros, overstated_sentence
 
 OTHER_RULE = (
@@ -21,6 +22,8 @@ ORDER = " The tests were read with {} as the softer phase; --softer {} reads the
 CLOSE_CALL = 4.0
 """Maximum advantage in chi-square of a best fit that only one start found, up to which no sentence is
 needed."""
+SOME_ROWS = 0.01
+"""Minimum share of a test's rows with an impossible fraction for a sentence; noise leaves 0.3 %."""
 BLIND_SHARE = 0.5
 """Minimum share of a test's rows with an uninformative resistance for the test to be called blind."""
 
@@ -31,17 +34,16 @@ def verdict(result: SpringCharacterisation) -> list[str]:
     method = "identified from" if result.identify else "adjusted within its tolerances to"
     chosen = overall(result.scores, "fit")
     tests = counted(len(fitted), "test")
-    sentences = [f"The alloy was {method} {tests}.{_errors(chosen)}{_held_out(result)}"]
+    reduced = result.joint.reduced_chi_square
+    misfit = not_fitted(result) if reduced > MISFIT else []
+    sentences = [*misfit, f"The alloy was {method} {tests}.{_errors(chosen)}{_held_out(result)}"]
     if result.modes:
         sentences.append(mode_sentence(result.modes[0]))
-    reduced = result.joint.reduced_chi_square
-    if reduced > MISFIT:
+    if misfit:
         taken = assumed([test.recording for test in fitted])
         sentences += [f"The specimen may be another one. {text}." for text in taken]
         sentences.append(
-            f"The law leaves more than noise (reduced chi-square {reduced:.2g}). The numbers are the nearest "
-            f"that it comes. Standard errors {how_errors_grew(result.joint.inflation, result.lasting)}. "
-            "`pneusma diagnose` looks for the cause."
+            f"Standard errors {how_errors_grew(result.joint.inflation, result.lasting)}."
             + (OTHER_RULE if result.identify and "c" not in result.fitted else "")
             + (ORDER.format(result.softer, _other(result)) if result.softer else "")
         )
@@ -58,6 +60,27 @@ def verdict(result: SpringCharacterisation) -> list[str]:
             "These tests determine every constant that was free, each better than was known before."
         )
     return sentences
+
+
+def not_fitted(result: SpringCharacterisation) -> list[str]:
+    """Sentences on a law that misses its tests: by how much, where, and which command looks for the cause."""
+    joint = result.joint
+    by_test, reduced = missed(joint.problem, joint.values), number(joint.reduced_chi_square)
+    (worst, output), rms = max(by_test.items(), key=lambda one: one[1])
+    sentences = [
+        f"The law does not fit these tests: the reduced chi-square is {reduced}, and noise leaves 1. It "
+        f"misses most in {worst}, where the {output} is off by {number(rms, '.2g')} times its noise.",
+    ]
+    outside = [score for score in result.scores if score.impossible > SOME_ROWS]
+    if outside:
+        far = max((float(x) for score in outside for x in score.xi0), key=lambda x: abs(x - 0.5))
+        names = joined([score.name for score in outside])
+        sentences.append(
+            f"The resistance of {names} asks for martensite fractions outside 0 to 1 (as far as "
+            f"{number(far, '.2g')}), which no wire has. A part of the resistance is not the wire's, or the "
+            "sizes or the alloy are others."
+        )
+    return [*sentences, f"The numbers are only the nearest fit. {ask(result.path)} looks for the cause."]
 
 
 def _other(result: SpringCharacterisation) -> str:
