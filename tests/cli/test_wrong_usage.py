@@ -93,3 +93,22 @@ def test_a_very_long_path_is_told_by_its_ends(refused):
 
 def test_a_name_that_is_only_begun_is_completed(refused):
     assert "did you mean 'mullins_softening'?" in refused("effects", "mulins")
+
+
+@pytest.mark.parametrize(
+    ("words", "number"),
+    [
+        (("simulate", "--design", "pneusma2", "--pressure-kPa", "20,5"), "20.5"),
+        (("invert", "--curvature-1pm", "-40,25"), "-40.25"),
+        (("synthesise", "wire", "--out", "o", "--tolerance", "E_m=0,05"), "0.05"),
+        (("characterise", SILICONE, "--out", "o", "--fix", "p_5=3,1"), "3.1"),
+        (("import", SILICONE / "pull_1.csv", "--out", "o", "--dimension", "gauge_length_mm=0,25"), "0.25"),
+        (("import", SILICONE / "pull_1.csv", "--out", "o", "--constant", "temperature_degC=20,5"), "20.5"),
+    ],
+)
+def test_a_decimal_comma_is_hinted_at(refused, words, number):
+    assert f"decimals have a point: {number}\n" in refused(*words)
+
+
+def test_no_decimal_comma_is_seen_in_other_words(refused):
+    assert "point" not in refused("simulate", "--design", "pneusma2", "--pressure-kPa", "much")
