@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from .. import units
+from .records import Quantity
 
 
 class Limits(NamedTuple):
@@ -117,6 +118,20 @@ def unusual(name: str, dimension: str, written: float, unit: str) -> str:
         return ""
     stated = units.amount(f"{written:.6g}", unit)
     return f"{stated} is unusual, {_told(name, limits, unit, _alike(unit))} mostly; is the unit right?"
+
+
+def questions(quantities: Mapping[str, Quantity]) -> list[str]:
+    """Questions about numbers of a table that are far from usual, each with the number's name.
+
+    Args:
+        quantities: quantities of the table by name.
+    """
+    asked = []
+    for name, quantity in quantities.items():
+        written, unit = float(units.from_si(quantity.value, quantity.unit)), quantity.unit
+        if why := unusual(name, units.dimension_of(unit), written, unit):
+            asked.append(f"{name}: {why}")
+    return asked
 
 
 def _limits_of(name: str, dimension: str) -> Limits | None:

@@ -8,7 +8,7 @@ import pytest
 from fitting.data.importers import import_file, make_options
 from fitting.data.recordings import read_recording
 from pneusma_jax.calibration import available, examples, load_calibration, unknown
-from pneusma_jax.calibration.plausible import LIMITS, implausible
+from pneusma_jax.calibration.plausible import LIMITS, implausible, questions
 from pneusma_jax.calibration.toml import parse_calibration
 from pneusma_jax.errors import InputError
 
@@ -96,6 +96,22 @@ def test_a_table_with_a_modulus_in_pascal_is_refused_in_one_line(tmp_path):
     assert "\n" not in str(caught.value)
     fitted = text.replace('unit = "Pa", status = "assumed"', 'unit = "Pa", status = "fitted"')
     assert parse_calibration(fitted, tmp_path / "a.toml").values()["E_a"] == 85.0
+
+
+def test_an_unusual_constant_of_a_named_table_is_asked_about(put, tmp_path):
+    """A modulus a thousand times off passed without a word."""
+    text = changed("krl35", 'G_a = {value = 8.25, unit = "GPa"', 'G_a = {value = 0.00825, unit = "GPa"')
+    (tmp_path / "ours.toml").write_text(text.replace(", prior = {mean = 8.25, sd = 2.475, min = 1.5, max = 18.15}", ""))
+    sidecar = 'kind = "spring"\n[geometry]\nalloy = "{}"\n'
+    rows = STAND + "0,0,0,3.7\n1,1,0.1,3.6\n"
+    (said,) = [note for note in read_recording(put(rows, sidecar.format("ours.toml"))).notices if "unusual" in note]
+    assert "ours.toml: G_a: 0.00825 GPa is unusual, G_a lies in 0.15 to 200 GPa mostly; is the unit right?" in said
+    assert not [note for note in read_recording(put(rows, sidecar.format("krl35"))).notices if "unusual" in note]
+
+
+def test_no_shipped_number_is_asked_about():
+    for name in (*available(), *unknown(), *examples()):
+        assert questions(load_calibration(name).quantities) == [], name
 
 
 @pytest.mark.parametrize(

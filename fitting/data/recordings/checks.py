@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pneusma_jax.calibration import load_calibration
+from pneusma_jax.calibration import Calibration, load_calibration
+from pneusma_jax.calibration.plausible import questions
 from pneusma_jax.errors import InputError
 
 from . import schema
@@ -60,26 +61,30 @@ def _check_tube(recording: Recording, where: Path | str) -> None:
 
 
 def _check_table_names(recording: Recording, where: Path | str) -> None:
-    """Check that the alloy or material of a sidecar exists. Nominal ones ship with the package."""
+    """Check that the alloy or material of a sidecar exists, and ask about its unusual constants.
+
+    Nominal ones ship with the package.
+    """
     for key, kind in (("alloy", "alloy"), ("material", "silicone")):
         if recording.geometry.get(key, "fit") != "fit":
+            named = recording.table(key)
             try:
-                _load(recording.table(key), kind)
+                table = _load(named, kind)
             except InputError as error:
                 raise unusable(where, f"[geometry] {key}: {error}") from None
+            for why in questions(table.quantities):
+                _ask(recording, f"check: {key} {named}: {why}")
 
 
-def _load(name_or_path: str | Path, kind: str) -> dict[str, float]:
+def _load(name_or_path: str | Path, kind: str) -> Calibration:
     if isinstance(name_or_path, Path):
-        return load_calibration(
-            name_or_path, kind
-        ).values()  # a file of the laboratory may change at any time
+        return load_calibration(name_or_path, kind)  # a file of the laboratory may change at any time
     return _load_shipped(name_or_path, kind)
 
 
 @functools.cache
-def _load_shipped(name: str, kind: str) -> dict[str, float]:
-    return load_calibration(name, kind).values()
+def _load_shipped(name: str, kind: str) -> Calibration:
+    return load_calibration(name, kind)
 
 
 def _check_missing(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
@@ -178,7 +183,7 @@ def _transforms_hot(recording: Recording) -> bool:
     """True for a recording whose alloy is a table of one that transforms above any nitinol."""
     if recording.full_geometry().get("alloy", "fit") == "fit":
         return False
-    return _load(recording.table("alloy"), "alloy").get("T_mid", 0.0) > HOTTEST_DEGC
+    return _load(recording.table("alloy"), "alloy").values().get("T_mid", 0.0) > HOTTEST_DEGC
 
 
 def question_units(recording: Recording, header: Sequence[str], rows: Sequence[int]) -> None:
@@ -245,7 +250,7 @@ def resistance_range(recording: Recording) -> tuple[float, float] | None:
     geometry = recording.full_geometry()
     if "active_coils" not in geometry or geometry.get("alloy", "fit") == "fit":
         return None
-    alloy = _load(recording.table("alloy"), "alloy")
+    alloy = _load(recording.table("alloy"), "alloy").values()
     if not {"rho_mean", "rho_span", "alpha_1", "alpha_2"} <= alloy.keys():
         return None
     martensite = [alloy["rho_mean"] + sign * alloy["rho_span"] / 2.0 for sign in (-1.0, 1.0)]
