@@ -107,6 +107,7 @@ def test_cold_and_hot_tests_are_held_at_their_phases_where_nothing_speaks_agains
     """Noise crosses full heat one way only: a free fraction draws G_a by half an error, whose size is 2.4 times as large."""
     free = {alloy.tests[k].name for k in alloy.joint.problem.free_tests}
     assert free == {f"isoresistive_{k}" for k in range(1, 6)}
+    assert {t.name: t.phase for t in alloy.tests if t.name in ("cold", "hot")} == {"cold": "cold", "hot": "hot"}
     said = " ".join(alloy.report().split())
     assert "cold was taken as fully cold throughout" in said and "hot was taken as fully hot throughout" in said
     assert alloy.parameters["G_a"].sd < 0.012

@@ -1,6 +1,7 @@
 """The problem of a spring campaign, whose arrays are padded to few numbers of recordings."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -44,6 +45,18 @@ def test_a_test_of_a_known_alloy_is_held_at_the_phase_that_is_stated_for_it():
     held = {t.name: (float(r.extra["level"]), float(r.extra["level_sd"])) for t, r in zip(reading.tests, rows, strict=True)}
     assert held.pop("hot") == (0.0, 0.0) and held.pop("cold") == (1.0, 0.0)
     assert held and all(sd > 0.0 for _, sd in held.values())
+
+
+def test_a_test_that_a_fit_holds_at_full_heat_is_a_hot_one():
+    """It was told as intermediate, by a fraction of 0.55 that the table's constants read, and no test was hot."""
+    campaign = read_campaign("calibration_data/examples/spring")
+    tests = readings_of(campaign.recordings, {"hot": "intermediate"}, load_alloy("krl35"), None)[0].tests
+    tests = [replace(test, reason="the alloy's law reads 0.55") for test in tests]
+    number = next(k for k, test in enumerate(tests) if test.name == "hot")
+    problem = problem_of(campaign, tests, None, False, {}).with_phases({number: 0.0})
+    assert problem.tests[number].phase == "hot" and "before the fit the alloy's law reads 0.55" in problem.tests[number].reason
+    assert all(test is tests[k] for k, test in enumerate(problem.tests) if k != number)
+    assert problem.with_phases({number: 0.0}).tests == problem.tests
 
 
 @pytest.fixture(scope="module")

@@ -167,14 +167,15 @@ def characterise_spring(
     chosen = found[best]
     begun = _beside_zeros(chosen.single, progress)
     single, (profiled, last) = _profiled_to_the_end(begun, profile, progress)
-    fitted = [test for test in chosen.reading.tests if test.fitted]
     joint = spanned(single)
+    tests = joint.problem.tests
+    fitted = [test for test in tests if test.fitted]
     progress("information")
     fisher = information(joint.problem, joint.parameters)
     return SpringCharacterisation(
         title=campaign.title,
         identify=identify,
-        tests=tuple(chosen.reading.tests),
+        tests=tests,
         stages=tuple(chosen.stages),
         joint=joint,
         base=quantities,

@@ -92,11 +92,15 @@ class Problem:
         return replace(self, stacked=with_steady_walks(self.stacked, cold))
 
     def with_phases(self, levels: Mapping[int, float]) -> "Problem":
-        """The same problem with tests held at one martensite fraction throughout, by their indices."""
-        tests, extra = jnp.asarray(list(levels), int), self.stacked.extra
-        level = extra["level"].at[tests].set(jnp.asarray(list(levels.values())))
-        held = {**extra, "level": level, "level_sd": extra["level_sd"].at[tests].set(0.0)}
-        return replace(self, stacked=replace(self.stacked, extra=held))
+        """The same problem with tests held at one martensite fraction throughout, by their indices.
+
+        They are then tests at full cold or full heat, whatever they were taken for before.
+        """
+        chosen, extra = jnp.asarray(list(levels), int), self.stacked.extra
+        level = extra["level"].at[chosen].set(jnp.asarray(list(levels.values())))
+        held = {**extra, "level": level, "level_sd": extra["level_sd"].at[chosen].set(0.0)}
+        tests = tuple(test.held(levels[k]) if k in levels else test for k, test in enumerate(self.tests))
+        return replace(self, tests=tests, stacked=replace(self.stacked, extra=held))
 
     @property
     def free_tests(self) -> list[int]:

@@ -8,7 +8,7 @@ they are of one phase, or both phases are equally stiff; `equally_stiff` says so
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -28,6 +28,8 @@ ALIKE = "all tests are alike in stiffness; taken as cold"
 """Reason for a phase that nothing tells apart."""
 STATED = "stated"
 """Reason for a phase that somebody knows better."""
+BY_FIT = "with the fitted constants a martensite fraction that is free explains no more than noise"
+"""Reason for a phase that a fit decided."""
 LEVEL: dict[Phase, float | None] = {"cold": 1.0, "hot": 0.0, "intermediate": None}
 """Martensite fraction that a test is held at, where the alloy is to be identified or the phase is stated."""
 BEGINNING = 0.02
@@ -86,6 +88,13 @@ class StandTest:
     def fitted(self) -> bool:
         """True if it may be fitted."""
         return self.recording.role == "fit"
+
+    def held(self, level: float) -> "StandTest":
+        """The same test, known to be at full cold (1) or full heat (0) from a fit of all constants."""
+        phase = next((phase for phase, of in LEVEL.items() if of == level), self.phase)
+        if phase == self.phase:
+            return self
+        return replace(self, phase=phase, reason=f"{BY_FIT} (before the fit {self.reason})")
 
     @property
     def words(self) -> str:
