@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.data.importers import Options, import_tests
+from fitting.data.importers import Options, import_file, import_tests
 from pneusma_jax.errors import InputError
 
 STRAIN = np.linspace(0.0, 0.5, 12)
@@ -175,3 +175,23 @@ def test_a_sized_spring_of_another_alloy_than_the_sources_is_to_be_identified(pu
 def test_a_spring_of_unknown_size_and_strange_resistance_is_refused(put):
     with pytest.raises(InputError, match="25.1 cannot be: .* with --dimension where it is imported"):
         import_tests(put("a.csv", SPRING), Options(kind="spring"))
+
+
+TUBE = ["Pressure (kPa),Length (mm)", *(f"{5 * k},{56 + 0.5 * k}" for k in range(6))]
+
+
+def test_a_tube_whose_rows_are_numbered_is_no_table_of_sizes(put):
+    """A second table without a clock was lost: its lengths were read as sizes of specimens 1 to 6."""
+    first = ["Time (s)," + TUBE[0], *(f"{k},{row}" for k, row in enumerate(TUBE[1:]))]
+    second = ["No.," + TUBE[0], *(f"{k + 1},{row}" for k, row in enumerate(TUBE[1:]))]
+    both = import_tests(put("a.csv", "\n".join([*first, "", *second]) + "\n"))
+    assert [recording.kind for recording in both] == ["tube", "tube"]
+    assert any("the file has no clock" in note for note in both[1].notices)
+    assert import_file(put("b.csv", "\n".join(second) + "\n")).kind == "tube"
+
+
+def test_a_table_that_is_read_as_sizes_is_said(put):
+    sizes = "\nNo.,Width (mm),Thickness (mm)\n" + "".join(f"{k},6,{k}\n" for k in range(1, 6))
+    pull = "Time (s),Strain (-),Stress (kPa)\n" + "".join(f"{k},{0.05 * k:.2f},{4 * k}\n" for k in range(8))
+    recording = import_file(put("a.csv", pull + sizes))
+    assert any("'Thickness (mm)' was read as sizes of 5 specimens, and no test" in note for note in recording.notices)

@@ -106,3 +106,17 @@ def test_a_table_of_results_beside_the_measurements_costs_no_row(put_sheet):
     rows = [[*row, *([None, *results[i]] if i < len(results) else [])] for i, row in enumerate(COLUMNS.tolist())]
     recording = import_file(put_sheet("a.xlsx", [[*HEAD, None, "Result", "Value"], *rows]))
     np.testing.assert_allclose(recording.columns["stress_kPa"], STRESS)
+
+
+@pytest.mark.parametrize("place", ["first", "last"])
+def test_a_row_of_statistics_with_an_unknown_label_is_told_with_it(put, place):
+    """It was told as a row without a label."""
+    foot = written(np.mean(COLUMNS, 0))[0]
+    if place == "first":
+        head, rows = ["Point", *HEAD], [*([f"p{k}", *row] for k, row in enumerate(written(COLUMNS, 5))), ["Overall", *foot]]
+    else:
+        head, rows = [*HEAD, "Remark"], [*([*row, ""] for row in written(COLUMNS, 5)), [*foot, "Overall"]]
+    recording = import_file(put("a.csv", text(head, rows)))
+    assert len(recording) == N
+    (said,) = [note for note in checks(recording) if "statistic of all others" in note]
+    assert said.endswith(f"mean (row {N + 2}, labelled 'Overall')") and "without a label" not in said

@@ -126,8 +126,9 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
         grid = sample.require_grid()
         columns = ", ".join(repr(heading.text) for heading in grid.headings) or "no headings"
         others = unrecognised(grid.headings, {c.column for c in channels.values()}, available)
+        place = f"{sample.raw.path} ({sample.title})" if sample.title else sample.raw.path
         raise unusable(
-            sample.raw.path, f"{kinds_text} ({columns}){_nearest(available)}"
+            place, f"{kinds_text} ({columns}){_nearest(available)}"
             f"{f'; {others}' if others else ''}; state --kind, and name the columns with --map"
             f" QUANTITY=COLUMN. Kinds: {KINDS}",
         )  # fmt: skip

@@ -3,6 +3,8 @@
 import re
 from dataclasses import dataclass, field, replace
 
+from pneusma_jax.errors import counted
+
 from ..recordings.table import unusable
 from .channel_lists import with_listed_units
 from .grid import Grid
@@ -165,6 +167,11 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     ]
     sized = {name: sizes for table in tables for name, sizes in table.items()}
     data = [grid for grid, table in zip(grids, tables, strict=True) if not table]
+    for grid, table in zip(grids, tables, strict=True):
+        if table and data:
+            headings = ", ".join(repr(heading.text) for heading in grid.headings)
+            said = f"the table {headings} was read as sizes of {counted(len(table), 'specimen')}, and no test"
+            data = [replace(other, notices=[*other.notices, said]) for other in data]
     first: Sizes = {}
     tests: list[Sample] = []
     for number, grid in enumerate(data, start=1):

@@ -12,7 +12,7 @@ from pneusma_jax.units import find_unit
 from ..recordings.columns import convert
 from .numerals import to_number
 from .spelling import is_unit, parse_heading, plain, unit_name
-from .words import SPECIMEN_WORDS
+from .words import SPECIMEN_WORDS, meaning_of
 
 # Words for dimensions, without their unit, and the tool's own unit of each.
 _LENGTH = (
@@ -256,6 +256,12 @@ def sizes_in_a_name(name: str) -> Sizes:
     return found
 
 
+def names_sizes(header: Sequence[str]) -> int:
+    """Number of sizes of a specimen that some headings name."""
+    keys = {_key_of(parse_heading(text).name) for text in header if text}
+    return len(keys - {None, *CONSTANTS})
+
+
 def may_hold_sizes(rows: int) -> bool:
     """True if a table is short enough to have one specimen a line."""
     return rows <= _MOST_ROWS
@@ -276,6 +282,8 @@ def table_of_sizes(rows: Sequence[Sequence[str]]) -> dict[str, Sizes]:
         labels = [c for c, h in enumerate(names) if h.name and keys[c] is None and _names_specimens(h.name)]
         if len(header) < 2 or not sized or (len(sized) < 2 and not labels):
             continue
+        if {keys[c] for c in sized} == {"length"} and any(_is_pressure(text) for text in header):
+            return {}  # a tube under pressure, its length measured row by row
         body, units = filled[at + 1 :], [heading.unit for heading in names]
         if body and all(not text or is_unit(text.strip("()[]")) for text in body[0]) and any(body[0]):
             below = [*body[0], *[""] * (len(header) - len(body[0]))]
@@ -283,6 +291,11 @@ def table_of_sizes(rows: Sequence[Sequence[str]]) -> dict[str, Sizes]:
             body = body[1:]
         return _by_specimen(body, labels, {c: (str(keys[c]), units[c], header[c]) for c in sized})
     return {}
+
+
+def _is_pressure(heading: str) -> bool:
+    found = meaning_of(heading)
+    return found is not None and found.quantity == "pressure"
 
 
 def _by_specimen(

@@ -25,6 +25,7 @@ from .headers import (
 from .numerals import like_a_number
 from .raw import Page
 from .separators import LEAST_ROWS, best_reading, numeric_row
+from .sizes import names_sizes
 from .spelling import may_be_unit, parse_heading, same_unit
 from .summaries import counts_columns, statistics_rows, unlabelled_statistics
 from .texts import read_texts
@@ -143,8 +144,9 @@ def _blocks(fields: Rows, parsed: Parsed) -> list[tuple[int, int]]:
 
 
 def _is_header(other: list[str], first: list[str]) -> bool:
-    """True if a row above numbers is a header: the first one again, or one that names two quantities."""
-    return [t.casefold() for t in other] == [t.casefold() for t in first] or names_quantities(other) >= 2
+    """True if a row above numbers is a header: the first one again, or one of two quantities or sizes."""
+    again = [t.casefold() for t in other] == [t.casefold() for t in first]
+    return again or names_quantities(other) >= 2 or names_sizes(other) >= 2
 
 
 def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
@@ -184,7 +186,9 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         )
     summed = unlabelled_statistics(values, [fields[i] for i in keep])
     if summed.rows:
-        notices.append(_unlabelled({keep[k]: name for k, name in summed.rows.items()}, summed.sure))
+        said = {keep[k]: name for k, name in summed.rows.items()}
+        labels = {i: label for i in said if (label := _label_of(fields[i]))}
+        notices.append(_of_all_others(said, labels, summed.sure))
     if summed.sure:
         keep = [i for k, i in enumerate(keep) if k not in summed.rows]
     if cut := cut_off(lines.page, fields, keep, lines.delimiter, header, lines.decimal):
@@ -233,13 +237,26 @@ def _numbers(parsed: Parsed, keep: list[int], width: int) -> np.ndarray:
     return values
 
 
-def _unlabelled(rows: dict[int, str], sure: bool) -> str:
-    """Warning about rows that were told as statistics by their numbers alone."""
-    named = ", ".join(f"{name} (row {i + 1})" for i, name in rows.items())
+def _label_of(row: list[str]) -> str:
+    """First word of a row, such as `Overall`; empty where there is none."""
+    return next((text for text in row if re.search(r"[^\W\d_]{2}", text) and not like_a_number(text)), "")
+
+
+def _of_all_others(rows: dict[int, str], labels: dict[int, str], sure: bool) -> str:
+    """Warning about rows that were told as statistics by their numbers alone.
+
+    Args:
+        rows: name of the statistic by row.
+        labels: label by row that has one, which no known word is.
+        sure: true if the rows were left out.
+    """
+    label = {i: f", labelled {text!r}" for i, text in labels.items()}
+    named = ", ".join(f"{name} (row {i + 1}{label.get(i, '')})" for i, name in rows.items())
+    which = "" if labels else " without a label"
     if not sure:
-        may = counted(len(rows), "row without a label", "rows without a label")
+        may = counted(len(rows), f"row{which}", f"rows{which}")
         return f"check: {may} may be statistics of all others, but were read as measurements: {named}"
-    are = counted(len(rows), "row without a label is a statistic", "rows without a label are statistics")
+    are = counted(len(rows), f"row{which} is a statistic", f"rows{which} are statistics")
     were = "was" if len(rows) == 1 else "were"
     return f"check: {are} of all others and {were} left out: {named}"
 
