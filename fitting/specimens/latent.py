@@ -26,11 +26,13 @@ class LatentStates(abc.ABC):
     Attributes:
         present: true if the kind has latent trajectories.
         inside: true if the specimen's own `answer` finds them; otherwise the caller solves for them.
+        may_rest: true if a trajectory may be constant at an unknown value, as of a wire at full heat.
         readings: outputs, beside the specimen's own, that depend on the trajectories.
     """
 
     present: bool = True
     inside: bool = False
+    may_rest: bool = False
     readings: tuple[str, ...] = ()
 
     @abc.abstractmethod
@@ -57,6 +59,19 @@ class LatentStates(abc.ABC):
     def begun(self, stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
         """A stack whose searches for trajectories start at the end of an earlier evaluation, given by its
         drivers."""
+
+    def resting(self, stacked: Rows) -> np.ndarray:
+        """Mask of the recordings of a stack whose trajectories are constant; none by default."""
+        return np.zeros(len(stacked.mask), bool)
+
+    def with_resting(self, stacked: Rows, chosen: np.ndarray) -> Rows:
+        """A stack with the trajectories of chosen recordings constant, where the kind allows that.
+
+        Args:
+            stacked: stack of recordings.
+            chosen: mask of them, (recordings of the stack,).
+        """
+        return stacked
 
     @abc.abstractmethod
     def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:

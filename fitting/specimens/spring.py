@@ -52,6 +52,10 @@ BEGUN = "course"
 fraction that each resistance implies."""
 FACTOR = 10.0
 """Factor of the process-noise variance of a diagnosis over the one that a resistance implies."""
+STEADY = FACTOR * PROCESS_NOISES[0]
+"""Process-noise variance per second of a fraction that does not change."""
+RESTS = "rests"
+"""Entry of rows that is 1 where the fraction does not change, as of a wire at full heat, else 0."""
 LOOSE = 1e-2
 """Process-noise variance per second of a fraction that follows its readings."""
 LEAST_MOBILITY = 1e-3
@@ -70,7 +74,7 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
         stacked: stack of recordings of kind spring.
         channels: noise of every column as a diagnosis weights it.
     """
-    own = {name: x for name, x in stacked.extra.items() if not name.startswith((*ADDED, BEGUN))}
+    own = {name: x for name, x in stacked.extra.items() if not name.startswith((*ADDED, BEGUN, RESTS))}
     plain = undecided(eqx.tree_at(lambda rows: rows.extra, stacked, own))  # so that one program serves all
     found = with_process_noise(values, plain, FACTOR, PROCESS_NOISES, pooled=True)
     found = _with(found, **_noise_of(channels, stacked.mask.shape))
@@ -78,7 +82,9 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
     if begun is None:
         known = {name: jnp.asarray(value, float) for name, value in values.items()}
         begun = steady_fractions(known, plain, {name: lasting_precision(found, name) for name in OUTPUTS})
-    return _with(found, **{BEGUN: begun})
+    rests = stacked.extra.get(RESTS, jnp.zeros(len(stacked.mask)))
+    walk = jnp.where(rests > 0.0, STEADY, found.extra["process_noise"])
+    return _with(found, **{BEGUN: begun, RESTS: rests, "process_noise": walk})
 
 
 def _noise_of(channels: list[list[Channel]], shape: tuple[int, ...]) -> dict[str, Array]:
@@ -162,6 +168,7 @@ class SpringPhase(LatentStates):
     """Martensite fraction of a spring, found inside `answer`."""
 
     inside = True
+    may_rest = True
 
     def rows_for(self, campaign: Campaign, **tables: Any) -> list[Rows]:
         """Recordings from the specimen's own row builder."""
@@ -180,6 +187,14 @@ class SpringPhase(LatentStates):
     def begun(self, stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
         """Stack with a start for the search; see `begun`."""
         return begun(stacked, drivers)
+
+    def resting(self, stacked: Rows) -> np.ndarray:
+        """Recordings whose fraction does not change."""
+        return np.asarray(stacked.extra[RESTS]) > 0.0
+
+    def with_resting(self, stacked: Rows, chosen: np.ndarray) -> Rows:
+        """Stack in which the fractions of chosen recordings do not change."""
+        return _with(stacked, **{RESTS: jnp.asarray(chosen, float)})
 
     def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
         """Recordings with the process noise and the steady course of the fraction that a model finds.

@@ -1,11 +1,13 @@
 """The base fit with its noise: every search begins with it."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from fitting.inference.parallel import run_parallel
 
+from ..evaluate.evaluation import TRAJECTORY, row_count
 from ..evaluate.program import Program
 from ..evaluate.unknowns import Unknowns
 from ..settings import DEFAULT
@@ -47,7 +49,40 @@ def base_fit(
         other = min(others, key=lambda f: f.objective)
         if clearly_better(program, fit, other):
             program, fit = fit_with_noise(program, refitter.completed(other))
+    return with_hot_tests_at_rest(program, fit)
+
+
+def with_hot_tests_at_rest(program: Program, fit: Fit) -> tuple[Program, Fit]:
+    """The base fit with constant martensite fractions in tests near full heat, where that leaves only noise.
+
+    There the resistance says nothing of the fraction. One that walks is at its limit, which noise crosses one
+    way only: it follows the noise, its mean is above zero, and the austenite's stiffness is drawn after it. A
+    constant one has an unknown value, which may be zero.
+
+    Args:
+        program: program of the campaign.
+        fit: the base fit, with fractions that walk.
+    """
+    latent = program.specimen.latent
+    for k in np.flatnonzero(program.fitted) if latent.may_rest else ():
+        resting = latent.resting(program.stacked)
+        course = fit.evaluation.drivers[TRAJECTORY][k, : row_count(program.stacked, k)]
+        if resting[k] or not np.max(course) <= BASE_FIT.maximum_hot:
+            continue
+        resting[k] = True
+        trial = replace(program, stacked=latent.with_resting(program.stacked, resting)).prepared(fit.u)
+        other = Refitter(trial).fit((), fit.u)
+        before, after = (float(np.sum(one.evaluation.misfit[k] ** 2)) for one in (fit, other))
+        elsewhere = 2.0 * (other.objective - fit.objective) - (after - before)
+        count = sum(channel.count for channel in program.channels[k])
+        if _by_chance(after, count) and _by_chance(elsewhere, len(program.unknowns.base)):
+            program, fit = trial, other
     return program, fit
+
+
+def _by_chance(chi_square: float, count: int) -> bool:
+    """True if noise makes such a chi-square of so many values, or of so many constants that moved."""
+    return chi_square <= count + BASE_FIT.hot_deviations * np.sqrt(2.0 * count)
 
 
 def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:
