@@ -4,7 +4,7 @@ from fitting.calibrate.assumed import default_tolerances
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.probabilities import Found
 from fitting.diagnose.verdict.text import base_named, went
-from fitting.inference.notes import capital
+from fitting.inference.notes import capital, joined
 from pneusma_jax.errors import counted
 from pneusma_jax.model_discrepancy import unit_of
 
@@ -31,6 +31,13 @@ def base_model(conclusion: Conclusion) -> list[str]:
     whole = f"The recordings are compared with {start.words}." if start.words else ""
     tolerances = default_tolerances(program.recordings, program.unknowns.parameters())
     said = [whole, *(table.text for table in start.constants), *(f"{capital(one)}." for one in tolerances)]
+    resting = program.specimen.latent.resting(program.stacked)
+    names = [recording.name for recording, still in zip(program.recordings, resting, strict=False) if still]
+    if names:
+        said.append(
+            f"The martensite fraction was taken as constant in {joined(names)}, near full heat: one that "
+            "changes would explain no more than noise there."
+        )
     return [one for one in said if one]
 
 
