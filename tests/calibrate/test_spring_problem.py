@@ -15,10 +15,12 @@ from fitting.calibrate.spring.joint import missed
 from fitting.calibrate.spring.problem import Problem, residuals_and_freedom, solve, values_of
 from fitting.calibrate.spring.scores import scores
 from fitting.calibrate.spring.search import problem_of, readings_of
+from fitting.calibrate.spring.stand_tests import level_at_rest
 from fitting.data.recordings import read_campaign
 from fitting.inference.latent_trajectory import smoother
 from fitting.report.spring.text import not_fitted
-from fitting.specimens.rows import Rows, stack
+from fitting.specimens.rows import Rows, numbers, stack
+from fitting.specimens.spring_rows import spring_of
 from fitting.specimens.spring_trajectory import law_of, trajectory
 from pneusma_jax.nitinol import load_alloy
 from pneusma_jax.units import to_si
@@ -57,6 +59,21 @@ def test_a_test_that_a_fit_holds_at_full_heat_is_a_hot_one():
     assert problem.tests[number].phase == "hot" and "before the fit the alloy's law reads 0.55" in problem.tests[number].reason
     assert all(test is tests[k] for k, test in enumerate(problem.tests) if k != number)
     assert problem.with_phases({number: 0.0}).tests == problem.tests
+
+
+def test_full_heat_is_told_with_the_fitted_dimensions_too():
+    """A wire of 0.268 mm that was stated as 0.25 mm is longer: a hot test was then read at a fraction of 0.75."""
+    campaign = read_campaign("calibration_data/examples/spring")
+    truth = json.loads(Path("calibration_data/examples/spring/truth.json").read_text())["parameters"]
+    hot = next(t for t in readings_of(campaign.recordings, None, load_alloy("krl35"), None)[0].tests if t.name == "hot")
+    problem = problem_of(campaign, [hot], None, False, {})
+    values = {name: to_si(truth[name]["value"], truth[name]["unit"]) for name in problem.parameters}
+    spring = spring_of(numbers(values, problem.rows[0]))
+    assert level_at_rest(spring, hot) == 0.0
+    longer = eqx.tree_at(lambda s: s.geometry.mandrel_diameter, spring, spring.geometry.mandrel_diameter * 1.02)
+    ratio = float(longer.geometry.wire_length / spring.geometry.wire_length)
+    seen = replace(hot, resistivity=ratio * hot.resistivity)  # by the stated length
+    assert level_at_rest(longer, seen) == 0.0 and level_at_rest(spring, seen) is None
 
 
 @pytest.fixture(scope="module")

@@ -216,8 +216,7 @@ def held_at_ends(joint: Joint, progress: Callable[[str], None] = lambda _: None)
     values = values_of(problem.parameters, best.result.values)
     taken = residuals_and_freedom(values, rows)[1]
     for k in problem.free_tests:
-        alloy = spring_of(numbers(values, problem.rows[k])).alloy
-        level = level_at_rest(alloy, problem.tests[k])
+        level = level_at_rest(spring_of(numbers(values, problem.rows[k])), problem.tests[k])
         if level is None or problem.tests[k].reason == STATED:
             continue
         progress(f"{problem.tests[k].name} held at its phase")

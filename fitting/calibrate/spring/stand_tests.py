@@ -16,7 +16,7 @@ import numpy as np
 from fitting.data.recordings import Recording
 from fitting.specimens.spring_rows import dimensions
 from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.nitinol import Alloy
+from pneusma_jax.nitinol import Alloy, Spring
 
 Phase = Literal["cold", "hot", "intermediate"]
 PHASES: tuple[Phase, ...] = ("cold", "hot", "intermediate")
@@ -246,16 +246,17 @@ def _phases(readings: Sequence[_Reading], softer: Softer) -> list[tuple[Phase, s
     return [_phase(s, r, *ends) for s, r in zip(slopes, rho, strict=True)]
 
 
-def level_at_rest(alloy: Alloy, test: StandTest) -> float | None:
+def level_at_rest(spring: Spring, test: StandTest) -> float | None:
     """Full cold (1) or full heat (0) that a test may have by its resistance at rest; None if neither.
 
     Args:
-        alloy: known alloy.
+        spring: the spring with fitted constants and dimensions. Its wire may be longer than is stated.
         test: the test.
     """
     if not np.isfinite(test.resistivity):
         return None
-    xi0 = float(alloy.martensite_fraction(test.resistivity, 0.0).xi0)
+    longer = float(spring.geometry.wire_length) / float(dimensions(test.recording).wire_length)
+    xi0 = float(spring.alloy.martensite_fraction(test.resistivity / longer, 0.0).xi0)
     return 1.0 if xi0 > COLD else 0.0 if xi0 < MAYBE_HOT else None
 
 
