@@ -20,12 +20,13 @@ from .all_starts import every_root, every_root_at_phases
 from .balance import Problem, configuration, freedoms, imbalance, measured, residual, spring_responses, start
 from .batches import BLOCK, Rows, is_resistance, solved_at_phases
 from .implicit import attached
+from .known_derivatives import with_derivatives
 from .load_steps import at_given_phases
 from .result import Equilibrium, Status, Validity, at_phases_told, equilibrium_of, raise_unless_converged
 from .root_find import BALANCED
 from .root_search import MOST_ROOTS, all_roots
 from .several import solved_by_resistance, unusable
-from .traced_batch import finished_rows, traced_batch
+from .traced_batch import traced_batch
 
 __all__ = [
     "BALANCED", "BLOCK", "Equilibrium", "Problem", "Status", "Validity", "configuration", "imbalance",
@@ -159,7 +160,7 @@ def solve_batch(
         result = jax.device_put(result)
     if is_concrete(actuator, each):
         return result
-    return finished_rows(actuator, each, roots, result.steps, result.equilibria, result.stable)
+    return with_derivatives(actuator, each, searched[:2], roots, result)
 
 
 def _filled(
@@ -198,7 +199,9 @@ def _check_shape(what: str, given: PyTree, shape: tuple[int, ...]) -> None:
 
 def _floats(x: Array) -> Array:
     """An array in double precision; of NumPy where it is known, which compiles nothing."""
-    return np.asarray(x, dtype=float) if is_concrete(x) else jnp.asarray(x, dtype=float)
+    if is_concrete(x):
+        return np.asarray(x, dtype=float)
+    return x if jnp.result_type(x) == np.float64 else jnp.asarray(x, dtype=float)
 
 
 def _problem(

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array
 
+from ..numerics.carried import carried
 from ..numerics.newton import solve_blocks
 from ..numerics.safe import frozen
 from .balance import Problem, calm, freedoms, joint_residual
@@ -25,40 +26,28 @@ def attached(problem: Problem, root: Array, stiffness: Array | None = None) -> A
     if stiffness is not None:
         finite = jnp.all(jnp.isfinite(stiffness))
         stiffness = frozen(jnp.where(finite, stiffness, jnp.eye(len(stiffness))))
-    return _attached(frozen(root), problem, stiffness)
+    return carried(frozen(root), _tangent, (problem, stiffness))
 
 
-@eqx.filter_custom_jvp
-def _attached(root: Array, problem: Problem, stiffness: Array | None) -> Array:
-    """See `attached`. Nothing of its derivatives is traced where none is asked for."""
-    return root
-
-
-@_attached.def_jvp
-def _attached_jvp(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
+def _tangent(root: Array, given: tuple, tangents: tuple) -> Array:
     """Derivative by the implicit function theorem: one Jacobian, one linear system.
 
-    The root within carries derivatives itself, so that this rule has derivatives of any order.
+    The root carries derivatives itself, so that this rule has derivatives of any order.
     """
-    root, problem, stiffness = primals
-    root = _attached(root, problem, stiffness)
-    slope = _slope(root, problem, stiffness)
-    _, missed = eqx.filter_jvp(lambda given: joint_residual(root, given), (problem,), (tangents[1],))
-    return root, -solve_blocks(slope, missed, freedoms(problem))
+    problem, stiffness = given
+    if stiffness is None:
+        slope = _slope_at(root, problem)
+    else:  # the last step of the root-find has left it
+        slope = carried(stiffness, _change_of_slope, (root, problem))
+    _, missed = eqx.filter_jvp(lambda given: joint_residual(root, given), (problem,), (tangents[0],))
+    return -solve_blocks(slope, missed, freedoms(problem))
 
 
-@eqx.filter_custom_jvp
-def _slope(root: Array, problem: Problem, stiffness: Array | None) -> Array:
-    """Slope of the joint residual at a root; the last step of the root-find has left it, all but 1e-8."""
-    return _slope_at(root, problem) if stiffness is None else stiffness
-
-
-@_slope.def_jvp
-def _slope_jvp(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
-    root, problem, stiffness = primals
-    change = eqx.filter_jvp(_slope_at, (root, problem), tangents[:2])[1]
-    return _slope(root, problem, stiffness), change
+def _change_of_slope(_: Array, given: tuple, tangents: tuple) -> Array:
+    """Derivative of the slope of the joint residual, from root and problem."""
+    return eqx.filter_jvp(_slope_at, given, tangents)[1]
 
 
 def _slope_at(root: Array, problem: Problem) -> Array:
+    """Slope of the joint residual at a root."""
     return jax.jacfwd(lambda y: joint_residual(y, problem))(root)

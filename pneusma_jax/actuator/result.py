@@ -187,6 +187,7 @@ def equilibrium_of(
     equilibria: Array | int = 1,
     stable: Array | bool = True,
     held: Array | None = None,
+    good: Array | None = None,
 ) -> Equilibrium:
     """Result of a root, with its status; NaN where it is none.
 
@@ -197,6 +198,7 @@ def equilibrium_of(
         equilibria: number of roots that are known.
         stable: see `Equilibrium`.
         held: true for fractions of measured springs that are given, shape (measured,).
+        good: true if the row has a result, where that is known. Its status is then not found out again.
     """
     actuator, count, finite = problem.actuator, freedoms(problem), all_finite(problem)
     real = finite & jnp.all(jnp.isfinite(unknowns))
@@ -207,20 +209,23 @@ def equilibrium_of(
     side_1, side_2 = actuator.section.sides(jnp.asarray(actuator.side_direction))
     elongations = delta_centre + actuator.spring_places @ bend
     responses = spring_responses(problem, delta_centre, bend)
-    # what is left unbalanced is a check: without tangents it costs a third less to differentiate a row
-    own, row, shown = frozen((unknowns, row, responses))
-    given = None if held is None else (held, own[count:])
-    size = jnp.max(jnp.abs(joint_residual(own, row, 1, given, shown)))
     suction = _suction(*frozen((actuator, problem.pressure)))
-    status = _first_of({
-        Status.input_not_finite: ~finite,
-        Status.fraction_out_of_range: _out_of_range(problem),
-        Status.no_equilibrium: ~(real & (size < BALANCED)),
-        Status.collapsed: slimmest < SHORTEST,
-        Status.beyond_wire: _straight(actuator, elongations),
-        Status.flattened: suction > MOST_SUCTION,
-        Status.several_equilibria: jnp.asarray(equilibria) > 1,
-    })
+    if good is None:
+        # what is left unbalanced is a check: without tangents it costs a third less to differentiate a row
+        own, row, shown = frozen((unknowns, row, responses))
+        given = None if held is None else (held, own[count:])
+        size = jnp.max(jnp.abs(joint_residual(own, row, 1, given, shown)))
+        status = _first_of({
+            Status.input_not_finite: ~finite,
+            Status.fraction_out_of_range: _out_of_range(problem),
+            Status.no_equilibrium: ~(real & (size < BALANCED)),
+            Status.collapsed: slimmest < SHORTEST,
+            Status.beyond_wire: _straight(actuator, elongations),
+            Status.flattened: suction > MOST_SUCTION,
+            Status.several_equilibria: jnp.asarray(equilibria) > 1,
+        })
+    else:
+        size, status = jnp.zeros(()), jnp.where(good, int(Status.converged), int(Status.no_equilibrium))
     result = Equilibrium(
         delta_centre=delta_centre,
         bend=bend,

@@ -45,7 +45,8 @@ def traced_batch(actuator: Actuator, each: tuple, common: tuple, shared: bool) -
         told = jax.vmap(lambda row, one: at_phases_told(Problem(actuator, *row), one))(each, ended)
         spread = lambda x: jnp.broadcast_to(x, each[0].shape)  # noqa: E731
         roots, steps, count, stable = ended.unknowns, ended.steps, *map(spread, told)
-        slopes = ended.stiffness
+        # a row without equilibrium has no slope; a singular one would make every derivative NaN
+        slopes = jnp.where(ended.good[:, None, None], ended.stiffness, jnp.eye(ended.stiffness.shape[-1]))
     return _finished(actuator, each, roots, slopes, steps, count, stable)
 
 

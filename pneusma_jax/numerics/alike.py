@@ -10,7 +10,6 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, PyTree
 
 
@@ -54,11 +53,12 @@ def _packed(trees: Sequence[PyTree]) -> tuple[PyTree, Callable[[PyTree], PyTree]
     if len({jnp.result_type(x) for x in leaves[0]}) != 1:
         rows = [jnp.stack(parts) for parts in zip(*leaves, strict=True)]
         return rows, lambda row: jax.tree.unflatten(structure, row)
-    ends = np.cumsum([0, *(math.prod(shape) for shape in shapes)])
+    sizes = [math.prod(shape) for shape in shapes]
     rows = jnp.concatenate([jnp.ravel(x) for own in leaves for x in own]).reshape(len(trees), -1)
 
     def unpack(row: Array) -> PyTree:
-        cut = [row[a:b].reshape(shape) for a, b, shape in zip(ends[:-1], ends[1:], shapes, strict=True)]
+        parts = jax.lax.split(row, sizes)  # whose reverse derivative is one array, not a sum of padded ones
+        cut = [part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)]
         return jax.tree.unflatten(structure, cut)
 
     return rows, unpack

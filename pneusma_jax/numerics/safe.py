@@ -113,7 +113,9 @@ def as_numpy(module: M) -> M:
 
 def as_array(value: ArrayLike) -> Array:
     """A value as an array of JAX. `jnp.asarray` compiles a program for every new shape of known numbers; this
-    does not."""
+    does not, and leaves an array of JAX as it is."""
+    if isinstance(value, jax.Array):
+        return value
     plain = all(isinstance(x, np.ndarray | np.generic | bool | int | float) for x in jax.tree.leaves(value))
     return jax.device_put(np.asarray(value)) if plain else jnp.asarray(value)
 
