@@ -185,6 +185,32 @@ def gradient(function: Callable, drive: str) -> Callable[[Rows], Callable[[int],
     return of
 
 
+def reverse(by_numbers: bool) -> Callable[[Rows], Callable[[int], Call]]:
+    """Reverse derivatives of curvature outside of `jax.jit`, from given ones of bend and length."""
+
+    def of(data: Rows) -> Callable[[int], Call]:
+        actuator = pj.make_actuator("pneusma2")
+
+        def shape(actuator: pj.Actuator, pressure: jax.Array, activations: tuple) -> tuple:
+            found = pj.solve_batch(actuator, pressure, activations)
+            return found.bend, found.length
+
+        def prepare(n: int) -> Call:
+            given = jax.device_put((data.pressure[:n], data.phases(n)))
+            weights = jax.device_put((np.broadcast_to([0.0, 1.0], (n, 2)), np.ones(n)))
+
+            def call() -> tuple:
+                if by_numbers:
+                    return eqx.filter_vjp(lambda body: shape(body, *given), actuator)[1](weights)
+                return eqx.filter_vjp(lambda inputs: shape(actuator, *inputs), given)[1](weights)
+
+            return call
+
+        return prepare
+
+    return of
+
+
 # --- histories ------------------------------------------------------------------------------------------
 
 
@@ -307,6 +333,7 @@ def nelder_mead(data: Rows) -> Callable[[int], Call]:
 
 BESIDE = {
     "resistance": "phase", "inputs": "phase", "numbers": "phase", "inputs_resistance": "resistance",
+    "known_inputs": "phase", "known_numbers": "phase",
     "history": "phase", "history_resistance": "resistance",
 }  # fmt: skip
 """Cases that are timed in turn with another one, at the same number of rows."""
@@ -319,6 +346,8 @@ CASES: dict[str, Callable[[Rows], Callable[[int], Call]]] = {
     "inputs": gradient(_by_inputs, "phases"),
     "numbers": gradient(_by_numbers, "phases"),
     "inputs_resistance": gradient(_by_inputs, "resistances"),
+    "known_inputs": reverse(by_numbers=False),
+    "known_numbers": reverse(by_numbers=True),
     "history": history("phase"),
     "history_resistance": history("resistance"),
     "chain": chain(False),
