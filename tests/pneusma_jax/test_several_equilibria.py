@@ -135,6 +135,19 @@ def test_a_history_fed_its_own_resistances_comes_back(design, pressure):
     assert several.any() == (pressure > 30e3)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("design", ["pneusma1", "pneusma2", "triad"])
+def test_histories_at_twenty_pressures_come_back_or_say_that_there_are_others(design):
+    heat, body = np.interp(np.linspace(0, 100, 61), [0, 5, 45, 55, 95, 100], [1, 1, 0.4, 0.4, 1, 1]), pj.make_actuator(design)
+    given = phases(*np.ones((len(body.springs) - 1, 61)), heat)
+    for pressure in np.linspace(2.5e3, 50e3, 20):
+        true = pj.simulate_history(body, np.full(61, pressure), given).rows
+        back = pj.simulate_history(body, np.full(61, pressure), resistances(true)).rows
+        off = np.linalg.norm((back.bend - true.bend) / np.asarray(true.length)[:, None], axis=1)
+        several = np.asarray(back.status) == pj.Status.several_equilibria
+        assert np.all(np.asarray(back.converged)) and np.all((off < 0.01) | several), pressure
+
+
 def test_paths_of_a_history_that_cannot_win_are_given_up():
     """Of paths at one equilibrium, that which is cheaper by more than the next row can make up for stays."""
     cost = np.asarray([0.5, 0.5, 0.1, 0.2, 0.65, BEHIND + 0.2])
