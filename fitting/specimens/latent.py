@@ -73,6 +73,11 @@ class LatentStates(abc.ABC):
         """
         return stacked
 
+    def otherwise(self, drivers: Mapping[str, Array]) -> list[dict[str, Array]]:
+        """Drivers of an evaluation with other decisions of a specimen's memory, to begin searches with; none
+        by default."""
+        return []
+
     @abc.abstractmethod
     def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
         """Recordings whose trajectories are found anew under a model with effects."""

@@ -50,6 +50,11 @@ either binds or does not. Noise that crossed this limit row by row would look li
 BEGUN = "course"
 """Entry of rows with the fraction at which the trajectory search begins. Without it, the search begins at the
 fraction that each resistance implies."""
+MARGIN = "renewal_margin"
+"""Entry of rows with the excess over the residual strain that a renewal of the memory needs, as part of it."""
+TRIED_MARGIN = 3e-3
+"""Excess over the residual strain that is tried where a renewal is all but one by the rule, as part of it. A
+steady course is uncertain by some 5e-4 of the fraction where rows are 0.5 s apart; Eq. 3.2 multiplies by 5."""
 FACTOR = 10.0
 """Factor of the process-noise variance of a diagnosis over the one that a resistance implies."""
 STEADY = FACTOR * PROCESS_NOISES[0]
@@ -62,6 +67,8 @@ LEAST_MOBILITY = 1e-3
 """Minimum slope of the fraction over the temperature, over its slope in the middle of the transformation."""
 ADDED = ("weight_", "correlation_")
 """Prefixes of the columns that hold a diagnosis's weights and noise correlations."""
+SEARCHED = (BEGUN, MARGIN, RESTS)
+"""Entries of rows for the search alone."""
 
 
 def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]]) -> Rows:
@@ -74,7 +81,7 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
         stacked: stack of recordings of kind spring.
         channels: noise of every column as a diagnosis weights it.
     """
-    own = {name: x for name, x in stacked.extra.items() if not name.startswith((*ADDED, BEGUN, RESTS))}
+    own = {name: x for name, x in stacked.extra.items() if not name.startswith((*ADDED, *SEARCHED))}
     plain = undecided(eqx.tree_at(lambda rows: rows.extra, stacked, own))  # so that one program serves all
     found = with_process_noise(values, plain, FACTOR, PROCESS_NOISES, pooled=True)
     found = _with(found, **_noise_of(channels, stacked.mask.shape))
@@ -84,7 +91,8 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
         begun = steady_fractions(known, plain, {name: lasting_precision(found, name) for name in OUTPUTS})
     rests = stacked.extra.get(RESTS, jnp.zeros(len(stacked.mask)))
     walk = jnp.where(rests > 0.0, STEADY, found.extra["process_noise"])
-    return _with(found, **{BEGUN: begun, RESTS: rests, "process_noise": walk})
+    margin = stacked.extra.get(MARGIN, jnp.zeros(len(stacked.mask)))
+    return _with(found, **{BEGUN: begun, RESTS: rests, MARGIN: margin, "process_noise": walk})
 
 
 def _noise_of(channels: list[list[Channel]], shape: tuple[int, ...]) -> dict[str, Array]:
@@ -104,8 +112,15 @@ def _noise_of(channels: list[list[Channel]], shape: tuple[int, ...]) -> dict[str
 
 def begun(stacked: Rows, drivers: Mapping[str, Array]) -> Rows:
     """A stack whose trajectory searches start at the end of an earlier evaluation, given by its drivers."""
-    course = jnp.clip(jnp.asarray(drivers["xi0"]), 0.0, 1.0)
-    return eqx.tree_at(lambda rows: rows.extra[BEGUN], stacked, course)
+    course, margin = jnp.clip(jnp.asarray(drivers["xi0"]), 0.0, 1.0), jnp.asarray(drivers[MARGIN])[:, 0]
+    there = lambda rows: (rows.extra[BEGUN], rows.extra[MARGIN])  # noqa: E731
+    return eqx.tree_at(there, stacked, (course, margin))
+
+
+def otherwise_decided(drivers: Mapping[str, Array]) -> list[dict[str, Array]]:
+    """Drivers of the same trajectories, with other decisions where a renewal is all but one by the rule."""
+    moved = (drivers[MARGIN] + sign * TRIED_MARGIN for sign in (-1.0, 1.0))
+    return [{**drivers, MARGIN: np.clip(m, -spring_rows.MARGIN, spring_rows.MARGIN)} for m in moved]
 
 
 def with_effects(
@@ -122,9 +137,9 @@ def with_effects(
         return jnp.stack([found.seen[name] for name in OUTPUTS]), found.kept, found.rows
 
     def at(stand: tuple, xi0: Array, decided_by: Array) -> tuple[Array, Array, SpringResponse]:
-        return follow(stand, pj.MartensiteFraction(xi0), decided_by=decided_by)
+        return follow(stand, pj.MartensiteFraction(xi0), decided_by=decided_by, margin=margin)
 
-    still = frozen(stand)
+    still, margin = frozen(stand), rows.extra.get(MARGIN, jnp.zeros(()))
     start = rows.extra.get(BEGUN)
     if start is None:
         start = follow(still, pj.Resistance(rows.inputs["resistance"]))[2].xi0
@@ -142,6 +157,7 @@ def with_effects(
         **{f"slope_{name}": by_own for name, by_own in zip(OUTPUTS, found.local.slope, strict=True)},
         **{f"memory_{name}": more for name, more in zip(OUTPUTS, found.local.remembered, strict=True)},
         "memory_row": found.local.source,
+        MARGIN: jnp.broadcast_to(margin, gamma.shape),
     }
     return dict(zip(OUTPUTS, found.predicted, strict=True)), drivers
 
@@ -195,6 +211,10 @@ class SpringPhase(LatentStates):
     def with_resting(self, stacked: Rows, chosen: np.ndarray) -> Rows:
         """Stack in which the fractions of chosen recordings do not change."""
         return _with(stacked, **{RESTS: jnp.asarray(chosen, float)})
+
+    def otherwise(self, drivers: Mapping[str, Array]) -> list[dict[str, Array]]:
+        """Drivers with other decisions; see `otherwise_decided`."""
+        return otherwise_decided(drivers)
 
     def settled(self, recordings: list[Rows], drivers: Drivers) -> list[Rows]:
         """Recordings with the process noise and the steady course of the fraction that a model finds.

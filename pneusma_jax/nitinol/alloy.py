@@ -191,8 +191,8 @@ class Alloy(eqx.Module):
             state: memory before the row.
             gamma: shear strain [1].
             xi0: martensite fraction [1].
-            margin: excess over the residual strain from which the wire counts as loading, as part of the
-                residual strain [1]. The law has 0. Fits try other values, as the rule jumps with parameters.
+            margin: excess that a renewal needs over the residual strain, as part of it [1]. The law has 0.
+                Fits try other values, as the rule jumps with parameters.
         """
         xi_min = hottest(state, xi0)
         renew = self.renews(state, gamma, xi0, margin) if state.decided is None else state.decided.renews
@@ -207,10 +207,8 @@ class Alloy(eqx.Module):
         threshold = (1.0 + margin) * gamma_R
         detwinning = self.detwinning_stress(gamma, xi0)
         loading = stress.on_detwinning_branch(self.modulus(xi0), detwinning, threshold)
-        deeper = (
-            residual_strain.residual_strain(self.residual_strain_limit(gamma), xi0, self.gR_decay) > gamma_R
-        )
-        return loading & deeper
+        left = residual_strain.residual_strain(self.residual_strain_limit(gamma), xi0, self.gR_decay)
+        return loading & (left > threshold)
 
 
 def _contrast_at_rest(alloy: Alloy) -> Array:

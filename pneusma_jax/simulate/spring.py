@@ -40,6 +40,7 @@ def simulate_spring(
     effects: tuple[Effect, ...] = (),
     temperature: Float[Array, "rows"] | None = None,
     decided_by: Float[Array, "rows"] | None = None,
+    margin: Array | float = 0.0,
 ) -> SpringHistory:
     """One spring on a test stand, stretched along a history of elongation.
 
@@ -54,6 +55,8 @@ def simulate_spring(
         temperature: temperature of the spring [degC], shape (rows,), for effects that depend on it.
         decided_by: martensite fractions that decide which rows the memory keeps, shape (rows,); those of the
             activation where None. Noise of a single row then renews no memory.
+        margin: excess over the residual strain that a row of `decided_by` needs to renew the memory, as part
+            of it [1]. Where a renewal is all but one by the rule, either margin can be the right one.
     """
     rows = jnp.shape(elongation)[0]
     state = SpringState.fresh(0.0) if state is None else state
@@ -83,8 +86,8 @@ def simulate_spring(
             elongation = pipeline.where_acting("compliance", in_train, lambda length: length, elongation)
         response = spring.respond(elongation, activation, state, pipeline)
         if decided is not None:
-            renews = spring.alloy.renews(smooth, response.gamma, fraction)
-            smooth = spring.alloy.remember(smooth, response.gamma, fraction)
+            renews = spring.alloy.renews(smooth, response.gamma, fraction, margin)
+            smooth = spring.alloy.remember(smooth, response.gamma, fraction, margin)
             state = eqx.tree_at(lambda s: s.decided.renews, state, renews)
         after = spring.remember(state, response)
         kept = after.xi_min == response.xi0 if decided is None else decided.hotter | renews

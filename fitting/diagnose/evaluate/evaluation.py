@@ -230,10 +230,16 @@ class Evaluation:
             1.0,
         )
 
-    def bettered(self, other: "Evaluation") -> "Evaluation":
-        """The evaluation with those recordings of another one, at the same numbers, that fit better there."""
+    def bettered(self, other: "Evaluation", by: float = 0.0) -> "Evaluation":
+        """The evaluation with those recordings of another one, at the same numbers, that fit better there.
+
+        Args:
+            other: evaluation with derivatives by the same unknowns.
+            by: by how much their sum of squares must be smaller.
+        """
         squares = [[float(m @ m) for m in one.misfit] for one in (self, other)]
-        return self.taking(other, np.array([b < a for a, b in zip(*squares, strict=True)]))
+        better = np.array([b < a - by for a, b in zip(*squares, strict=True)])
+        return self.taking(other, better) if better.any() else self
 
     def taking(self, other: "Evaluation", chosen: np.ndarray) -> "Evaluation":
         """The evaluation with chosen recordings taken from another one at the same numbers.

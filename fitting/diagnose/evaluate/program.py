@@ -375,6 +375,10 @@ class Program:
             return with_trajectories(stacked, near.trajectories_at(u))
         return self.specimen.latent.begun(stacked, near.drivers)
 
+    def otherwise(self, here: Evaluation) -> list[Evaluation]:
+        """An evaluation with other decisions of the specimen's memory, for searches to begin near."""
+        return [replace(here, drivers=drivers) for drivers in self.specimen.latent.otherwise(here.drivers)]
+
     def _run(
         self, u: np.ndarray, columns: np.ndarray, stacked: Rows, chosen: np.ndarray | None = None
     ) -> Raw:

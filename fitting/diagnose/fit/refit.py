@@ -158,13 +158,26 @@ class Refitter:
             now = self._weighed(u, free, known)
         else:
             now = self._at(u, free, near)
+        u, now = self._descended(u, now, free, rounds)
+        while rounds >= OPTIMISER.maximum_steps:
+            decided = self._decided(u, free, now[3], self.counted)
+            if decided is now[3]:
+                break
+            u, now = self._descended(u, self._weighed(u, free, decided), free, rounds)
+        fit = self._finished(u, free, slugs, now)
+        return self.completed(fit) if complete else fit
+
+    def _descended(
+        self, u: np.ndarray, now: tuple, free: np.ndarray, rounds: int
+    ) -> tuple[np.ndarray, tuple]:
+        """Levenberg's method from an evaluation `now`, see `_weighed`; the numbers where it ends, and theirs."""
         damping, least, failures = OPTIMISER.initial_damping, OPTIMISER.initial_damping**2, 0
         for _ in range(rounds):
             little = OPTIMISER.minimum_decrease * self.variance(now[0])
             step, promised = self._step(u, now, free, damping)
             if promised < little:
                 break
-            trial = np.clip(u + step, unknowns.low, unknowns.high)
+            trial = np.clip(u + step, self.unknowns.low, self.unknowns.high)
             then = self._at(trial, free, now[3])
             gain = now[0] - then[0]
             if gain > 0.0:
@@ -177,8 +190,19 @@ class Refitter:
                 there = max(-gain, promised * OPTIMISER.damping_decrease) < little
                 if there or failures > OPTIMISER.maximum_failures:
                     break
-        fit = self._finished(u, free, slugs, now)
-        return self.completed(fit) if complete else fit
+        return u, now
+
+    def _decided(
+        self, u: np.ndarray, free: np.ndarray, here: Evaluation, chosen: np.ndarray
+    ) -> Evaluation:
+        """An evaluation whose recordings take other decisions of the memory where these explain more.
+
+        Each decision has two others. So a gain counts beyond twice the logarithm of three.
+        """
+        others = self.program.otherwise(here)
+        for other in others:
+            here = here.bettered(self._evaluated(u, free, other, chosen), 2.0 * np.log(1.0 + len(others)))
+        return here
 
     def completed(self, fit: Fit) -> Fit:
         """The fit with all recordings evaluated, those that were not fitted, too."""
@@ -190,6 +214,7 @@ class Refitter:
         beside = self._evaluated(fit.u, fit.free, fit.evaluation, others)
         if self.program.hidden:  # these trajectories did not follow the fit, which may have gone far
             beside = beside.bettered(self._evaluated(fit.u, fit.free, None, others))
+            beside = self._decided(fit.u, fit.free, beside, others)
         return replace(fit, evaluation=fit.evaluation.taking(beside, others))
 
     def promised(self, fit: Fit) -> float:
