@@ -34,19 +34,17 @@ from pneusma_jax.pipeline import Effect
 
 from . import priors, spring_rows, spring_trajectory
 from .latent import Drivers, LatentStates
-from .process_noise import with_process_noise
 from .registry import register
 from .rows import Rows, numbers, stack
 from .specimen import FITTED, OF_HISTORIES, RowOptions, Specimen
 from .spring_by_temperature import BY_TEMPERATURE, without_resistance
-from .spring_course import MOBILITY, best_course, lasting_precision
+from .spring_course import best_course, lasting_precision
 from .spring_rows import ALLOY, FIXED, HELD_LENGTH_RANGE, OUTPUTS, dimension_numbers, spring_of
 from .spring_trajectory import undecided
 from .steady_fraction import steady_along, steady_fractions
 
-PROCESS_NOISES = tuple(10.0**k for k in range(-16, -2))
-"""Candidate process-noise variances per second. The smallest hold a cold wire at one phase, whose limit then
-either binds or does not. Noise that crossed this limit row by row would look like an offset."""
+LEAST_NOISE, MOST_NOISE = 1e-10, 1e-3
+"""Range of the process-noise variance of a fraction in the middle of the transformation, per second."""
 BEGUN = "course"
 """Entry of rows with the fraction at which the trajectory search begins. Without it, the search begins at the
 fraction that each resistance implies."""
@@ -55,9 +53,10 @@ MARGIN = "renewal_margin"
 TRIED_MARGIN = 3e-3
 """Excess over the residual strain that is tried where a renewal is all but one by the rule, as part of it. A
 steady course is uncertain by some 5e-4 of the fraction where rows are 0.5 s apart; Eq. 3.2 multiplies by 5."""
-FACTOR = 10.0
-"""Factor of the process-noise variance of a diagnosis over the one that a resistance implies."""
-STEADY = FACTOR * PROCESS_NOISES[0]
+FACTOR = 3.0
+"""Factor of the process-noise variance over that of a steady course, which changes less than the fraction itself.
+With 1 a fit leaves 2 to 4 % more than noise, with 10 trajectories follow noise and draw the constants."""
+STEADY = 1e-15
 """Process-noise variance per second of a fraction that does not change."""
 RESTS = "rests"
 """Entry of rows that is 1 where the fraction does not change, as of a wire at full heat, else 0."""
@@ -72,7 +71,7 @@ SEARCHED = (BEGUN, MARGIN, RESTS)
 
 
 def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Channel]]) -> Rows:
-    """Rows with the process-noise variances that their resistances imply at these base constants.
+    """Rows with the process-noise variances that steady courses imply at these base constants.
 
     They also hold the noise of every channel as a diagnosis weights it, and a trajectory to begin with.
 
@@ -83,16 +82,17 @@ def prepared(values: Mapping[str, Array], stacked: Rows, channels: list[list[Cha
     """
     own = {name: x for name, x in stacked.extra.items() if not name.startswith((*ADDED, *SEARCHED))}
     plain = undecided(eqx.tree_at(lambda rows: rows.extra, stacked, own))  # so that one program serves all
-    found = with_process_noise(values, plain, FACTOR, PROCESS_NOISES, pooled=True)
-    found = _with(found, **_noise_of(channels, stacked.mask.shape))
-    begun = stacked.extra.get(BEGUN)
-    if begun is None:
-        known = {name: jnp.asarray(value, float) for name, value in values.items()}
-        begun = steady_fractions(known, plain, {name: lasting_precision(found, name) for name in OUTPUTS})
-    rests = stacked.extra.get(RESTS, jnp.zeros(len(stacked.mask)))
-    walk = jnp.where(rests > 0.0, STEADY, found.extra["process_noise"])
-    margin = stacked.extra.get(MARGIN, jnp.zeros(len(stacked.mask)))
-    return _with(found, **{BEGUN: begun, RESTS: rests, MARGIN: margin, "process_noise": walk})
+    found = _with(plain, **_noise_of(channels, stacked.mask.shape))
+    known = {name: jnp.asarray(value, float) for name, value in values.items()}
+    courses = steady_fractions(known, plain, {name: lasting_precision(found, name) for name in OUTPUTS})
+    noise, nothing = jax.vmap(_process_noise)(plain.time, courses, plain.mask), jnp.zeros(len(stacked.mask))
+    searched = {
+        BEGUN: stacked.extra.get(BEGUN, courses),
+        MARGIN: stacked.extra.get(MARGIN, nothing),
+        RESTS: stacked.extra.get(RESTS, nothing),
+    }
+    noise = jnp.where(searched[RESTS][:, None] > 0.0, STEADY, noise)
+    return _with(found, process_noise=noise, **searched)
 
 
 def _noise_of(channels: list[list[Channel]], shape: tuple[int, ...]) -> dict[str, Array]:
@@ -162,17 +162,28 @@ def with_effects(
     return dict(zip(OUTPUTS, found.predicted, strict=True)), drivers
 
 
-def _followed(rows: Rows, course: np.ndarray) -> Rows:
-    """A recording with a steady course, and a process noise that lets the fraction follow it.
+def _process_noise(time: Array, course: Array, there: Array) -> Float[Array, " rows"]:
+    """Process-noise variance per second of every row that lets a fraction follow a steady course [1/s].
 
     A temperature that walks moves the fraction by the slope of the transformation. So a wire that is all
     martensite hardly moves, and noise does not push it away from its limit in the one direction that is left.
+
+    Args:
+        time: [s], shape (rows,).
+        course: fraction, shape (rows,).
+        there: rows that are no padding, shape (rows,).
     """
     mobility = (4.0 * course * (1.0 - course)) ** 2 + LEAST_MOBILITY**2
-    steps, changes = np.maximum(np.diff(rows.time), 1e-6), np.diff(course)
-    variance = np.mean(changes**2 / steps / mobility[1:]) if len(changes) else 0.0
-    process_noise = np.asarray(FACTOR * np.clip(variance, PROCESS_NOISES[0], PROCESS_NOISES[-1]))
-    return _with(rows, process_noise=process_noise, **{BEGUN: course, MOBILITY: mobility})
+    steps, changes = jnp.maximum(jnp.diff(time), 1e-6), jnp.diff(course)
+    squares = jnp.where(there[1:], changes**2 / steps / mobility[1:], 0.0)
+    variance = jnp.sum(squares) / jnp.maximum(jnp.sum(there[1:]), 1)
+    return FACTOR * jnp.clip(variance, LEAST_NOISE, MOST_NOISE) * mobility
+
+
+def _followed(rows: Rows, course: np.ndarray) -> Rows:
+    """A recording with a steady course, and a process noise that lets the fraction follow it."""
+    noise = _process_noise(jnp.asarray(rows.time), jnp.asarray(course), jnp.asarray(rows.mask))
+    return _with(rows, process_noise=np.asarray(noise), **{BEGUN: course})
 
 
 def _with(rows: Rows, **entries: np.ndarray) -> Rows:

@@ -20,8 +20,6 @@ from fitting.specimens.rows import Rows
 
 from .steady_fraction import steady_near
 
-MOBILITY = "mobility"
-"""Entry of rows with the variance of the fraction's steps over the process noise, shape (rows,)."""
 HELD = 1e-6
 """Weight of the current trajectory in every row. It keeps rows in place whose channels are uninformative."""
 ROUNDS = 8
@@ -178,8 +176,8 @@ def best_course(outputs: Outputs, frozen: Outputs, read: Array, names: Sequence[
     """
     measured = jnp.stack([rows.measured[name] for name in names])
     interval = jnp.maximum(jnp.diff(rows.time, prepend=rows.time[:1]), 1e-6)
-    variance = rows.extra["process_noise"] * rows.extra.get(MOBILITY, 1.0)
-    coupling = jnp.where(jnp.arange(interval.size) > 0, 1.0 / (variance * interval), 0.0)
+    variance = rows.extra["process_noise"] * interval
+    coupling = jnp.where(jnp.arange(interval.size) > 0, 1.0 / variance, 0.0)
     system = _System([Noise.of(rows, name) for name in names], measured, coupling)
 
     begin = jax.lax.stop_gradient(jnp.clip(read, 0.0, 1.0))

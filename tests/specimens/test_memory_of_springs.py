@@ -100,3 +100,20 @@ def test_a_steady_course_is_the_best_linear_estimate():
 def test_a_steady_course_without_any_reading_is_its_mean():
     time = jnp.arange(30.0)
     np.testing.assert_allclose(steady_course(time, jnp.full(30, 0.3), jnp.zeros(30), 3.0), 0.0, atol=1e-9)
+
+
+def test_a_margin_decides_a_renewal_that_is_all_but_one(spring):
+    """A row back from the peak, cooled so that its residual strain is 0.1 % more than the one before."""
+    lengths, alloy = np.array([0.02, 0.04, 0.0395]), spring.alloy
+    gamma = np.asarray(pj.simulate_spring(spring, jnp.asarray(lengths), pj.MartensiteFraction(0.9)).rows.gamma)
+    left = lambda row, xi0: float(alloy.residual_strain(pj.SpringState.fresh(gamma[row]), xi0))  # noqa: E731
+    cooled = 0.9 + np.log(1.001 * left(1, 0.9) / left(2, 0.9)) / float(alloy.gR_decay)
+    fractions = jnp.asarray([0.9, 0.9, cooled])
+    kept = {}
+    for margin in (-3e-3, 0.0, 3e-3):
+        phase = pj.MartensiteFraction(fractions)
+        history = pj.simulate_spring(spring, jnp.asarray(lengths), phase, decided_by=fractions, margin=margin)
+        kept[margin] = bool(history.kept[-1])
+        renewed = float(history.states.prestrain[-1])
+        assert renewed == pytest.approx(gamma[2 if kept[margin] else 1], rel=1e-9)
+    assert kept == {-3e-3: True, 0.0: True, 3e-3: False}

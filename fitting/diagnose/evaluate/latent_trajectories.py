@@ -46,7 +46,7 @@ class LatentTrajectory:
         fraction: np.ndarray,
         moved: np.ndarray,
         memory: np.ndarray,
-        process_noise: float,
+        process_noise: float | np.ndarray,
         time: np.ndarray,
         count: int | None = None,
         source: np.ndarray | None = None,
@@ -58,7 +58,7 @@ class LatentTrajectory:
             fraction: (rows,).
             moved: derivative of the channels when the fraction changes by the same in all rows.
             memory: derivative of the channels when it changes only in rows that are remembered.
-            process_noise: variance of the random walk per second.
+            process_noise: variance of the random walk per second; one, or one by row.
             time: [s], (rows,).
             count: number of rows before the padding; all if None.
             source: index of the row that each row remembers, (rows,); the hottest so far if None.

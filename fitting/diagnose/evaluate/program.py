@@ -242,7 +242,7 @@ class Program:
             fraction, time = here.drivers[TRAJECTORY][k], np.asarray(self.stacked.time)[k]
             count = row_count(self.stacked, k)
             own = LatentTrajectory.of(
-                0, fraction, own + memory, memory, float(process_noise[k]), time, count, source[k]
+                0, fraction, own + memory, memory, process_noise[k], time, count, source[k]
             )
             found.append(Projection([own], channels))
         return found
