@@ -49,12 +49,13 @@ BEGUN = "course"
 """Entry of rows with the fraction at which the trajectory search begins. Without it, the search begins at the
 fraction that each resistance implies."""
 MARGIN = "renewal_margin"
-"""Entry of rows with the excess over the residual strain that a renewal of the memory needs, as part of it."""
+"""Entry of rows with the excess over the residual strain that a renewal of the memory needs, as part of
+it."""
 TRIED_MARGIN = 3e-3
-"""Excess over the residual strain that is tried where a renewal is all but one by the rule, as part of it. A
-steady course is uncertain by some 5e-4 of the fraction where rows are 0.5 s apart; Eq. 3.2 multiplies by 5."""
+"""Excess over the residual strain that is tried where a renewal is all but one by the rule, as part of it.
+A steady course is uncertain by some 5e-4 where rows are 0.5 s apart; Eq. 3.2 multiplies that by 5."""
 FACTOR = 3.0
-"""Factor of the process-noise variance over that of a steady course, which changes less than the fraction itself.
+"""Factor of the process-noise variance over that of a steady course, which changes less than the fraction.
 With 1 a fit leaves 2 to 4 % more than noise, with 10 trajectories follow noise and draw the constants."""
 STEADY = 1e-15
 """Process-noise variance per second of a fraction that does not change."""

@@ -170,7 +170,7 @@ class Refitter:
     def _descended(
         self, u: np.ndarray, now: tuple, free: np.ndarray, rounds: int
     ) -> tuple[np.ndarray, tuple]:
-        """Levenberg's method from an evaluation `now`, see `_weighed`; the numbers where it ends, and theirs."""
+        """Levenberg's method from an evaluation `now`, see `_weighed`; numbers and evaluation at its end."""
         damping, least, failures = OPTIMISER.initial_damping, OPTIMISER.initial_damping**2, 0
         for _ in range(rounds):
             little = OPTIMISER.minimum_decrease * self.variance(now[0])
