@@ -50,7 +50,7 @@ def test_what_a_trajectory_leaves_of_noise_is_what_is_counted(leverage, process_
     """At a leverage of one half the trace of the smoother was 0.19 of a row too few: a reduced chi-square of 0.88."""
     S = smoother(process_noise)
     assert np.trace(S) / COUNT == pytest.approx(leverage, abs=0.01)
-    squares, taken = followed(process_noise, share * min(process_noise, 1e-3))
+    squares, taken = followed(process_noise, share * min(process_noise, 1e-4))
     np.testing.assert_allclose(taken, np.trace(2.0 * S - S @ S), rtol=1e-4)
     freedom = 2 * COUNT - taken.mean()
     error = squares.std() / np.sqrt(WORLDS)
