@@ -20,6 +20,7 @@ from .refit import Fit, Refitter
 OPTIMISER = DEFAULT.optimiser
 BASE_FIT = DEFAULT.base_fit
 EVIDENCE = DEFAULT.evidence
+VERDICT = DEFAULT.verdict
 
 
 def base_fit(
@@ -82,7 +83,7 @@ def with_hot_tests_at_rest(program: Program, fit: Fit) -> tuple[Program, Fit]:
 
 def _by_chance(chi_square: float, count: int) -> bool:
     """True if noise makes such a chi-square of so many values, or of so many constants that moved."""
-    return chi_square <= count + BASE_FIT.hot_deviations * np.sqrt(2.0 * count)
+    return chi_square <= count + VERDICT.minimum_deviations * np.sqrt(2.0 * count)
 
 
 def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:

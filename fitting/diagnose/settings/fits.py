@@ -81,10 +81,6 @@ class BaseFit:
         0.1, "Maximum martensite fraction in a test for a fit in which it is constant there.",
         basis="seven simulated springs at full heat reached 0.015 to 0.03 with a fraction that walks",
     )  # fmt: skip
-    hot_deviations: float = threshold(
-        3.0, "Maximum excess of a test's chi-square over noise for its fraction to be constant.", "sd",
-        basis="seven simulated springs at full heat: -1.9 to 1.7",
-    )  # fmt: skip
 
 
 @dataclass(frozen=True)
