@@ -6,6 +6,7 @@ import pytest
 from fitting.calibrate.assumed import notices_of
 from fitting.data.recordings import Campaign, Recording
 from fitting.inference.channels import channel_weight
+from fitting.inference.parameters import Parameters
 from fitting.specimens import WIRE
 from fitting.specimens.reduction import reduced, said
 
@@ -96,13 +97,13 @@ def test_the_report_says_what_was_done_to_which_recording():
     long, short = wire(60, 160), wire(2, 160)
     short.name = "short"
     short.columns["strain"] = np.repeat(short.columns["strain"][::4], 4)
-    told = " ".join(notices_of([long, short]))
+    told = " ".join(notices_of([long, short], Parameters()))
     assert (
         "cycles: reduced from 9600 rows" in told
         and "short: strain repeats earlier readings in 240 of 320" in told
     )
     assert "short: reduced" not in told
-    assert "reduced from 320 rows" in " ".join(notices_of([short], most=128))
+    assert "reduced from 320 rows" in " ".join(notices_of([short], Parameters(), most=128))
 
 
 def test_a_fit_gets_rows_with_their_own_noise():
