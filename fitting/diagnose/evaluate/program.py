@@ -22,15 +22,13 @@ from fitting.specimens.rows import Rows, stack, with_numbers
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.specimen import Specimen
 from pneusma_jax.calibration.records import Calibration
-from pneusma_jax.errors import InputError
 
 from ..settings import DEFAULT
+from .compared import compared_channels
 from .compiled import Compiled
 from .evaluation import TRAJECTORY, Evaluation, Raw, row_count, trajectories_of, with_trajectories
-from .high_frequency_noise import high_frequency_readings
 from .inputs import input_noise, shifted, with_input_noise
 from .latent_trajectories import LatentTrajectory
-from .noise import channels_of
 from .trajectory_search import Search
 from .unknowns import Unknowns
 from .variable_projection import Projection, degrees_of_freedom_of
@@ -119,20 +117,7 @@ class Program:
         constants = specimen.parameters_for(campaign, **tables).items()
         free = Parameters(*(entry for name, entry in constants if name not in held))
         unknowns = Unknowns(free, tried, specimen.letter, known)
-        size = stacked.mask.shape[1]
-        nothing = [{}] * len(rows)
-        high_frequency = high_frequency_readings(campaign.recordings, rows) if latent.present else nothing
-        outputs = (*specimen.explained, *latent.readings)
-        channels = [
-            channels_of(recording, r, outputs, size, estimated)
-            for recording, r, estimated in zip(campaign.recordings, rows, high_frequency, strict=True)
-        ]
-        for recording, found in zip(campaign.recordings, channels, strict=True):
-            if not any(channel.count for channel in found if channel.quantity in specimen.explained):
-                wanted = " or ".join(specimen.explained)
-                raise InputError(
-                    f"{recording.path or recording.name}: there is no {wanted} to compare the model with"
-                )
+        channels = compared_channels(campaign.recordings, rows, specimen, stacked.mask.shape[1])
         fitted = np.array([recording.role == "fit" for recording in campaign.recordings])
         require_fitted(campaign.recordings, campaign.path)
         program = cls(kind, list(campaign.recordings), stacked, channels, unknowns, fitted)
