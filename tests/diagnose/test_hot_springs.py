@@ -38,7 +38,7 @@ def test_a_constant_fraction_stays_constant_when_rows_are_prepared_again(heated)
     chosen = np.arange(len(stacked.mask)) == 1
     again = latent.prepared(values, latent.with_resting(first, chosen), program.channels)
     walk = np.asarray(again.extra["process_noise"])
-    assert np.array_equal(latent.resting(again), chosen) and walk[1] == STEADY
+    assert np.array_equal(latent.resting(again), chosen) and np.all(walk[1] == STEADY)
     np.testing.assert_array_equal(walk[~chosen], np.asarray(first.extra["process_noise"])[~chosen])
     assert RESTS in first.extra  # so that one compiled program serves both
 
@@ -52,7 +52,7 @@ def test_other_kinds_have_no_fraction_that_rests(kind):
 
 @pytest.mark.slow
 def test_the_stiffness_of_austenite_is_not_drawn_by_noise_at_full_heat(heated, monkeypatch):
-    """With a fraction that walks it was 3.8 of its errors off, in six more campaigns 2.7 to 4.9."""
+    """A fraction that left its limit had drawn it by 3.8 of its errors, in six more campaigns by 2.7 to 4.9."""
     truth = json.loads((heated / "truth.json").read_text())["parameters"]["G_a"]
     monkeypatch.setattr(base_fit, "with_hot_tests_at_rest", lambda program, fit: (program, fit))
     program, free = base_fit.base_fit(Program.of(read_campaign(heated), "spring", slugs=["series_resistance"]))
@@ -66,4 +66,5 @@ def test_the_stiffness_of_austenite_is_not_drawn_by_noise_at_full_heat(heated, m
     def errors_off(fit):
         return abs(float(item.value(fit.u[k])) - to_si(truth["value"], truth["unit"])) / item.spread(fit.u[k], fit.sd(k))
 
-    assert errors_off(free) > 3.0 and errors_off(fit) < 2.0
+    assert max(errors_off(free), errors_off(fit)) < 2.5
+    assert fit.sd(k) < 1.01 * free.sd(k)
