@@ -88,3 +88,9 @@ def test_sizes_of_a_tube_are_read_from_its_header(put):
     recording = imported(put, "Outer diameter: 9.5 mm\nWall thickness: 0.8 mm\n", table)
     assert recording.kind == "tube"
     assert (recording.geometry["outer_diameter_mm"], recording.geometry["wall_thickness_mm"]) == (9.5, 0.8)
+
+
+def test_one_size_is_told_in_the_singular(put):
+    head = "# gauge length: 50 mm\n# width: 6 mm\n# thickness: 2 mm\n"
+    recording = imported(put, head, "Time [s],Extension [mm],Force [N]\n" + "".join(f"{k},{k / 2},{k / 9:.3f}\n" for k in range(9)))
+    assert any(note.startswith("the thickness is 2 mm") for note in recording.notices)

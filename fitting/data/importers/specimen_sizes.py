@@ -203,7 +203,8 @@ def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
     size = making.sizes[key]
     unit = "mm2" if key == "area_mm2" else "" if key == "active_coils" else "mm"
     amount = f"{size.value:.6g} {unit}".rstrip()
-    text = f"{what} {'are' if what.endswith('s') else 'is'} {amount}, as the file states ({size.said!r})"
+    verb = "are" if key == "active_coils" else "is"
+    text = f"{what} {verb} {amount}, as the file states ({size.said!r})"
     named = "gauge_length_mm" if key == "length" else key
     option = f"--dimension {named}=..."
     if quiet:
