@@ -35,6 +35,7 @@ def traced_batch(actuator: Actuator, each: tuple, common: tuple, shared: bool) -
         common: memories of the springs on the grid of equilibria.
         shared: true if every row has these memories.
     """
+    each = jax.tree.map(jnp.asarray, each)  # a traced number does not index arrays of NumPy
     searched = frozen((actuator, each, common))
     if any(is_resistance(a) for a in each[1]):
         found = traced_roots(*searched, shared)

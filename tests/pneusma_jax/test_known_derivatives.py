@@ -107,3 +107,16 @@ def test_derivatives_by_one_number_of_those_by_another():
     ends = [float(mixed(1.0 + k * h)) for k in (-2, -1, 1, 2)]
     numeric = (ends[0] - 8.0 * ends[1] + 8.0 * ends[2] - ends[3]) / (12.0 * h)
     assert float(jax.grad(mixed)(1.0)) == pytest.approx(numeric, rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("of", [lambda one: one, jax.grad])
+def test_batches_side_by_side_outside_of_jit(of):
+    """Known phases are arrays of NumPy there, which a traced number did not index."""
+    xi0 = np.asarray(XI0[:2])
+    one = of(lambda pressure: squares(pressure, xi0))
+    pressures = PRESSURE[:4].reshape(2, 2)
+    found = jax.vmap(one)(pressures)
+    np.testing.assert_allclose(found, [one(p) for p in pressures], rtol=1e-6)
+    wires = jax.vmap(lambda times: squares(np.asarray(pressures[0]), xi0, times))(jnp.asarray([1.0, 1.05]))
+    np.testing.assert_allclose(wires, [squares(pressures[0], xi0, t) for t in (1.0, 1.05)], rtol=1e-6)
