@@ -20,6 +20,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.scipy.special import logit
 from jaxtyping import Array, Float
 
 import pneusma_jax as pj
@@ -43,8 +44,10 @@ from .spring_rows import ALLOY, FIXED, HELD_LENGTH_RANGE, OUTPUTS, dimension_num
 from .spring_trajectory import undecided
 from .steady_fraction import steady_along, steady_fractions
 
-LEAST_NOISE, MOST_NOISE = 1e-10, 1e-3
-"""Range of the process-noise variance of a fraction in the middle of the transformation, per second."""
+LEAST_NOISE = 1e-10
+"""Minimum process-noise variance of a fraction in the middle of the transformation, per second."""
+LEAST_FRACTION = 1e-6
+"""Minimum distance of a fraction from its limits for its temperature [1]."""
 BEGUN = "course"
 """Entry of rows with the fraction at which the trajectory search begins. Without it, the search begins at the
 fraction that each resistance implies."""
@@ -166,19 +169,24 @@ def with_effects(
 def _process_noise(time: Array, course: Array, there: Array) -> Float[Array, " rows"]:
     """Process-noise variance per second of every row that lets a fraction follow a steady course [1/s].
 
-    A temperature that walks moves the fraction by the slope of the transformation. So a wire that is all
-    martensite hardly moves, and noise does not push it away from its limit in the one direction that is left.
+    A temperature that walks moves the fraction by the slope of the transformation. In widths of the
+    transformation it is the logit of the fraction. So a wire that is all martensite hardly moves, and noise
+    does not push it away from its limit in the one direction that is left. A step has the mean slope over it,
+    so that a pulse of heat can take the wire to its limit within a row.
 
     Args:
         time: [s], shape (rows,).
         course: fraction, shape (rows,).
         there: rows that are no padding, shape (rows,).
     """
-    mobility = (4.0 * course * (1.0 - course)) ** 2 + LEAST_MOBILITY**2
     steps, changes = jnp.maximum(jnp.diff(time), 1e-6), jnp.diff(course)
-    squares = jnp.where(there[1:], changes**2 / steps / mobility[1:], 0.0)
-    variance = jnp.sum(squares) / jnp.maximum(jnp.sum(there[1:]), 1)
-    return FACTOR * jnp.clip(variance, LEAST_NOISE, MOST_NOISE) * mobility
+    heated = jnp.diff(logit(jnp.clip(course, LEAST_FRACTION, 1.0 - LEAST_FRACTION)))
+    moves = jnp.abs(heated) > LEAST_MOBILITY
+    slope = jnp.where(moves, changes / jnp.where(moves, heated, 1.0), (course * (1.0 - course))[1:])
+    mobility = (4.0 * slope) ** 2 + LEAST_MOBILITY**2
+    squares = jnp.where(there[1:], changes**2 / steps / mobility, 0.0)
+    variance = jnp.maximum(jnp.sum(squares) / jnp.maximum(jnp.sum(there[1:]), 1), LEAST_NOISE)
+    return FACTOR * variance * jnp.concatenate([mobility[:1], mobility])
 
 
 def _followed(rows: Rows, course: np.ndarray) -> Rows:

@@ -6,6 +6,7 @@ time, as the solves in `batches`, and NumPy cuts and joins. Otherwise JAX differ
 under `jax.vmap`, for derivatives of derivatives, and inside of a transformation.
 """
 
+import contextlib
 from typing import Any
 
 import equinox as eqx
@@ -229,6 +230,13 @@ def _side_by_side(tangents: tuple, places: tuple, at: _Rows) -> tuple[list, list
     found = jax.vmap(at.tangents, places)(*tangents)
     return found, [0] * len(found)
 
+
+# JAX keeps the shapes of up to 2048 operations by their parameters, and rows in a parameter as long: 0.3 kB
+# each. Of a type that is registered it keeps weak references. There is no public way to register one.
+with contextlib.suppress(ImportError, AttributeError):
+    from jax._src.util import weakref_cache_key_types
+
+    weakref_cache_key_types.add(_Rows)
 
 _TANGENT = Primitive("tangents_of_rows")
 _TANGENT.multiple_results = True

@@ -1,5 +1,7 @@
 """Derivatives of `solve_batch`: the same inside of `jax.jit` and outside, of any order, for any number of rows."""
 
+import gc
+
 import equinox as eqx
 import jax
 import jax.monitoring
@@ -8,6 +10,7 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
+from pneusma_jax.actuator.known_derivatives import _Rows
 
 BODY = pj.make_actuator("pneusma2")
 RANDOM = np.random.default_rng(3)
@@ -65,6 +68,14 @@ def test_another_number_of_rows_compiles_nothing(compiled):
         for one, other in zip(some[1:], every[1:], strict=True):
             np.testing.assert_allclose(one, other[: len(one)], rtol=1e-9, atol=1e-15)
     assert float(first[0]) != 0.0
+
+
+def test_a_derivative_leaves_no_rows_in_memory():
+    """JAX kept the rows of 2048 derivatives."""
+    for k in range(4):
+        jax.grad(squares)(PRESSURE[:70] + k, XI0[:70])
+    gc.collect()
+    assert sum(isinstance(one, _Rows) for one in gc.get_objects()) <= 1
 
 
 def test_derivatives_are_those_of_a_compiled_program():

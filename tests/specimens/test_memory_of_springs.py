@@ -7,6 +7,7 @@ import pytest
 
 import pneusma_jax as pj
 from fitting.inference.latent_trajectory.steady import steady_course
+from fitting.specimens.spring import FACTOR, _process_noise
 from fitting.specimens.spring_course import _linearised
 from pneusma_jax.nitinol import load_alloy
 
@@ -117,3 +118,21 @@ def test_a_margin_decides_a_renewal_that_is_all_but_one(spring):
         renewed = float(history.states.prestrain[-1])
         assert renewed == pytest.approx(gamma[2 if kept[margin] else 1], rel=1e-9)
     assert kept == {-3e-3: True, 0.0: True, 3e-3: False}
+
+
+@pytest.mark.parametrize("interval", [0.5, 2.0])
+def test_a_pulse_of_heat_is_a_step_that_the_process_noise_allows(interval):
+    """A step of 1e3 standard deviations had left nulls with pulses 0.1 N beside their force."""
+    row = np.arange(120)
+    pulses = {"full": np.where(row % 50 < 30, 1.0, 0.0), "short": np.where(row % 40 < 37, 0.999, 0.1)}
+    for name, course in pulses.items():
+        noise = np.asarray(_process_noise(interval * row, jnp.asarray(course), jnp.ones(120, bool)))
+        steps = np.diff(course) / np.sqrt(noise[1:] * interval)
+        assert np.abs(steps).max() < 10.0, name
+        assert np.mean(steps**2) == pytest.approx(1.0 / FACTOR, rel=1e-6)
+
+
+def test_a_cold_wire_does_not_move():
+    row, course = np.arange(120), jnp.full(120, 1.0 - 6e-6)
+    noise = np.asarray(_process_noise(0.5 * row, course, jnp.ones(120, bool)))
+    assert np.sqrt(noise.max() * 60.0) < 1e-6
