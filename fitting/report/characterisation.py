@@ -35,6 +35,19 @@ def ask(path: Path | None) -> str:
     return f"`pneusma diagnose {'' if path is None else shlex.quote(str(path))}".rstrip() + "`"
 
 
+def another_cause(moved: Sequence[str], zeros: Sequence[str], path: Path | None) -> list[str]:
+    """A sentence that leads on where several constants moved far, or zeros of instruments seem to be off.
+
+    Args:
+        moved: sentences on constants that moved far.
+        zeros: sentences on zeros.
+        path: the campaign's folder.
+    """
+    if len(moved) < 2 and not zeros:
+        return []
+    return [f"Physics that the law leaves out looks like this, too. {ask(path)} tells whether any is there."]
+
+
 def parameter_table(
     parameters: Mapping[str, Estimate], start: Mapping[str, float], share: Mapping[str, float | None]
 ) -> Table:

@@ -36,7 +36,8 @@ class BaseTable:
         """Sentences on the table, for a reader who did not choose it."""
         key = KEYS[self.kind]
         source = self.citation or "its table states no source"
-        known = f"{self.name}: {self.description.rstrip('.')} ({source})"
+        words = self.description.rstrip(".")
+        known = f"{self.name}: {words} ({source})" if words else f"{self.name} ({source})"
         if self.identified:
             return f"The {self.kind} is identified from these recordings. That begins at the table {known}."
         if self.stated:

@@ -19,7 +19,7 @@ from pneusma_jax.errors import counted
 from pneusma_jax.units import amount
 
 from .. import profile_likelihood
-from ..characterisation import ask, limits
+from ..characterisation import another_cause, ask, limits
 from ..figures import axis_label
 from . import wires
 
@@ -210,8 +210,9 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
         sentences.append(
             "Only one of the starts ended at the best fit: there may be a better one that none found."
         )
-    sentences += moved(result.fit.recordings, result.fitted, result.fit.result.values)
-    sentences += lasting_zeros(result.lasting)
+    far = moved(result.fit.recordings, result.fitted, result.fit.result.values)
+    zeros = lasting_zeros(result.lasting)
+    sentences += [*far, *zeros, *another_cause(far, zeros, result.campaign.path)]
     return sentences + limits(result.parameters) + profile_likelihood.warnings(result)
 
 

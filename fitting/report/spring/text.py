@@ -12,7 +12,7 @@ from fitting.inference.numbers import number
 from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
-from ..characterisation import ask, limits
+from ..characterisation import another_cause, ask, limits
 from ..general.text import how_errors_grew, lasting_sentence, lasting_zeros, overstated_sentence
 
 OTHER_RULE = (
@@ -130,8 +130,8 @@ def warnings(result: SpringCharacterisation) -> list[str]:
             "errors span the fits that were found."
         )
     recordings = [test.recording for test in result.tests]
-    sentences += moved(recordings, result.fitted, result.joint.values)
-    sentences += lasting_zeros(result.lasting) + limits(result.parameters)
+    far, zeros = moved(recordings, result.fitted, result.joint.values), lasting_zeros(result.lasting)
+    sentences += [*far, *zeros, *another_cause(far, zeros, result.path), *limits(result.parameters)]
     sentences += profile_likelihood.warnings(result)
     sentences += [blind_sentence(score) for score in result.scores if score.uninformed > BLIND_SHARE]
     return sentences
