@@ -46,8 +46,6 @@ from .steady_fraction import steady_along, steady_fractions
 
 LEAST_NOISE = 1e-10
 """Minimum process-noise variance of a fraction in the middle of the transformation, per second."""
-LEAST_FRACTION = 1e-6
-"""Minimum distance of a fraction from its limits for its temperature [1]."""
 BEGUN = "course"
 """Entry of rows with the fraction at which the trajectory search begins. Without it, the search begins at the
 fraction that each resistance implies."""
@@ -68,6 +66,11 @@ LOOSE = 1e-2
 """Process-noise variance per second of a fraction that follows its readings."""
 LEAST_MOBILITY = 1e-3
 """Minimum slope of the fraction over the temperature, over its slope in the middle of the transformation."""
+LEAST_FRACTION = LEAST_MOBILITY / 4.0
+"""Distance of a fraction from its limits at which it has that slope [1]. Nearer ones have no other
+temperature."""
+MEDIAN_OF_SQUARES = 0.455
+"""Median of the square of a standard normal number."""
 ADDED = ("weight_", "correlation_")
 """Prefixes of the columns that hold a diagnosis's weights and noise correlations."""
 SEARCHED = (BEGUN, MARGIN, RESTS)
@@ -171,8 +174,10 @@ def _process_noise(time: Array, course: Array, there: Array) -> Float[Array, " r
 
     A temperature that walks moves the fraction by the slope of the transformation. In widths of the
     transformation it is the logit of the fraction. So a wire that is all martensite hardly moves, and noise
-    does not push it away from its limit in the one direction that is left. A step has the mean slope over it,
-    so that a pulse of heat can take the wire to its limit within a row.
+    does not push it away from its limit in the one direction that is left.
+
+    Most steps tell the variance by their median. One that is larger has its own, and the mean slope over it:
+    a pulse of heat takes the wire to its limit within a row, and leaves other rows as steady as they are.
 
     Args:
         time: [s], shape (rows,).
@@ -184,9 +189,10 @@ def _process_noise(time: Array, course: Array, there: Array) -> Float[Array, " r
     moves = jnp.abs(heated) > LEAST_MOBILITY
     slope = jnp.where(moves, changes / jnp.where(moves, heated, 1.0), (course * (1.0 - course))[1:])
     mobility = (4.0 * slope) ** 2 + LEAST_MOBILITY**2
-    squares = jnp.where(there[1:], changes**2 / steps / mobility, 0.0)
-    variance = jnp.maximum(jnp.sum(squares) / jnp.maximum(jnp.sum(there[1:]), 1), LEAST_NOISE)
-    return FACTOR * variance * jnp.concatenate([mobility[:1], mobility])
+    squares = changes**2 / steps / mobility
+    usual = jnp.nanmedian(jnp.where(there[1:], squares, jnp.nan)) / MEDIAN_OF_SQUARES
+    variance = jnp.maximum(jnp.maximum(squares, jnp.where(jnp.isfinite(usual), usual, 0.0)), LEAST_NOISE)
+    return FACTOR * jnp.concatenate([variance[:1] * mobility[:1], variance * mobility])
 
 
 def _followed(rows: Rows, course: np.ndarray) -> Rows:
