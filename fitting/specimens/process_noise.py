@@ -45,13 +45,7 @@ def from_resistances(values: Mapping[str, Array], plain: Rows, process_noise: Ar
     return jax.vmap(lambda rows, walk: from_resistance(values, rows, walk))(plain, process_noise)
 
 
-def with_process_noise(
-    values: Mapping[str, Array],
-    stacked: Rows,
-    factor: float = FACTOR,
-    candidates: tuple[float, ...] = CANDIDATES,
-    pooled: bool = False,
-) -> Rows:
+def with_process_noise(values: Mapping[str, Array], stacked: Rows) -> Rows:
     """A stack with the process-noise variances that its resistances imply at these parameters.
 
     Entry `implied_process_noise` is the implied variance, `process_noise` the one that a fit uses.
@@ -62,27 +56,17 @@ def with_process_noise(
     Args:
         values: free parameters by name, SI.
         stacked: stack of recordings of kind spring.
-        factor: factor of the variance of a fit over the implied one.
-        candidates: candidate variances per second, ascending.
-        pooled: treatment of a test whose resistance gives the variance an upper limit only. True: it gets the
-            median of the others, up to this limit. False: it gets its best candidate, which is small. This
-            suits a fully heated wire, whose fraction is at a limit that noise would cross in one
-            direction only.
     """
     values = {name: jnp.asarray(value, float) for name, value in values.items()}
     plain, ones = undecided(stacked), jnp.ones(len(stacked.mask))
-    evidence = np.array([np.asarray(from_resistances(values, plain, w * ones).evidence) for w in candidates])
+    evidence = np.array([np.asarray(from_resistances(values, plain, w * ones).evidence) for w in CANDIDATES])
     fixed = np.asarray(stacked.extra["level_sd"]) == 0.0
-    informative = (np.ptp(evidence, axis=0) > DECISIVE) & ~fixed
-    limit_only = informative & (evidence.max(axis=0) - evidence[0] <= DECISIVE) & pooled
-    variances, near_best = np.asarray(candidates), evidence > evidence.max(axis=0) - TOLERANCE
+    resolved = (np.ptp(evidence, axis=0) > DECISIVE) & ~fixed
+    variances, near_best = np.asarray(CANDIDATES), evidence > evidence.max(axis=0) - TOLERANCE
     best, smallest = variances[np.argmax(evidence, axis=0)], variances[np.argmax(near_best, axis=0)]
-    largest = variances[len(variances) - 1 - np.argmax(near_best[::-1], axis=0)]
-    resolved = informative & ~limit_only
     median = 10.0 ** np.median(np.log10(best[resolved])) if resolved.any() else variances[len(variances) // 2]
-    substitute = np.where(limit_only, np.minimum(median, largest), median)
-    process_noise = factor * np.where(resolved, best, substitute)
-    implied = np.where(resolved, smallest, substitute)
+    process_noise = FACTOR * np.where(resolved, best, median)
+    implied = np.where(resolved, smallest, median)
     return with_walks(stacked, (jnp.asarray(process_noise), jnp.asarray(implied)))
 
 
