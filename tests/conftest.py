@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import jax.monitoring
 import pytest
 from matplotlib.figure import Figure
 
@@ -33,6 +34,20 @@ def shared() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no folder {folder}: set PNEUSMA_SHARED to run the comparison with independent values")
     return folder
+
+
+@pytest.fixture
+def compiled() -> Iterator[list[str]]:
+    """Names of the programs that are compiled or loaded while a test runs."""
+    names: list[str] = []
+
+    def seen(event: str, seconds: float, **known: str) -> None:
+        if event.endswith("backend_compile_duration"):
+            names.append(known.get("fun_name", "?"))
+
+    jax.monitoring.register_event_duration_secs_listener(seen)
+    yield names
+    jax.monitoring.unregister_event_duration_listener(seen)
 
 
 @pytest.fixture

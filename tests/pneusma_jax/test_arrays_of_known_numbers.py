@@ -1,7 +1,6 @@
 """Known numbers become arrays of JAX without a program that is compiled for their shape."""
 
 import jax
-import jax.monitoring
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -9,20 +8,6 @@ import pytest
 import pneusma_jax as pj
 from pneusma_jax.numerics.linear import determinant
 from pneusma_jax.numerics.safe import as_array
-
-
-@pytest.fixture
-def compiled():
-    """Names of the programs that are compiled or loaded while a test runs."""
-    names: list[str] = []
-
-    def seen(event: str, seconds: float, **known: str) -> None:
-        if event.endswith("backend_compile_duration"):
-            names.append(known.get("fun_name", "?"))
-
-    jax.monitoring.register_event_duration_secs_listener(seen)
-    yield names
-    jax.monitoring.unregister_event_duration_listener(seen)
 
 
 @pytest.mark.parametrize("value", [1.5, 3, True, np.float64(2.0), np.arange(17.0), (0.5, 1.0), [np.ones(19)]])

@@ -4,7 +4,6 @@ import gc
 
 import equinox as eqx
 import jax
-import jax.monitoring
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -31,20 +30,6 @@ def solved(pressure, xi0, times=1.0):
 def squares(pressure, xi0, times=1.0):
     """Sum of squared curvatures of the rows that have one."""
     return jnp.nansum(solved(pressure, xi0, times).curvature ** 2)
-
-
-@pytest.fixture
-def compiled():
-    """Names of the programs that are compiled or loaded while a test runs."""
-    names: list[str] = []
-
-    def seen(event: str, seconds: float, **known: str) -> None:
-        if event.endswith("backend_compile_duration"):
-            names.append(known.get("fun_name", "?"))
-
-    jax.monitoring.register_event_duration_secs_listener(seen)
-    yield names
-    jax.monitoring.unregister_event_duration_listener(seen)
 
 
 def pulled(rows):
