@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pneusma_jax.errors import counted
+from pneusma_jax.units import find_unit
 
 from ..recordings import NOT_STATED, Recording, check_recording, resistance_range, schema
+from ..recordings.columns import convert
 from ..recordings.nominal import nominal_geometry
 from ..recordings.sidecar import unusual_size
 from ..recordings.table import unusable
@@ -23,15 +25,18 @@ from .channels import (
 from .compression import About
 from .derive import derive, question_stress
 from .doubtful_readings import question_labels, question_readings
+from .header_lines import say_header
 from .making import Channel, Making
 from .options import Options
 from .other_headings import unrecognised
 from .parts import Sample
 from .provenance import Provenance, find_provenance
 from .raw import RawFile
+from .rounding import shortest
 from .running_clock import with_clock
-from .signs_and_zeros import correct_signs_and_zeros, gauge_pressure, subtract
+from .signs_and_zeros import ATMOSPHERE_KPA, correct_signs_and_zeros, gauge_pressure, subtract
 from .specimen_sizes import geometry_of_file, say_other_sizes
+from .spelling import unit_name
 from .strain_unit import refuse_far_wire, say_far, settle_strain_unit
 from .texts import MOST_LISTED
 from .unused import explain, mark_used
@@ -106,6 +111,7 @@ def assemble(
     refuse_far_wire(making)
     check_recording(recording, [int(row) for row in rows])
     explain(making)
+    recording.source |= say_header(sample, making)
     recording.source["notes"] = list(making.notices)
     if making.clock_counts_rows:
         recording.source[schema.CLOCK] = schema.COUNTED
@@ -134,7 +140,23 @@ def _columns(sample: Sample, making: Making) -> tuple[dict[str, np.ndarray], np.
     _notice_preload(sample, making)
     columns = {name: values[keep] for name, values in columns.items()}
     columns, rows = _drop_empty(columns, np.array(sample.require_grid().rows)[keep], making)
-    return with_clock(columns, rows, making), rows
+    columns = with_clock(columns, rows, making)
+    return {name: shortest(values, _taken_off(name, making)) for name, values in columns.items()}, rows
+
+
+def _taken_off(name: str, making: Making) -> float:
+    """Largest number that was taken off a column, in its unit; its rounding errors are the column's."""
+    quantity, _, unit = name.rpartition("_")
+    channel = making.channels.get(quantity or name)
+    beyond = 0.0
+    if quantity in making.options.subtracted:
+        value, stated = making.options.subtracted[quantity]
+        beyond = float(convert(value, stated, unit))
+    if channel is not None and channel.zero == "absolute":
+        beyond = max(beyond, ATMOSPHERE_KPA)
+    if channel is not None and quantity == "temperature" and channel.unit is not None:
+        beyond = max(beyond, abs(find_unit(unit_name(channel.unit)).offset))
+    return abs(beyond)
 
 
 def _question(

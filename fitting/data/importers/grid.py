@@ -29,6 +29,8 @@ class Grid:
         origins: moment of 0 s of the columns that hold a dated clock, by column (`clocks.EPOCH`) [s].
         read_along: columns that are one with another one, such as the date beside a time of day.
         clocks: columns whose seconds were read from dates or times of day.
+        decimal: decimal mark of the numbers.
+        below: fields of the lines of text below the last row of numbers.
     """
 
     headings: list[Heading]
@@ -46,6 +48,8 @@ class Grid:
     read_along: set[int] = field(default_factory=set)
     clocks: set[int] = field(default_factory=set)
     described: str = ""
+    decimal: str = "."
+    below: list[list[str]] = field(default_factory=list)
 
     def texts(self, column: int) -> list[str]:
         """The fields of a column as text, empty where a row ends before it."""
@@ -67,6 +71,8 @@ class Grid:
             read_along={k for k, c in enumerate(chosen) if c in self.read_along},
             clocks={k for k, c in enumerate(chosen) if c in self.clocks},
             described=self.described,
+            decimal=self.decimal,
+            below=self.below,
             origins={k: self.origins[c] for k, c in enumerate(chosen) if c in self.origins},
             troubles={k: self.troubles[c] for k, c in enumerate(chosen) if c in self.troubles},
             contradictions={

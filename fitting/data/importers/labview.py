@@ -8,6 +8,8 @@ from .spelling import Heading, may_be_unit, same_unit, unit_name
 
 X, UNITS_ROW, DIMENSION_ROW, STEP_ROW = "X_Value", "Y_Unit_Label", "X_Dimension", "Delta_X"
 """Heading of the first column; first fields of the rows of units, and of its dimension and its step."""
+STATED = (UNITS_ROW, DIMENSION_ROW, STEP_ROW)
+"""First fields of the rows that headings and clock are taken from."""
 
 
 def with_stated_units(grid: Grid) -> Grid:

@@ -6,8 +6,6 @@ import shlex
 
 import numpy as np
 
-from pneusma_jax.errors import counted
-
 from ..recordings import Recording, schema
 from ..recordings.columns import convert
 from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
@@ -31,7 +29,11 @@ COIL_SIZES = (
     "active_coils", "mandrel_diameter_mm", "initial_pitch_mm", "free_length_mm", "coil_diameter_mm",
     "coil_outer_diameter_mm",
 )  # fmt: skip
-"""Dimensions that only a coiled spring has."""
+"""Dimensions of a coil."""
+NOT_ONLY_OF_COILS = ("free_length_mm", "mandrel_diameter_mm")
+"""Dimensions of a coil that a file may state of a wire, or of a tube or a coupon that a mandrel formed."""
+STRAIGHT_SIZES = ("gauge_length_mm", "length", "width_mm", "thickness_mm", "area_mm2")
+"""Dimensions that a file states of a straight specimen."""
 METAL_MODULUS_MPA = 500.0
 """Minimum modulus of a metal [MPa]; above that of any elastomer (100 MPa) and below that of any nitinol (5
 GPa)."""
@@ -51,11 +53,6 @@ def read(sample: Sample, options: Options) -> Recording:
     if not options.kind:
         notices.append(_taken_as(kind, sample, channels, options))
     notices += say_aside(grid, channels)
-    if grid.preamble:
-        notices.append(
-            f"{counted(len(grid.preamble), 'line')} before the table"
-            f" {'was' if len(grid.preamble) == 1 else 'were'} left aside, but for sizes that are named here"
-        )
     stated = stated_specimen(grid)
     if stated and not options.specimen and not sample.title:
         notices.append(
@@ -66,11 +63,27 @@ def read(sample: Sample, options: Options) -> Recording:
 
 
 def _taken_as(kind: str, sample: Sample, channels: dict[str, Channel], options: Options) -> str:
-    """Sentence on the kind that was told from the columns."""
+    """Sentence on the kind that was told from the columns, and on what ground."""
+    if kind != "spring":
+        return f"taken as kind {kind} from its columns (--kind to correct)"
     measured = any(name.startswith("resistance") for name in _available(channels, options, sample))
     named = "elongation" in channels["elongation"].label.lower() if "elongation" in channels else False
-    if kind != "spring" or measured or named or _coiled(sample, options):
-        return f"taken as kind {kind} from its columns (--kind to correct)"
+    sizes = {key: size.said for key, size in sample.sizes.items()}
+    coils = [sizes[key] for key in COIL_SIZES if key in sizes and key not in NOT_ONLY_OF_COILS]
+    if coils:
+        return f"taken as kind spring from its columns and {coils[0]!r} (--kind to correct)"
+    if _coiled(sample, options):
+        return "taken as kind spring from its columns and the words of the file (--kind to correct)"
+    others = [sizes[key] for key in (*STRAIGHT_SIZES, "mandrel_diameter_mm") if key in sizes]
+    if others and "wire_diameter_mm" not in sizes:
+        stated = " and ".join(map(repr, others))
+        return (
+            f"check: taken as kind spring, for its columns; but the file states {stated}, which a wire, a"
+            " coupon or a tube may have. If it is one: --kind wire or --kind elastomer, with --dimension"
+            " gauge_length_mm=... and its cross-section"
+        )
+    if measured or named:
+        return "taken as kind spring from its columns (--kind to correct)"
     return (
         "check: taken as kind spring, for a force and an elongation; no resistance and no word tells that it"
         " is one. If it is a wire or a coupon: --kind wire or --kind elastomer, with --dimension"
@@ -138,12 +151,12 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
 def _coiled(sample: Sample, options: Options) -> bool:
     """True if the file or the user mentions a spring."""
     words = f"{sample.title} {sample.head}".lower()
-    return bool(re.search(r"spring|feder|coil|ressort", words)) or _has_coils(sample, options)
+    return bool(re.search(r"spring|feder|coil|ressort|弹簧|ばね", words)) or _has_coils(sample, options)
 
 
 def _has_coils(sample: Sample, options: Options) -> bool:
-    """True if the file or the user states sizes of a coil. A free length in a file may be that of a wire."""
-    of_file = {*sample.sizes} - {"free_length_mm"}
+    """True if the file or the user states sizes that only a coil has."""
+    of_file = {*sample.sizes} - {*NOT_ONLY_OF_COILS}
     return bool({*options.dimensions, *of_file} & set(COIL_SIZES))
 
 

@@ -13,8 +13,8 @@ from .pages import joined_pages, oldest_first, states_a_specimen
 from .raw import Page, RawFile
 from .separators import LEAST_ROWS
 from .serial_output import as_table
-from .sizes import Sizes, may_hold_sizes, sizes_in, sizes_in_a_name, table_of_sizes
-from .spelling import plain
+from .sizes import Sizes, filled_cells, may_hold_sizes, sizes_in, sizes_in_a_name, table_of_sizes
+from .spelling import narrow, plain
 from .splits import split
 from .tables import find_grids
 from .unit_cells import with_displayed_units, without_units
@@ -48,6 +48,7 @@ class Sample:
         sizes: dimensions of the specimen that the file states.
         notices: sentences about the file as a whole.
         sheet: name of its sheet.
+        elsewhere: rows of the sheets without a test that are short enough to state sizes.
     """
 
     raw: RawFile
@@ -58,6 +59,7 @@ class Sample:
     sizes: Sizes = field(default_factory=dict)
     notices: tuple[str, ...] = ()
     sheet: str = ""
+    elsewhere: tuple[list[str], ...] = ()
 
     def require_grid(self) -> Grid:
         """The table of numbers, or an error if there is none.
@@ -94,6 +96,7 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
     by_specimen: dict[str, Sizes] = {}
     notices: list[str] = []
     found: list[Sample] = []
+    elsewhere: list[list[str]] = []
     for page in raw.pages:
         selected = page in pages
         tests = _tests_on(raw, page) if selected else []
@@ -102,6 +105,7 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
             own, table = sizes_in(rows), table_of_sizes(rows)
             shared = {**shared, **own}
             by_specimen |= table
+            elsewhere += rows if selected and not table and may_hold_sizes(len(rows)) else []
             if page.is_sheet and len(raw.pages) > 1:
                 notices.append(_sheet_description(page, own, table, selected))
         found += tests
@@ -118,7 +122,8 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
             **_sizes_of(sample, title, number, len(found), by_specimen),
             **sample.sizes,
         }
-        done.append(replace(sample, title=title, sizes=stated, notices=(*notices, *sample.notices)))
+        said = (*notices, *sample.notices)
+        done.append(replace(sample, title=title, sizes=stated, notices=said, elsewhere=tuple(elsewhere)))
     return _with_unique_titles(done)
 
 
@@ -175,7 +180,7 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     first: Sizes = {}
     tests: list[Sample] = []
     for number, grid in enumerate(data, start=1):
-        own = sizes_in(grid.preamble)
+        own = {**sizes_in(grid.below, grid.decimal), **sizes_in(grid.preamble, grid.decimal)}
         first = first or own
         sized |= table_of_sizes(grid.preamble)
         label = _label(grid)
@@ -191,7 +196,7 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
                 own_specimen=part.own_specimen if part.title else specimen,
                 sizes=sample.sizes
                 if part.grid.preamble is grid.preamble
-                else {**first, **sizes_in(part.grid.preamble)},
+                else {**first, **sizes_in(part.grid.preamble, grid.decimal)},
             )
             for part in split(grid)
         ]
@@ -204,9 +209,12 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
 
 
 def stated_specimen(grid: Grid) -> str:
-    """Name of the specimen in a line of its own above a table, such as `Sample;NT-38-A`, or nothing."""
+    """Name of the specimen in a line above a table (`Sample;NT-38-A`, `# Probe: A7`), or nothing."""
     for row in grid.preamble:
-        cells = [cell.strip().strip('":') for cell in row if cell.strip().strip('":')]
+        cells = filled_cells(row)
+        if len(cells) == 1:
+            cells = re.split(r"\s*[:=]\s*", narrow(cells[0]).strip("#%!/* "), maxsplit=1)
+        cells = [cell.strip('": ') for cell in cells]
         if len(cells) == 2 and plain(cells[0]) in _NAMING and re.search(r"[^\W\d]", cells[1]):
             return cells[1]
     return ""

@@ -3,15 +3,17 @@ specimens."""
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import find_unit
 
 from ..recordings.columns import convert
-from .numerals import to_number
-from .spelling import is_unit, parse_heading, plain, unit_name
+from .numerals import decimal_evidence, to_number
+from .rounding import shortest
+from .size_names import size_named
+from .spelling import Heading, is_unit, may_be_unit, narrow, parse_heading, plain, unit_name
 from .words import SPECIMEN_WORDS, meaning_of
 
 # Words for dimensions, without their unit, and the tool's own unit of each.
@@ -83,6 +85,7 @@ _WORDS: dict[str, tuple[str, ...]] = {
         "unstretched length", "unloaded length", "rest length", "ungespannte länge", "freie länge",
         "longueur libre",
     ),
+    "inner_diameter_mm": ("inner diameter", "tube inner diameter", "innendurchmesser", "diamètre intérieur"),
     "outer_diameter_mm": ("outer diameter", "tube outer diameter", "außendurchmesser", "diamètre extérieur"),
     "wall_thickness_mm": (
         "wall thickness", "wall", "tube wall thickness", "wandstärke", "wanddicke", "épaisseur de paroi",
@@ -120,11 +123,15 @@ CONSTANTS = ("temperature_degC", "stress_MPa")
 """What a file may state of a test; no size of the specimen."""
 _NUMBER = r"[+-]?(?:\d[\d.,'’ ]*\d|\d|\.\d+)(?:[eE][+-]?\d+)?"
 _IN_ONE = re.compile(
-    rf"^#?\s*(?P<name>[^\d:=][^:=]*?)\s*[:=]\s*(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$"
+    rf"^(?P<name>[^\d:=][^:=]*?)\s*(?P<mark>[:=]|\s)\s*(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$"
 )
 _PREFIX = re.compile(
-    r"^#?\s*(?:dimensions?|geometry|specimen parameters?|parameters?)\s*[:\-]\s*", re.IGNORECASE
+    r"^[#%!/*\s]*(?:(?:dimensions?|geometry|specimen parameters?|parameters?)\s*[:\-]\s*)?", re.IGNORECASE
 )
+_TOLERANCE = re.compile(rf"(?P<before>\S)\s*(?:±|\+/-|\+-)\s*{_NUMBER}\s*(?P<unit>.*)$")
+"""Tolerance behind a size, with the unit behind it: `0.25 ± 0.01 mm`, `0.25 mm ± 0.01 mm`."""
+_BETWEEN_SIZES = re.compile(r"\s*[;,](?!\d)\s*")
+"""Mark between several sizes in one line: `d = 0.25 mm, n = 45`."""
 _NUMBER_UNIT = re.compile(rf"^(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$")
 
 
@@ -142,12 +149,14 @@ class Size:
         said: original text, for messages.
         assumed: true if its unit was not stated.
         others: original texts that state another number for the same.
+        grouped: value if the one mark of its number groups thousands (`25.000`); 0 where that is no doubt.
     """
 
     value: float
     said: str
     assumed: bool = False
     others: tuple[str, ...] = ()
+    grouped: float = 0.0
 
     def beside(self, other: "Size") -> "Size":
         """This dimension, with the text of another statement if that gives another number."""
@@ -159,24 +168,61 @@ class Size:
 Sizes = dict[str, Size]
 
 
-def sizes_in(rows: Iterable[Sequence[str]]) -> Sizes:
+def sizes_in(rows: Sequence[Sequence[str]], decimal: str = ".") -> Sizes:
     """Dimensions in the lines before a table or on a sheet: `Width;6;mm`, `Gauge length (mm)  50`, `d = 2
     mm`.
+
+    Args:
+        rows: fields of the lines.
+        decimal: decimal mark of the table, for numbers that either mark makes (`1,150 mm`). Other numbers in
+            these lines may prove another one.
 
     Returns:
         Dimensions by the name of `--dimension` (or of `--constant` for a temperature or a dead-weight
         stress). A length that may be the whole specimen's is under `length`; a spring's coil, which has a
-        mandrel there, under `coil_diameter_mm` or `coil_outer_diameter_mm`.
+        mandrel there, under `coil_diameter_mm` or `coil_outer_diameter_mm`; a tube's bore under
+        `inner_diameter_mm`.
     """
     found: Sizes = {}
+    mark = _mark_of(rows, decimal)
     for row in rows:
-        cells = [cell.strip().strip('"') for cell in row if cell.strip().strip('"')]
-        read = _of_cells(cells) or _of_text(cells[0] if len(cells) == 1 else ",".join(cells))
-        if read is not None:
-            key, size = read
+        for key, size in _of_row(filled_cells(row), mark):
             for name in _names_of(key):
                 found[name] = found[name].beside(size) if name in found else size
     return found
+
+
+def filled_cells(row: Sequence[str]) -> list[str]:
+    """The filled fields of a line, without quotation marks."""
+    return [text for cell in row if (text := cell.strip().strip('"'))]
+
+
+def statements(cells: Sequence[str]) -> list[str]:
+    """Parts of a line that may each state something: its fields, divided where one holds several."""
+    return [part for cell in cells for part in _BETWEEN_SIZES.split(cell) if part]
+
+
+def states_size(cells: Sequence[str]) -> bool:
+    """True if a line or a part of it states a size that is read."""
+    return bool(_of_row(list(cells), "."))
+
+
+def _mark_of(rows: Sequence[Sequence[str]], decimal: str) -> str:
+    """Decimal mark that the numbers of some lines prove, if all agree; else that of the table."""
+    numbers = (found for row in rows for cell in row for found in re.findall(_NUMBER, cell))
+    proven = {decimal_evidence(number.strip()) for number in numbers} - {None}
+    return proven.pop() if len(proven) == 1 else decimal
+
+
+def _of_row(cells: list[str], mark: str) -> list[tuple[str, Size]]:
+    """Sizes in a line: one in the whole of it, else those in its parts."""
+    if not cells:
+        return []
+    whole = _of_cells(cells, mark) or _of_text(cells[0] if len(cells) == 1 else ",".join(cells), mark)
+    if whole is not None:
+        return [whole]
+    parts = statements(cells)
+    return [read for part in parts if (read := _of_text(part, mark)) is not None] if len(parts) > 1 else []
 
 
 def _names_of(key: str) -> tuple[str, ...]:
@@ -184,56 +230,71 @@ def _names_of(key: str) -> tuple[str, ...]:
     return (key, _ALSO[key]) if key in _ALSO else (key,)
 
 
-def _of_cells(cells: list[str]) -> tuple[str, Size] | None:
+def _of_cells(cells: list[str], mark: str) -> tuple[str, Size] | None:
     """Dimensions in cells: `Width (mm) | 6`, `Width | 6 | mm`, `Width: | 6 mm`."""
     if len(cells) not in (2, 3):
         return None
-    heading = parse_heading(_PREFIX.sub("", cells[0].rstrip(":= ")))
-    inside = _NUMBER_UNIT.match(cells[1])
+    heading = heading_of_a_size(_PREFIX.sub("", narrow(cells[0]).rstrip(":= ")))
+    inside = _NUMBER_UNIT.match(_without_tolerance(cells[1]))
     if inside is None:
         return None
     unit = cells[2].strip("()[] ") if len(cells) == 3 else (inside["unit"] or "").strip("()[] ")
-    return _size(heading.name, inside["number"], unit or heading.unit, " ".join(cells))
+    return _size(heading.name, inside["number"], unit or heading.unit, " ".join(cells), mark)
 
 
-def _of_text(text: str) -> tuple[str, Size] | None:
-    """Dimensions in one cell or line: `Cylinder Diameter: 50mm`."""
-    found = _IN_ONE.match(_PREFIX.sub("", text.rstrip("; ,")))
+def _of_text(text: str, mark: str) -> tuple[str, Size] | None:
+    """Dimensions in one cell or line: `Cylinder Diameter: 50mm`, or `mandrel 20 mm` with its unit."""
+    found = _IN_ONE.match(_without_tolerance(_PREFIX.sub("", narrow(text).rstrip("; ,"))))
     if found is None:
         return None
-    heading = parse_heading(_PREFIX.sub("", found["name"]))
-    return _size(
-        heading.name,
-        found["number"],
-        (found["unit"] or "").strip("()[];, ") or heading.unit,
-        text.rstrip("; "),
-    )
+    heading = heading_of_a_size(_PREFIX.sub("", found["name"]))
+    unit = (found["unit"] or "").strip("()[];, ") or heading.unit
+    read = _size(heading.name, found["number"], unit, text.rstrip("; "), mark)
+    return None if read is None or (not found["mark"].strip() and read[1].assumed) else read
 
 
-def _key_of(name: str) -> str | None:
+def heading_of_a_size(text: str) -> Heading:
+    """Name and unit of a size. A word in brackets that is no unit is of the name: `Windungen (aktiv)`."""
+    heading = parse_heading(text)
+    known = heading.unit is None or may_be_unit(heading.unit)
+    return heading if known else Heading(text, plain(text), None)
+
+
+def _without_tolerance(text: str) -> str:
+    """A text without the tolerance of its number."""
+    found = _TOLERANCE.search(text)
+    if found is None or not re.search(r"\d", text[: found.end("before")]):
+        return text
+    before = text[: found.end("before")]
+    return before if re.search(r"[^\W\d]$|[)\]°]$", before) else f"{before} {found['unit']}".rstrip()
+
+
+def key_named(name: str) -> str | None:
     """Size that a heading names, with its symbol behind it or not."""
     words = plain(re.sub(r"[,.-]", " ", name))
-    key = _KEY.get(name) or _KEY.get(words)
-    if key is None and (found := re.match(r"(.+) ([a-z])[_ ]?[0o]?$", words)):
+    if key := _KEY.get(name) or _KEY.get(words):
+        return key
+    if found := re.match(r"(.+) ([a-z])[_ ]?[0o]?$", words):
         key = _KEY.get(found[1])
-        return key if key in _SYMBOLS and found[2] in _SYMBOLS[key] else None
-    return key
+        if key in _SYMBOLS and found[2] in _SYMBOLS[key]:
+            return key
+    return size_named(name)
 
 
-def _size(name: str, number: str, unit: str | None, said: str) -> tuple[str, Size] | None:
-    key = _key_of(name)
-    value = to_number(number.strip(), ".")
-    value = to_number(number.strip(), ",") if value is None else value
-    if key is None or value is None or math.isnan(value):
+def _size(name: str, number: str, unit: str | None, said: str, mark: str = ".") -> tuple[str, Size] | None:
+    key, value, grouped = key_named(name), *_amount(number.strip(), mark)
+    if key is None or math.isnan(value):
         return None
+    if plain(name).split()[-1:] == ["id"] and not unit:
+        return None  # the name of a specimen: `Tube ID: 8`
     if key == "active_coils":
         counts = value > 0.0 and _COUNTED.fullmatch((unit or "").strip()) is not None
-        return (key, Size(value, said)) if counts else None
+        return (key, Size(value, said, grouped=grouped)) if counts else None
     wanted = "mm" if key == "length" else key.rpartition("_")[2]
     if unit is None or not unit:
         if key in CONSTANTS:
             return None  # a bare number beside the word may be a set point, a channel, anything
-        return (key, Size(value, said, assumed=True)) if value > 0.0 else None
+        return (key, Size(value, said, assumed=True, grouped=grouped)) if value > 0.0 else None
     try:
         stated = find_unit(unit_name(unit)).dimension
         if key == "thickness_mm" and stated == "area":  # a0 is a thickness here, an area there
@@ -242,8 +303,26 @@ def _size(name: str, number: str, unit: str | None, said: str) -> tuple[str, Siz
             return None
     except InputError:
         return None
-    converted = float(convert(value, unit_name(unit), wanted))
-    return (key, Size(converted, said)) if converted > 0.0 or key in CONSTANTS else None
+    converted, other = (
+        float(shortest(convert(number, unit_name(unit), wanted), 273.15 * (key in CONSTANTS)))
+        for number in (value, grouped)
+    )
+    grouped = other if grouped else 0.0
+    return (key, Size(converted, said, grouped=grouped)) if converted > 0.0 or key in CONSTANTS else None
+
+
+def _amount(number: str, mark: str) -> tuple[float, float]:
+    """Number of a size, and the one if its mark groups thousands and that is in doubt; 0 for no doubt.
+
+    No specimen is so large that `25.000` or `1,150` were thousands. They are decimals, whatever the table's
+    mark is; a `mark` that contradicts this is a doubt. NaN where there is no number.
+    """
+    read = {decimal: to_number(number, decimal) for decimal in (mark, *({".", ","} - {mark}))}
+    found = [value for value in read.values() if value is not None and not math.isnan(value)]
+    if not found:
+        return math.nan, 0.0
+    value = min(found, key=abs)
+    return value, found[0] if found[0] != value else 0.0
 
 
 def sizes_in_a_name(name: str) -> Sizes:
@@ -258,7 +337,7 @@ def sizes_in_a_name(name: str) -> Sizes:
 
 def names_sizes(header: Sequence[str]) -> int:
     """Number of sizes of a specimen that some headings name."""
-    keys = {_key_of(parse_heading(text).name) for text in header if text}
+    keys = {key_named(parse_heading(text).name) for text in header if text}
     return len(keys - {None, *CONSTANTS})
 
 
@@ -277,13 +356,13 @@ def table_of_sizes(rows: Sequence[Sequence[str]]) -> dict[str, Sizes]:
     filled = [[cell.strip().strip('"') for cell in row] for row in rows if any(cell.strip() for cell in row)]
     for at, header in enumerate(filled[:_MOST_ROWS]):
         names = [parse_heading(text) for text in header]
-        keys = [_key_of(heading.name) for heading in names]
+        keys = [key_named(heading.name) for heading in names]
         sized = [c for c, key in enumerate(keys) if key is not None and key not in CONSTANTS]
         labels = [c for c, h in enumerate(names) if h.name and keys[c] is None and _names_specimens(h.name)]
         if len(header) < 2 or not sized or (len(sized) < 2 and not labels):
             continue
-        if {keys[c] for c in sized} == {"length"} and any(_is_pressure(text) for text in header):
-            return {}  # a tube under pressure, its length measured row by row
+        if any(_is_pressure(text) for text in header):
+            return {}  # such as a tube under pressure, its length or diameter measured row by row
         body, units = filled[at + 1 :], [heading.unit for heading in names]
         if body and all(not text or is_unit(text.strip("()[]")) for text in body[0]) and any(body[0]):
             below = [*body[0], *[""] * (len(header) - len(body[0]))]

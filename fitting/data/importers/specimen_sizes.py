@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from ..recordings.sidecar import implausible_size
 from ..recordings.table import unusable
 from .making import Making
+from .rounding import shortest
 from .sizes import SAME
 
 AREAS = (("area_mm2",), ("diameter_mm",), ("width_mm", "thickness_mm"))
@@ -30,7 +31,10 @@ OF_KIND = {
     "tube": ("outer_diameter_mm", "wall_thickness_mm", "length_mm"),
 }  # fmt: skip
 """Sizes of `[geometry]` that a file of a kind may state."""
-_WIRES_ACROSS = {"coil_diameter_mm": 1.0, "coil_outer_diameter_mm": 2.0}
+_WIRES_ACROSS = {
+    "coil_diameter_mm": 1.0, "coil_outer_diameter_mm": 2.0, "outer_diameter_mm": 2.0,
+    "inner_diameter_mm": 0.0,
+}  # fmt: skip
 """Number of wire diameters by which a diameter of a coil exceeds its mandrel's."""
 
 
@@ -150,7 +154,41 @@ def geometry_of_file(making: Making) -> dict[str, float]:
             _notice_dimension(making, key, "the " + worded(key), quiet=False)
     if making.kind == "spring" and "mandrel_diameter_mm" not in making.options.dimensions:
         geometry |= _mandrel(making, {**geometry, **making.options.dimensions})
+    if making.kind == "tube" and "inner_diameter_mm" in making.sizes:
+        geometry |= _by_bore(making, {**geometry, **making.options.dimensions})
     return geometry
+
+
+def _by_bore(making: Making, known: Mapping[str, float]) -> dict[str, float]:
+    """Wall thickness or outer diameter of a tube [mm] by its bore; nothing where both are known.
+
+    A bore that contradicts them is asked about.
+    """
+    bore, outer, wall = making.sizes["inner_diameter_mm"], *map(known.get, OF_KIND["tube"][:2])
+    said = f"the bore that the file states ({bore.said!r})"
+    if outer is not None and bore.value >= outer:
+        raise unusable(
+            making.place, f"{said} is {bore.value:.6g} mm, no less than the outer diameter of {outer:.6g} mm;"
+            " --dimension outer_diameter_mm=... and wall_thickness_mm=... correct them"
+        )
+    if outer is not None and wall is not None:
+        if abs(outer - 2.0 * wall - bore.value) > SAME * bore.value:
+            making.warn(
+                f"{said} was not used: outer diameter and wall thickness make {outer - 2.0 * wall:.6g} mm;"
+                " --dimension outer_diameter_mm=... or wall_thickness_mm=... decides"
+            )
+        else:
+            making.say(f"outer diameter and wall thickness agree with {said}")
+        return {}
+    if outer is None and wall is None:
+        making.warn(f"{said} was not used: state --dimension outer_diameter_mm=... or wall_thickness_mm=...")
+        return {}
+    key = "outer_diameter_mm" if outer is None else "wall_thickness_mm"
+    value = bore.value + 2.0 * wall if outer is None else (outer - bore.value) / 2.0
+    by = "the wall thickness" if outer is None else "the outer diameter"
+    size = float(shortest(value, bore.value))
+    making.say(f"the {worded(key)} is {size:.6g} mm, by {by} and {said}")
+    return {key: size}
 
 
 def worded(key: str) -> str:
@@ -159,39 +197,63 @@ def worded(key: str) -> str:
 
 
 def _mandrel(making: Making, known: Mapping[str, float]) -> dict[str, float]:
-    """Diameter of the mandrel [mm] by the diameter of the coil; nothing where the file states it itself.
+    """Diameter of the mandrel [mm] by a diameter of the coil; nothing where the file states it itself.
 
-    A coil's diameter that contradicts a stated mandrel is asked about.
+    Diameters that contradict a stated mandrel, or each other, are asked about.
     """
-    found = next((key for key in _WIRES_ACROSS if key in making.sizes), None)
-    if found is None:
-        return {}
-    size, option = making.sizes[found], "--dimension mandrel_diameter_mm=..."
-    said = f"the file states {size.said!r}"
-    wire = known.get("wire_diameter_mm")
-    if wire is None:
-        making.warn(f"{said}, but no wire diameter, so no mandrel follows from it; state {option}")
-        return {}
-    mandrel = size.value - _WIRES_ACROSS[found] * wire
+    wire, mandrel, taken = known.get("wire_diameter_mm"), known.get("mandrel_diameter_mm"), ""
+    for key in (key for key in _WIRES_ACROSS if key in making.sizes):
+        option = "--dimension mandrel_diameter_mm=..."
+        said = f"the file states {making.sizes[key].said!r}"
+        if wire is None and _WIRES_ACROSS[key]:
+            making.warn(f"{said}, but no wire diameter, so no mandrel follows from it; state {option}")
+            continue
+        found = _mandrel_by(making, key, wire or 0.0)
+        if mandrel is None:
+            mandrel, taken = found, key
+            _say_mandrel(making, key, found, wire or 0.0)
+        elif abs(mandrel - found) > SAME * found:
+            also = f"by {making.sizes[taken].said!r}, " if taken else ""
+            making.warn(
+                f"{said}, which with a wire of {wire or 0.0:.6g} mm makes a mandrel of {found:.6g} mm, but"
+                f" also a mandrel of {mandrel:.6g} mm, {also}which was taken; {option} decides"
+            )
+        else:
+            making.say(f"{said}, which agrees with a mandrel of {mandrel:.6g} mm")
+    return {"mandrel_diameter_mm": mandrel} if taken else {}
+
+
+def _mandrel_by(making: Making, key: str, wire: float) -> float:
+    """Diameter of the mandrel [mm] by one of `_WIRES_ACROSS` that the file states, with a notice.
+
+    Raises:
+        InputError: if the wire does not fit into the coil.
+    """
+    size, option = making.sizes[key], "--dimension mandrel_diameter_mm=..."
+    mandrel = float(shortest(size.value - _WIRES_ACROSS[key] * wire, size.value))
     if mandrel <= 0.0:
         raise unusable(
-            making.place, f"{said}, which a wire of {wire:.6g} mm does not fit into; {option} corrects it"
+            making.place, f"the file states {size.said!r}, which a wire of {wire:.6g} mm does not fit into;"
+            f" {option} corrects it"
         )
-    stated = known.get("mandrel_diameter_mm")
-    if stated is not None:
-        if abs(stated - mandrel) > SAME * mandrel:
-            making.warn(
-                f"{said}, which with a wire of {wire:.6g} mm makes a mandrel of {mandrel:.6g} mm, but also a "
-                f"mandrel of {stated:.6g} mm, which was taken; {option} decides"
-            )
-        return {}
-    text = f"the mandrel diameter is {mandrel:.6g} mm, by the coil that the file states ({size.said!r})"
-    if found == "coil_outer_diameter_mm" or re.search(r"mean|mittler|moyen", size.said, re.IGNORECASE):
-        making.say(f"{text} and its wire")
-    else:
-        outer = f" ({mandrel - wire:.6g} mm if it is the outer one)" if mandrel > wire else ""
-        making.warn(f"{text}, taken as the mean one, and its wire{outer}; {option} corrects it")
-    return {"mandrel_diameter_mm": mandrel}
+    return mandrel
+
+
+_MEAN = re.compile(r"mean|mittler|moyen|medio|average|avg|平均|中径|\bdm\b", re.IGNORECASE)
+"""Words of a coil's diameter that is the mean one."""
+
+
+def _say_mandrel(making: Making, key: str, mandrel: float, wire: float) -> None:
+    """Tell the mandrel that a diameter of the coil makes; ask where that may be the outer one."""
+    said = making.sizes[key].said
+    text = f"the mandrel diameter is {mandrel:.6g} mm, by the coil that the file states ({said!r})"
+    if key != "coil_diameter_mm" or _MEAN.search(said):
+        making.say(f"{text} and its wire" if _WIRES_ACROSS[key] else text)
+        return
+    outer = f" ({mandrel - wire:.6g} mm if it is the outer one)" if mandrel > wire else ""
+    making.warn(
+        f"{text}, taken as the mean one, and its wire{outer}; --dimension mandrel_diameter_mm=... corrects it"
+    )
 
 
 def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
@@ -216,6 +278,8 @@ def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
     if size.others:
         also = ", ".join(repr(other) for other in size.others)
         making.warn(f"{text}; but it also states {also} ({option} to decide)")
+    elif size.grouped:
+        making.warn(f"{text}; or {size.grouped:.6g} {unit}, if its mark groups thousands ({option} decides)")
     elif size.assumed:
         making.warn(f"{text}; its unit is not stated and was taken as {unit} ({option} to correct)")
     elif key == "length":

@@ -16,8 +16,10 @@ _SPELLINGS = {
     "µstrain": "microstrain", "\u00b5ε": "microstrain", "mε": "millistrain", "µe": "microstrain",
     "µm/m": "microstrain", "um/m": "microstrain", "µin/in": "microstrain", "mm/m": "millistrain",
     "c": "degC", "°c": "degC", "ºc": "degC", "deg c": "degC", "deg. c": "degC", "degrees c": "degC",
+    "degree c": "degC", "grad c": "degC", "oc": "degC",
     "celsius": "degC",
-    "f": "degF", "°f": "degF", "ºf": "degF", "deg f": "degF", "deg. f": "degF", "kelvin": "K",
+    "f": "degF", "°f": "degF", "ºf": "degF", "deg f": "degF", "deg. f": "degF",
+    "degrees f": "degF", "kelvin": "K",
     "sec": "s", "sec.": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms",
     "milliseconds": "ms", "millis": "ms", "micros": "us", "microseconds": "us", "sekunden": "s",
     "secondes": "s", "segundos": "s", "minuten": "min",
@@ -57,7 +59,7 @@ _FOLDED: dict[str, set[str]] = {}
 for _known in UNITS:
     _FOLDED.setdefault(_known.casefold(), set()).add(_known)
 
-_BRACKETS = re.compile(r"[(\[{]([^()\[\]{}]*)[)\]}]")
+_BRACKETS = re.compile(r"[(\[{<]([^()\[\]{}<>]*)[)\]}>]")
 # A letter or number that may name a specimen, not a unit: `Specimen (A) strain (%)`, `Stress S (MPa)`.
 _TAG = re.compile(r"[(\[{]\s*[a-hA-H\d]\s*[)\]}](?=.*\w)|(?<![\s,;:/])[\s_]+[^\W_]$|[(\[{]\s*\d\s*[)\]}]$")
 _LAST_LETTER = re.compile(r"(?<=[^\W\d])[\s_]+([^\W\d_])$")  # `Temperature_F`, `Temp K`
@@ -80,7 +82,7 @@ _DIVIDED = re.compile(
     re.IGNORECASE,
 )
 # Marks as wide as Chinese and Japanese letters.
-_WIDE = str.maketrans("（）［］｛｝／，：％", "()[]{}/,:%")
+_WIDE = str.maketrans("（）［］｛｝【】〔〕／，：；＝％", "()[]{}[][]/,:;=%")
 # Words of statistics that are units of time, too: `Load min (N)`, `Load std (N)`.
 _STATISTICS = ("min", "std")
 # Masses that stand for forces, as many load cells display them.
@@ -122,7 +124,10 @@ def unit_name(text: str) -> str:
     if exact in _EXACT or _has_other_prefix(exact):
         return _EXACT.get(exact, exact)
     folded = _normalised(text)
-    for written in (text, folded, folded.replace("^", "").replace("**", ""), folded.replace(" ", "")):
+    for written in (
+        text, folded, folded.replace("^", "").replace("**", ""), folded.replace(" ", ""),
+        folded.replace("_", " "),
+    ):  # fmt: skip
         if written in _SPELLINGS:
             return _SPELLINGS[written]
         if written in UNITS:
@@ -175,11 +180,15 @@ def pressure_zero(text: str) -> str:
     return "gauge" if words & {"gauge", "gage", "relative"} else ""
 
 
+def narrow(text: str) -> str:
+    """A text whose brackets and marks are as wide as those of Latin letters."""
+    return text.translate(_WIDE)
+
+
 def parse_heading(text: str) -> Heading:
     """Split `Load (N)`, `Strain [-]`, `Force / kN`, `Strain %`, `Load, N`, `force_mN` into name and unit."""
-    narrow = text.translate(_WIDE)
-    if narrow != text:
-        return replace(parse_heading(narrow), text=text)
+    if narrow(text) != text:
+        return replace(parse_heading(narrow(text)), text=text)
     nested = _NESTED.search(text)
     if nested and _REFERENCE.match(_normalised(nested[1])):
         return _heading(text, text[: nested.start()], nested[1])

@@ -240,6 +240,10 @@ def _source(recordings: Sequence[Recording]) -> dict[str, object]:
     found: dict[str, object] = {}
     for key in dict.fromkeys(key for recording in recordings for key in recording.source):
         values = [recording.source[key] for recording in recordings if key in recording.source]
-        same = all(value == values[0] for value in values)
-        found[key] = values[0] if same else "; ".join(map(str, values))
+        if all(value == values[0] for value in values):
+            found[key] = values[0]
+        elif isinstance(values[0], list):
+            found[key] = [line for lines in values for line in lines]
+        else:
+            found[key] = "; ".join(map(str, values))
     return found

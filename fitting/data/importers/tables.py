@@ -40,6 +40,8 @@ _CHANGES = re.compile(
     re.IGNORECASE,
 )
 """Words of a remark after which the numbers below it may count otherwise."""
+NO_NUMBERS = "numbers and"
+"""Words of the notice on lines of text below the headings, which quotes some of them."""
 _LISTED = 3
 """Number of left-out rows that a notice shows."""
 
@@ -223,6 +225,8 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         contradictions=contradictions,
         breaks=_breaks(fields, keep, dropped),
         described=described,
+        decimal=lines.decimal,
+        below=[fields[i] for i in dropped if i > keep[-1] and parsed[i] is None],
     )
     read_texts(grid, [parsed[i] or [] for i in keep], lines.decimal)
     return grid
@@ -312,7 +316,7 @@ def _dropped(lines: _Lines, keep: list[int], dropped: list[int], width: int) -> 
             what = "row below the header is not", "rows below the header are not"
             count = counted(len(rows), *what)
             were = "was" if len(rows) == 1 else "were"
-            notices.append(f"{mark}{count} numbers and {were} dropped: {_examples(fields, rows)}")
+            notices.append(f"{mark}{count} {NO_NUMBERS} {were} dropped: {_examples(fields, rows)}")
     below = [i for i in keep if remarks and i > remarks[-1]]
     if 0 < len(below) < LEAST_ROWS:
         numbers = ", ".join(str(i + 1) for i in below)

@@ -1,0 +1,172 @@
+"""The account of the lines around a table: each is used and quoted, asked about, or named as kept."""
+
+import re
+from collections.abc import Iterable, Sequence
+
+from ..recordings import schema
+from .labview import STATED
+from .making import Making
+from .parts import Sample
+from .size_names import may_name_a_size
+from .sizes import CONSTANTS, filled_cells, heading_of_a_size, key_named, statements, states_size
+from .specimen_sizes import OF_KIND
+from .spelling import dimension, narrow
+from .tables import NO_NUMBERS
+
+HEADER, FOOTER = "header", "footer"
+"""Keys of `[source]` that hold the lines above and below a table."""
+MOST_SHOWN = 12
+"""Maximum number of kept lines that a notice quotes; a machine's header often has twice as many."""
+MOST_ASKED = 6
+"""Maximum number of lines that are asked about one by one."""
+MOST_KEPT = 200
+"""Maximum number of lines that go into the sidecar. The longest header of 143 files had 61."""
+_WIDTH = 60
+"""Maximum number of letters of a quoted line."""
+_SURE = 8
+"""Minimum number of letters of a line that a notice may hold without quoting it."""
+_STRAIGHT = ("gauge_length_mm", "area_mm2", "diameter_mm", "width_mm", "thickness_mm")
+_AMOUNT = re.compile(r"\d\s*[)\]]?\s*(?P<unit>[^\W\d_]+[²2]?)(?![\w/²])")
+"""A number in a text with a word behind it that may be its unit."""
+_LIKELY_WORDS = ("in", "m", "ft", "thou", "mil", "mils")
+"""Units of length that stand in a text more often as words: `no. 5 in tray`."""
+_BEGINS = re.compile(r"\W*(?:(?:ca|approx|circa|about|etwa|env)\b\.?)?\W*\d", re.IGNORECASE)
+"""Begin of a value that is a number, if with a sign or a word before it."""
+_STATED = re.compile(r"[:=]\s*\S")
+_STATES = re.compile(r"[:=]\s*\S|\s\d")
+"""Mark before a value in a text, and a text that states a value."""
+_NAMED = re.compile(r"^(?P<name>[^:=]*[^\W\d_][^:=]*?)\s*[:=]\s*(?P<value>.*)$")
+
+
+def say_header(sample: Sample, making: Making) -> dict[str, list[str]]:
+    """Notices on each line around a table that no other notice quotes.
+
+    A line that may state a size of the specimen is asked about. All others are named.
+
+    Args:
+        sample: test with its lines above and below the table, and those of sheets without a test.
+        making: state of the import after all other notices.
+
+    Returns:
+        Lines above and below the table, for `[source]`; nothing where there is none.
+    """
+    grid = sample.require_grid()
+    told = _Told(text for text in making.notices if NO_NUMBERS not in text)
+    above, below = [[c for row in rows if (c := filled_cells(row))] for rows in (grid.preamble, grid.below)]
+    around = [*above, *below]
+    elsewhere = [cells for row in sample.elsewhere if (cells := filled_cells(row))]
+    asked: list[str] = []
+    spare: list[str] = []
+    kept: list[str] = []
+    for cells in (*around, *elsewhere):
+        for part in told.rest(cells):
+            question = _question(part, making)
+            if question:
+                asked.append(question)
+            elif states_size(part):
+                spare.append(shown(part))
+            elif cells in around and cells[0] not in STATED and re.search(r"\w", " ".join(part)):
+                kept.append(shown(part))
+    for question in list(dict.fromkeys(asked))[:MOST_ASKED]:
+        making.warn(question)
+    if len(asked) > MOST_ASKED:
+        making.warn(f"{len(asked) - MOST_ASKED} more lines may state sizes and were not used")
+    if spare:
+        making.say(f"stated, but not needed for kind {making.kind}: {_some(spare)}")
+    if kept:
+        making.say(f"other lines around the table, kept in the sidecar under [source]: {_some(kept)}")
+    done = {}
+    for key, rows in ((HEADER, above), (FOOTER, below)):
+        if len(rows) > MOST_KEPT:
+            making.warn(f"of {len(rows)} lines of the {key} the first {MOST_KEPT} are kept in the sidecar")
+        if rows:
+            done[key] = [_line(cells) for cells in rows[:MOST_KEPT]]
+    return done
+
+
+def _some(texts: Iterable[str]) -> str:
+    """The first of some texts, quoted, and the number of the others."""
+    texts = list(dict.fromkeys(texts))
+    more = f" and {len(texts) - MOST_SHOWN} more" if len(texts) > MOST_SHOWN else ""
+    return ", ".join(map(repr, texts[:MOST_SHOWN])) + more
+
+
+def shown(cells: Sequence[str]) -> str:
+    """A line as a notice quotes it."""
+    text = _line(cells)
+    return text if len(text) <= _WIDTH else f"{text[: _WIDTH - 3]}..."
+
+
+def _line(cells: Sequence[str]) -> str:
+    """A line as text; a comma may have divided what stands behind its colon."""
+    if not _STATED.search(narrow(cells[0])):
+        return " ".join(cells)
+    return re.sub(r"(?<=\d), (?=\d)", ",", ", ".join(cells))
+
+
+class _Told:
+    """Lines that notices quote."""
+
+    def __init__(self, notices: Iterable[str]) -> None:
+        self.notices = "\n".join(notices)
+
+    def rest(self, cells: list[str]) -> list[list[str]]:
+        """Parts of a line that no notice quotes: all of it, or some of several statements."""
+        if not cells or any(map(self._quoted, (" ".join(cells), ",".join(cells), "; ".join(cells)))):
+            return []
+        parts = statements(cells)
+        left = [part for part in parts if not self._quoted(part)]
+        apart = len(left) < len(parts) and all(_STATES.search(narrow(part)) for part in parts)
+        return [[part] for part in left] if apart else [cells]
+
+    def _quoted(self, text: str) -> bool:
+        text = text.rstrip("; ")
+        return repr(text) in self.notices or (len(text) >= _SURE and text in self.notices)
+
+
+def _question(cells: list[str], making: Making) -> str:
+    """Question about a line that may state a size of the specimen; empty for any other line."""
+    name, value = _name_and_value(cells)
+    if not re.search(r"[1-9]", value):
+        return ""
+    straight = making.kind in ("wire", "elastomer")
+    if straight and not making.sources & {"elongation", "force"}:
+        return ""  # strain and stress are the file's own, so no size counts
+    long = _has_a_length(" ".join(cells))
+    begins = _BEGINS.match(value) is not None and (long or name.split()[-1:] != ["id"])
+    key = key_named(name) if begins else None
+    if key is not None and key not in CONSTANTS and not states_size(cells):
+        wanted = key if key in (*_STRAIGHT, *schema.GEOMETRY_NUMBERS) else "NAME"
+        return (
+            f"{shown(cells)!r} names a size, but not by one number with a unit of it, and was not used;"
+            f" --dimension {wanted}=... states it"
+        )
+    if key is not None and (straight or key in CONSTANTS):
+        return ""
+    if key is None and not long and not (begins and may_name_a_size(name) and not _is_of_another_unit(value)):
+        return ""
+    names = _STRAIGHT if straight else OF_KIND.get(making.kind, tuple(schema.GEOMETRY_NUMBERS))
+    return (
+        f"{shown(cells)!r} may state a size of the specimen, and was not used; --dimension NAME=... states"
+        f" one of {', '.join(names)}"
+    )
+
+
+def _name_and_value(cells: list[str]) -> tuple[str, str]:
+    """Name and value of a line, from its cells or at its colon or equals sign. Other lines are all value."""
+    if len(cells) > 1 and not _STATED.search(narrow(cells[0])):
+        return heading_of_a_size(narrow(cells[0]).strip("#%!/* :=")).name, " ".join(cells[1:])
+    found = _NAMED.match(narrow(" ".join(cells)).strip("#%!/* "))
+    return (heading_of_a_size(found["name"]).name, found["value"]) if found else ("", " ".join(cells))
+
+
+def _is_of_another_unit(value: str) -> bool:
+    """True for a number with a unit that no size has: `10 Hz`, `5 mm/min`."""
+    unit = re.sub(r"^[\W\d]*\d\W*(?=[^\W\d]|%|$)", "", value)
+    return dimension(unit.strip("()[] ")) not in (None, "number", "length", "area")
+
+
+def _has_a_length(text: str) -> bool:
+    """True if a text holds a number with a unit of length or area."""
+    units = [found["unit"] for found in _AMOUNT.finditer(narrow(text))]
+    return any(dimension(unit) in ("length", "area") for unit in units if unit not in _LIKELY_WORDS)

@@ -1,0 +1,180 @@
+"""Names of sizes, read part by part: `Windungen (aktiv)`, `D_mean`, `Federinnendurchmesser`, `有效圈数`."""
+
+import re
+from collections.abc import Iterable
+from functools import lru_cache
+
+from .spelling import plain
+
+# Parts of names in several languages, by their role.
+_PARTS: dict[str, tuple[str, ...]] = {
+    "diameter": (
+        "diameter", "diameters", "dia", "diam", "durchmesser", "diamètre", "diametre", "diametro", "diámetro",
+        "ø", "⌀", "直径", "직경", "径",
+    ),
+    "length": (
+        "length", "länge", "laenge", "longueur", "lunghezza", "longitud", "长度", "長さ", "长", "長", "길이",
+    ),
+    "gauge length": ("标距", "標点間距離", "標点距離", "표점거리"),
+    "width": ("width", "breite", "largeur", "larghezza", "anchura", "ancho", "宽度", "宽", "幅", "폭"),
+    "thickness": (
+        "thickness", "dicke", "stärke", "staerke", "épaisseur", "epaisseur", "spessore", "espesor", "厚度",
+        "厚さ", "厚", "두께",
+    ),
+    "area": (
+        "area", "querschnitt", "querschnittsfläche", "fläche",
+        "section", "截面积", "断面積", "面积", "단면적",
+    ),
+    "pitch": ("pitch", "steigung", "pas", "passo", "paso", "节距", "螺距", "ピッチ", "피치"),
+    "count": (
+        "number", "no", "nr", "anzahl", "zahl", "nombre", "nb", "count", "numero", "número", "数", "數",
+    ),
+    "counted": ("圈数", "匝数", "巻数", "巻き数", "권수"),
+    "coils": ("coils", "turns", "windings", "windungen", "spires", "spire", "espiras"),
+    "coil": ("coil", "winding", "turn", "windung", "wickel", "圈", "コイル"),
+    "spring": ("spring", "feder", "ressort", "molla", "muelle", "弹簧", "ばね", "スプリング", "스프링"),
+    "wire": ("wire", "draht", "fil", "filo", "alambre", "线", "線", "丝", "ワイヤ", "와이어"),
+    "mandrel": ("mandrel", "dorn", "wickeldorn", "mandrin", "mandrino", "芯轴", "芯棒", "マンドレル"),
+    "tube": ("tube", "tubing", "schlauch", "rohr", "tuyau", "tubo", "管", "チューブ", "튜브"),
+    "wall": ("wall", "wand", "paroi", "parete", "pared", "壁", "肉"),
+    "inner": (
+        "inner", "inside", "internal", "innen", "innerer", "innere", "intérieur", "interne", "interno", "内",
+        "內", "내",
+    ),
+    "outer": (
+        "outer", "outside", "external", "außen", "aussen", "äußerer", "äußere", "extérieur", "externe",
+        "esterno", "exterior", "外", "외",
+    ),
+    "mean": ("mean", "middle", "average", "mittlerer", "mittlere", "mittel", "moyen", "medio", "中", "平均"),
+    "active": (
+        "active", "aktiv", "aktive", "aktiver", "federnd", "federnde", "wirksam", "wirksame", "actives",
+        "utiles", "working", "effective", "有效", "有効", "유효",
+    ),
+    "total": ("total", "gesamt", "totales", "总", "総", "all"),
+    "free": (
+        "free", "freie", "frei", "libre", "unstretched", "unloaded", "relaxed", "ungespannte", "ungespannt",
+        "unbelastete", "自由", "자유",
+    ),
+    "gauge": ("gauge", "gage", "mess", "einspann", "utile", "grip"),
+    "specimen": (
+        "specimen", "sample", "coupon", "probe", "proben", "éprouvette", "échantillon", "试样", "試験片",
+        "試料", "시편",
+    ),
+    "filler": (
+        "of", "the", "der", "des", "die", "du", "de", "la", "d'", "le", "l'", "initial", "initiale",
+        "nominal", "nominale", "original", "measured", "s", "n", "e", "er", "en", "es", "em",
+    ),
+}  # fmt: skip
+_ROLE = {part: role for role, parts in _PARTS.items() for part in parts}
+_MOST = max(map(len, _ROLE))
+# Words that are no parts of longer ones.
+_ALONE = {
+    "od": ("outer", "diameter"), "id": ("inner", "diameter"), "d": ("diameter",), "n": ("count",),
+    "l": ("length",), "t": ("thickness",), "p": ("pitch",), "i": ("inner",), "o": ("outer",),
+    "m": ("mean",), "w": ("wire",), "int": ("inner",), "ext": ("outer",), "avg": ("mean",), "a": ("active",),
+    "di": ("inner", "diameter"), "da": ("outer", "diameter"), "dm": ("mean", "diameter"),
+    "na": ("count", "active"),
+}  # fmt: skip
+_NOUNS = frozenset({
+    "diameter", "length", "gauge length", "width", "thickness", "area", "pitch", "counted", "coils",
+    "mandrel",
+})  # fmt: skip
+_LONG = 5
+"""Minimum number of letters of a part that ends an unknown compound by more than chance."""
+_SIZES: dict[frozenset[str], str] = {
+    frozenset(roles.split("+")): key
+    for key, names in {
+        "wire_diameter_mm": ("wire+diameter", "spring+wire+diameter", "wire+thickness"),
+        "mandrel_diameter_mm": (
+            "mandrel", "mandrel+diameter", "coil+inner+diameter", "spring+inner+diameter",
+            "spring+coil+inner+diameter", "mandrel+outer+diameter", "coils+inner+diameter",
+        ),
+        "coil_diameter_mm": (
+            "coil+diameter", "spring+diameter", "spring+coil+diameter", "mean+diameter",
+            "coil+mean+diameter", "spring+mean+diameter", "spring+coil+mean+diameter", "coils+diameter",
+            "coils+mean+diameter",
+        ),
+        "coil_outer_diameter_mm": (
+            "coil+outer+diameter", "spring+outer+diameter", "spring+coil+outer+diameter",
+            "coils+outer+diameter",
+        ),
+        "active_coils": (
+            "coils", "count+coils", "counted", "coils+active", "count+coils+active",
+            "count+coil+active", "counted+active", "count+active", "coil+active", "spring+coils",
+            "spring+coils+active",
+        ),
+        "initial_pitch_mm": ("pitch", "coil+pitch", "spring+pitch", "coils+pitch"),
+        "free_length_mm": ("free+length", "spring+free+length", "coil+free+length"),
+        "gauge_length_mm": (
+            "gauge length", "gauge+length", "wire+length", "specimen+gauge+length", "wire+gauge+length",
+            "wire+free+length", "specimen+gauge length",
+        ),
+        "length": ("specimen+length",),
+        "length_mm": ("tube+length",),
+        "inner_diameter_mm": ("inner+diameter", "tube+inner+diameter"),
+        "outer_diameter_mm": ("outer+diameter", "tube+outer+diameter"),
+        "wall_thickness_mm": ("wall+thickness", "tube+wall+thickness", "tube+thickness", "wall"),
+        "diameter_mm": ("specimen+diameter", "diameter"),
+        "width_mm": ("width", "specimen+width"),
+        "thickness_mm": ("thickness", "specimen+thickness"),
+        "area_mm2": ("area", "specimen+area"),
+    }.items()
+    for roles in names
+}  # fmt: skip
+"""Size by the roles of all parts of its name."""
+
+
+def size_named(name: str) -> str | None:
+    """Size whose name consists of known parts alone; None where a part is unknown, or fits no size.
+
+    A letter stands for a size only beside another part: `D_mean`, and not `D`.
+    """
+    words = _words(name)
+    parts = [_parts(word) for word in words]
+    if None in parts or (len(words) == 1 and len(words[0]) == 1 and words[0].isascii()):
+        return None
+    return _SIZES.get(frozenset(_roles(parts)))
+
+
+def may_name_a_size(name: str) -> bool:
+    """True if a part of a name is that of a size, or if it is all letters and indices: `d`, `L0`, `L/D`."""
+    words = _words(name)
+    if words and all(re.fullmatch(r"[abdhilnprstwø]?\d?", word) for word in words):
+        return True
+    parts = [_parts(word) for word in words if word not in _ALONE]
+    return any(_NOUNS & {*roles} for roles in parts if roles) or any(map(_ends_in_a_size, words))
+
+
+def _ends_in_a_size(word: str) -> bool:
+    """True for a compound whose first part is unknown: `Endwindungen`, `Klemmlänge`."""
+    return any(word.endswith(part) for part, role in _ROLE.items() if role in _NOUNS and len(part) >= _LONG)
+
+
+def _words(name: str) -> list[str]:
+    text = re.sub(r"[.,;:/\\-]+", " ", plain(name))
+    return [word for word in re.split(r"\s+", text.replace("d'", "d' ")) if word]
+
+
+def _roles(parts: Iterable[tuple[str, ...] | None]) -> set[str]:
+    return {role for roles in parts for role in roles or ()} - {"filler"}
+
+
+@lru_cache(maxsize=4096)
+def _parts(word: str) -> tuple[str, ...] | None:
+    """Roles of the parts of a word, the longest parts first; None where they do not make up the word."""
+    if word in _ALONE:
+        return _ALONE[word]
+    if not word:
+        return ()
+    for end in range(min(len(word), _MOST), 0, -1):
+        if (role := _ROLE.get(word[:end])) is None:
+            continue
+        rest = _rest(word[end:])
+        if rest is not None:
+            return (role, *rest)
+    return None
+
+
+def _rest(word: str) -> tuple[str, ...] | None:
+    """Roles of the rest of a compound; letters that stand for a size are words of their own."""
+    return None if word in _ALONE else _parts(word)
