@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from answers import checks
+from answers import checks, refusal
 
-from fitting.data.importers import import_file, import_tests
+from fitting.data.importers import import_file, import_tests, make_options
 
 ROWS = 24
 SPRING_SIZES = {"wire_diameter_mm": 0.25, "mandrel_diameter_mm": 0.9}
@@ -109,6 +109,11 @@ COUPONS = {
         "Éprouvette : F-12\nOpérateur : Dupont\nLongueur utile : 25 mm\nLargeur : 6 mm\nÉpaisseur : 2 mm\nVitesse : 10 mm/min\n"
         + tab("Temps (s);Déplacement (mm);Force (N)\n") + rows(coupon, "\t", ",")
     ),
+    "spanish": (
+        "Probeta: A7\nLongitud inicial: 25 mm\nAncho: 6 mm\nEspesor: 2 mm\n"
+        "Tiempo (s);Desplazamiento (mm);Fuerza (N)\n" + rows(coupon, ";")
+    ),
+    "korean": "시편: A7\n표점거리: 25 mm\n폭: 6 mm\n두께: 2 mm\n시간 (s),변위 (mm),하중 (N)\n" + rows(coupon),
     "blocks": (
         "[Machine]\nName = UTM 5\nLoad cell = 50 N\n\n[Specimen]\nID = A7\nGauge length = 25 mm\nWidth = 6 mm\nThickness = 2 mm\n"
         "\n[Comments]\nsecond pull after 10 min rest at 23 °C\n\n[Data]\nTime {s};Extension {mm};Load {N}\n" + rows(coupon, ";")
@@ -176,3 +181,61 @@ def test_two_blocks_have_sizes_of_their_own(put):
     one, two = import_tests(put("a.csv", head.format("A7", 25, "js") + table + "\n" + head.format("A8", 40, "kl") + table))
     assert one.columns["strain"][10] == 0.16 and two.columns["strain"][10] == 0.1
     assert "Operator: js" in " ".join(one.notices) and "Operator: kl" in " ".join(two.notices)
+
+
+@pytest.mark.parametrize(
+    ("heading", "offset", "factor"),
+    [
+        ("T/°C", 0.0, 1.0), ("Temp (oC)", 0.0, 1.0), ("Temperatur in Grad C", 0.0, 1.0), ("Temp_celsius", 0.0, 1.0),
+        ("Temperature (oF)", 32.0, 1.8), ("Temp. [degF]", 32.0, 1.8), ("Temp (deg K)", 273.15, 1.0), ("T [°K]", 273.15, 1.0),
+    ],
+)  # fmt: skip
+def test_temperatures_under_many_spellings_of_their_unit(put, heading, offset, factor):
+    table = spoken(",", str, lambda k: f"{offset + factor * (90 - 2.5 * k):.2f}", lambda k: f"{0.15 * k:.2f}", lambda k: "200")
+    recording = import_file(put("a.csv", f"Time (s),{heading},Strain (%),Stress (MPa)\n{table}"))
+    np.testing.assert_array_equal(recording.columns["temperature_degC"], [90.0 - 2.5 * k for k in range(ROWS)])
+
+
+@pytest.mark.parametrize("heading", ["Resistance (milliohms)", "Resistance_mOhm", "R / mΩ", "Widerstand <mOhm>", "电阻【mΩ】"])
+def test_resistances_under_many_spellings_of_their_unit(put, heading):
+    table = spoken(",", str, lambda k: f"{0.8 * k:.1f}", lambda k: f"{0.02 * k:.2f}", lambda k: str(3320 + 4 * k))
+    recording = import_file(put("a.csv", f"Time (s),Extension (mm),Force (N),{heading}\n{table}"))
+    np.testing.assert_array_equal(recording.columns["resistance_ohm"], [(3320 + 4 * k) / 1000 for k in range(ROWS)])
+
+
+@pytest.mark.parametrize(("volts", "amperes"), [("V", "mA"), ("mV", "A"), ("mV", "mA")])
+def test_a_voltage_over_a_current(put, volts, amperes):
+    scales = {"V": 1e-3, "mV": 1.0, "A": 1e-3, "mA": 1.0}
+    table = spoken(
+        ",", str, lambda k: f"{0.8 * k:.1f}", lambda k: f"{0.02 * k:.2f}",
+        lambda k: f"{scales[volts] * (332 + 0.4 * k):.7g}", lambda k: f"{scales[amperes] * 100:g}",
+    )  # fmt: skip
+    head = f"# spring\nTime (s),Extension (mm),Force (N),U ({volts}),I ({amperes})\n"
+    recording = import_file(put("a.csv", head + table))
+    np.testing.assert_array_equal(recording.columns["resistance_ohm"], [round(3.32 + 0.004 * k, 6) for k in range(ROWS)])
+
+
+def test_a_current_without_its_unit_is_asked_for(put):
+    table = spoken(",", str, lambda k: f"{0.8 * k:.1f}", lambda k: f"{0.02 * k:.2f}", lambda k: "0.332", lambda k: "100")
+    path = put("a.csv", "# spring\nTime (s),Extension (mm),Force (N),Voltage (V),Current\n" + table)
+    assert "--unit current=mA (or A)" in refusal(path)
+    assert import_file(path, make_options(units=["current=mA"])).columns["resistance_ohm"][0] == 3.32
+
+
+def test_a_temperature_that_is_not_recognised_is_offered(put):
+    table = "Time (s),T1 [°C],Strain (%),Stress (MPa)\n" + rows(wire)
+    assert any("--map temperature='T1 [°C]'" in note for note in checks(import_file(put("a.csv", table))))
+
+
+@pytest.mark.parametrize("line", ["Width x thickness: 6 x 2 mm", "Width: 6.01, 6.02, 6.00 mm", "Querschnitt: 6 mm x 2 mm"])
+def test_a_refusal_quotes_lines_that_may_state_what_is_missing(put, line):
+    head = f"Gauge length: 25 mm\n{line}\nTime (s);Extension (mm);Load (N)\n"
+    said = refusal(put("a.csv", head + rows(coupon, ";")))
+    assert "the cross-section is missing" in said and repr(line) in said
+
+
+def test_a_table_of_one_specimen_above_the_numbers_is_not_asked_about(put):
+    head = "Sample;Wire diameter;Coils;Free length\n;mm;;mm\nS7;0.25;45;14.2\n\n"
+    recording = import_file(put("a.csv", head + "Time (s);Extension (mm);Force (N);Resistance (Ohm)\n" + rows(spring, ";")))
+    assert recording.geometry == {"wire_diameter_mm": 0.25, "active_coils": 45.0, "free_length_mm": 14.2}
+    assert not checks(recording)

@@ -168,9 +168,10 @@ def _question(
 ) -> None:
     """Notices on numbers that may be read wrongly; a refusal where they cannot be right."""
     if making.kind == "wire" and not {"temperature_degC", "resistance_ohm"} & columns.keys():
+        perhaps = f"; {making.unrecognised}" if "--map temperature=" in making.unrecognised else ""
         making.warn(
             "there is no temperature, which the phase of a wire follows: characterise and diagnose refuse "
-            "it. State one that did not change with --constant temperature_degC=..."
+            f"it. State one that did not change with --constant temperature_degC=...{perhaps}"
         )
     question_stress(columns, making)
     dated = "time" in channels and channels["time"].column in sample.require_grid().origins

@@ -60,9 +60,12 @@ def add_resistances(making: Making) -> None:
             continue
         missing = [key for key in NEEDED if key not in circuit]
         if missing:
+            ratio = ""
+            if current is not None and current.unit is None:
+                ratio = f"; or --unit current=mA (or A) for that voltage over {current.label!r}"
             raise unusable(
                 place, f"{wanted} follows from {channel.label!r} by Eq. 2.50, which needs the circuit: "
-                "state it with " + " ".join(f"--circuit {key}=..." for key in missing),
+                "state it with " + " ".join(f"--circuit {key}=..." for key in missing) + ratio,
             )  # fmt: skip
         adjust, resistor = (circuit[key] for key in NEEDED)
         gain, offset = circuit.get("gain", 1.0), circuit.get("offset_V", 0.0)

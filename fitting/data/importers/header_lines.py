@@ -1,9 +1,11 @@
 """The account of the lines around a table: each is used and quoted, asked about, or named as kept."""
 
+import itertools
 import re
 from collections.abc import Iterable, Sequence
 
 from ..recordings import schema
+from .grid import Grid
 from .labview import STATED
 from .making import Making
 from .parts import Sample
@@ -16,11 +18,11 @@ from .tables import NO_NUMBERS
 HEADER, FOOTER = "header", "footer"
 """Keys of `[source]` that hold the lines above and below a table."""
 MOST_SHOWN = 12
-"""Maximum number of kept lines that a notice quotes; a machine's header often has twice as many."""
+"""Maximum number of kept lines that a notice quotes, so that it stays readable."""
 MOST_ASKED = 6
-"""Maximum number of lines that are asked about one by one."""
+"""Maximum number of lines that are asked about one by one, or quoted by a refusal."""
 MOST_KEPT = 200
-"""Maximum number of lines that go into the sidecar. The longest header of 143 files had 61."""
+"""Maximum number of lines that go into the sidecar. The longest header of 31 measured files has 16."""
 _WIDTH = 60
 """Maximum number of letters of a quoted line."""
 _SURE = 8
@@ -51,10 +53,10 @@ def say_header(sample: Sample, making: Making) -> dict[str, list[str]]:
         Lines above and below the table, for `[source]`; nothing where there is none.
     """
     grid = sample.require_grid()
-    told = _Told(text for text in making.notices if NO_NUMBERS not in text)
     above, below = [[c for row in rows if (c := filled_cells(row))] for rows in (grid.preamble, grid.below)]
     around = [*above, *below]
     elsewhere = [cells for row in sample.elsewhere if (cells := filled_cells(row))]
+    told = _Told((text for text in making.notices if NO_NUMBERS not in text), around)
     asked: list[str] = []
     spare: list[str] = []
     kept: list[str] = []
@@ -101,49 +103,81 @@ def _line(cells: Sequence[str]) -> str:
     """A line as text; a comma may have divided what stands behind its colon."""
     if not _STATED.search(narrow(cells[0])):
         return " ".join(cells)
-    return re.sub(r"(?<=\d), (?=\d)", ",", ", ".join(cells))
+    text = cells[0]
+    for before, cell in itertools.pairwise(cells):
+        text += ("," if before[-1].isdigit() and cell[0].isdigit() else ", ") + cell
+    return text
 
 
 class _Told:
     """Lines that notices quote."""
 
-    def __init__(self, notices: Iterable[str]) -> None:
+    def __init__(self, notices: Iterable[str], lines: Iterable[list[str]]) -> None:
         self.notices = "\n".join(notices)
+        self.quotes = set(re.findall(r"'([^'\n]*)'", self.notices))
+        self.names = {cell for cells in lines for cell in cells if not re.match(r"[+-]?[\d.,]", cell)}
 
     def rest(self, cells: list[str]) -> list[list[str]]:
         """Parts of a line that no notice quotes: all of it, or some of several statements."""
         if not cells or any(map(self._quoted, (" ".join(cells), ",".join(cells), "; ".join(cells)))):
+            return []
+        if self._is_of_a_table(cells):
             return []
         parts = statements(cells)
         left = [part for part in parts if not self._quoted(part)]
         apart = len(left) < len(parts) and all(_STATES.search(narrow(part)) for part in parts)
         return [[part] for part in left] if apart else [cells]
 
+    def _is_of_a_table(self, cells: list[str]) -> bool:
+        """True for a row of a table of sizes, whose numbers notices quote behind the heading of each."""
+        numbers = [cell for cell in cells if cell not in self.names]
+        return len(cells) > 1 and bool(numbers) and all(map(self._has_a_heading, numbers))
+
+    def _has_a_heading(self, number: str) -> bool:
+        """True if a notice quotes a number behind the text of another field."""
+        ends = (quote.removesuffix(f" {number}") for quote in self.quotes if quote.endswith(f" {number}"))
+        return any(end in self.names for end in ends)
+
     def _quoted(self, text: str) -> bool:
         text = text.rstrip("; ")
         return repr(text) in self.notices or (len(text) >= _SURE and text in self.notices)
 
 
-def _question(cells: list[str], making: Making) -> str:
-    """Question about a line that may state a size of the specimen; empty for any other line."""
+def lines_unread(grid: Grid) -> list[str]:
+    """Lines around a table that may state a size and are not read as one, as a message quotes them."""
+    lines = [cells for row in (*grid.preamble, *grid.below) if (cells := filled_cells(row))]
+    unread = [cells for cells in lines if _size_in(cells) is not None and not states_size(cells)]
+    return [shown(cells) for cells in unread[:MOST_ASKED]]
+
+
+def _size_in(cells: list[str]) -> str | None:
+    """Size that a line names, empty for one that it may state under another name; None for any other line."""
     name, value = _name_and_value(cells)
     if not re.search(r"[1-9]", value):
+        return None
+    long = _has_a_length(" ".join(cells))
+    if not long and name.split()[-1:] == ["id"]:
+        return None  # the name of a specimen: `Coil ID: 3`
+    begins = _BEGINS.match(value) is not None
+    if begins and (key := key_named(name)) is not None:
+        return key
+    return "" if long or (begins and may_name_a_size(name) and not _is_of_another_unit(value)) else None
+
+
+def _question(cells: list[str], making: Making) -> str:
+    """Question about a line that may state a size of the specimen; empty for any other line."""
+    straight, key = making.kind in ("wire", "elastomer"), _size_in(cells)
+    if key is None or key in CONSTANTS:
         return ""
-    straight = making.kind in ("wire", "elastomer")
     if straight and not making.sources & {"elongation", "force"}:
         return ""  # strain and stress are the file's own, so no size counts
-    long = _has_a_length(" ".join(cells))
-    begins = _BEGINS.match(value) is not None and (long or name.split()[-1:] != ["id"])
-    key = key_named(name) if begins else None
-    if key is not None and key not in CONSTANTS and not states_size(cells):
+    if key and not states_size(cells):
         wanted = key if key in (*_STRAIGHT, *schema.GEOMETRY_NUMBERS) else "NAME"
         return (
             f"{shown(cells)!r} names a size, but not by one number with a unit of it, and was not used;"
             f" --dimension {wanted}=... states it"
         )
-    if key is not None and (straight or key in CONSTANTS):
-        return ""
-    if key is None and not long and not (begins and may_name_a_size(name) and not _is_of_another_unit(value)):
+    if key and straight:
         return ""
     names = _STRAIGHT if straight else OF_KIND.get(making.kind, tuple(schema.GEOMETRY_NUMBERS))
     return (

@@ -16,6 +16,7 @@ from .circuit import VOLTAGES, resistance_named
 from .columns_aside import say_aside
 from .derive import METAL_MPA
 from .format import Format
+from .header_lines import lines_unread
 from .making import Channel, Making
 from .options import Options
 from .other_headings import unrecognised
@@ -140,8 +141,10 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
         columns = ", ".join(repr(heading.text) for heading in grid.headings) or "no headings"
         others = unrecognised(grid.headings, {c.column for c in channels.values()}, available)
         place = f"{sample.raw.path} ({sample.title})" if sample.title else sample.raw.path
+        unread = ", ".join(map(repr, lines_unread(grid)))
+        may = f"; not read, though they may state a size: {unread}" if unread else ""
         raise unusable(
-            place, f"{kinds_text} ({columns}){_nearest(available)}"
+            place, f"{kinds_text} ({columns}){_nearest(available)}{may}"
             f"{f'; {others}' if others else ''}; state --kind, and name the columns with --map"
             f" QUANTITY=COLUMN. Kinds: {KINDS}",
         )  # fmt: skip

@@ -57,12 +57,17 @@ _PARTS: dict[str, tuple[str, ...]] = {
     ),
     "gauge": ("gauge", "gage", "mess", "einspann", "utile", "grip"),
     "specimen": (
-        "specimen", "sample", "coupon", "probe", "proben", "éprouvette", "échantillon", "试样", "試験片",
+        "specimen", "sample", "coupon", "probe", "proben", "éprouvette", "échantillon", "provino", "probeta",
+        "试样", "試験片",
         "試料", "시편",
     ),
+    "initial": (
+        "initial", "initiale", "iniziale", "inicial", "anfangs", "original", "ursprüngliche", "undeformed",
+        "初始", "原始", "初期",
+    ),
     "filler": (
-        "of", "the", "der", "des", "die", "du", "de", "la", "d'", "le", "l'", "initial", "initiale",
-        "nominal", "nominale", "original", "measured", "s", "n", "e", "er", "en", "es", "em",
+        "of", "the", "der", "des", "die", "du", "de", "la", "d'", "le", "l'", "nominal", "nominale",
+        "measured", "s", "n", "e", "er", "en", "es", "em",
     ),
 }  # fmt: skip
 _ROLE = {part: role for role, parts in _PARTS.items() for part in parts}
@@ -107,7 +112,7 @@ _SIZES: dict[frozenset[str], str] = {
         "free_length_mm": ("free+length", "spring+free+length", "coil+free+length"),
         "gauge_length_mm": (
             "gauge length", "gauge+length", "wire+length", "specimen+gauge+length", "wire+gauge+length",
-            "wire+free+length", "specimen+gauge length",
+            "wire+free+length", "specimen+gauge length", "initial+length", "specimen+initial+length",
         ),
         "length": ("specimen+length",),
         "length_mm": ("tube+length",),
@@ -133,7 +138,8 @@ def size_named(name: str) -> str | None:
     parts = [_parts(word) for word in words]
     if None in parts or (len(words) == 1 and len(words[0]) == 1 and words[0].isascii()):
         return None
-    return _SIZES.get(frozenset(_roles(parts)))
+    roles = _roles(parts)
+    return _SIZES.get(frozenset(roles)) or _SIZES.get(frozenset(roles - {"initial"}))
 
 
 def may_name_a_size(name: str) -> bool:

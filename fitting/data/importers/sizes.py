@@ -222,7 +222,9 @@ def _of_row(cells: list[str], mark: str) -> list[tuple[str, Size]]:
     if whole is not None:
         return [whole]
     parts = statements(cells)
-    return [read for part in parts if (read := _of_text(part, mark)) is not None] if len(parts) > 1 else []
+    if len(parts) < 2 or not all(re.match(r"[^\d]*[^\W\d]", part) for part in parts):
+        return []  # such as three readings of one width
+    return [read for part in parts if (read := _of_text(part, mark)) is not None]
 
 
 def _names_of(key: str) -> tuple[str, ...]:

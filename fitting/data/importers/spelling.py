@@ -19,7 +19,8 @@ _SPELLINGS = {
     "degree c": "degC", "grad c": "degC", "oc": "degC",
     "celsius": "degC",
     "f": "degF", "°f": "degF", "ºf": "degF", "deg f": "degF", "deg. f": "degF",
-    "degrees f": "degF", "kelvin": "K",
+    "degrees f": "degF", "kelvin": "K", "°k": "K", "ºk": "K",
+    "deg k": "K", "degk": "K",
     "sec": "s", "sec.": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms",
     "milliseconds": "ms", "millis": "ms", "micros": "us", "microseconds": "us", "sekunden": "s",
     "secondes": "s", "segundos": "s", "minuten": "min",
@@ -46,7 +47,8 @@ _SPELLINGS = {
     "mm h2o": "mmH2O",
     "mmwc": "mmH2O", "mmws": "mmH2O", "cm h2o": "cmH2O", "cmwc": "cmH2O", "mm hg": "mmHg", "in hg": "inHg",
     "kilopascal": "kPa",
-    "ω": "ohm", "Ω": "ohm", "ohms": "ohm", "mω": "mohm", "milliohm": "mohm", "kω": "kohm", "°": "deg",
+    "ω": "ohm", "Ω": "ohm", "ohms": "ohm", "mω": "mohm", "milliohm": "mohm", "milliohms": "mohm",
+    "kω": "kohm", "°": "deg",
     "º": "deg",
     "degrees": "deg", "degree": "deg", "grad": "deg", "radians": "rad", "amps": "A", "amp": "A",
     "ampere": "A",
@@ -67,7 +69,7 @@ _LAST_LETTER = re.compile(r"(?<=[^\W\d])[\s_]+([^\W\d_])$")  # `Temperature_F`, 
 _LETTER_LAST = re.compile(r"[(\[{]\s*[a-hA-H]\s*[)\]}]$")
 # Symbols with which m is milli and M is mega. A unit that differs in its prefix alone is another one.
 _PREFIXED = re.compile(r"[mM](?=(?:Pa|N|V|A|W|g|s|m|rad|bar|ohm)(?![A-Za-oq-z0-9]))")
-_EXACT = {"Nm": "N m", "Nmm": "N mm"}  # spellings in which capitals tell units apart
+_EXACT = {"Nm": "N m", "Nmm": "N mm", "oF": "degF"}  # spellings in which capitals tell units apart
 # A pressure's zero, written with its unit: `psia`, `bar(g)`, `kPa abs`.
 _REFERENCE = re.compile(
     r"^(?P<unit>k?pa|mpa|hpa|m?bar|psi|torr|kgf/cm2|atm)\s*[-_."
@@ -213,6 +215,8 @@ def parse_heading(text: str) -> Heading:
     stem, underscore, suffix = text.rpartition("_")
     if underscore and stem and (suffix in UNITS or _has_other_prefix(suffix)) and not suffix.isdigit():
         return Heading(text, plain(stem), suffix, pressure_zero(stem))
+    if underscore and stem and _is_spelt_out(suffix):
+        return Heading(text, plain(stem), unit_name(suffix), pressure_zero(stem))
     stem, _, suffix = text.rpartition(" ")
     if (
         stem.strip()
@@ -225,6 +229,12 @@ def parse_heading(text: str) -> Heading:
         # A unit that is not known: the name without it, and the error about it when the column is needed.
         return Heading(text, plain(text[: brackets[-1].start()]), brackets[-1][1].strip())
     return Heading(text, plain(text), None, pressure_zero(text))
+
+
+def _is_spelt_out(text: str) -> bool:
+    """True for a unit in letters that are no other word: `mOhm`, `seconds`; and not `min`, `strain`."""
+    words = (*_LETTERS, *_STATISTICS)
+    return len(text) > 2 and text.isalpha() and is_unit(text) and text.lower() not in words
 
 
 def _closed(text: str) -> bool:
