@@ -37,7 +37,7 @@ def test_a_size_without_one_number_is_asked_about(read, line):
     "line",
     [
         "total coils: 47", "d = 0.25 mm", "L/D: 12", "Endwindungen: 2", "Test rig distance: 40 mm",
-        "spring S7 of 0.25 mm wire", "Gauge length: 25 mm", "Querschnitt: 0,05 mm²",
+        "spring S7 of 0.25 mm wire", "S7 with 45 active coils", "Gauge length: 25 mm", "Querschnitt: 0,05 mm²",
     ],
 )  # fmt: skip
 def test_a_line_that_may_state_a_size_is_asked_about(read, line):
@@ -49,7 +49,7 @@ def test_a_line_that_may_state_a_size_is_asked_about(read, line):
     "line",
     [
         "Specimen: A7", "Sample ID: A7", "Probe: A7", "Operator: J. Smith", "Date: 2024-03-12", "Rate 1: 10 mm/min",
-        "Load cell: 50 N", "Sampling rate = 2 Hz", "no. 5 in tray 3", "Coil ID: 3", "Hardness: 30 Shore A", "Filter bandwidth: 10 Hz",
+        "Load cell: 50 N", "Sampling rate = 2 Hz", "no. 5 in tray 3", "Coil ID: 3", "1 1.2 0.1", "Hardness: 30 Shore A", "Filter bandwidth: 10 Hz",
     ],
 )  # fmt: skip
 def test_any_other_line_is_named_and_kept(read, tmp_path, line):
@@ -65,8 +65,31 @@ def test_many_lines_are_counted_and_kept(read):
     recording = read("".join(f"Channel {k} limit: {k + 1} N\n" for k in range(MOST_SHOWN + 3)) + SPRING)
     assert any(note.endswith("and 3 more") for note in recording.notices)
     assert len(recording.source["header"]) == MOST_SHOWN + 3
-    asked = checks(read("".join(f"Distance {k}: {k + 1} mm\n" for k in range(MOST_ASKED + 2)) + "# spring\n" + SPRING))
-    assert len(asked) == MOST_ASKED + 1 and "2 more lines may state sizes" in asked[-1]
+    (asked,) = checks(read("".join(f"Distance {k}: {k + 1} mm\n" for k in range(MOST_SHOWN + 2)) + "# spring\n" + SPRING))
+    assert "and 2 more may state sizes of the specimen, and were not used" in asked
+    asked = checks(read("".join(f"coils: {k}/50\n" for k in range(MOST_ASKED + 2)) + "# spring\n" + SPRING))
+    assert len(asked) == MOST_ASKED + 1 and "2 more lines name sizes without one number" in asked[-1]
+
+
+def test_sizes_of_an_actuator_are_offered_as_options(read):
+    table = "Time (s),Pressure (kPa),Bend angle (deg)\n" + "".join(f"{k},{2 * k},{3 * k}\n" for k in range(9))
+    recording = read("OD: 12 mm\nID: 8 mm\nLength: 60 mm\n" + table)
+    first, second = checks(recording)
+    assert recording.geometry == {} and "--dimension outer_diameter_mm=12 --dimension length_mm=60 takes them" in first
+    assert "'ID: 8 mm' may state a size" in second
+
+
+def test_a_size_that_is_repeated_is_not_asked_about(read):
+    assert not checks(read("wire diameter: 0.25 mm\nDrahtdurchmesser: 0.25 mm\n# spring\n" + SPRING))
+
+
+@pytest.mark.parametrize("line", ["active coils: 45 (measured)", "active coils: 45.0", "active coils = 45 coils", "45 coils\nactive coils: 45"])
+def test_a_remark_in_brackets_is_no_unit(read, line):
+    assert read(f"{line}\n# spring\n" + SPRING).geometry == {"active_coils": 45.0}
+
+
+def test_a_number_in_brackets_is_asked_about(read):
+    assert any("'coils: 52 (54 in total)' names a size" in note for note in checks(read("coils: 52 (54 in total)\n# spring\n" + SPRING)))
 
 
 def test_lines_below_the_table_count_as_well(read):

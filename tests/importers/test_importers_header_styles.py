@@ -72,6 +72,15 @@ SPRINGS = {
         + "\nWire diameter: 0.25 mm\nOperator: js\nInner coil diameter: 0.9 mm\nActive coils: 45\nend of file\n",
         {**SPRING_SIZES, "active_coils": 45.0},
     ),
+    "chinese": (
+        "丝径：0.25mm\n中径：1.15mm\n有效圈数：45圈\n节距：0.27mm\n时间/s,位移/mm,力/N,电阻/Ω\n" + rows(spring),
+        {**SPRING_SIZES, "active_coils": 45.0, "initial_pitch_mm": 0.27},
+    ),
+    "russian": (
+        "Диаметр проволоки: 0,25 мм\nСредний диаметр пружины: 1,15 мм\nЧисло рабочих витков: 45\n"
+        "Время (с);Перемещение (мм);Сила (Н);Сопротивление (Ом)\n" + rows(spring, ";", ","),
+        {**SPRING_SIZES, "active_coils": 45.0},
+    ),
     "japanese": (
         "線径：0.25 mm\n平均コイル径：1.15 mm\n有効巻数：45\n自由長さ：14.2 mm\n時間【s】,変位【mm】,荷重【N】,抵抗【Ω】\n" + rows(spring),
         {**SPRING_SIZES, "active_coils": 45.0, "free_length_mm": 14.2},
@@ -167,12 +176,36 @@ def test_strain_and_temperature_of_a_wire(put, style):
         "Specimen ID;T3\nInner diameter;8;mm\nOuter diameter;10;mm\nTube length;120;mm\n",
         "外径;10;mm\n内径;8;mm\n管长度;120;mm\n",
         "OD = 0.01 m\nwall = 1 mm\ntube length = 12 cm\n",
+        "Specimen OD: 10 mm\nSpecimen ID: 8 mm\nTube length: 120 mm\n",
     ],
 )
 def test_sizes_of_a_tube(put, sizes):
     recording = import_file(put("a.csv", sizes + "Time;Pressure;Length\ns;kPa;mm\n" + rows(tube, ";")))
     assert recording.kind == "tube" and not checks(recording)
     assert recording.geometry == {"outer_diameter_mm": 10.0, "wall_thickness_mm": 1.0, "length_mm": 120.0}
+
+
+@pytest.mark.parametrize("line", ["Specimen length: 120.0 mm", "长度(mm);120", "Length: 12 cm"])
+def test_a_length_that_may_be_that_of_the_tube_is_taken_and_asked_about(put, line):
+    recording = import_file(put("a.csv", line + "\nTime;Pressure;Length\ns;kPa;mm\n" + rows(tube, ";")))
+    assert recording.geometry == {"length_mm": 120.0}
+    assert any("the tube's at rest (--dimension length_mm=... corrects it)" in note for note in checks(recording))
+
+
+@pytest.mark.parametrize("name", ["Sig{}\t", "Column {}: ", "# {} = ", "列{}："])
+@pytest.mark.parametrize("first", [0, 1])
+def test_columns_that_a_list_names_by_number(put, name, first):
+    headings = ("Time (s)", "Temperature (°C)", "Strain (%)", "Stress (MPa)")
+    listed = "".join(f"{name.format(first + k)}{heading}\n" for k, heading in enumerate(headings))
+    recording = import_file(put("a.txt", f"Instrument\tDMA\nNsig\t4\n{listed}Date\t12-Mar-24\nStartOfData\n" + rows(wire, "\t")))
+    assert recording.kind == "wire" and recording.columns["temperature_degC"][1] == 87.5
+    (asked,) = checks(recording)
+    assert "named by the list above the table" in asked and asked.endswith("Stress (MPa)'")
+
+
+def test_a_list_of_other_columns_names_none(put):
+    listed = "Sig1\tTime (s)\nSig2\tTemperature (°C)\nSig3\tStrain (%)\n"
+    assert "without headings, numbers 1 to 4" in refusal(put("a.txt", listed + "StartOfData\n" + rows(wire, "\t")))
 
 
 def test_two_blocks_have_sizes_of_their_own(put):

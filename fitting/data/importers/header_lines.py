@@ -9,8 +9,8 @@ from .grid import Grid
 from .labview import STATED
 from .making import Making
 from .parts import Sample
-from .size_names import may_name_a_size
-from .sizes import CONSTANTS, filled_cells, heading_of_a_size, key_named, statements, states_size
+from .size_names import may_name_a_size, size_named
+from .sizes import CONSTANTS, Size, filled_cells, heading_of_a_size, key_named, sizes_read, statements
 from .specimen_sizes import OF_KIND
 from .spelling import dimension, narrow
 from .tables import NO_NUMBERS
@@ -28,8 +28,12 @@ _WIDTH = 60
 _SURE = 8
 """Minimum number of letters of a line that a notice may hold without quoting it."""
 _STRAIGHT = ("gauge_length_mm", "area_mm2", "diameter_mm", "width_mm", "thickness_mm")
+_OF_A_DESIGN = {"length": "length_mm", **{key: key for key in schema.GEOMETRY_NUMBERS}}
+"""Sizes of an actuator that a file may state, with their names in `--dimension`."""
 _AMOUNT = re.compile(r"\d\s*[)\]]?\s*(?P<unit>[^\W\d_]+[²2]?)(?![\w/²])")
 """A number in a text with a word behind it that may be its unit."""
+_COUNT = re.compile(r"\d\s*(?P<words>(?:[^\W\d_]+\s+)?[^\W\d_]+)")
+"""A number with up to two words behind it, such as `45 active coils`."""
 _LIKELY_WORDS = ("in", "m", "ft", "thou", "mil", "mils")
 """Units of length that stand in a text more often as words: `no. 5 in tray`."""
 _BEGINS = re.compile(r"\W*(?:(?:ca|approx|circa|about|etwa|env)\b\.?)?\W*\d", re.IGNORECASE)
@@ -57,22 +61,28 @@ def say_header(sample: Sample, making: Making) -> dict[str, list[str]]:
     around = [*above, *below]
     elsewhere = [cells for row in sample.elsewhere if (cells := filled_cells(row))]
     told = _Told((text for text in making.notices if NO_NUMBERS not in text), around)
-    asked: list[str] = []
+    unread: dict[str, str] = {}
+    perhaps: list[str] = []
+    offered: dict[str, str] = {}
     spare: list[str] = []
     kept: list[str] = []
     for cells in (*around, *elsewhere):
         for part in told.rest(cells):
-            question = _question(part, making)
-            if question:
-                asked.append(question)
-            elif states_size(part):
-                spare.append(shown(part))
-            elif cells in around and cells[0] not in STATED and re.search(r"\w", " ".join(part)):
-                kept.append(shown(part))
-    for question in list(dict.fromkeys(asked))[:MOST_ASKED]:
-        making.warn(question)
-    if len(asked) > MOST_ASKED:
-        making.warn(f"{len(asked) - MOST_ASKED} more lines may state sizes and were not used")
+            size, sizes = _size_in(part), sizes_read(part)
+            if sizes and all(_repeats(one, making, told) for one in sizes):
+                continue
+            if _is_of_no_account(size, bool(sizes), making):
+                if sizes:
+                    spare.append(shown(part))
+                elif cells in around and cells[0] not in STATED and re.search(r"\w", " ".join(part)):
+                    kept.append(shown(part))
+            elif size and not sizes:
+                unread[shown(part)] = size
+            elif making.kind == "actuator" and {name for name, _ in sizes} & {*_OF_A_DESIGN}:
+                offered |= {shown(part): " ".join(_option(*one) for one in sizes if one[0] in _OF_A_DESIGN)}
+            else:
+                perhaps.append(shown(part))
+    _ask(unread, perhaps, offered, making)
     if spare:
         making.say(f"stated, but not needed for kind {making.kind}: {_some(spare)}")
     if kept:
@@ -84,6 +94,63 @@ def say_header(sample: Sample, making: Making) -> dict[str, list[str]]:
         if rows:
             done[key] = [_line(cells) for cells in rows[:MOST_KEPT]]
     return done
+
+
+def _ask(unread: dict[str, str], perhaps: list[str], offered: dict[str, str], making: Making) -> None:
+    """Ask about lines that may state sizes and were not used.
+
+    Args:
+        unread: lines that name a size without one number, with the size.
+        perhaps: lines that may state a size.
+        offered: lines that state a size which is not taken by itself, with the options that take it.
+        making: state of the import.
+    """
+    for text, size in [*unread.items()][:MOST_ASKED]:
+        option = size if size in (*_STRAIGHT, *schema.GEOMETRY_NUMBERS) else "NAME"
+        making.warn(
+            f"{text!r} names a size, but not by one number with a unit of it, and was not used; --dimension"
+            f" {option}=... states it"
+        )
+    if len(unread) > MOST_ASKED:
+        making.warn(f"{len(unread) - MOST_ASKED} more lines name sizes without one number")
+    if offered:
+        options = " ".join(dict.fromkeys(offered.values()))
+        making.warn(f"sizes of an {making.kind} are its design's; {_some(offered)}: {options} takes them")
+    if perhaps:
+        straight = making.kind in ("wire", "elastomer")
+        names = _STRAIGHT if straight else OF_KIND.get(making.kind, tuple(schema.GEOMETRY_NUMBERS))
+        one = len({*perhaps}) == 1
+        making.warn(
+            f"{_some(perhaps)} may state {'a size' if one else 'sizes'} of the specimen, and"
+            f" {'was' if one else 'were'} not used; --dimension NAME=... states one of {', '.join(names)}"
+        )
+
+
+def _option(key: str, size: Size) -> str:
+    """The option that takes a size of an actuator."""
+    return f"--dimension {_OF_A_DESIGN[key]}={size.value:.6g}"
+
+
+def _repeats(one: tuple[str, Size], making: Making, told: "_Told") -> bool:
+    """True if a size is one that a notice tells by another line."""
+    key, size = one
+    taken = making.sizes.get(key)
+    return taken is not None and told.quoted(taken.said) and taken.beside(size) is taken
+
+
+def _is_of_no_account(size: str | None, read: bool, making: Making) -> bool:
+    """True if a line states no size, or one that the kind does not need.
+
+    Args:
+        size: size that the line names, empty for one that it may state; None for none.
+        read: true if its number was read.
+        making: state of the import.
+    """
+    if size is None or size in CONSTANTS:
+        return True
+    if making.kind not in ("wire", "elastomer"):
+        return False
+    return read or not making.sources & {"elongation", "force"}  # strain and stress are the file's own
 
 
 def _some(texts: Iterable[str]) -> str:
@@ -119,12 +186,12 @@ class _Told:
 
     def rest(self, cells: list[str]) -> list[list[str]]:
         """Parts of a line that no notice quotes: all of it, or some of several statements."""
-        if not cells or any(map(self._quoted, (" ".join(cells), ",".join(cells), "; ".join(cells)))):
+        if not cells or any(map(self.quoted, (" ".join(cells), ",".join(cells), "; ".join(cells)))):
             return []
         if self._is_of_a_table(cells):
             return []
         parts = statements(cells)
-        left = [part for part in parts if not self._quoted(part)]
+        left = [part for part in parts if not self.quoted(part)]
         apart = len(left) < len(parts) and all(_STATES.search(narrow(part)) for part in parts)
         return [[part] for part in left] if apart else [cells]
 
@@ -138,7 +205,8 @@ class _Told:
         ends = (quote.removesuffix(f" {number}") for quote in self.quotes if quote.endswith(f" {number}"))
         return any(end in self.names for end in ends)
 
-    def _quoted(self, text: str) -> bool:
+    def quoted(self, text: str) -> bool:
+        """True if a notice quotes a text."""
         text = text.rstrip("; ")
         return repr(text) in self.notices or (len(text) >= _SURE and text in self.notices)
 
@@ -146,7 +214,7 @@ class _Told:
 def lines_unread(grid: Grid) -> list[str]:
     """Lines around a table that may state a size and are not read as one, as a message quotes them."""
     lines = [cells for row in (*grid.preamble, *grid.below) if (cells := filled_cells(row))]
-    unread = [cells for cells in lines if _size_in(cells) is not None and not states_size(cells)]
+    unread = [cells for cells in lines if _size_in(cells) is not None and not sizes_read(cells)]
     return [shown(cells) for cells in unread[:MOST_ASKED]]
 
 
@@ -164,28 +232,6 @@ def _size_in(cells: list[str]) -> str | None:
     return "" if long or (begins and may_name_a_size(name) and not _is_of_another_unit(value)) else None
 
 
-def _question(cells: list[str], making: Making) -> str:
-    """Question about a line that may state a size of the specimen; empty for any other line."""
-    straight, key = making.kind in ("wire", "elastomer"), _size_in(cells)
-    if key is None or key in CONSTANTS:
-        return ""
-    if straight and not making.sources & {"elongation", "force"}:
-        return ""  # strain and stress are the file's own, so no size counts
-    if key and not states_size(cells):
-        wanted = key if key in (*_STRAIGHT, *schema.GEOMETRY_NUMBERS) else "NAME"
-        return (
-            f"{shown(cells)!r} names a size, but not by one number with a unit of it, and was not used;"
-            f" --dimension {wanted}=... states it"
-        )
-    if key and straight:
-        return ""
-    names = _STRAIGHT if straight else OF_KIND.get(making.kind, tuple(schema.GEOMETRY_NUMBERS))
-    return (
-        f"{shown(cells)!r} may state a size of the specimen, and was not used; --dimension NAME=... states"
-        f" one of {', '.join(names)}"
-    )
-
-
 def _name_and_value(cells: list[str]) -> tuple[str, str]:
     """Name and value of a line, from its cells or at its colon or equals sign. Other lines are all value."""
     if len(cells) > 1 and not _STATED.search(narrow(cells[0])):
@@ -201,6 +247,8 @@ def _is_of_another_unit(value: str) -> bool:
 
 
 def _has_a_length(text: str) -> bool:
-    """True if a text holds a number with a unit of length or area."""
+    """True if a text holds a number with a unit of length or area, or a number of coils."""
+    if any(size_named(found["words"]) == "active_coils" for found in _COUNT.finditer(text)):
+        return True
     units = [found["unit"] for found in _AMOUNT.finditer(narrow(text))]
     return any(dimension(unit) in ("length", "area") for unit in units if unit not in _LIKELY_WORDS)

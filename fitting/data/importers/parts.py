@@ -9,11 +9,20 @@ from ..recordings.table import unusable
 from .channel_lists import with_listed_units
 from .grid import Grid
 from .labview import with_stated_units
+from .numbered_columns import with_numbered_headings
 from .pages import joined_pages, oldest_first, states_a_specimen
 from .raw import Page, RawFile
 from .separators import LEAST_ROWS
 from .serial_output import as_table
-from .sizes import Sizes, filled_cells, may_hold_sizes, sizes_in, sizes_in_a_name, table_of_sizes
+from .sizes import (
+    Sizes,
+    filled_cells,
+    is_amount,
+    may_hold_sizes,
+    sizes_in,
+    sizes_in_a_name,
+    table_of_sizes,
+)
 from .spelling import narrow, plain
 from .splits import split
 from .tables import find_grids
@@ -160,7 +169,8 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     table, labels = as_table(page)
     shown, displayed = with_displayed_units(table)
     plain_page, units = without_units(shown)
-    found = [with_stated_units(with_units_of_rows(grid)) for grid in find_grids(plain_page)]
+    named = [with_numbered_headings(grid) for grid in find_grids(plain_page)]
+    found = [with_stated_units(with_units_of_rows(grid)) for grid in named]
     grids = [oldest_first(grid) for grid in with_listed_units(found)]
     for grid in grids:
         grid.notices += [*labels, *displayed, *units]
@@ -215,7 +225,8 @@ def stated_specimen(grid: Grid) -> str:
         if len(cells) == 1:
             cells = re.split(r"\s*[:=]\s*", narrow(cells[0]).strip("#%!/* "), maxsplit=1)
         cells = [cell.strip('": ') for cell in cells]
-        if len(cells) == 2 and plain(cells[0]) in _NAMING and re.search(r"[^\W\d]", cells[1]):
+        names = len(cells) == 2 and plain(cells[0]) in _NAMING and re.search(r"[^\W\d]", cells[1])
+        if names and not is_amount(cells[1]):  # `Specimen ID: 8.0 mm` is the bore of a tube
             return cells[1]
     return ""
 

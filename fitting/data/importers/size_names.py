@@ -10,60 +10,69 @@ from .spelling import plain
 _PARTS: dict[str, tuple[str, ...]] = {
     "diameter": (
         "diameter", "diameters", "dia", "diam", "durchmesser", "diamètre", "diametre", "diametro", "diámetro",
-        "ø", "⌀", "直径", "직경", "径",
+        "ø", "⌀", "直径", "직경", "径", "диаметр",
     ),
     "length": (
         "length", "länge", "laenge", "longueur", "lunghezza", "longitud", "长度", "長さ", "长", "長", "길이",
+        "длина",
     ),
     "gauge length": ("标距", "標点間距離", "標点距離", "표점거리"),
-    "width": ("width", "breite", "largeur", "larghezza", "anchura", "ancho", "宽度", "宽", "幅", "폭"),
+    "width": (
+        "width", "breite", "largeur", "larghezza", "anchura", "ancho", "宽度", "宽", "幅", "폭",
+        "ширина",
+    ),
     "thickness": (
         "thickness", "dicke", "stärke", "staerke", "épaisseur", "epaisseur", "spessore", "espesor", "厚度",
-        "厚さ", "厚", "두께",
+        "厚さ", "厚", "두께", "толщина",
     ),
     "area": (
         "area", "querschnitt", "querschnittsfläche", "fläche",
         "section", "截面积", "断面積", "面积", "단면적",
     ),
-    "pitch": ("pitch", "steigung", "pas", "passo", "paso", "节距", "螺距", "ピッチ", "피치"),
+    "pitch": ("pitch", "steigung", "pas", "passo", "paso", "节距", "螺距", "ピッチ", "피치", "шаг"),
     "count": (
-        "number", "no", "nr", "anzahl", "zahl", "nombre", "nb", "count", "numero", "número", "数", "數",
+        "number", "no", "nr", "anzahl", "zahl", "nombre", "nb", "count", "numero", "número", "число", "数",
+        "數",
     ),
     "counted": ("圈数", "匝数", "巻数", "巻き数", "권수"),
-    "coils": ("coils", "turns", "windings", "windungen", "spires", "spire", "espiras"),
+    "coils": ("coils", "turns", "windings", "windungen", "spires", "spire", "espiras", "витков", "витки"),
     "coil": ("coil", "winding", "turn", "windung", "wickel", "圈", "コイル"),
-    "spring": ("spring", "feder", "ressort", "molla", "muelle", "弹簧", "ばね", "スプリング", "스프링"),
-    "wire": ("wire", "draht", "fil", "filo", "alambre", "线", "線", "丝", "ワイヤ", "와이어"),
+    "spring": (
+        "spring", "feder", "ressort", "molla", "muelle", "弹簧", "ばね", "スプリング", "스프링", "пружины",
+    ),
+    "wire": ("wire", "draht", "fil", "filo", "alambre", "线", "線", "丝", "ワイヤ", "와이어", "проволоки"),
     "mandrel": ("mandrel", "dorn", "wickeldorn", "mandrin", "mandrino", "芯轴", "芯棒", "マンドレル"),
-    "tube": ("tube", "tubing", "schlauch", "rohr", "tuyau", "tubo", "管", "チューブ", "튜브"),
-    "wall": ("wall", "wand", "paroi", "parete", "pared", "壁", "肉"),
+    "tube": ("tube", "tubing", "schlauch", "rohr", "tuyau", "tubo", "管", "チューブ", "튜브", "трубки"),
+    "wall": ("wall", "wand", "paroi", "parete", "pared", "壁", "肉", "стенки"),
     "inner": (
         "inner", "inside", "internal", "innen", "innerer", "innere", "intérieur", "interne", "interno", "内",
-        "內", "내",
+        "內", "내", "внутренний",
     ),
     "outer": (
         "outer", "outside", "external", "außen", "aussen", "äußerer", "äußere", "extérieur", "externe",
-        "esterno", "exterior", "外", "외",
+        "esterno", "exterior", "外", "외", "наружный", "внешний",
     ),
-    "mean": ("mean", "middle", "average", "mittlerer", "mittlere", "mittel", "moyen", "medio", "中", "平均"),
+    "mean": (
+        "mean", "middle", "average", "mittlerer", "mittlere", "mittel", "moyen", "medio", "中", "平均",
+        "средний",
+    ),
     "active": (
         "active", "aktiv", "aktive", "aktiver", "federnd", "federnde", "wirksam", "wirksame", "actives",
-        "utiles", "working", "effective", "有效", "有効", "유효",
+        "utiles", "working", "effective", "有效", "有効", "유효", "рабочих", "активных",
     ),
     "total": ("total", "gesamt", "totales", "总", "総", "all"),
     "free": (
         "free", "freie", "frei", "libre", "unstretched", "unloaded", "relaxed", "ungespannte", "ungespannt",
-        "unbelastete", "自由", "자유",
+        "unbelastete", "自由", "자유", "свободная",
     ),
     "gauge": ("gauge", "gage", "mess", "einspann", "utile", "grip"),
     "specimen": (
         "specimen", "sample", "coupon", "probe", "proben", "éprouvette", "échantillon", "provino", "probeta",
-        "试样", "試験片",
-        "試料", "시편",
+        "试样", "試験片", "試料", "시편", "образца",
     ),
     "initial": (
         "initial", "initiale", "iniziale", "inicial", "anfangs", "original", "ursprüngliche", "undeformed",
-        "初始", "原始", "初期",
+        "初始", "原始", "初期", "начальная",
     ),
     "filler": (
         "of", "the", "der", "des", "die", "du", "de", "la", "d'", "le", "l'", "nominal", "nominale",
@@ -114,10 +123,10 @@ _SIZES: dict[frozenset[str], str] = {
             "gauge length", "gauge+length", "wire+length", "specimen+gauge+length", "wire+gauge+length",
             "wire+free+length", "specimen+gauge length", "initial+length", "specimen+initial+length",
         ),
-        "length": ("specimen+length",),
+        "length": ("length", "specimen+length"),
         "length_mm": ("tube+length",),
-        "inner_diameter_mm": ("inner+diameter", "tube+inner+diameter"),
-        "outer_diameter_mm": ("outer+diameter", "tube+outer+diameter"),
+        "inner_diameter_mm": ("inner+diameter", "tube+inner+diameter", "specimen+inner+diameter"),
+        "outer_diameter_mm": ("outer+diameter", "tube+outer+diameter", "specimen+outer+diameter"),
         "wall_thickness_mm": ("wall+thickness", "tube+wall+thickness", "tube+thickness", "wall"),
         "diameter_mm": ("specimen+diameter", "diameter"),
         "width_mm": ("width", "specimen+width"),
@@ -145,10 +154,15 @@ def size_named(name: str) -> str | None:
 def may_name_a_size(name: str) -> bool:
     """True if a part of a name is that of a size, or if it is all letters and indices: `d`, `L0`, `L/D`."""
     words = _words(name)
-    if words and all(re.fullmatch(r"[abdhilnprstwø]?\d?", word) for word in words):
+    if re.search(r"[^\W\d]", name) and all(re.fullmatch(r"[abdhilnprstwø]?\d?", word) for word in words):
         return True
     parts = [_parts(word) for word in words if word not in _ALONE]
     return any(_NOUNS & {*roles} for roles in parts if roles) or any(map(_ends_in_a_size, words))
+
+
+def names_the_mean(text: str) -> bool:
+    """True if the name before a number says that the size is the mean one: `D_mean = 1.15 mm`."""
+    return any("mean" in (_parts(word) or ()) for word in _words(re.split(r"[:=\d]", text)[0]))
 
 
 def _ends_in_a_size(word: str) -> bool:

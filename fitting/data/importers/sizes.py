@@ -117,7 +117,7 @@ _SYMBOLS = {
 """Letters that machines write behind the name of a size, with or without a 0: `Probenbreite b0`."""
 _ALSO = {"wire_diameter_mm": "diameter_mm"}
 """Size of a straight specimen that a size of its own name is as well."""
-_COUNTED = re.compile(r"(coils?|turns?|windungen|spires?|pcs|-|1)?", re.IGNORECASE)
+_COUNTED = re.compile(r"(coils?|turns?|windungen|spires?|pcs|圈|匝|巻き?|회|-|1)?", re.IGNORECASE)
 """Words behind a number of coils."""
 CONSTANTS = ("temperature_degC", "stress_MPa")
 """What a file may state of a test; no size of the specimen."""
@@ -202,9 +202,9 @@ def statements(cells: Sequence[str]) -> list[str]:
     return [part for cell in cells for part in _BETWEEN_SIZES.split(cell) if part]
 
 
-def states_size(cells: Sequence[str]) -> bool:
-    """True if a line or a part of it states a size that is read."""
-    return bool(_of_row(list(cells), "."))
+def sizes_read(cells: Sequence[str], decimal: str = ".") -> list[tuple[str, Size]]:
+    """Sizes that a line states, by their names in `--dimension`; none for any other line."""
+    return _of_row(list(cells), decimal)
 
 
 def _mark_of(rows: Sequence[Sequence[str]], decimal: str) -> str:
@@ -240,7 +240,7 @@ def _of_cells(cells: list[str], mark: str) -> tuple[str, Size] | None:
     inside = _NUMBER_UNIT.match(_without_tolerance(cells[1]))
     if inside is None:
         return None
-    unit = cells[2].strip("()[] ") if len(cells) == 3 else (inside["unit"] or "").strip("()[] ")
+    unit = _bare(cells[2] if len(cells) == 3 else inside["unit"])
     return _size(heading.name, inside["number"], unit or heading.unit, " ".join(cells), mark)
 
 
@@ -250,9 +250,15 @@ def _of_text(text: str, mark: str) -> tuple[str, Size] | None:
     if found is None:
         return None
     heading = heading_of_a_size(_PREFIX.sub("", found["name"]))
-    unit = (found["unit"] or "").strip("()[];, ") or heading.unit
+    unit = _bare(found["unit"]) or heading.unit
     read = _size(heading.name, found["number"], unit, text.rstrip("; "), mark)
     return None if read is None or (not found["mark"].strip() and read[1].assumed) else read
+
+
+def is_amount(text: str) -> bool:
+    """True for a number with a known unit, such as `8.0 mm`."""
+    found = _NUMBER_UNIT.match(narrow(text))
+    return found is not None and is_unit((found["unit"] or "?").strip("()[] "))
 
 
 def heading_of_a_size(text: str) -> Heading:
@@ -311,6 +317,16 @@ def _size(name: str, number: str, unit: str | None, said: str, mark: str = ".") 
     )
     grouped = other if grouped else 0.0
     return (key, Size(converted, said, grouped=grouped)) if converted > 0.0 or key in CONSTANTS else None
+
+
+def _bare(unit: str | None) -> str:
+    """A unit without brackets, and without a word in brackets behind it: `um (nominal)`.
+
+    A number in such brackets stays, since it may be the one that counts.
+    """
+    found = re.fullmatch(r"(?P<unit>[^()]*?)\s*\((?P<remark>[^()\d]+)\)", unit or "")
+    remark = found is not None and not may_be_unit(found["remark"])
+    return (found["unit"] if remark else unit or "").strip("()[];, ")
 
 
 def _amount(number: str, mark: str) -> tuple[float, float]:

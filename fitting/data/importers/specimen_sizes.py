@@ -2,13 +2,13 @@
 file."""
 
 import math
-import re
 from collections.abc import Mapping
 
 from ..recordings.sidecar import implausible_size
 from ..recordings.table import unusable
 from .making import Making
 from .rounding import shortest
+from .size_names import names_the_mean
 from .sizes import SAME
 
 AREAS = (("area_mm2",), ("diameter_mm",), ("width_mm", "thickness_mm"))
@@ -154,8 +154,16 @@ def geometry_of_file(making: Making) -> dict[str, float]:
             _notice_dimension(making, key, "the " + worded(key), quiet=False)
     if making.kind == "spring" and "mandrel_diameter_mm" not in making.options.dimensions:
         geometry |= _mandrel(making, {**geometry, **making.options.dimensions})
+    known = {**geometry, **making.options.dimensions}
+    if making.kind == "tube" and "length" in making.sizes and "length_mm" not in known:
+        size = making.sizes["length"]
+        making.warn(
+            f"the length is {size.value:.6g} mm, as the file states ({size.said!r}): right if that is the"
+            " tube's at rest (--dimension length_mm=... corrects it)"
+        )
+        geometry["length_mm"] = size.value
     if making.kind == "tube" and "inner_diameter_mm" in making.sizes:
-        geometry |= _by_bore(making, {**geometry, **making.options.dimensions})
+        geometry |= _by_bore(making, known)
     return geometry
 
 
@@ -202,8 +210,8 @@ def _mandrel(making: Making, known: Mapping[str, float]) -> dict[str, float]:
     Diameters that contradict a stated mandrel, or each other, are asked about.
     """
     wire, mandrel, taken = known.get("wire_diameter_mm"), known.get("mandrel_diameter_mm"), ""
+    option = "--dimension mandrel_diameter_mm=..."
     for key in (key for key in _WIRES_ACROSS if key in making.sizes):
-        option = "--dimension mandrel_diameter_mm=..."
         said = f"the file states {making.sizes[key].said!r}"
         if wire is None and _WIRES_ACROSS[key]:
             making.warn(f"{said}, but no wire diameter, so no mandrel follows from it; state {option}")
@@ -239,15 +247,11 @@ def _mandrel_by(making: Making, key: str, wire: float) -> float:
     return mandrel
 
 
-_MEAN = re.compile(r"mean|mittler|moyen|medio|average|avg|平均|中径|\bdm\b", re.IGNORECASE)
-"""Words of a coil's diameter that is the mean one."""
-
-
 def _say_mandrel(making: Making, key: str, mandrel: float, wire: float) -> None:
     """Tell the mandrel that a diameter of the coil makes; ask where that may be the outer one."""
     said = making.sizes[key].said
     text = f"the mandrel diameter is {mandrel:.6g} mm, by the coil that the file states ({said!r})"
-    if key != "coil_diameter_mm" or _MEAN.search(said):
+    if key != "coil_diameter_mm" or names_the_mean(said):
         making.say(f"{text} and its wire" if _WIRES_ACROSS[key] else text)
         return
     outer = f" ({mandrel - wire:.6g} mm if it is the outer one)" if mandrel > wire else ""

@@ -97,7 +97,10 @@ WORDS: dict[str, tuple[str, ...]] = {
         "input pressure", "pressure measured", "measured pressure", "p", "p abs", "p gauge", "p rel",
         "pressione", "druk", "presión", "pressão", "tryck", "ciśnienie", "圧力", "압력", "давление",
     ),
-    "length": ("length", "actuator length", "tube length", "länge", "longueur"),
+    "length": (
+        "length", "actuator length", "tube length", "länge", "longueur", "长度", "長さ", "길이", "длина",
+        "lunghezza", "longitud",
+    ),
     "curvature": ("curvature", "kappa", "κ", "krümmung", "courbure"),
     "bend_angle": (
         "bend angle", "bending angle", "tip angle", "deflection angle", "biegewinkel", "bend", "angle",
