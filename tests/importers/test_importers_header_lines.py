@@ -126,6 +126,8 @@ def test_a_sheet_of_parameters_is_asked_about(put_sheet):
     assert recording.geometry == {"wire_diameter_mm": 0.25, "active_coils": 45.0}
     (asked,) = checks(recording)
     assert "'Windungen gesamt 47' may state a size" in asked
+    assert any(note.endswith("[source]: 'Probe A7'") for note in recording.notices)
+    assert recording.source["other_sheets"][0] == "Probe A7"
 
 
 def test_two_quantities_of_a_tube_in_one_line_are_asked_about(read):

@@ -15,8 +15,8 @@ from .specimen_sizes import OF_KIND
 from .spelling import dimension, narrow
 from .tables import NO_NUMBERS
 
-HEADER, FOOTER = "header", "footer"
-"""Keys of `[source]` that hold the lines above and below a table."""
+HEADER, FOOTER, SHEETS = "header", "footer", "other_sheets"
+"""Keys of `[source]` that hold the lines above and below a table, and on sheets without a test."""
 MOST_SHOWN = 12
 """Maximum number of kept lines that a notice quotes, so that it stays readable."""
 MOST_ASKED = 6
@@ -54,19 +54,19 @@ def say_header(sample: Sample, making: Making) -> dict[str, list[str]]:
         making: state of the import after all other notices.
 
     Returns:
-        Lines above and below the table, for `[source]`; nothing where there is none.
+        Lines for `[source]`, by the keys above; nothing where there is none.
     """
     grid = sample.require_grid()
     above, below = [[c for row in rows if (c := filled_cells(row))] for rows in (grid.preamble, grid.below)]
-    around = [*above, *below]
     elsewhere = [cells for row in sample.elsewhere if (cells := filled_cells(row))]
+    around = [*above, *below, *elsewhere]
     told = _Told((text for text in making.notices if NO_NUMBERS not in text), around)
     unread: dict[str, str] = {}
     perhaps: list[str] = []
     offered: dict[str, str] = {}
     spare: list[str] = []
     kept: list[str] = []
-    for cells in (*around, *elsewhere):
+    for cells in around:
         for part in told.rest(cells):
             size, sizes = _size_in(part), sizes_read(part)
             if sizes and all(_repeats(one, making, told) for one in sizes):
@@ -74,7 +74,7 @@ def say_header(sample: Sample, making: Making) -> dict[str, list[str]]:
             if _is_of_no_account(size, bool(sizes), making):
                 if sizes:
                     spare.append(shown(part))
-                elif cells in around and cells[0] not in STATED and re.search(r"\w", " ".join(part)):
+                elif cells[0] not in STATED and re.search(r"\w", " ".join(part)):
                     kept.append(shown(part))
             elif size and not sizes:
                 unread[shown(part)] = size
@@ -88,9 +88,9 @@ def say_header(sample: Sample, making: Making) -> dict[str, list[str]]:
     if kept:
         making.say(f"other lines around the table, kept in the sidecar under [source]: {_some(kept)}")
     done = {}
-    for key, rows in ((HEADER, above), (FOOTER, below)):
+    for key, rows in ((HEADER, above), (FOOTER, below), (SHEETS, elsewhere)):
         if len(rows) > MOST_KEPT:
-            making.warn(f"of {len(rows)} lines of the {key} the first {MOST_KEPT} are kept in the sidecar")
+            making.warn(f"of {len(rows)} lines ({key}) the first {MOST_KEPT} are kept in the sidecar")
         if rows:
             done[key] = [_line(cells) for cells in rows[:MOST_KEPT]]
     return done
