@@ -199,3 +199,9 @@ def test_names_of_sizes_are_read_part_by_part():
         assert size_named(name) is None, name
     assert may_name_a_size("Windungen gesamt") and may_name_a_size("L/D") and may_name_a_size("final length")
     assert not any(map(may_name_a_size, ("Sample number", "Rate 1", "Load cell", "Operator", "Specimen ID", "Number of cycles")))
+
+
+@pytest.mark.parametrize("line", ["x" + " " * 5000 + "y", "length" * 5000, "径" * 9000, "1 ± " * 2000, "x " + "12 " * 5000, "a:" * 9000])
+def test_a_long_line_is_named(read, line):
+    """Runs of spaces took time with the square of their number; words are read by recursion."""
+    assert any(note.startswith("other lines around the table") for note in read(line + "\n# spring\n" + SPRING).notices)

@@ -10,7 +10,16 @@ from .labview import STATED
 from .making import Making
 from .parts import Sample
 from .size_names import may_name_a_size, size_named
-from .sizes import CONSTANTS, Size, filled_cells, heading_of_a_size, key_named, sizes_read, statements
+from .sizes import (
+    CONSTANTS,
+    LONGEST,
+    Size,
+    filled_cells,
+    heading_of_a_size,
+    key_named,
+    sizes_read,
+    statements,
+)
 from .specimen_sizes import OF_KIND
 from .spelling import dimension, narrow
 from .tables import NO_NUMBERS
@@ -236,7 +245,7 @@ def _name_and_value(cells: list[str]) -> tuple[str, str]:
     """Name and value of a line, from its cells or at its colon or equals sign. Other lines are all value."""
     if len(cells) > 1 and not _STATED.search(narrow(cells[0])):
         return heading_of_a_size(narrow(cells[0]).strip("#%!/* :=")).name, " ".join(cells[1:])
-    found = _NAMED.match(narrow(" ".join(cells)).strip("#%!/* "))
+    found = _NAMED.match(narrow(" ".join(cells)[:LONGEST]).strip("#%!/* "))
     return (heading_of_a_size(found["name"]).name, found["value"]) if found else ("", " ".join(cells))
 
 

@@ -93,6 +93,8 @@ _NOUNS = frozenset({
     "diameter", "length", "gauge length", "width", "thickness", "area", "pitch", "counted", "coils",
     "mandrel",
 })  # fmt: skip
+_LONGEST = 60
+"""Maximum number of letters of a word that is read: more than twice those of `Windungsaußendurchmesser`."""
 _LONG = 5
 """Minimum number of letters of a part that ends an unknown compound by more than chance."""
 _SIZES: dict[frozenset[str], str] = {
@@ -184,8 +186,8 @@ def _parts(word: str) -> tuple[str, ...] | None:
     """Roles of the parts of a word, the longest parts first; None where they do not make up the word."""
     if word in _ALONE:
         return _ALONE[word]
-    if not word:
-        return ()
+    if not word or len(word) > _LONGEST:
+        return None if word else ()
     for end in range(min(len(word), _MOST), 0, -1):
         if (role := _ROLE.get(word[:end])) is None:
             continue

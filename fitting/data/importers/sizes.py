@@ -135,6 +135,8 @@ _BETWEEN_SIZES = re.compile(r"\s*[;,](?!\d)\s*")
 _NUMBER_UNIT = re.compile(rf"^(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$")
 
 
+LONGEST = 200
+"""Maximum number of letters of a text that states a size."""
 SAME = 0.02
 """Maximum relative difference of two statements of one size that agree. Calipers read to a percent or two."""
 _MOST_ROWS = 60  # Maximum number of specimens in a table of dimensions, and of lines above it
@@ -193,8 +195,8 @@ def sizes_in(rows: Sequence[Sequence[str]], decimal: str = ".") -> Sizes:
 
 
 def filled_cells(row: Sequence[str]) -> list[str]:
-    """The filled fields of a line, without quotation marks."""
-    return [text for cell in row if (text := cell.strip().strip('"'))]
+    """The filled fields of a line, without quotation marks and repeated spaces."""
+    return [text for cell in row if (text := " ".join(cell.split()).strip('"'))]
 
 
 def statements(cells: Sequence[str]) -> list[str]:
@@ -246,6 +248,8 @@ def _of_cells(cells: list[str], mark: str) -> tuple[str, Size] | None:
 
 def _of_text(text: str, mark: str) -> tuple[str, Size] | None:
     """Dimensions in one cell or line: `Cylinder Diameter: 50mm`, or `mandrel 20 mm` with its unit."""
+    if len(text) > LONGEST:
+        return None
     found = _IN_ONE.match(_without_tolerance(_PREFIX.sub("", narrow(text).rstrip("; ,"))))
     if found is None:
         return None

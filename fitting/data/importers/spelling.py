@@ -189,8 +189,9 @@ def narrow(text: str) -> str:
 
 def parse_heading(text: str) -> Heading:
     """Split `Load (N)`, `Strain [-]`, `Force / kN`, `Strain %`, `Load, N`, `force_mN` into name and unit."""
-    if narrow(text) != text:
-        return replace(parse_heading(narrow(text)), text=text)
+    plainly = re.sub(r"\s{2,}", " ", narrow(text))  # the patterns below take long over a run of spaces
+    if plainly != text:
+        return replace(parse_heading(plainly), text=text)
     nested = _NESTED.search(text)
     if nested and _REFERENCE.match(_normalised(nested[1])):
         return _heading(text, text[: nested.start()], nested[1])
