@@ -5,7 +5,7 @@ from types import TracebackType
 
 from tqdm import tqdm
 
-from fitting.inference.progress import PlainLines, duration
+from fitting.inference.progress import PlainLines, columns, duration
 
 
 class Rate:
@@ -25,7 +25,7 @@ class Rate:
         self._lines = PlainLines(subject, shown=None if shown else False)
         self._bar = tqdm(
             total=total, initial=before, desc=subject, unit=f" {unit}", unit_scale=True, leave=False,
-            disable=None if shown else True,
+            disable=None if shown else True, ncols=columns(),
         )  # fmt: skip
 
     def __enter__(self) -> "Rate":

@@ -1,8 +1,11 @@
 """Progress display of long computations: a moving line at a terminal, else occasional plain lines."""
 
+import itertools
+import os
 import sys
 import threading
 import time
+from collections.abc import Callable, Sequence
 from types import TracebackType
 
 from pneusma_jax.errors import counted
@@ -11,6 +14,23 @@ EVERY_S = 30.0
 """Seconds between plain lines, often enough to show progress and seldom enough for a log."""
 _LOOKS = 6
 """Number of times in this interval at which a long step is looked at."""
+
+REFRESH_S = 1.0
+"""Seconds between two drawings of a moving line, so that its time moves while a step lasts."""
+COLUMNS = 80
+"""Columns of a moving line at a terminal that does not know its width."""
+
+
+def columns() -> int | None:
+    """Columns of a moving line; None where it has those of the terminal.
+
+    A terminal may say that it has no columns, as one in `script` or in a container does. A line would then
+    have no place.
+    """
+    try:
+        return None if os.get_terminal_size(sys.stderr.fileno()).columns > 0 else COLUMNS
+    except (OSError, ValueError):  # no terminal, or a stream without a file
+        return None
 
 
 class PlainLines:
@@ -87,26 +107,36 @@ class Steps:
         from tqdm import tqdm
 
         self._lines, self._count, self._total, self._unit = PlainLines(subject, every=every), 0, total, unit
-        form = "{elapsed}  {desc}" if plain else None
+        self._plain, form = plain, "{elapsed}  {desc}" if plain else None
         self._bar = tqdm(
-            desc=subject, total=total, unit=f" {unit}s", bar_format=form, leave=False, disable=None
-        )
+            desc=subject, total=total, unit=f" {unit}s", bar_format=form, leave=False, disable=None,
+            ncols=columns(),
+        )  # fmt: skip
+        self._ended = threading.Event()
         self._show = self._bar.set_description_str if plain else self._bar.set_postfix_str
 
     def __enter__(self) -> "Steps":
         self._lines.__enter__()
+        if not self._bar.disable:
+            threading.Thread(target=self._move, name="moving line", daemon=True).start()
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self._lines.__exit__(kind, error, trace)
+        self._ended.set()
         self._bar.close()
+
+    def _move(self) -> None:
+        """Draw the moving line again and again; a closed one is not drawn."""
+        while not self._ended.wait(REFRESH_S):
+            self._bar.refresh()
 
     def __call__(self, text: str) -> None:
         """Show the step that begins."""
         self.done()
         self._show(text)
         of_all = "" if self._total is None else f" of {self._total}"
-        self._lines.say(f"{text} ({self._unit} {self._count}{of_all})")
+        self._lines.say(text if self._plain else f"{text} ({self._unit} {self._count}{of_all})")
 
     def say(self, text: str) -> None:
         """Show a word of the running step, and how many are done where their number is known."""
@@ -119,6 +149,32 @@ class Steps:
         """Some more steps are done."""
         self._count += count
         self._bar.update(count)
+
+
+class Stages:
+    """Words of work in stages: which of how many runs, and which of its parts begins.
+
+    Args:
+        progress: called with the words, as `Steps` is.
+        units: what is counted in each stage, in the order of the stages: `"fit"`, `"profile"`.
+    """
+
+    def __init__(self, progress: Callable[[str], None], units: Sequence[str]):
+        self._progress, self._units = progress, tuple(units)
+
+    def of(self, unit: str, total: int | None = None) -> Callable[[str], None]:
+        """What a stage calls with a word for each part that begins.
+
+        Args:
+            unit: one of the stages, by what is counted in it.
+            total: number of its parts; None where it is unknown.
+
+        Raises:
+            ValueError: if there is no such stage.
+        """
+        stage, begun = f"stage {self._units.index(unit) + 1} of {len(self._units)}", itertools.count(1)
+        of_all = "" if total is None else f" of {total}"
+        return lambda word: self._progress(f"{stage}, {unit} {next(begun)}{of_all}: {word}")
 
 
 def duration(seconds: float) -> str:

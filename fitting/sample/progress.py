@@ -5,7 +5,7 @@ from types import TracebackType
 
 from tqdm import tqdm
 
-from fitting.inference.progress import PlainLines, duration
+from fitting.inference.progress import PlainLines, columns, duration
 
 from .convergence import BURN_LENGTHS, LENGTHS, Convergence
 
@@ -27,6 +27,7 @@ class SamplingBar:
         self._bar = tqdm(
             desc="sampling", unit=" steps", total=budget, initial=done, disable=disable, leave=False,
             bar_format="{desc}: {percentage:3.0f}% |{bar}| {n_fmt}/{total_fmt} steps{postfix}",
+            ncols=columns(),
         )  # fmt: skip
 
     def __enter__(self) -> "SamplingBar":

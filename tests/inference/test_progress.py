@@ -1,5 +1,12 @@
 """What long commands say: nothing but the bar at a terminal, a plain line now and then in a log."""
 
+import fcntl
+import os
+import pty
+import struct
+import subprocess
+import sys
+import termios
 import threading
 import time
 
@@ -125,3 +132,55 @@ def test_sampling_says_in_a_log_what_was_judged(clock, capsys, tau, lengths, lef
     judged = f"250 effective samples, {lengths} of 50 autocorrelation times, R-hat 1.020, about {left} left"
     line = f"sampling, 40 s: 200 steps of at most 1000; when last judged: {judged}"
     assert capsys.readouterr().err.splitlines() == [line]
+
+
+def test_stages_say_which_of_how_many_runs_and_which_part_of_it_begins():
+    lines = []
+    stages = told.Stages(lines.append, ("fit", "profile"))
+    fits, profiles = stages.of("fit"), stages.of("profile", 22)
+    for progress, word in ((fits, "from the table"), (fits, "from draw 1"), (profiles, "G_m"), (stages.of("profile", 22), "G_m")):
+        progress(word)
+    assert lines == [
+        "stage 1 of 2, fit 1: from the table", "stage 1 of 2, fit 2: from draw 1",
+        "stage 2 of 2, profile 1 of 22: G_m", "stage 2 of 2, profile 1 of 22: G_m",
+    ]  # fmt: skip
+    with pytest.raises(ValueError, match="not in tuple"):
+        stages.of("law")
+
+
+def test_plain_steps_have_no_count_of_their_own_in_a_log(clock, capsys):
+    with told.Steps("fitting", plain=True) as progress:
+        clock[0] = 31.0
+        progress("stage 2 of 4, profile 3 of 22: G_m")
+    assert capsys.readouterr().err.splitlines() == ["fitting, 31 s: stage 2 of 4, profile 3 of 22: G_m"]
+
+
+def at_a_terminal(columns, code):
+    """What a process writes to a terminal of so many columns."""
+    main, end = pty.openpty()
+    fcntl.ioctl(end, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    try:
+        subprocess.run([sys.executable, "-c", code], stdin=end, stderr=end, stdout=subprocess.DEVNULL, check=True)
+        return os.read(main, 65536).decode()
+    finally:
+        os.close(main)
+        os.close(end)
+
+
+@pytest.mark.parametrize("columns", [0, 100])
+@pytest.mark.parametrize(
+    ("form", "said"),
+    [("Steps('fitting', plain=True)", "stage 2 of 4, profile 3 of 22: G_m"), ("Steps('fitting')", "stage 2 of 4, profile 3 of 22: G_m")],
+)
+def test_a_terminal_shows_the_step_even_if_it_does_not_know_its_width(columns, form, said):
+    """At a terminal without columns minutes of fitting passed without a word."""
+    code = f"from fitting.inference.progress import Steps\nwith {form} as progress:\n    progress({said!r})"
+    assert said in at_a_terminal(columns, code)
+
+
+def test_the_time_of_a_long_step_moves_at_a_terminal():
+    code = (
+        "import time\nfrom fitting.inference import progress as told\ntold.REFRESH_S = 0.02\n"
+        "with told.Steps('fitting', plain=True) as progress:\n    progress('profile 3 of 22'); time.sleep(0.6)"
+    )
+    assert at_a_terminal(100, code).count("profile 3 of 22") > 10
