@@ -18,6 +18,9 @@ STAYED = 0.02
 TOGETHER = 0.97
 """Minimum correlation of parameters that are known only together."""
 
+ERROR = {False: "It has no error", True: "Its error, of the profile likelihood, has one side only"}
+"""Words on the error of a parameter at a bound, without and with a profile likelihood of its own."""
+
 
 def open_constants(
     fisher: Information,
@@ -25,6 +28,7 @@ def open_constants(
     start: Mapping[str, float],
     absent: Mapping[str, str] | None = None,
     natural_ends: Set[str] = frozenset(),
+    profiled: Set[str] = frozenset(),
     needed: Callable[[str], str] = lambda _: "these recordings do not show it",
     reach: Callable[[Sequence[str]], str] = lambda _: "these recordings",
 ) -> list[dict[str, Any]]:
@@ -36,6 +40,8 @@ def open_constants(
         start: values before the fit, SI.
         absent: parameters whose bound means that there is nothing, with a sentence each.
         natural_ends: names of parameters whose ranges end at forms of their own, such as a linear one.
+        profiled: names of parameters whose profile likelihood gives an error. At a bound it has one side;
+            any other parameter at a bound has none.
         needed: function that says why the recordings do not show a parameter.
         reach: function that names the recordings about some parameters, and how far they go.
 
@@ -46,31 +52,32 @@ def open_constants(
     absent = absent or {}
     stopped = [name for name, fixed in zip(fisher.names, fisher.fixed, strict=True) if fixed]
     entries = [
-        _end_of_range(name, parameters[name].value)
+        _end_of_range(name, parameters[name].value, name in profiled)
         if name in natural_ends
-        else _bound(name, absent.get(name))
+        else _bound(name, absent.get(name), name in profiled)
         for name in stopped
     ]
     alone, covered = _alone(fisher, parameters, start, needed)
     return entries + alone + _loose(fisher, covered, reach) + _together(fisher, reach)
 
 
-def _end_of_range(name: str, value: float) -> dict[str, Any]:
+def _end_of_range(name: str, value: float, profiled: bool) -> dict[str, Any]:
     text = (
-        f"{name} is at {value:g}, an end of its range, which is a form of its own. It has no error, and the "
-        "other errors hold if it is truly there."
+        f"{name} is at {value:g}, an end of its range, which is a form of its own. {ERROR[profiled]}, and "
+        "the other errors hold if it is truly there."
     )
     return {"kind": "end_of_range", "parameters": [name], "text": text}
 
 
-def _bound(name: str, absent: str | None) -> dict[str, Any]:
+def _bound(name: str, absent: str | None, profiled: bool) -> dict[str, Any]:
+    one_sided = {"one_sided": profiled}
     if absent:
-        return {"kind": "absent", "parameters": [name], "text": absent}
+        return {"kind": "absent", "parameters": [name], "text": f"{absent} {ERROR[profiled]}."} | one_sided
     text = (
         f"{name} stopped at its bound: the data, or another cause of misfit, pull it further than it may go. "
-        "It has no error, and the other errors hold if it is truly there."
+        f"{ERROR[profiled]}, and the other errors hold if it is truly there."
     )
-    return {"kind": "at_bound", "parameters": [name], "text": text}
+    return {"kind": "at_bound", "parameters": [name], "text": text} | one_sided
 
 
 def _alone(

@@ -86,6 +86,11 @@ class Profile:
     cut: bool = False
 
     @property
+    def gives_interval(self) -> bool:
+        """True if it has points beside the fit."""
+        return len(self.value) > 1
+
+    @property
     def parabola(self) -> np.ndarray:
         """Rise that the standard error stands for, shape (points,)."""
         return ((self.value - self.value[np.argmin(self.rise)]) / self.sd) ** 2
@@ -284,6 +289,11 @@ class Profile:
             rise_by_data=None if self.rise_by_data is None else more(self.rise_by_data, rises),
             visited=(),
         )
+
+
+def with_intervals(found: Mapping[str, Profile]) -> frozenset[str]:
+    """Names of the parameters whose profile gives an interval."""
+    return frozenset(name for name, profile in found.items() if profile.gives_interval)
 
 
 def lower_end(found: Mapping[str, Profile]) -> tuple[str, Mapping[str, float]] | None:

@@ -103,7 +103,7 @@ def profile_likelihoods(
         fit: function that fits with some parameters held; called once with none.
         again: the same with everything decided anew, tried where `fit` stops early.
         units: rise of chi-square that counts as one standard deviation, 1 where nobody says more.
-        progress: called with the name of each parameter that is done.
+        progress: called with the name of each parameter that begins.
         leave: true to end with the first profile that falls below the fit: who asks begins anew there.
 
     Returns:
@@ -124,7 +124,7 @@ def profile_likelihoods(
     found: dict[str, Profile] = {}
     work = _Work()
     for name in names:
-        progress(f"profile of {name}")
+        progress(name)
         work.begin()
         unit = (units or {}).get(name, 1.0)
         search = _Search(

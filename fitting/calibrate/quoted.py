@@ -60,7 +60,7 @@ def estimate(
     """Quoted value and errors of one parameter, in the unit of files; see `estimates`."""
     sd = np.nan if entry.standard_error is None else entry.standard_error * np.sqrt(unit)
     mean = float(np.mean(np.sqrt((levels or {}).get(90, ALIKE))))
-    profiled = profile is not None and len(profile.value) > 1
+    profiled = profile is not None and profile.gives_interval
     if profiled:
         interval = {percent: profile.quoted(percent, (levels or {}).get(percent, ALIKE)) for percent in RISES}
         determined = _determined(entry, profile, interval[90])

@@ -79,7 +79,7 @@ def characterise_command(
     loaded = load_model(model) if model else None
     check_free(out, force)
     prepare()
-    with Steps("fitting") as progress:
+    with Steps("fitting", plain=True) as progress:
         result = characterise(
             recordings,
             law=law,

@@ -10,7 +10,7 @@ from fitting.calibrate.profile_likelihood import ALIKE, RISES, Profile
 from fitting.calibrate.profile_search import FITS
 from fitting.calibrate.quoted import KELVIN
 from fitting.calibrate.result import Estimate
-from pneusma_jax.units import amount, from_si
+from pneusma_jax.units import amount, from_si, to_si
 
 from . import figures as house
 from .report import Picture
@@ -61,8 +61,8 @@ def figure(result: Profiled) -> Figure:
             fine = centre + np.linspace(-reach, reach, 121)
             fine = fine[(fine >= profile.value.min()) & (fine <= profile.value.max())]
             panel.plot(_in_file(fine, unit), ((fine - centre) / profile.sd) ** 2, "--", color=house.GREY)
-        for end in profile.quoted(90):
-            panel.axvline(_in_file(end, unit), color=house.GREY, linewidth=0.8)
+        for end in result.parameters[name].interval.get(90, ()):
+            panel.axvline(end, color=house.GREY, linewidth=0.8)
         panel.set_xlabel(f"{name} [{unit}]")
         panel.set_ylabel("rise of chi-square [1]")
         panel.set_ylim(bottom=-0.2)
@@ -132,14 +132,21 @@ def interval(result: Profiled, name: str) -> str:
 
 
 def document(result: Profiled) -> dict[str, Any]:
-    """Numbers of every profile, for `report.json`."""
+    """Numbers of every profile, for `report.json`; intervals are those that are quoted."""
     return {
-        name: {"value_SI": list(p.value), "rise": list(p.rise), "interval_68_SI": list(p.interval()),
-               "interval_90_SI": list(p.quoted(90)), "rise_per_sd": p.unit,
+        name: {"value_SI": list(p.value), "rise": list(p.rise),
+               "interval_68_SI": _in_si(result.parameters[name], 68),
+               "interval_90_SI": _in_si(result.parameters[name], 90), "rise_per_sd": p.unit,
                "stopped": [bool(x) for x in p.stopped], "curved": p.curved, "below_the_fit": p.below,
                "ended_early": p.cut}
         for name, p in result.profiles.items()
     }  # fmt: skip
+
+
+def _in_si(estimate: Estimate, percent: int) -> list[float]:
+    """Ends of a quoted interval, SI; empty where there is none."""
+    unit, ends = estimate.unit, estimate.interval.get(percent, ())
+    return [float(to_si(end, unit, unit == KELVIN)) for end in ends]
 
 
 def _in_file(value: np.ndarray | float, unit: str) -> np.ndarray | float:

@@ -304,7 +304,7 @@ class Augmented(Model):
             if entry.at_bound and not spec.shape and abs(entry.value - spec.neutral) <= 1e-6 * spec.high:
                 found[name] = (
                     f"{name} ended at {spec.neutral:g}, where {slug} is absent: these recordings do not ask "
-                    "for it. It has no error."
+                    "for it."
                 )
         return found
 

@@ -1,9 +1,14 @@
 """Commands that may take long say in a log what they do."""
 
+from importlib import resources
+from pathlib import Path
+
 import pytest
 
 from fitting.inference.progress import PlainLines
 from pneusma_jax.errors import InputError
+
+TUBE = str(Path(str(resources.files("calibration_data"))) / "examples" / "tube")
 
 
 def stopped(*given, progress=None, **named):
@@ -17,6 +22,7 @@ def stopped(*given, progress=None, **named):
     ("command", "work", "said"),
     [
         (["invert", "--design", "pneusma2", "--curvature-1pm", "40"], "fitting.invert.Inverse", "compiling"),
+        (["characterise", TUBE, "--out", "out"], "fitting.calibrate.registry.characterise", "a step"),
         (["plan", "--out", "out"], "fitting.plan.plan_campaign", "a step"),
         (["workspace", "--design", "pneuflex_s", "--out", "out"], "fitting.simulate.workspace.compute_workspace", "states of pneuflex_s"),
         (["reproduce", "--out", "out"], "validation.reproduction.reproduce", "a step"),

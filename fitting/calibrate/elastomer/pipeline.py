@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign
+from fitting.inference.progress import Stages
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.precision import require_float64
 from pneusma_jax.units import from_si
@@ -158,8 +159,10 @@ def characterise_elastomer(
     engine = Engine(samples, adjust, seed)
     narrow = samples.fitted & (samples.strain >= ACTUATOR_STRAIN[0]) & (samples.strain <= ACTUATOR_STRAIN[1])
     past = _goes_past(samples, narrow)
-    whole = analyse(engine, laws, samples.fitted, for_actuator=not past, progress=progress)
-    actuator = analyse(engine, laws, narrow, for_actuator=True, progress=progress) if past else whole
+    scopes = ("law", "law for an actuator") if past else ("law",)
+    told = [Stages(progress, scopes).of(scope, len(laws)) for scope in scopes]
+    whole = analyse(engine, laws, samples.fitted, for_actuator=not past, progress=told[0])
+    actuator = analyse(engine, laws, narrow, for_actuator=True, progress=told[1]) if past else whole
     weights = {ranked.name: ranked.weight for ranked in actuator.choice.ranked}
     chosen_for_actuator = actuator.choice.chosen
     possible = {

@@ -129,7 +129,7 @@ def fit_campaign(
     """
     recordings, rows, parameters = tuple(recordings), list(rows), parameters.copy()
     model = model or specimen_of(recordings[0].kind)
-    progress("fit")
+    progress("from all starts" if starts > 1 else "from the table's values")
     result = _fit(model, recordings, rows, parameters, starts, seed)
     further = (starts, seed, progress)
     ends = tuple(float(x) for x in result.start_chi_squares)
@@ -176,7 +176,7 @@ def gone_on(
         values: values to start from, SI.
         progress: called with a word for each fit that begins.
     """
-    progress("fit from elsewhere")
+    progress("from the lowest place of a profile")
     rows = list(fit.rows)
     result = _fit(fit.model, fit.recordings, rows, fit.result.parameters.at(values), 1, 0)
     before = _fit(fit.model, fit.recordings, rows, fit.result.parameters.at(fit.result.values), 1, 0)
@@ -199,7 +199,7 @@ def beside_zeros(
         sizes: sizes of the zeros by output.
         progress: called with a word when it begins.
     """
-    progress("zeros of instruments")
+    progress("beside zeros of instruments")
     rows = [correlated(one, sizes) for one in fit.rows]
     begin = fit.result.parameters.at(fit.result.values)
     result = _fit(fit.model, fit.recordings, rows, begin, 1, 0)
@@ -223,7 +223,7 @@ def _settled(
     fit = replace(fit, correlation_time=correlation_time(misfits))
     factor = inflation_of(reduced, misfits)
     if factor > 1.0:
-        progress("errors")
+        progress("with the noise as found")
         begin = result.parameters.at(result.values)
         result = _fit(model, recordings, inflated(rows, factor), begin, 1, 0)
         fit = replace(fit, result=result, inflation=factor)
@@ -255,7 +255,7 @@ def _searched(
         misfits = missed(result)
         if starts < 2 or not (misfits or result.status is Status.STALLED):
             break
-        progress("further starts")
+        progress("from further starts")
         begin = result.parameters.at(result.values)
         fresh = starts if misfits else _about(result, starts - 1, seed + draw)
         other = _fit(model, recordings, rows, begin, fresh, seed + draw)

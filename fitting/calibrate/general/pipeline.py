@@ -9,12 +9,13 @@ import numpy as np
 
 from fitting.calibrate.information import Information, with_errors
 from fitting.calibrate.open_constants import open_constants
-from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end
+from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end, with_intervals
 from fitting.calibrate.quoted import KELVIN, estimates, of_prior_alone
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, Recording, all_real
 from fitting.inference.lasting_noise import SURE_OF_WHITE, Lasting, side_variances_by_name
 from fitting.inference.parameters import Parameters
+from fitting.inference.progress import Stages
 from fitting.specimens import Specimen, priors
 from fitting.specimens.refitted import refitted
 from fitting.specimens.saved_models import AugmentedModel
@@ -29,6 +30,9 @@ from .fit import GeneralFit, beside_zeros, fit_campaign, gone_on
 from .information import Repeat, held_back, informed, repeats
 from .profiles import profiles
 from .scores import Score, scores
+
+FITS, PROFILE = "fit", "profile"
+"""What is counted in each stage of a characterisation."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +159,7 @@ def characterise_general(
         InputError: if the recordings or options cannot be used, in one line.
     """
     require_float64()
-    progress("reading")
+    told = Stages(progress, (FITS, PROFILE) if profile else (FITS,))
     recordings = campaign.fittable(specimen.kind)
     predictor = model or specimen
     doubtful = {} if model or held else specimen.unseen(campaign, **options)
@@ -164,11 +168,11 @@ def characterise_general(
     rows = predictor.rows_for(campaign, **options)
     if model is not None:
         rows = model.prepared(start, rows)
-    fit = fit_campaign(recordings, rows, parameters, starts, seed, progress, predictor)
+    fits = told.of(FITS)
+    fit = fit_campaign(recordings, rows, parameters, starts, seed, fits, predictor)
     unseen = {} if model else _held(specimen, campaign, options, fit.result.parameters)
-    progress("information")
-    begun = _beside_zeros(_informed(fit, unseen), unseen, progress)
-    ended, found = _profiled(begun, unseen, profile, progress)
+    begun = _beside_zeros(_informed(fit, unseen), unseen, fits)
+    ended, found = _profiled(begun, unseen, profile, told)
     return _result(campaign, start, ended, found, options, seed, model)
 
 
@@ -244,27 +248,30 @@ def _profiled(
     begun: _Informed,
     unseen: Mapping[str, Quantity],
     profile: int | Sequence[str],
-    progress: Callable[[str], None],
+    told: Stages,
 ) -> tuple[_Informed, dict[str, Profile]]:
     """Profile likelihoods by parameter, and the fit, which goes on where a profile falls below it.
 
     Args:
         begun: the fit to begin with.
         unseen: constants that no recording shows, held at their table's values.
-        profile, progress: as of `characterise_general`.
+        profile: as of `characterise_general`.
+        told: progress of its stages.
     """
 
     def profiled(now: _Informed, leave: bool) -> tuple[dict[str, Profile], list[str]]:
         wanted = _wanted(now.fit, profile)
-        if wanted:
-            progress("profiles")
-        return profiles(now.fit, wanted, _by_name(now.information, now.lasting.variance), leave), wanted
+        if not wanted:
+            return {}, wanted
+        units = _by_name(now.information, now.lasting.variance)
+        return profiles(now.fit, wanted, units, leave, told.of(PROFILE, len(wanted))), wanted
 
     def gone_on_from(now: _Informed, _: str, lower: Mapping[str, float]) -> tuple[_Informed, bool]:
-        further = gone_on(now.fit, lower, progress)
+        fits = told.of(FITS)
+        further = gone_on(now.fit, lower, fits)
         if further.result is now.fit.result:
             return replace(now, fit=further), False
-        return _beside_zeros(_informed(further, unseen), unseen, progress), True
+        return _beside_zeros(_informed(further, unseen), unseen, fits), True
 
     ended, (found, _) = to_the_end(begun, profiled, gone_on_from)
     return ended, found
@@ -290,7 +297,7 @@ def _result(
     fit, fisher = ended.fit, ended.information
     fitted = fit.result.parameters
     absent, natural = (model.absent(fitted), model.natural_ends()) if model else ({}, frozenset())
-    left_open = open_constants(fisher, fitted, start, absent, natural)
+    left_open = open_constants(fisher, fitted, start, absent, natural, profiled=with_intervals(found))
     result = GeneralCharacterisation(
         campaign=campaign,
         identify=_identifies(fit.recordings),
@@ -376,6 +383,6 @@ def characterise_specimen(
     plain, words = specimen.simpler(campaign, **tables)
     asked = set(adjust or {}) & set(specimen.unseen(campaign, **tables))
     if plain and found.fit.misses and not asked:
-        progress(words)
+        common["progress"] = lambda word: progress(f"{words}, {word}")
         found = characterise_general(campaign, specimen, **common, held=True, **{**tables, **plain})
     return found

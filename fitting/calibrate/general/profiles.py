@@ -1,6 +1,6 @@
 """Profile likelihoods of wires, tubes and actuators: noise and decisions stay as they were at the fit."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from fitting.calibrate.profile_likelihood import Profile
@@ -14,6 +14,7 @@ def profiles(
     names: Sequence[str],
     units: Mapping[str, float] | None = None,
     leave: bool = False,
+    progress: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Profile]:
     """Profile likelihoods of several parameters, by name.
 
@@ -22,10 +23,12 @@ def profiles(
         names: names of free parameters that have one, or stand at a bound.
         units: rise of chi-square that counts as one standard deviation, by name.
         leave: true to end with the first that falls below the fit.
+        progress: called with the name of each that begins.
 
     Raises:
         InputError: if one is not free, or has no standard error.
     """
     result = fit.result
     known = (result.parameters, result.values, result.uncertainty)
-    return profile_likelihoods(names, *known, partial(fit_constrained, fit), units=units, leave=leave)
+    how = {"units": units, "leave": leave, "progress": progress}
+    return profile_likelihoods(names, *known, partial(fit_constrained, fit), **how)

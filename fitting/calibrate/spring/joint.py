@@ -96,7 +96,7 @@ def fit_jointly(
     """
     values = dict(staged)
     for _ in range(PROCESS_NOISE_ROUNDS):
-        progress("joint fit")
+        progress("from the first values")
         problem = problem.at(values).with_process_noise(values)
         result, problem = problem.fitted_with()
         values = result.values
@@ -123,7 +123,7 @@ def try_others(
     problem = problem.undecided() if anew else problem
     starts = list(joint.starts)
     for name, other in others.items():
-        progress(f"start from {name}")
+        progress(f"from {name}")
         starts.append(Start(name, *problem.at({**joint.values, **other}).fitted_with()))
     starts = _ranked(starts)
     if starts[0] is joint.starts[0]:
@@ -151,7 +151,7 @@ def retried(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> J
             break
         tried.add(worst[0])
         name = f"the tests without {problem.tests[worst[0]].name}"
-        progress(f"start from {name}")
+        progress(f"from {name}")
         rest, _ = problem.fitted_with(tests=[k for k in missed if k != worst[0]])
         start = Start(name, *problem.at(rest.values).fitted_with())
         starts = _ranked([*joint.starts, start])
@@ -228,7 +228,7 @@ def held_at_ends(joint: Joint, progress: Callable[[str], None] = lambda _: None)
     starts = []
     for end in _ends(joint):
         alike = [start.name for start in joint.starts if abs(_cost(start.result) - _cost(end.result)) < ALIKE]
-        progress(f"start from {end.name}, phases held")
+        progress(f"from {end.name}, phases held")
         held = end.problem.inflated(1.0).with_phases(levels).fitted_with()
         starts += [Start(f"{name}, phases held", *held) for name in alike]
     return _settled(tuple(_ranked(starts)), progress)
@@ -257,7 +257,7 @@ def beside_zeros(
     walks = walks.with_steady_cold_tests() if steady else walks
     for start in _ends(joint):
         name = start.name.removesuffix(how) + how
-        progress(f"start from {name}")
+        progress(f"from {name}")
         problem = start.problem.inflated(1.0).beside(sizes).with_walks_of(walks).at(start.result.values)
         starts.append(Start(name, *problem.fitted_with()))
     starts = _ranked(starts)
@@ -288,7 +288,7 @@ def _gone_on(
         known = start
         for _ in range(LOOSENED):
             name = f"{start.name}, {how}"
-            progress(f"start from {name}")
+            progress(f"from {name}")
             found = Start(name, *change(known.problem).fitted_with())
             if not _cost(found.result) < _cost(known.result) - ALIKE:
                 break
@@ -373,7 +373,7 @@ def _settled(starts: tuple[Start, ...], progress: Callable[[str], None]) -> Join
     time, reduced = correlation_time(misfit), best.reduced_chi_square or np.nan
     factor = inflation_of(reduced, misfit)
     if factor > 1.0:
-        progress("errors")
+        progress("with the noise as found")
         problem = problem.inflated(factor)
         best, problem = problem.fitted_with()
     return Joint(problem, with_errors(best, lambda p: information(problem, p)), starts, float(reduced), time)

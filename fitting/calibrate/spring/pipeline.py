@@ -13,7 +13,7 @@ from fitting.calibrate.assumed import notices_of
 from fitting.calibrate.combinations import Combination
 from fitting.calibrate.information import Information
 from fitting.calibrate.open_constants import open_constants
-from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end
+from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end, with_intervals
 from fitting.calibrate.quoted import estimates
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, all_real
@@ -21,6 +21,7 @@ from fitting.inference.lasting_noise import SURE_OF_WHITE, Lasting, Size, side_v
 from fitting.inference.lasting_noise.sizes import DRIFTS
 from fitting.inference.notes import joined
 from fitting.inference.parameters import Parameters
+from fitting.inference.progress import Stages
 from fitting.specimens import priors
 from fitting.specimens.specimen import EVERY
 from fitting.specimens.spring_rows import ALLOY
@@ -42,6 +43,8 @@ from .stand_tests import STATED, Phase, Softer, StandTest
 from .zeros import zeros
 
 STARTS = 3
+FITS, ZERO, PROFILE, LAST = "fit", "fit beside zeros", "profile", "step"
+"""What is counted in each stage of a characterisation."""
 ZEROS = 2
 """Rounds of estimating the sizes of zeros and fitting beside them."""
 
@@ -163,15 +166,20 @@ def characterise_spring(
     quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
     known = None if identify else Alloy(**{name: q.value for name, q in quantities.items()})
     readings = readings_of(recordings, phases, known, softer)
-    found, best = best_of_readings(campaign, readings, base, identify, adjust or {}, starts, seed, progress)
+    told = Stages(progress, (FITS, ZERO, *([PROFILE] if profile else []), LAST))
+    fits = told.of(FITS)
+    found, best = best_of_readings(campaign, readings, base, identify, adjust or {}, starts, seed, fits)
     chosen = found[best]
-    begun = _beside_zeros(chosen.single, progress)
-    single, (profiled, last) = _profiled_to_the_end(begun, profile, progress)
+    begun = _beside_zeros(chosen.single, told.of(ZERO))
+    single, (profiled, last) = _profiled_to_the_end(begun, profile, told)
     joint = spanned(single)
     tests = joint.problem.tests
     fitted = [test for test in tests if test.fitted]
-    progress("information")
+    closing = told.of(LAST, 2)
+    closing("what the tests tell")
     fisher = information(joint.problem, joint.parameters)
+    closing("the next test")
+    further = next_test(joint.problem, joint.parameters, fisher, identify)
     return SpringCharacterisation(
         title=campaign.title,
         identify=identify,
@@ -181,11 +189,11 @@ def characterise_spring(
         base=quantities,
         start=chosen.start,
         information=fisher,
-        identifiability=_identifiability(fisher, joint, chosen.start, fitted),
+        identifiability=_identifiability(fisher, joint, chosen.start, fitted, profiled),
         modes=tuple(other_modes(single)),
         profiles=with_other_fits(profiled, single),
         scores=tuple(scores(joint.problem, joint.values)),
-        next_test=next_test(joint.problem, joint.parameters, fisher, identify),
+        next_test=further,
         real=all_real(recordings),
         notices=(
             *order(found, best),
@@ -218,25 +226,30 @@ def _held(joint: Joint) -> list[str]:
 
 
 def _identifiability(
-    fisher: Information, joint: Joint, start: Mapping[str, float], fitted: Sequence[StandTest]
+    fisher: Information,
+    joint: Joint,
+    start: Mapping[str, float],
+    fitted: Sequence[StandTest],
+    profiled: Mapping[str, Profile],
 ) -> list[dict[str, Any]]:
     """Constants that stay open, the tests that would show them, and those that do."""
     needed, reach = partial(why_not_shown, fitted), partial(informing_tests, fitted)
-    return open_constants(fisher, joint.parameters, start, needed=needed, reach=reach)
+    own = with_intervals(profiled)
+    return open_constants(fisher, joint.parameters, start, profiled=own, needed=needed, reach=reach)
 
 
 def _profiled_to_the_end(
-    single: Joint, profile: int | Sequence[str], progress: Callable[[str], None]
+    single: Joint, profile: int | Sequence[str], told: Stages
 ) -> tuple[Joint, tuple[dict[str, Profile], Lasting]]:
     """A fit that no profile finds a lower chi-square for, and `_profiled` of it."""
 
     def again(now: Joint, name: str, lower: Mapping[str, float]) -> tuple[Joint, bool]:
-        found = try_others(now, {f"the profile of {name}": lower}, progress)
+        found = try_others(now, {f"the profile of {name}": lower}, told.of(FITS))
         if found.starts[0] is now.starts[0]:
             return found, False
-        return _beside_zeros(found, progress), True
+        return _beside_zeros(found, told.of(ZERO)), True
 
-    return to_the_end(single, lambda now, leave: _profiled(now, profile, progress, leave), again)
+    return to_the_end(single, lambda now, leave: _profiled(now, profile, told, leave), again)
 
 
 def _beside_zeros(joint: Joint, progress: Callable[[str], None]) -> Joint:
@@ -272,13 +285,16 @@ def _drifting(sizes: Mapping[str, Size]) -> dict[str, Size]:
 
 
 def _profiled(
-    joint: Joint, profile: int | Sequence[str], progress: Callable[[str], None], leave: bool
+    joint: Joint, profile: int | Sequence[str], told: Stages, leave: bool
 ) -> tuple[dict[str, Profile], Lasting]:
     """Profiles that know about zeros of the instruments, and those; see `to_the_end`."""
     fisher = information(joint.problem, joint.parameters)
     last = zeros(joint.problem, joint.parameters, fisher)
     units = dict(zip(fisher.names, map(float, last.variance), strict=True))
-    return profiles(joint, _wanted(joint, profile), units, progress, leave), last
+    wanted = _wanted(joint, profile)
+    if not wanted:
+        return {}, last
+    return profiles(joint, wanted, units, told.of(PROFILE, len(wanted)), leave), last
 
 
 def _wanted(joint: Joint, profile: int | Sequence[str]) -> list[str]:

@@ -25,7 +25,7 @@ def profiles(
         joint: the fit, with the errors of the best start alone.
         names: names of free parameters with a standard error, or at a bound.
         units: rise of chi-square that counts as one standard deviation, by name.
-        progress: called with the name of each that is done.
+        progress: called with the name of each that begins.
         leave: true to end with the first that falls below the fit.
     """
     data = joint.problem.data()

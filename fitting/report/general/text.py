@@ -221,6 +221,11 @@ TOGETHER = {
         "stopped at their bounds: the data, or another cause of misfit, pull them further than they may go. "
         "They have no errors, and the other errors hold if they are truly there."
     ),
+    "one_sided": (
+        "stopped at their bounds: the data, or another cause of misfit, pull them further than they may go. "
+        "Their errors, of the profile likelihoods, have one side only. The other errors hold if they are "
+        "truly there."
+    ),
     "at_start": "are still at the values they started from: these recordings do not show them.",
     "held": (
         "are still at the values they started from: they were held, since no recording takes the load off, "
@@ -240,17 +245,20 @@ def _grouped_warnings(entries: Sequence[Mapping[str, Any]], held: Set[str] = fro
     """
     sentences = []
     for status in TOGETHER:
-        kind = "at_start" if status == "held" else status
-        of_kind = [e for e in entries if e["kind"] == kind]
-        same_status = [
-            e for e in of_kind if kind != "at_start" or (set(e["parameters"]) <= held) == (status == "held")
-        ]
+        same_status = [e for e in entries if _status(e, held) == status]
         names = [name for e in same_status for name in e["parameters"]]
         if TOGETHER[status] and len(names) > 1:
             sentences.append(f"{', '.join(names[:-1])} and {names[-1]} {TOGETHER[status]}")
         else:
             sentences += [e["text"] for e in same_status]
     return sentences
+
+
+def _status(entry: Mapping[str, Any], held: Set[str]) -> str:
+    """Key of `TOGETHER` of an entry, or its kind."""
+    if entry["kind"] == "at_start":
+        return "held" if set(entry["parameters"]) <= held else "at_start"
+    return "one_sided" if entry["kind"] == "at_bound" and entry.get("one_sided") else entry["kind"]
 
 
 def how_it_was_fitted(result: GeneralCharacterisation) -> list[str]:
