@@ -48,6 +48,37 @@ def another_cause(moved: Sequence[str], zeros: Sequence[str], path: Path | None)
     return [f"Physics that the law leaves out looks like this, too. {ask(path)} tells whether any is there."]
 
 
+def doubtful(
+    shifts: Mapping[str, float], zeros: Sequence[str], path: Path | None
+) -> list[str]:
+    """Sentences on constants that are not to be trusted although the law fits; empty where they may be.
+
+    Constants that move, and noise that drifts, take up physics that the law leaves out. What is left then
+    looks like noise.
+
+    Args:
+        shifts: shifts that chance hardly makes, see `surprising`.
+        zeros: words on zeros of instruments that are large, one for each.
+        path: the campaign's folder.
+    """
+    if not shifts and not zeros:
+        return []
+    said = [
+        f"Do not trust these constants before {ask(path)} has looked for physics that the law leaves out."
+    ]
+    if shifts:
+        sizes = sorted(map(abs, shifts.values()))
+        by = " to ".join(dict.fromkeys(f"{size:.1f}" for size in (sizes[0], sizes[-1])))
+        said.append(
+            f"The fit moved {joined(list(shifts))} by {by} standard deviations of what was known before."
+        )
+    if zeros:
+        said.append(f"It needs zeros of instruments that are far off: {'; '.join(zeros)} times its noise.")
+    causes = ["Sizes or an alloy other than stated"] * bool(shifts) + ["instruments that drift"] * bool(zeros)
+    cause = " or ".join(causes)
+    return [*said, f"{cause[0].upper()}{cause[1:]} would look like that, too. Intervals count none of this."]
+
+
 def parameter_table(
     parameters: Mapping[str, Estimate], start: Mapping[str, float], share: Mapping[str, float | None]
 ) -> Table:

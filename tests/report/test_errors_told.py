@@ -32,7 +32,7 @@ def test_all_factors_of_the_errors_are_told_together(inflation, lasting, said):
 def test_the_sentence_on_zeros_has_the_same_factor():
     (sentence,) = lasting_zeros(zeros(2.0))
     assert "multiplied by up to 2 for it" in sentence
-    assert not lasting_zeros(zeros(1.02)) and "do not count" in lasting_zeros(zeros(2.0, beside=True))[0]
+    assert not lasting_zeros(zeros(1.02)) and "as noise alone" in lasting_zeros(zeros(2.0, beside=True))[0]
 
 
 @pytest.mark.parametrize(("number", "unit", "text"), [("3.2", "kPa", "3.2 kPa"), ("3.2", "1", "3.2"), ("1", "1", "1"), ("2 to 3", "", "2 to 3"), ("1", "1/m", "1 1/m")])

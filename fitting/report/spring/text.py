@@ -1,6 +1,6 @@
 """Sentences on the alloy from tests of a spring on a stand, for the laboratory."""
 
-from fitting.calibrate.assumed import assumed, moved
+from fitting.calibrate.assumed import assumed, moved, surprising
 from fitting.calibrate.general.fit import OVERSTATED
 from fitting.calibrate.spring.joint import MISFIT, lead, missed
 from fitting.calibrate.spring.modes import Mode
@@ -12,8 +12,8 @@ from fitting.inference.numbers import number
 from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
-from ..characterisation import another_cause, ask, limits
-from ..general.text import how_errors_grew, lasting_sentence, lasting_zeros, overstated_sentence
+from ..characterisation import another_cause, ask, doubtful, limits
+from ..general.text import how_errors_grew, large_zeros, lasting_sentence, lasting_zeros, overstated_sentence
 
 OTHER_RULE = (
     " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
@@ -35,8 +35,9 @@ def verdict(result: SpringCharacterisation) -> list[str]:
     chosen = overall(result.scores, "fit")
     tests = counted(len(fitted), "test")
     reduced = result.joint.reduced_chi_square
-    misfit = not_fitted(result) if reduced > MISFIT else []
-    sentences = [*misfit, f"The alloy was {method} {tests}.{_errors(chosen)}{_held_out(result)}"]
+    misfit, doubted = not_fitted(result) if reduced > MISFIT else [], doubts(result)
+    sentences = [*misfit, *doubted]
+    sentences.append(f"The alloy was {method} {tests}.{_errors(chosen)}{_held_out(result)}")
     if result.modes:
         sentences.append(mode_sentence(result.modes[0]))
     if misfit:
@@ -55,11 +56,19 @@ def verdict(result: SpringCharacterisation) -> list[str]:
     loose = [e for e in result.identifiability if e["kind"] != "at_bound"]
     if loose:
         sentences.append(loose[0]["text"])
-    else:
+    elif not (misfit or doubted):
         sentences.append(
             "These tests determine every constant that was free, each better than was known before."
         )
     return sentences
+
+
+def doubts(result: SpringCharacterisation) -> list[str]:
+    """Sentences on constants that are not to be trusted although the law fits; see `doubtful`."""
+    if result.joint.reduced_chi_square > MISFIT:
+        return []
+    shifts = surprising(result.fitted, result.joint.values)
+    return doubtful(shifts, large_zeros(result.lasting), result.path)
 
 
 def not_fitted(result: SpringCharacterisation) -> list[str]:
@@ -131,7 +140,8 @@ def warnings(result: SpringCharacterisation) -> list[str]:
         )
     recordings = [test.recording for test in result.tests]
     far, zeros = moved(recordings, result.fitted, result.joint.values), lasting_zeros(result.lasting)
-    sentences += [*far, *zeros, *another_cause(far, zeros, result.path), *limits(result.parameters)]
+    said = [] if doubts(result) else another_cause(far, zeros, result.path)
+    sentences += [*far, *zeros, *said, *limits(result.parameters)]
     sentences += profile_likelihood.warnings(result)
     sentences += [blind_sentence(score) for score in result.scores if score.uninformed > BLIND_SHARE]
     return sentences
