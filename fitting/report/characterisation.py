@@ -48,9 +48,7 @@ def another_cause(moved: Sequence[str], zeros: Sequence[str], path: Path | None)
     return [f"Physics that the law leaves out looks like this, too. {ask(path)} tells whether any is there."]
 
 
-def doubtful(
-    shifts: Mapping[str, float], zeros: Sequence[str], path: Path | None
-) -> list[str]:
+def doubtful(shifts: Mapping[str, float], zeros: Sequence[str], path: Path | None) -> list[str]:
     """Sentences on constants that are not to be trusted although the law fits; empty where they may be.
 
     Constants that move, and noise that drifts, take up physics that the law leaves out. What is left then
@@ -73,7 +71,8 @@ def doubtful(
             f"The fit moved {joined(list(shifts))} by {by} standard deviations of what was known before."
         )
     if zeros:
-        said.append(f"It needs zeros of instruments that are far off: {'; '.join(zeros)} times its noise.")
+        each = "; ".join(zeros)
+        said.append(f"The fit needs zeros of instruments that are far off: {each} times its noise.")
     causes = ["Sizes or an alloy other than stated"] * bool(shifts) + ["instruments that drift"] * bool(zeros)
     cause = " or ".join(causes)
     return [*said, f"{cause[0].upper()}{cause[1:]} would look like that, too. Intervals count none of this."]
