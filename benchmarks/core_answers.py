@@ -72,25 +72,38 @@ def states(seed: int) -> None:
         told(name, pj.solve_batch(body, pressure, measured(true)), true)
 
 
+def noisy_recording(seed: int, k: int) -> tuple:
+    """A recording of springs heated in turn, or one alone, at 5 to 50 kPa.
+
+    Returns:
+        Actuator, times [s], pressures [Pa], its true equilibria, resistances with noise, curvature with noise
+        [1/m], and the noise of resistances [ohm] and of curvature [1/m].
+    """
+    random = np.random.default_rng(1000 * seed + k)
+    body = pj.make_actuator(("pneusma1", "pneusma2")[k % 2])
+    springs = len(body.springs)
+    t, pressure = np.arange(float(LENGTH)), np.full(LENGTH, random.uniform(5e3, 50e3))
+    heat = np.zeros((springs, LENGTH))
+    for n in range(springs if random.uniform() < 0.5 else 1):
+        begin = LENGTH * n // springs
+        place = [begin + 5, begin + 0.4 * LENGTH / springs, begin + 0.6 * LENGTH / springs,
+                 begin + 0.95 * LENGTH / springs]  # fmt: skip
+        heat[-1 - n] = np.interp(t, place, [0.0, 1.0, 1.0, 0.0]) * random.uniform(0.2, 0.9)
+    true = pj.simulate_history(body, pressure, tuple(pj.MartensiteFraction(1.0 - h) for h in heat)).rows
+    ohm, camera = 10.0 ** random.uniform(-5.0, np.log10(5e-4)), random.uniform(0.1, 0.4)
+
+    def noisy(x: jax.Array, noise: float) -> np.ndarray:
+        return np.asarray(x) + random.normal(0.0, noise, LENGTH)
+
+    read = [pj.Resistance(noisy(spring.resistance, ohm)) for spring in true.springs]
+    return body, t, pressure, true, read, noisy(true.curvature, camera), ohm, camera
+
+
 def readings(seed: int) -> None:
     """Recordings of two designs at 5 to 50 kPa, springs heated in turn or one alone, with noise."""
     misfits = []
     for k in range(RECORDINGS):
-        random = np.random.default_rng(1000 * seed + k)
-        body = pj.make_actuator(("pneusma1", "pneusma2")[k % 2])
-        springs = len(body.springs)
-        t, pressure = np.arange(float(LENGTH)), np.full(LENGTH, random.uniform(5e3, 50e3))
-        heat = np.zeros((springs, LENGTH))
-        for n in range(springs if random.uniform() < 0.5 else 1):
-            begin = LENGTH * n // springs
-            place = [begin + 5, begin + 0.4 * LENGTH / springs, begin + 0.6 * LENGTH / springs,
-                     begin + 0.95 * LENGTH / springs]  # fmt: skip
-            heat[-1 - n] = np.interp(t, place, [0.0, 1.0, 1.0, 0.0]) * random.uniform(0.2, 0.9)
-        true = pj.simulate_history(body, pressure, tuple(pj.MartensiteFraction(1.0 - h) for h in heat)).rows
-        ohm, camera = 10.0 ** random.uniform(-5.0, np.log10(5e-4)), random.uniform(0.1, 0.4)
-        noisy = lambda x, noise: np.asarray(x) + random.normal(0.0, noise, LENGTH)  # noqa: B023, E731
-        read = [pj.Resistance(noisy(spring.resistance, ohm)) for spring in true.springs]
-        seen = noisy(true.curvature, camera)
+        body, t, pressure, _, read, seen, ohm, camera = noisy_recording(seed, k)
         back, _ = _denoised_history(body, t, pressure, read, body.fresh_states())
         misfits.append(float(np.sqrt(np.mean((np.asarray(back.curvature) - seen) ** 2)) / camera))
         print(f"  {k:3d} {pressure[0] / 1e3:5.1f} kPa {1e3 * ohm:6.3f} mohm {misfits[-1]:7.3f}", flush=True)

@@ -27,21 +27,25 @@ from pneusma_jax.actuator.implicit import attached
 from pneusma_jax.numerics.lengths import fixed_length, lengthened
 from pneusma_jax.program_cache import stored_jit
 
-from .walks import along, costs_of, process_noise_of, smoothed
+from .walks import along, cold_rows, costs_of, process_noise_of, smoothed
 
-ROUNDS = 12
+ROUNDS = 24
 """Maximum number of linearisations. Most recordings take three to six."""
 CLOSE = 1e-4
 """Maximum change of a fraction at which the rounds end [1]."""
 LONGEST = 0.1
 """Maximum step of a fraction in a round [1]. Near full heat the tangent is almost flat, and a full step would
 leave its range of validity."""
-SHARES = (1.0, 0.3, 0.1, 0.03)
-"""Shares of a step that are tried, the longest first [1]."""
+FIRST_HOLD = 1e3
+"""Precision with which a row is first held near its fractions [1]: by a standard deviation of 0.03."""
+HELD = 30.0
+"""Factor of this precision between a step and the next [1]."""
+LAST_HOLD = 1e12
+"""Precision beyond which no step is looked for [1]: by a standard deviation of 1e-6."""
 SETTLED = 0.1
 """Improvement of half the sum of squares below which the rounds end [1]; noise changes it by more."""
-NEARLY = (0.1, 0.03, 0.01)
-"""Heats below which a spring may be cold [1]. On branches beside cold springs, these were heated by 0.003 to
+NEARLY = 0.1
+"""Heat below which a spring may be cold [1]. On branches beside cold springs, these were heated by 0.003 to
 0.06."""
 MISSED = 4.0
 """Deviation of a reading, in units of its noise, from which its spring is not cold. One reading in 16,000 of
@@ -50,7 +54,7 @@ UNPREDICTED = 30.0
 """Deviation that a row without a prediction counts for, in units of its noise [1]; noise makes no such."""
 OTHER = 1e-3
 """Minimum difference of a fraction for another equilibrium to be tried [1]; less hardly bends an actuator."""
-TURNS = 3
+TURNS = 8
 """Maximum number of times that the ends of cold stretches are looked for anew."""
 RELEASES = 5
 """Maximum number of times that rows are released from being cold."""
@@ -158,13 +162,16 @@ def fractions_behind(
     begun = np.stack([np.broadcast_to(np.asarray(given[k].value), len(time)) for k in wired], axis=1)
     best = _searched(readings, begun, np.zeros(begun.shape, bool))
     tried = [best.cold]
-    for heat in (1.0, *NEARLY):
+    for heat in (1.0, NEARLY):
         for cold in _may_be_cold(best.x, heat):
             if not any(np.array_equal(cold, other) for other in tried):
                 tried.append(cold)
                 best = max(best, _searched(readings, best.x, cold), key=_likelihood)
     for _ in range(TURNS):
-        better = _turned(readings, best)
+        cold = _likely_cold(readings, best)
+        released = _between(best.x, best.cold & ~cold)
+        better = max(best, _searched(readings, released, cold), key=_likelihood)
+        better = _turned(readings, better)
         if better.likelihood < best.likelihood + SETTLED:
             break
         best = better
@@ -183,19 +190,44 @@ def _may_be_cold(x: np.ndarray, heat: float) -> Iterator[np.ndarray]:
         yield cold & (springs == k)
 
 
-def _searched(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajectory:
-    """The trajectory that a search from fractions ends at, with springs held cold in the rows of a mask.
+def _likely_cold(readings: _Readings, found: _Trajectory) -> np.ndarray:
+    """Mask of rows in which springs are likely cold, shape (rows, wired), one spring after the other."""
+    cold = found.cold.copy()
+    for k in range(cold.shape[1]):
+        about = []
+        for is_cold in (found.cold[:, k], found.x[:, k] > 1.0 - NEARLY):
+            x = found.x.copy()
+            x[:, k] = np.where(is_cold, 1.0, x[:, k])
+            missed, slope = readings.missed(x)
+            about.append((missed + along(slope, x), slope))
+        cold[:, k] = cold_rows(readings.time, *about, cold, k)
+    return cold
 
-    Whenever the other springs have followed, rows whose readings contradict it are released.
+
+def _between(x: np.ndarray, unknown: np.ndarray) -> np.ndarray:
+    """Fractions with those of unknown rows on straight lines between the others, shape (rows, wired)."""
+    rows, x = np.arange(len(x)), x.copy()
+    for column, which in zip(x.T, unknown.T, strict=True):
+        if not which.all():
+            column[which] = np.interp(rows[which], rows[~which], column[~which])
+    return x
+
+
+def _searched(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajectory:
+    """The likeliest trajectory that a search from fractions meets, with springs held cold in rows of a mask.
+
+    Whenever the other springs have followed, rows whose readings contradict it are released. One of them may
+    lead all others to another branch, so what is found last is not always the likeliest.
     """
-    found = _smoothed(readings, np.where(cold, 1.0, x), cold)
+    found = best = _smoothed(readings, np.where(cold, 1.0, x), cold)
     for _ in range(RELEASES):
         agrees = np.abs(found.missed) < MISSED
         if np.all(agrees | ~found.cold):
             break
         start = np.where(found.cold & ~agrees, x, found.x)
         found = _smoothed(readings, start, found.cold & agrees)
-    return found
+        best = max(best, found, key=_likelihood)
+    return best
 
 
 def _turned(readings: _Readings, found: _Trajectory) -> _Trajectory:
@@ -210,45 +242,96 @@ def _turned(readings: _Readings, found: _Trajectory) -> _Trajectory:
     if not turns.any():
         return found
     rows = np.arange(len(turns))
-    known = np.flatnonzero(~turns) if not turns.all() else rows
-    between = np.stack([np.interp(rows, known, column[known]) for column in found.x.T], axis=1)
+    between = _between(found.x, np.broadcast_to(turns[:, None], found.x.shape))
     best = found
-    for which in itertools.product((False, True), repeat=found.x.shape[1]):
-        cold = np.where(turns[:, None], which, found.cold)
-        way = _smoothed(readings, np.where(turns[:, None], np.where(which, 1.0, between), found.x), cold)
-        agrees = np.all(np.abs(way.missed) < MISSED, axis=1) & ~way.beyond
-        other = np.any(np.abs(way.x - found.x) > OTHER, axis=1)
-        for row in np.flatnonzero(turns & agrees & other):
-            x, cold = best.x.copy(), best.cold.copy()
-            x[row], cold[row] = way.x[row], way.cold[row]
-            trial = _smoothed(readings, x, cold)
+    ways = itertools.product((False, True), repeat=found.x.shape[1])
+    for which, odd in itertools.product(ways, (0, 1)):  # a row's memory is that of its neighbour, which stays
+        here = turns & (rows % 2 == odd)
+        cold = np.where(here[:, None], which, found.cold)
+        begun = np.where(here[:, None], np.where(which, 1.0, between), found.x)
+        alone, agrees = _each_alone(readings, found.x, begun, ~cold, here)
+        other = np.any(np.abs(alone - found.x) > OTHER, axis=1)
+        for row in np.flatnonzero(here & agrees & other):
+            x, still = best.x.copy(), best.cold.copy()
+            x[row], still[row] = alone[row], cold[row]
+            trial = _smoothed(readings, x, still)
             best = trial if trial.likelihood > best.likelihood + SETTLED else best
     return best
+
+
+def _each_alone(
+    readings: _Readings, known: np.ndarray, begun: np.ndarray, free: np.ndarray, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Fractions that explain the readings of some rows, each by itself, and where they do.
+
+    A wrong row leaves its memory to all later ones. So the first row that finds no agreement is put back, and
+    the later ones are looked for again.
+
+    Args:
+        readings: measured resistances.
+        known: fractions of all rows [1], shape (rows, wired).
+        begun: fractions where the search begins [1], shape (rows, wired).
+        free: true where a fraction is looked for, shape (rows, wired); in other rows `begun` stays.
+        rows: true in rows that are looked for, shape (rows,).
+    """
+    rows = rows.copy()
+    x = np.where(rows[:, None], begun, known)
+    while True:
+        x, missed = _explained(readings, x, free & rows[:, None])
+        against = np.flatnonzero(rows & np.any(np.abs(missed) >= MISSED, axis=1))
+        if not len(against):
+            return x, rows
+        rows[against[0]], x[against[0]] = False, known[against[0]]
+        x[against[1:]] = begun[against[1:]]
+
+
+def _explained(readings: _Readings, x: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Fractions after searching for some of them, tied to no other row, and what their readings miss."""
+    missed, slope = readings.missed(x)
+    hold = np.full(len(x), FIRST_HOLD / HELD)
+    for _ in range(ROUNDS):
+        tangent = slope * free[:, None, :]
+        normal = np.einsum("tij,tik->tjk", tangent, tangent) + hold[:, None, None] * np.eye(x.shape[1])
+        step = np.linalg.solve(normal, np.einsum("tij,ti->tj", tangent, missed)[:, :, None])[:, :, 0]
+        trial = np.clip(x + np.clip(step, -LONGEST, LONGEST), 0.0, 1.0)
+        found = readings.missed(trial)
+        gain = np.sum(missed**2, axis=1) - np.sum(found[0] ** 2, axis=1)
+        better = (gain > 0.0)[:, None]
+        hold = np.where(gain > 0.0, hold / HELD, hold * HELD)
+        x, missed = np.where(better, trial, x), np.where(better, found[0], missed)
+        slope = np.where(better[:, :, None], found[1], slope)
+        if np.max(gain * np.any(free, axis=1)) < SETTLED:
+            break
+    return x, missed
 
 
 def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajectory:
     """The most likely trajectory near fractions.
 
-    Steps of the Gauss-Newton method are shortened until they improve the fit. Unshortened, they leave even
-    the truth: near a cold spring, resistances turn over with its fraction.
+    Rows in which a step of the Gauss-Newton method worsens the fit are held near their fractions, and the
+    step is taken anew (Levenberg-Marquardt, row by row). Unheld, steps leave even the truth: near a cold
+    spring, resistances turn over with its fraction.
     """
     time = readings.time
     missed, slope = readings.missed(x)
     process_noise = process_noise_of(time, missed + along(slope, x), slope, cold)
     costs = costs_of(time, x, missed, process_noise, cold)
+    hold = np.zeros(len(time))
     for _ in range(ROUNDS):
-        after, _ = smoothed(time, missed + along(slope, x), slope, process_noise, cold)
+        after, _ = smoothed(time, missed + along(slope, x), slope, process_noise, cold, (x, hold))
         step = np.clip(after - x, -LONGEST, LONGEST)
-        for share in SHARES:
-            trial = x + share * step
-            found = readings.missed(trial)
-            there = costs_of(time, trial, found[0], process_noise, cold)
-            if np.sum(there) < np.sum(costs):
-                break
+        trial = x + step
+        found = readings.missed(trial)
+        there = costs_of(time, trial, found[0], process_noise, cold)
+        gain = np.sum(costs) - np.sum(there)
+        worse = there > costs
+        if gain > 0.0:
+            settled = gain < SETTLED or np.max(np.abs(step)) < CLOSE
+            x, (missed, slope), costs = trial, found, there
+            hold = np.where(worse, hold, np.where(hold > FIRST_HOLD, hold / HELD, 0.0))
         else:
-            break
-        settled = np.sum(costs) - np.sum(there) < SETTLED or share * np.max(np.abs(step)) < CLOSE
-        x, (missed, slope), costs = trial, found, there
+            settled = np.max(hold) > LAST_HOLD or not worse.any()
+            hold = np.where(worse, np.maximum(HELD * hold, FIRST_HOLD), hold)
         if settled:
             break
     after, evidence = smoothed(time, missed + along(slope, x), slope, process_noise, cold)

@@ -18,6 +18,8 @@ from pneusma_jax.program_cache import stored_jit
 PROCESS_NOISES = 10.0 ** np.arange(-9.0, 0.0, 1.0)
 """Candidate variances of a fraction's change [1/s], from a cold spring, which stays, to one heated in
 seconds."""
+OTHERS = 1e-4
+"""Variance of the change of other springs' fractions while one is looked at [1/s]."""
 FIRST = 1.0
 """Variance of a fraction before the first reading [1], when it is unknown."""
 UNTIED = 1e12
@@ -63,8 +65,32 @@ def process_noise_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray, co
     return np.asarray(_process_noise(*longer, np.log(len(time))))[: len(time)]
 
 
+def cold_rows(time: np.ndarray, free: tuple, held: tuple, cold: np.ndarray, k: int) -> np.ndarray:
+    """Rows in which a spring is most likely exactly cold, shape (n,).
+
+    In each row it is either cold or walks with any of the process noises. Another state than before costs the
+    logarithm of the number of rows.
+
+    Args:
+        time: time [s], ascending, shape (n,).
+        free, held: targets and slopes about fractions that walk, and about those with this spring cold; see
+            `smoothed`.
+        cold: true where a spring is held cold, shape (n, m); that of spring `k` is not used.
+        k: index of the spring.
+    """
+    length = fixed_length(len(time))
+    (clock, *free), (_, *held) = (_with_silent_rows(time, given) for given in (free, held))
+    (cold,) = lengthened((cold,), length)
+    return np.asarray(_cold_rows(clock, tuple(free), tuple(held), cold, np.log(len(time)), k))[: len(time)]
+
+
 def smoothed(
-    time: np.ndarray, target: np.ndarray, slope: np.ndarray, process_noise: np.ndarray, cold: np.ndarray
+    time: np.ndarray,
+    target: np.ndarray,
+    slope: np.ndarray,
+    process_noise: np.ndarray,
+    cold: np.ndarray,
+    held: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Rauch-Tung-Striebel smoother of random walks.
 
@@ -74,10 +100,16 @@ def smoothed(
         slope: slope of the readings over the fractions, shape (n, m, m).
         process_noise: variance of each fraction's change before each row [1/s], shape (n, m).
         cold: true where a spring is exactly cold, shape (n, m).
+        held: fractions near which rows are held, shape (n, m), and with which precision [1], shape (n,).
 
     Returns:
-        Fractions, shape (n, m), and the log-likelihoods of each row's readings, shape (n,).
+        Fractions, shape (n, m), and the log-likelihoods of each row's readings, shape (n,); in held rows the
+        holds count as readings.
     """
+    near, precision = held or (np.zeros_like(target), np.zeros(len(time)))
+    root = np.sqrt(precision)[:, None]
+    target = np.concatenate([target, root * near], axis=1)
+    slope = np.concatenate([slope, root[:, :, None] * np.eye(near.shape[1])], axis=1)
     longer = _with_silent_rows(time, (target, slope, process_noise, cold))
     means, evidence = (np.asarray(found) for found in _smoothed(*longer))
     return means[: len(time)], evidence[: len(time)]
@@ -112,18 +144,37 @@ class _Filtered(NamedTuple):
 @stored_jit()
 def _process_noise(time: Array, target: Array, slope: Array, cold: Array, change: Array) -> Array:
     """See `process_noise_of`; `change` is the cost of another variance [nat]."""
-    rows, count = jnp.shape(target)
+    rows, count = jnp.shape(cold)
 
     def one_spring(process_noise: Array, k: Array) -> tuple[Array, None]:
         trials = jnp.repeat(process_noise[:, None], len(PROCESS_NOISES), axis=1)
         trials = trials.at[:, :, k].set(PROCESS_NOISES)
-        found = _filtered(time, target, slope, trials, cold, change)
-        back = lambda way, parents: (parents[way], way)  # noqa: E731
-        _, ways = jax.lax.scan(back, jnp.argmax(found.score), found.parents, reverse=True)
-        return process_noise.at[:, k].set(jnp.asarray(PROCESS_NOISES)[ways]), None
+        found = _filtered(time, target[:, None], slope[:, None], trials, cold[:, None], change)
+        return process_noise.at[:, k].set(jnp.asarray(PROCESS_NOISES)[_likeliest(found)]), None
 
     order = jnp.tile(jnp.arange(count), 2)
-    return jax.lax.scan(one_spring, jnp.full((rows, count), 1e-4), order)[0]
+    return jax.lax.scan(one_spring, jnp.full((rows, count), OTHERS), order)[0]
+
+
+@stored_jit()
+def _cold_rows(time: Array, free: tuple, held: tuple, cold: Array, change: Array, k: Array) -> Array:
+    """See `cold_rows`."""
+    noises = jnp.asarray([*PROCESS_NOISES, PROCESS_NOISES[0]])
+    is_held = jnp.arange(len(noises)) == len(PROCESS_NOISES)
+    target, slope = (
+        jnp.where(jnp.expand_dims(is_held, range(1, jnp.ndim(a))), b[:, None], a[:, None])
+        for a, b in zip(free, held, strict=True)
+    )
+    of_k = jnp.arange(cold.shape[1]) == k
+    cold = jnp.where(of_k, is_held[:, None], cold[:, None])
+    process_noise = jnp.where(of_k, noises[:, None], jnp.full((len(time), 1, 1), OTHERS))
+    return is_held[_likeliest(_filtered(time, target, slope, process_noise, cold, change))]
+
+
+def _likeliest(found: _Filtered) -> Array:
+    """The likeliest way through candidates (Viterbi): one for each row, shape (n,)."""
+    back = lambda way, parents: (parents[way], way)  # noqa: E731
+    return jax.lax.scan(back, jnp.argmax(found.score), found.parents, reverse=True)[1]
 
 
 @stored_jit()
@@ -131,7 +182,8 @@ def _smoothed(
     time: Array, target: Array, slope: Array, process_noise: Array, cold: Array
 ) -> tuple[Array, Array]:
     """See `smoothed`."""
-    found = _filtered(time, target, slope, process_noise[:, None], cold, jnp.inf)
+    alone = (x[:, None] for x in (target, slope, process_noise, cold))
+    found = _filtered(time, *alone, jnp.inf)
     means, variances = found.means[:, 0], found.variances[:, 0]
     grown = process_noise[1:] * jnp.diff(time)[:, None] + jnp.where(cold[1:], UNTIED, 0.0) + LEAST
 
@@ -150,7 +202,8 @@ def _filtered(
     """Kalman filter of random walks, for several candidates of their variances side by side.
 
     Args:
-        time, target, slope, cold: see `smoothed`.
+        time: see `smoothed`.
+        target, slope, cold: see `smoothed`, with an axis of one or all candidates after the first one.
         process_noise: variance of each fraction's change before each row [1/s], shape (n, candidates, m).
         change: cost of going on with another candidate [nat]; infinite if none does.
     """
@@ -164,12 +217,12 @@ def _filtered(
         mean, score = mean[from_], jnp.maximum(score, score[best] - change)
         variance = variance[from_] + (process_noise * step)[:, :, None] * unit
         mean = jnp.where(cold, 1.0, mean)
-        variance = variance * (~cold[:, None] & ~cold)
+        variance = variance * (~cold[:, :, None] & ~cold[:, None, :])
         evidence = jnp.zeros(several)
-        for k in range(count):  # the readings of one row, at most three
-            reach = variance @ tangents[k]
-            spread = reach @ tangents[k] + 1.0
-            surprise = ohms[k] - mean @ tangents[k]
+        for k in range(tangents.shape[1]):  # the readings of one row, at most six
+            reach = jnp.sum(variance * tangents[:, k, None, :], axis=2)
+            spread = jnp.sum(reach * tangents[:, k], axis=1) + 1.0
+            surprise = ohms[:, k] - jnp.sum(mean * tangents[:, k], axis=1)
             mean = mean + (surprise / spread)[:, None] * reach
             variance = variance - reach[:, :, None] * (reach / spread[:, None])[:, None, :]
             evidence = evidence - 0.5 * (surprise**2 / spread + jnp.log(spread))

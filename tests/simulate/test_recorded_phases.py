@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import pneusma_jax as pj
+from benchmarks.core_answers import noisy_recording
 from fitting.simulate import phases
 from fitting.simulate.phases import fractions_behind
 
@@ -35,6 +36,27 @@ def _error(pressure_kPa: float, first: np.ndarray, second: np.ndarray, noise: fl
 def _pulse(heat: float, *seconds: float) -> np.ndarray:
     """A fraction that falls by a heat and returns, between four times [s]; shape (ROWS,)."""
     return 1.0 - heat * np.interp(np.linspace(0.0, 120.0, ROWS), seconds, [0.0, 1.0, 1.0, 0.0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "number"),
+    [
+        pytest.param(35, 13, id="the row in which one spring has cooled and the other begins"),
+        pytest.param(35, 19, id="a branch that is left where a whole spring is held cold"),
+        pytest.param(39, 18, id="three rows at the begin of a slow heating"),
+    ],
+)
+def test_no_row_ends_on_another_branch_than_the_truth(seed, number):
+    """Searches that ended 4 to 12 1/m away, less likely than the truth by 5 to 600,000 nats."""
+    body, time, pressure, true, read, _, _, camera = noisy_recording(seed, number)
+    fresh = body.fresh_states()
+    found = pj.simulate_history(body, pressure, tuple(read), fresh).rows
+    measured = {k: np.asarray(given.value) for k, given in enumerate(read)}
+    begun = tuple(pj.MartensiteFraction(np.nan_to_num(np.asarray(s.xi0), nan=1.0)) for s in found.springs)
+    x = fractions_behind(body, time, pressure, measured, begun, fresh)
+    again = pj.simulate_history(body, pressure, tuple(x), fresh).rows
+    assert np.max(np.abs(np.asarray(again.curvature - true.curvature))) < 5.0 * camera
 
 
 @pytest.mark.slow

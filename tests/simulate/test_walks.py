@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from fitting.simulate.walks import FIRST, PROCESS_NOISES, along, process_noise_of, smoothed
+from fitting.simulate.walks import FIRST, PROCESS_NOISES, along, cold_rows, process_noise_of, smoothed
 
 ROWS = 7
 
@@ -60,3 +60,24 @@ def test_variances_follow_a_spring_that_is_heated_and_then_held_still():
     process_noise = process_noise_of(time, target, slope, np.zeros((rows, 1), bool))
     assert set(np.unique(process_noise)) <= set(PROCESS_NOISES)
     assert np.median(process_noise[5:45]) > 100.0 * np.median(process_noise[60:])
+
+
+def test_rows_before_a_heating_are_found_cold_and_a_steady_warm_spring_is_not():
+    """Readings of a spring that is cold for 40 rows and then heated, and of one that is warm by 5 noises."""
+    random, rows = np.random.default_rng(5), 120
+    time = np.arange(rows) * 1.0
+    slope = np.full((rows, 1, 1), 1e3)
+    for x, expected in ((1.0 - 0.01 * np.clip(time - 40.0, 0.0, None), 41), (np.full(rows, 0.995), 0)):
+        target = along(slope, x[:, None]) + random.normal(size=(rows, 1))
+        found = cold_rows(time, (target, slope), (target, slope), np.zeros((rows, 1), bool), 0)
+        assert abs(int(np.sum(found)) - expected) <= 1 and not np.any(found[expected + 1 :])
+
+
+def test_held_rows_stay_where_they_are_held():
+    time, slope, process_noise, target = world(2)
+    near, precision = np.full((ROWS, 2), 0.3), np.where(np.arange(ROWS) == 3, 1e12, 0.0)
+    free = np.zeros((ROWS, 2), bool)
+    found, _ = smoothed(time, target, slope, process_noise, free, (near, precision))
+    alone, _ = smoothed(time, target, slope, process_noise, free)
+    np.testing.assert_allclose(found[3], 0.3, atol=1e-5)
+    assert np.max(np.abs(alone[3] - 0.3)) > 0.01
