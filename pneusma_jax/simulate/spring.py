@@ -86,11 +86,11 @@ def simulate_spring(
             elongation = pipeline.where_acting("compliance", in_train, lambda length: length, elongation)
         response = spring.respond(elongation, activation, state, pipeline)
         if decided is not None:
-            renews = spring.alloy.renews(smooth, response.gamma, fraction, margin)
-            smooth = spring.alloy.remember(smooth, response.gamma, fraction, margin)
-            state = eqx.tree_at(lambda s: s.decided.renews, state, renews)
+            decided = Decided(decided.hotter, spring.alloy.renews(smooth, response.gamma, fraction, margin))
+            smooth, state = (SpringState(s.prestrain, s.xi_min, decided) for s in (smooth, state))
+            smooth = spring.alloy.remember(smooth, response.gamma, fraction)
         after = spring.remember(state, response)
-        kept = after.xi_min == response.xi0 if decided is None else decided.hotter | renews
+        kept = after.xi_min == response.xi0 if decided is None else decided.hotter | decided.renews
         true = dict(force=response.force, resistance=response.resistance)
         more = dict(spring=spring, solved=response, elongation=elongation)
         seen = pipeline.apply("outputs", true, **more)
