@@ -1,22 +1,12 @@
-"""What `core_speed` measures: each case in a process of its own, named on the command line.
+"""Cases that `core_speed` measures, and their rows.
 
 Every case is a function of a number of rows or segments that returns what is timed. All use PneuSMA2
 and the same random rows. Pressures from 0 to 50 kPa and both martensite fractions from 0 to 1 are uniform.
 Resistances are those that the model has there.
 """
 
-import argparse
 import dataclasses
-import json
-import os
-import resource
-import statistics
-import subprocess
-import sys
-import tempfile
-import time
 from collections.abc import Callable
-from pathlib import Path
 
 import equinox as eqx
 import jax
@@ -31,12 +21,6 @@ from pneusma_jax.actuator.equilibrium import BLOCK
 
 SEED = 35
 FLOOR_ROWS = 10_000
-FINER = 140
-"""Gauss nodes of a panel for the reference, ten times those of the model."""
-FLAT = 1.0
-"""Curvature [1/m] below which an error is not divided by the row's own curvature but by this one."""
-WRONG = 0.01
-"""Error of curvature [1/m] from which a row counts as another equilibrium; noise of cameras is larger."""
 PULSE = 0.1
 """Interval between rows of a history driven by current [s], a tenth of the wire's time constant."""
 
@@ -298,7 +282,7 @@ NOMINAL = (1.0, 1e-3)
 """Scale of the silicone's stress [1] and wall [m] of PneuSMA2 in `numpy_models`."""
 
 
-def _numpy_rows(data: Rows, n: int, one: Callable) -> np.ndarray:
+def numpy_rows(data: Rows, n: int, one: Callable) -> np.ndarray:
     """Curvature [1/m] of rows solved one after the other, each from the source's first trial."""
     found = np.empty(n)
     first = np.array([0.0, 0.5 * numpy_models.FIRST_BEND])
@@ -308,12 +292,12 @@ def _numpy_rows(data: Rows, n: int, one: Callable) -> np.ndarray:
     return found
 
 
-def _hybrid(first: np.ndarray, arguments: tuple) -> np.ndarray | None:
+def hybrid(first: np.ndarray, arguments: tuple) -> np.ndarray | None:
     found = root(numpy_models.balance, first, arguments, method="hybr", tol=1e-10)
     return found.x if found.success else None
 
 
-def _simplex(first: np.ndarray, arguments: tuple) -> np.ndarray | None:
+def simplex(first: np.ndarray, arguments: tuple) -> np.ndarray | None:
     size = lambda z: np.sum(numpy_models.balance(z, *arguments) ** 2)  # noqa: E731
     ends = {"xatol": 1e-10, "fatol": 1e-20, "maxiter": 2000, "maxfev": 4000}
     found = minimize(size, first, method="Nelder-Mead", options=ends)
@@ -321,11 +305,11 @@ def _simplex(first: np.ndarray, arguments: tuple) -> np.ndarray | None:
 
 
 def scipy_root(data: Rows) -> Callable[[int], Call]:
-    return lambda n: lambda: _numpy_rows(data, n, _hybrid)
+    return lambda n: lambda: numpy_rows(data, n, hybrid)
 
 
 def nelder_mead(data: Rows) -> Callable[[int], Call]:
-    return lambda n: lambda: _numpy_rows(data, n, _simplex)
+    return lambda n: lambda: numpy_rows(data, n, simplex)
 
 
 # --- all of them ----------------------------------------------------------------------------------------
@@ -359,220 +343,3 @@ CASES: dict[str, Callable[[Rows], Callable[[int], Call]]] = {
     "scipy_root": scipy_root,
     "nelder_mead": nelder_mead,
 }
-CHECKS = ("accuracy", "command")
-
-
-class Compiled:
-    """How many programs were compiled, and how long that took [s] from tracing to machine code."""
-
-    def __init__(self) -> None:
-        self.programs, self.seconds = 0, 0.0
-        jax.monitoring.register_event_duration_secs_listener(self._heard)
-
-    def _heard(self, event: str, duration: float, **_: object) -> None:
-        if event == "/jax/core/compile/backend_compile_duration":
-            self.programs += 1
-            self.seconds += duration
-
-
-def peak_memory() -> float:
-    """Largest memory that this process has had so far [MB]."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1e6 if sys.platform == "darwin" else 1e3 / 1.024)
-
-
-def seconds(call: Call) -> float:
-    """Time of the processor, of all threads, until a call's result is there [s]."""
-    began = time.process_time()
-    wait(call())
-    return time.process_time() - began
-
-
-def measured(name: str, data: Rows, sizes: tuple[int, ...], patience: float, longest: float) -> list[dict]:
-    """One line per size of a case.
-
-    First every size is called once, the smallest first, and memory is read after each. Then each is called
-    again and again, in turn with the floor and the case beside it. A busy machine slows all of them alike.
-
-    Args:
-        name: of `CASES`.
-        data: rows.
-        sizes: ascending.
-        patience: time for the repeats of one size [s]; three are made at least.
-        longest: time that the first call of a size may be expected to take [s]; larger sizes are left out.
-    """
-    compiled, prepare, lines = Compiled(), CASES[name](data), []
-    begin = peak_memory()
-    per_row = 0.0
-    for n in sizes:
-        if per_row * n > longest:
-            lines.append(dict(size=n, left_out=f"it would take about {per_row * n:.0f} s a call"))
-            continue
-        call = prepare(n)
-        programs, spent = compiled.programs, compiled.seconds
-        cold = seconds(call)
-        lines.append(
-            dict(
-                size=n, cold_s=cold, programs=compiled.programs - programs,
-                compiler_s=compiled.seconds - spent, peak_MB=peak_memory(), before_MB=begin,
-            )  # fmt: skip
-        )
-        per_row = seconds(call) / n
-    rows = min(FLOOR_ROWS, len(data.pressure))
-    floor_call = floor(data)(rows)
-    beside = {BESIDE[name]: CASES[BESIDE[name]](data)} if name in BESIDE else {}
-    wait(floor_call())
-    for line in lines:
-        n = line["size"]
-        if "left_out" in line:
-            continue
-        calls = {"own": prepare(n), "floor": floor_call} | {k: make(n) for k, make in beside.items()}
-        for call in calls.values():
-            wait(call())
-        times = {key: [] for key in calls}
-        began = time.perf_counter()
-        while len(times["own"]) < 3 or (
-            time.perf_counter() - began < patience and len(times["own"]) < 50
-        ):
-            for key, call in calls.items():
-                times[key].append(seconds(call))
-        warm = {key: statistics.median(spent) for key, spent in times.items()}
-        floor_row = warm["floor"] / rows
-        line |= dict(
-            warm_s=warm["own"], repeats=len(times["own"]), row_us=1e6 * warm["own"] / n,
-            floor_row_us=1e6 * floor_row, over_floor=warm["own"] / n / floor_row,
-            compile_s=max(line["cold_s"] - warm["own"], 0.0),
-        )  # fmt: skip
-        line["over"] = {other: warm["own"] / warm[other] for other in beside}
-    return lines
-
-
-# --- checks beside the times ----------------------------------------------------------------------------
-
-
-def _errors(found: np.ndarray, exact: np.ndarray) -> dict:
-    error = np.abs(found - exact) / np.maximum(np.abs(exact), FLAT)
-    return dict(rows=len(exact), largest=float(np.max(error)), median=float(np.median(error)))
-
-
-def accuracy(data: Rows, rows: int, few: int) -> dict:
-    """Relative errors of curvature against ten times finer quadrature, and roots that were missed.
-
-    Args:
-        data: rows.
-        rows: that are solved.
-        few: that the simplex solves.
-    """
-    actuator = pj.make_actuator("pneusma2")
-    fine = eqx.tree_at(
-        lambda a: a.section, actuator, dataclasses.replace(actuator.section, nodes=FINER)
-    )
-    pressure = data.pressure[:rows]
-    curvature = lambda body, drive: np.asarray(pj.solve_batch(body, pressure, drive).curvature)  # noqa: E731
-    exact = curvature(fine, data.phases(rows))
-    found = {"by phase": _errors(curvature(actuator, data.phases(rows)), exact)}
-    # resistances of the finer model, whose own phases are the truth of both
-    finer = pj.solve_batch(fine, pressure, data.phases(rows))
-    drive = tuple(pj.Resistance(np.asarray(s.resistance)) for s in finer.springs)
-    own = pj.solve_batch(actuator, pressure, drive)
-    alone = np.asarray(own.status) == int(pj.Status.converged)
-    found["by resistance"] = _errors(np.asarray(own.curvature)[alone], exact[alone])
-    found["SciPy root (hybr)"] = _errors(_numpy_rows(data, few, _hybrid), exact[:few])
-    found["Nelder-Mead"] = _errors(_numpy_rows(data, few, _simplex), exact[:few])
-    more = pj.solve_batch(actuator, data.pressure, data.resistances(len(data.pressure)))
-    alone = np.asarray(more.status) == int(pj.Status.converged)
-    wrong = np.abs(np.asarray(more.curvature) - data.curvature) > WRONG
-    return dict(
-        errors=found,
-        by_resistance=dict(
-            rows=len(alone), failed=int(np.sum(~np.asarray(more.converged))),
-            several=int(np.sum(np.asarray(more.status) == int(pj.Status.several_equilibria))),
-            another_without_a_word=int(np.sum(alone & wrong)),
-        ),
-        steps_by_phase=float(np.mean(pj.solve_batch(actuator, pressure, data.phases(rows)).steps)),
-    )  # fmt: skip
-
-
-EXAMPLE = str(Path(__file__).resolve().parents[1] / "calibration_data" / "examples" / "elastomer")
-COMMANDS = {
-    "import": None,
-    "help": ["--help"],
-    "simulate": ["simulate", "--design", "pneusma2", "--pressure-kPa", "30", "--xi0-2", "0.4"],
-    "characterise": ["characterise", EXAMPLE, "--out"],
-    "posterior": ["posterior", EXAMPLE, "--max-steps", "1000", "--out"],
-    "diagnose": ["diagnose", EXAMPLE, "--out"],
-}
-"""Commands that are timed: importing the package, the list of commands, one state; a fit, a posterior and a
-diagnosis of the shipped coupons."""
-OFTEN = ("import", "help", "simulate")
-"""Commands that are timed more than twice."""
-START = {name: "import os, sys; from fitting.cli import main; sys.exit(main())" for name in COMMANDS} | {
-    "import": "from pneusma_jax import solve"
-}  # fmt: skip
-
-
-def command(tiny: bool = False) -> dict:
-    """Times of commands from an empty compilation cache, and again, the median [s]; also of the processor.
-
-    Python keeps its bytecode, as it does where a package is installed.
-
-    Args:
-        tiny: only the first three of them.
-    """
-    found = {}
-    for name in list(COMMANDS)[: 3 if tiny else None]:
-        with tempfile.TemporaryDirectory() as folder:
-            _run(name, folder, "bytecode", cache="off")
-            times = [_run(name, folder, turn) for turn in range(6 if name in OFTEN else 2)]
-        (cold, cold_own), again = times[0], [statistics.median(x) for x in zip(*times[1:], strict=True)]
-        found[name] = dict(
-            cold_s=cold, cold_processor_s=cold_own, again_s=again[0], again_processor_s=again[1]
-        )
-    return found
-
-
-def _run(name: str, folder: str, turn: object, cache: str = "") -> tuple[float, float]:
-    """Wall-clock and processor time of a command in a process of its own [s]."""
-    given = COMMANDS[name] or []
-    given = given + [f"{folder}/out_{turn}"] * (given[-1:] == ["--out"])
-    variables = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
-    variables |= {"PNEUSMA_CACHE": cache or f"{folder}/cache", "PYTHONPYCACHEPREFIX": f"{folder}/bytecode"}
-    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    called = [sys.executable, "-c", START[name], *given]
-    subprocess.run(called, check=True, capture_output=True, env=variables)
-    spent = time.perf_counter() - began
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return spent, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-
-
-def main() -> None:
-    """Measure one case and print it as JSON."""
-    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("case", choices=["prepare", *CASES, *CHECKS])
-    arguments.add_argument("rows", type=Path, help="file of the rows, which `prepare` writes")
-    arguments.add_argument("--sizes", type=json.loads, default=[])
-    arguments.add_argument("--patience", type=float, default=4.0)
-    arguments.add_argument("--longest", type=float, default=60.0)
-    given = arguments.parse_args()
-    pj.enable_float64(cache=given.case == "prepare")  # the rows are not measured
-    if given.case == "command":
-        print(json.dumps(command(tiny=bool(given.sizes))))
-        return
-    if given.case == "prepare":
-        np.savez(given.rows, **dataclasses.asdict(prepared(*given.sizes)))
-        print("{}")
-        return
-    with np.load(given.rows) as kept:
-        data = Rows(**kept)
-    if given.case == "accuracy":
-        most, rows, few = given.sizes
-        data = dataclasses.replace(
-            data, **{k: getattr(data, k)[:most] for k in ("pressure", "xi0", "resistance", "curvature")}
-        )
-        print(json.dumps(accuracy(data, rows, few)))
-        return
-    print(json.dumps(measured(given.case, data, tuple(given.sizes), given.patience, given.longest)))
-
-
-if __name__ == "__main__":
-    main()

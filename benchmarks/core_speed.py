@@ -2,11 +2,11 @@
 
     python -m benchmarks.core_speed [--quick] [--most ROWS] [--out out/bench] [--only CASE ...]
 
-Every case of `core_cases` runs in a process of its own, without the compilation cache on disk. So its compile
-time and its peak memory are its own. Times are medians of repeats. They are taken in turn with the floor, the
-evaluation of residual and Jacobian of 10,000 rows in blocks of 64. All but those of commands are times of the
-processor, summed over threads: on a busy machine the work of others is not in them. Left in the folder are
-`core_speed.txt`, `core_speed.json` and `core_speed.png`.
+Every case of `core_cases` runs in a process of its own (`core_one`), without the compilation cache on disk.
+So its compile time and its peak memory are its own. Times are medians of repeats. They are taken in turn with
+the floor, the evaluation of residual and Jacobian of 10,000 rows in blocks of 64. All but those of commands
+are times of the processor, summed over threads: on a busy machine the work of others is not in them. Left in
+the folder are `core_speed.txt`, `core_speed.json` and `core_speed.png`.
 """
 
 import argparse
@@ -105,7 +105,7 @@ def child(name: str, rows: Path, sizes: object = (), patience: float = 1.0, long
         RuntimeError: if it fails.
     """
     command = [
-        sys.executable, "-m", "benchmarks.core_cases", name, str(rows), "--sizes", json.dumps(sizes),
+        sys.executable, "-m", "benchmarks.core_one", name, str(rows), "--sizes", json.dumps(sizes),
         "--patience", str(patience), "--longest", str(longest),
     ]  # fmt: skip
     root = Path(__file__).resolve().parents[1]

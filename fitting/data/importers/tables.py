@@ -3,6 +3,7 @@
 import math
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -170,13 +171,7 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         return None
     notices, contradictions = two_units(header, fields[top])
     contradictions |= lines.page.doubtful
-    if remarks:
-        telling = {i: numbered(fields[i]) or fields[i] for i in remarks}
-        asked = any(numbered(row) or names_quantities(row) for row in telling.values())
-        notices.append(
-            f"{'check: ' if asked else ''}rows between the headings and the numbers were left aside:"
-            f" {_examples(telling, [*remarks])}{'; a factor in them is not applied' if asked else ''}"
-        )
+    notices += _between(fields, remarks)
     if counts_columns(fields, keep):
         notices.append(f"check: row {keep[0] + 1} only counts the columns and was left out")
         keep = keep[1:]
@@ -186,13 +181,8 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
         notices.append(
             f"check: {header[column]!r} was taken in degC, and its K as a name or a type of thermocouple"
         )
-    summed = unlabelled_statistics(values, [fields[i] for i in keep])
-    if summed.rows:
-        said = {keep[k]: name for k, name in summed.rows.items()}
-        labels = {i: label for i in said if (label := _label_of(fields[i]))}
-        notices.append(_of_all_others(said, labels, summed.sure))
-    if summed.sure:
-        keep = [i for k, i in enumerate(keep) if k not in summed.rows]
+    keep, told_by_numbers = _without_statistics(fields, keep, values)
+    notices += told_by_numbers
     if cut := cut_off(lines.page, fields, keep, lines.delimiter, header, lines.decimal):
         notices.append(cut.said)
         keep = keep[:-1] if cut.spoilt else keep
@@ -230,6 +220,35 @@ def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:
     )
     read_texts(grid, [parsed[i] or [] for i in keep], lines.decimal)
     return grid
+
+
+def _between(fields: Rows, remarks: Sequence[int]) -> list[str]:
+    """A notice about rows between the headings and the numbers, which were left aside."""
+    if not remarks:
+        return []
+    telling = {i: numbered(fields[i]) or fields[i] for i in remarks}
+    asked = any(numbered(row) or names_quantities(row) for row in telling.values())
+    return [
+        f"{'check: ' if asked else ''}rows between the headings and the numbers were left aside:"
+        f" {_examples(telling, [*remarks])}{'; a factor in them is not applied' if asked else ''}"
+    ]
+
+
+def _without_statistics(fields: Rows, keep: list[int], values: np.ndarray) -> tuple[list[int], list[str]]:
+    """Rows of a table without those that are surely statistics of all others, and notices about these.
+
+    Args:
+        fields: rows of text.
+        keep: rows of numbers.
+        values: their numbers, shape (rows of numbers, columns).
+    """
+    summed = unlabelled_statistics(values, [fields[i] for i in keep])
+    if not summed.rows:
+        return keep, []
+    said = {keep[k]: name for k, name in summed.rows.items()}
+    labels = {i: label for i in said if (label := _label_of(fields[i]))}
+    left = [i for k, i in enumerate(keep) if k not in summed.rows] if summed.sure else keep
+    return left, [_of_all_others(said, labels, summed.sure)]
 
 
 def _numbers(parsed: Parsed, keep: list[int], width: int) -> np.ndarray:

@@ -4,7 +4,7 @@ failure."""
 from fitting.design.result import DesignResult
 
 from ..report import Points, Report, Section
-from . import words
+from . import tables, words
 from .documents import files, summary
 from .figures import pictures
 
@@ -13,8 +13,8 @@ def report_of(result: DesignResult) -> Report:
     """The report of the study."""
     drawn = pictures(result)
     of = lambda *names: [drawn[name] for name in names if name in drawn]  # noqa: E731
-    front = [words.front_table(result)] if result.front is not None else []
-    chances = [words.chance_table(result)] if result.chances else []
+    front = [tables.front_table(result)] if result.front is not None else []
+    chances = [tables.chance_table(result)] if result.chances else []
     return Report(
         title=f"Design study {result.study.name}",
         subtitle="",
@@ -22,11 +22,11 @@ def report_of(result: DesignResult) -> Report:
         warnings=result.notes,
         sections=[
             Section("The design",
-                    [words.parameter_table(result), *of("shapes", "workspace", "sensitivities")]),
-            Section("What limits it", [words.limit_table(result), words.step_table(result)]),
+                    [tables.parameter_table(result), *of("shapes", "workspace", "sensitivities")]),
+            Section("What limits it", [tables.limit_table(result), tables.step_table(result)]),
             Section("The front", [*front, *of("front")]),
             Section("How often it fails", [*chances, *of("chances")]),
-            Section("Other choices", [words.other_table(result)]),
+            Section("Other choices", [tables.other_table(result)]),
             Section("How it was found", [Points(words.how_it_was_found(result))]),
         ],
         window=f"{result.study.name}: design study",
