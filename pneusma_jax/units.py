@@ -134,6 +134,7 @@ def _table() -> dict[str, Unit]:
 
 
 UNITS = _table()
+_WITH_SLASH = {name.replace("/", "p"): name for name in UNITS if "/" in name and "(" not in name}
 
 # Names that people write out, for suggestions only: difflib cannot see that `celsius` is near `degC`.
 _WRITTEN_OUT = {
@@ -212,6 +213,11 @@ def from_si(value, unit: str, difference: bool = False):
     return shifted / factor
 
 
+def written(unit: str) -> str:
+    """A unit as people write it: `1/m` for `1pm`, which is its spelling in the names of columns."""
+    return _WITH_SLASH.get(unit, unit)
+
+
 def amount(number: str, unit: str) -> str:
     """A number as text with its unit behind it; a plain number (`1`) and a word have none.
 
@@ -219,7 +225,7 @@ def amount(number: str, unit: str) -> str:
         number: number, or several of them, as text.
         unit: name of the unit; `1` or nothing for a plain number.
     """
-    return number if unit in ("1", "") else f"{number} {unit}"
+    return number if unit in ("1", "") else f"{number} {written(unit)}"
 
 
 def unit_of_column(name: str) -> tuple[str, str]:

@@ -8,6 +8,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.units import (
     INTERNAL_UNITS,
     UNITS,
+    amount,
     dimension_of,
     from_si,
     to_si,
@@ -53,6 +54,11 @@ from pneusma_jax.units import (
 )
 def test_known_conversions(value, unit, expected):
     assert to_si(value, unit) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize(("unit", "text"), [("1pm", "3 1/m"), ("Npmm", "3 N/mm"), ("kPa", "3 kPa"), ("1", "3"), ("", "3")])
+def test_text_has_units_as_people_write_them(unit, text):
+    assert amount("3", unit) == text
 
 
 @pytest.mark.parametrize("unit", sorted(UNITS))

@@ -17,7 +17,7 @@ import numpy as np
 
 from fitting.data.files import write_whole
 from pneusma_jax.late import Late
-from pneusma_jax.units import UNITS
+from pneusma_jax.units import UNITS, written
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -106,8 +106,7 @@ def axis_label(column: str) -> str:
     quantity, _, unit = literal(column).rpartition("_")
     if not quantity or unit.isdigit() or unit not in UNITS:  # `tip_angle` and `xi0_2` state no unit
         return literal(column).replace("_", " ")
-    shown = {"1pm": "1/m"}.get(unit, unit)
-    return f"{quantity.replace('_', ' ')} [{shown}]"
+    return f"{quantity.replace('_', ' ')} [{written(unit)}]"
 
 
 def literal(name: str) -> str:

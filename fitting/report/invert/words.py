@@ -8,7 +8,7 @@ from fitting.invert.passage import CLOSE, Passage
 from fitting.invert.result import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
 from pneusma_jax.errors import counted
-from pneusma_jax.units import amount, from_si, unit_of_column
+from pneusma_jax.units import amount, from_si, unit_of_column, written
 
 from ..cells import number
 from ..table import Table
@@ -23,11 +23,6 @@ SAME = 5e-4
 def unit_of(column: str) -> str:
     """Unit of a column of targets. A direction is a pure number."""
     return "1" if column.startswith("direction") else unit_of_column(column)[1]
-
-
-def _in_words(unit: str) -> str:
-    """A unit of a column's name as people write it."""
-    return unit.replace("1pm", "1/m")
 
 
 def _goals(result: Inversion) -> str:
@@ -72,7 +67,7 @@ def value_words(goals: tuple[str, ...], row: np.ndarray, named: bool = True) -> 
         values = from_si(np.asarray(row[at : at + len(columns)]), unit)
         shown = ", ".join(f"{round(float(x), 9) + 0.0:.4g}" if np.isfinite(x) else "none" for x in values)
         name = f"{name.replace('_', ' ')} " if named else ""
-        words.append(amount(f"{name}{shown}", _in_words(unit)))
+        words.append(amount(f"{name}{shown}", unit))
         at += len(columns)
     return joined(words)
 
@@ -131,7 +126,7 @@ def missed_words(result: Inversion, k: int) -> str:
     for name, value, unit in misses_of(result, k):
         if result.misses[name][k] > GOALS[name].tolerance:
             size = f"{value:.3g}" if value < 1e3 else f"{value:.0f}"
-            words.append(f"{name.replace('_', ' ')} by {size} {_in_words(unit)}")
+            words.append(f"{name.replace('_', ' ')} by {size} {written(unit)}")
     return joined(words)
 
 
