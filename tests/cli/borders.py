@@ -1,4 +1,4 @@
-"""Faults of pictures: ink that touches a border, text beyond it, axes without a unit."""
+"""Faults of pictures: ink that touches a border, text beyond it, axes without a quantity or a unit."""
 
 import re
 from pathlib import Path
@@ -35,20 +35,24 @@ def cut_pictures(folder: Path) -> dict[str, list[str]]:
 
 UNIT = re.compile(r"\[[^\]]+\]( |$)")
 """A unit in brackets at the end of a label, or before a remark."""
-WITHOUT_UNIT = re.compile(r"^(step|draws of|(?:heated|selected) spring|input or group|iteration)\b")
+WITHOUT_UNIT = re.compile(r"^(step|(?:heated|selected) spring|input or group|iteration)\b")
 """Labels of counts and of names."""
+WITHOUT_QUANTITY = re.compile(r"^[xyz] \[")
+"""Labels that name a coordinate, and not the quantity whose coordinate it is."""
 
 
 def faults(figure: Figure) -> list[str]:
-    """Labels without a unit in brackets, and texts or legends that reach beyond the picture."""
+    """Labels without a quantity or a unit in brackets, and texts or legends that reach beyond the picture."""
     canvas, frame, found = FigureCanvasAgg(figure), figure.bbox.padded(1.0), []
     canvas.draw()
     renderer, ticks = canvas.get_renderer(), {id(label) for label in _ticks(figure)}
     for axes in figure.axes:
-        for axis in (axes.xaxis, axes.yaxis):
+        for axis in (axes.xaxis, axes.yaxis, *([axes.zaxis] if hasattr(axes, "zaxis") else ())):
             label = axis.get_label().get_text().replace("\n", " ").strip()
             if label and not UNIT.search(label) and not WITHOUT_UNIT.match(label):
                 found.append(f"no unit: {label}")
+            if WITHOUT_QUANTITY.match(label):
+                found.append(f"no quantity: {label}")
     for artist in figure.findobj(lambda artist: isinstance(artist, Text | Legend)):
         if isinstance(artist, Text) and not artist.get_text().strip():
             continue

@@ -109,7 +109,7 @@ def test_text_that_is_cut_at_a_border_is_seen(tmp_path, place, borders):
     assert cut_at(tmp_path / "a.png") == borders
 
 
-def test_a_label_without_a_unit_and_a_legend_beyond_the_picture_are_seen():
+def test_a_label_without_a_unit_or_a_quantity_and_a_legend_beyond_the_picture_are_seen():
     figure = Figure(figsize=(3, 2), layout="constrained")
     axes = figure.subplots()
     axes.plot([0.0, 1.0], label="a line")
@@ -117,6 +117,8 @@ def test_a_label_without_a_unit_and_a_legend_beyond_the_picture_are_seen():
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0))
     figure.savefig(io.BytesIO())
     assert faults(figure) == ["no unit: time (s)"]
+    axes.set_xlabel("x [mm]")
+    assert faults(figure) == ["no quantity: x [mm]"]
     axes.set_xlabel("time [s]")
     axes.get_legend().set_in_layout(False)
     axes.legend(loc="center left", bbox_to_anchor=(2.0, 0.5)).set_in_layout(False)

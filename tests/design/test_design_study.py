@@ -15,6 +15,7 @@ from fitting.design.bodies import plan_of
 from fitting.design.program import Model
 from fitting.design.run import LEAST_SIZE
 from fitting.report.design.documents import tables
+from fitting.report.design.figures import pictures
 from fitting.report.results import text
 from pneusma_jax.errors import InputError
 
@@ -92,6 +93,15 @@ def in_closed_form(curvature, violation):
         return values, np.broadcast_to(lines[None, :, 1:], (len(places), 2, 1))
 
     return evaluate
+
+
+def test_every_figure_has_a_title_and_axes_with_a_quantity_and_a_unit(small):
+    result, _ = small
+    for name, picture in pictures(result).items():
+        figure = picture.figure
+        labels = [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel()) if label]
+        assert figure.get_suptitle(), name
+        assert labels and all(re.fullmatch(r"(?![xyz] ).+ \[.+\]", label) for label in labels), (name, labels)
 
 
 def test_constraints_that_contradict_each_other_are_named(tmp_path, monkeypatch):

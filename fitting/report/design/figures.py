@@ -106,7 +106,9 @@ def shapes_figure(result: DesignResult) -> Figure:
                     label = _state_words(result, k) if own else ("tables' own" if k == shown[0] else "")
                     draw_tube(axes, line[:, [axis, 2]], radius, colour, label or "_", 0.3 if own else 0.15)
             _draw_wanted_tips(axes, result, axis, shown)
-            axes.set(xlabel=f"{name} [mm]", ylabel="z [mm]", aspect="equal")
+            across = f"position {name} across the straight tube [mm]"
+            axes.set(xlabel=across, ylabel="position z along the straight tube [mm]", aspect="equal")
+        figure.suptitle("Shapes of the design, to one scale")
         legend_above(panels[0], 2)
     return figure
 
@@ -149,7 +151,9 @@ def workspace_figure(result: DesignResult) -> Figure:
             flat = np.stack([tips[:, :2] @ side, tips[:, 2]], axis=1)
             axes.fill(*flat.T, color=colour, alpha=0.3, linewidth=0)
             axes.plot(*np.concatenate([flat, flat[:1]]).T, color=colour, label=label)
-        axes.set(xlabel="towards side 1 [mm]", ylabel="along the straight tube [mm]", aspect="equal")
+        axes.set(xlabel="position of the tip towards side 1 [mm]", aspect="equal")
+        axes.set_ylabel("position of the tip along the straight tube [mm]")
+        figure.suptitle("Places that the tip can reach")
         legend_above(axes)
     return figure
 
@@ -170,6 +174,7 @@ def sensitivity_figure(result: DesignResult) -> Figure:
             axes.axvline(0.0, color="black", linewidth=0.8)
             axes.set(xlabel=f"change of {one.name} [{one.unit}]", yticks=range(len(free)), yticklabels=labels)
         panels[0].invert_yaxis()
+        figure.suptitle("Change of each objective for a small step of each parameter")
     return figure
 
 
@@ -206,6 +211,7 @@ def front_figure(result: DesignResult) -> Figure:
                 ylabel=f"{label_of(study.objectives[j])} [{study.objectives[j].unit}]",
             )
             legend_above(axes)
+        figure.suptitle("Pareto front")
     return figure
 
 
@@ -220,6 +226,7 @@ def chance_figure(result: DesignResult) -> Figure:
             label = f"{name}: fails in {100.0 * chance.probability:.3g} %"
             axes.hist(shown, bins=60, histtype="stepfilled", alpha=0.35, color=colour, label=label)
         draws = next(iter(result.chances.values())).draws
-        axes.set(xlabel=f"{label_of(one)} [{one.unit}]", ylabel=f"draws of {draws}")
+        axes.set(xlabel=f"{label_of(one)} [{one.unit}]", ylabel=f"number of draws, of {draws} [1]")
+        figure.suptitle("First objective over fresh draws")
         legend_above(axes, 1)
     return figure

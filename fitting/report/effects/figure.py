@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from fitting.report.figures import BLACK, BLUE, GREY, VERMILION, axis_label, legend_above, style, unit_of
+from fitting.report.figures import BLACK, BLUE, GREY, VERMILION, axis_label, legend_above, style
 from fitting.simulate.effect_signature import Signature
 
 
@@ -25,7 +25,7 @@ def signature_figure(found: Signature) -> Figure:
             legend_above(course)
             change.axhline(0.0, color=BLACK, linewidth=0.8)
             change.plot(time, present - without, color=BLUE)
-            change.set_ylabel("change " + unit_of(output))
+            change.set_ylabel(f"change of {axis_label(output)}", fontsize=8)
             change.set_xlabel(axis_label("time_s"))
             _pair(loop, found.drive[driver], without, present)
             loop.set_ylabel(axis_label(output))

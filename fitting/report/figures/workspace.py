@@ -142,9 +142,9 @@ def reach_figure(reach: ChainReach) -> Figure:
         for axes, across in zip(panels, (0, 1), strict=True):
             points = axes.scatter(tips[:, across], tips[:, 2], c=pressure, s=3, cmap="viridis", linewidths=0)
             axes.plot(0.0, 0.0, "ks", markersize=7)
-            axes.set_xlabel(f"{'xy'[across]} [mm]")
+            axes.set_xlabel(f"position {'xy'[across]} of the tip [mm]")
             axes.set_aspect("equal", adjustable="datalim")
-        panels[0].set_ylabel("z [mm]")
+        panels[0].set_ylabel("position z of the tip [mm]")
         figure.suptitle(f"{reach.name}: places of the tip; the square is the base", fontsize=12)
         figure.colorbar(points, ax=list(panels), shrink=0.8, label="gauge pressure [kPa]")
     return figure

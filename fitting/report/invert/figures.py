@@ -104,7 +104,7 @@ def passage_figure(results: Sequence[Passage]) -> Figure:
             body = "actuator" if one.alone else "chain"
             draw_tube(axes, 1e3 * one.line[:, [axis, 2]], radius, VERMILION, body, 0.3)
             # limits grow until the scales are equal: a panel as narrow as a tube has no room for its ticks
-            axes.set(xlabel=f"{'xy'[axis]} [mm]", ylabel="z [mm]")
+            axes.set(xlabel=f"position {'xy'[axis]} [mm]", ylabel="position z [mm]")
             axes.set_aspect("equal", adjustable="datalim")
         gap = from_si(one.clearance, "mm")
         room = f"{gap:.1f} mm free" if gap >= 0.0 else f"{-gap:.1f} mm of overlap"
