@@ -21,7 +21,7 @@ from pneusma_jax.units import from_si
 from .evaluate.noise import noise_of
 from .settings import DEFAULT
 from .verdict.conclusion import Conclusion
-from .verdict.text import to_separate
+from .verdict.separating import to_separate
 
 CAMPAIGNS = DEFAULT.campaigns
 

@@ -22,7 +22,8 @@ from fitting.diagnose.verdict.conclude import _left_over, conclude
 from fitting.diagnose.verdict.discrepancy_evidence import DiscrepancyEvidence
 from fitting.diagnose.verdict.locate import _region, sized
 from fitting.diagnose.verdict.probabilities import effects_found, probabilities
-from fitting.diagnose.verdict.text import SEPARATE_OF, separating, verdict_sentences
+from fitting.diagnose.verdict.separating import SEPARATE_OF, separating
+from fitting.diagnose.verdict.text import verdict_sentences
 from fitting.diagnose.verdict.unexplained import (
     chance_without_a_name,
     contradicted,

@@ -100,7 +100,7 @@ def test_a_small_imperfection_of_a_right_form_leaves_its_name_trusted():
 def test_much_of_a_noise_that_nobody_states_is_said_and_speaks_against_no_name():
     """Differences of filtered readings make an unstated noise too small."""
     stated = Left(8.0, 1.0, False, (CONSTANT,), None)
-    assert "chi-square of 20100 is left in fitted recordings (noise leaves 100)" in Left(20051.0, 101.0, False, (), None).text
+    assert "chi-square of 20100 is left in fitted recordings (noise alone would leave 100," in Left(20051.0, 101.0, False, (), None).text
     assert not stated.trusted and dataclasses.replace(stated, stated=False).trusted
     world = tubes(effects=(CONSTANT,), stated=False, rows=200)
     y = world.truth(np.random.default_rng(8)) + 8.0 * np.sin(0.2 * np.arange(200))

@@ -10,6 +10,7 @@ from fitting.inference.parallel import FITS
 from ..evaluate.program import Program
 from ..fit.candidates import CandidateFit
 from ..fit.cross_validation import HeldOutScores
+from ..fit.evidence import inflation_of
 from ..fit.refit import Fit
 from ..fit.score_test import ScoreTest
 
@@ -154,6 +155,13 @@ class Explanation:
         if self.leave_one_out:
             return self.leave_one_out[0].own
         return next(iter(self.steps[0].candidates), None) if self.steps else None
+
+    @property
+    def inflation(self) -> float:
+        """Inflation of variances, at least 1, by which misfit counts less in the evidence of `leading`."""
+        tried = [] if self.leading is None else self.leading.candidates
+        best = min((t.fit for t in tried), key=lambda fit: fit.objective, default=self.base)
+        return inflation_of(self.program, best)
 
     @property
     def left_out(self) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from ..search.pool import without
 from ..search.steps import Explanation, Named
 from ..settings import DEFAULT
 from .held_out import Scores
-from .text import needless, refused
+from .refusals import needless, refused
 
 VERDICT = DEFAULT.verdict
 

@@ -7,6 +7,7 @@ from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.model_discrepancy import WALL
 
 from ..evaluate.program import Program
+from ..fit.evidence import log_likelihood
 from ..fit.misfit import reduced, scored
 from ..fit.refit import Fit
 from ..search.steps import Explanation
@@ -19,7 +20,6 @@ from .discrepancy_evidence import DiscrepancyEvidence
 from .held_out import Correction, HeldOut, Scores
 from .left import left_of
 from .locate import Place, locate
-from .next_experiment import best_design
 from .probabilities import (
     UNMODELLED,
     Found,
@@ -28,8 +28,9 @@ from .probabilities import (
     probabilities,
     weights_of,
 )
+from .proposal import proposed
+from .refusals import beyond_form, contended
 from .repeats import Repeats, repeats_of
-from .text import beyond_form, contended, separating
 from .unexplained import by_discrepancy
 
 VERDICT = DEFAULT.verdict
@@ -90,7 +91,7 @@ def conclude(explanation: Explanation) -> Conclusion:
         after,
         scores.averaged([member[1:] for member in members]) if len(members) > 1 else after,
         {slug: w for slug, _, _, w, _ in members},
-        _next(explanation, found),
+        proposed(explanation, found),
         rest,
         discrepancy,
         [*taken_back, *_contending(explanation, found)],
@@ -133,6 +134,7 @@ def _described(
 
     Doubtful effects stay if held-out recordings need them. A smooth term stays if it predicts them better.
     """
+    doubtful = sorted(doubtful, key=lambda f: -f.probability)
     alone = [_unmodelled(unknown, doubtful, explanation)]
     program = explanation.program
     before = scores.averaged([(program, explanation.base, 1.0)])
@@ -140,8 +142,7 @@ def _described(
     if doubtful:
         score = scores.averaged([(program, explanation.final, 1.0)])
         if score.reduced_chi2 - 1.0 < VERDICT.maximum_kept * max(before.reduced_chi2 - 1.0, 0.0):
-            named = [*alone, *sorted(doubtful, key=lambda f: -f.probability)]
-            models.append((score, named, explanation.final))
+            models.append((score, [*alone, *doubtful], explanation.final))
     options = []
     for score, found, fit in models:
         repeats = repeats_of(program, fit)
@@ -204,7 +205,7 @@ def _left_over(explanation: Explanation, unknown: float, judged: Assessment, fou
         )
     text = " ".join([text, *([_looks_like(judged.mimicked)] if judged.mimicked else ())])
     further = 0.0 if judged.further is None else judged.further.bayes
-    log_bayes = max(judged.lost, further, float(0.5 * max(excess)), 0.0)
+    log_bayes = max(judged.lost, further, float(0.5 * max(excess)) / explanation.inflation, 0.0)
     return Found(UNMODELLED, float(unknown), log_bayes, {}, names, text)
 
 
@@ -252,7 +253,8 @@ def _looks_like(slugs: tuple[str, ...]) -> str:
 
 
 def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) -> Found:
-    base = reduced(explanation.program, explanation.base, explanation.program.fitted)
+    program = explanation.program
+    excess = reduced(program, explanation.base, program.fitted) - 1.0
     text = (
         "What the recordings show is none of the effects that are known here; nothing named explains "
         "enough of it."
@@ -262,7 +264,7 @@ def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) ->
     return Found(
         UNMODELLED,
         float(unknown),
-        float(0.5 * (base - 1.0) * explanation.program.observations(explanation.program.fitted)),
+        log_likelihood(program, float(excess), explanation.inflation),
         {},
         [f.slug for f in found],
         text,
@@ -288,25 +290,3 @@ def _guess(explanation: Explanation) -> str:
         return program.specimen.located(component, program.recordings, "")
     return "unknown"
 
-
-def _next(explanation: Explanation, found: list[Found]) -> dict | None:
-    """The experiment that separates the best explanation from its nearest rival."""
-    first = explanation.first
-    if not first or not found:
-        return None
-    rivals = [t for t in explanation.leading.candidates if t is not first]
-    names, letter = [first.slug, *(t.slug for t in rivals[:1])], explanation.program.specimen.letter
-    if not rivals:
-        return {
-            "text": separating(names, letter),
-            "separates": names,
-            "expected_log_bayes_factor": max(first.bayes, 0.0),
-        }
-    design = best_design(explanation.program, first, rivals[0])
-    if design is None:
-        return {"text": separating(names, letter), "separates": names, "expected_log_bayes_factor": 0.0}
-    text = (
-        f"Repeat {design.recording} {design.change}: it would tell {names[0]} from {names[1]} by a log Bayes "
-        f"factor of about {design.log_bayes:.3g}. {separating(names, letter)}"
-    )
-    return {"text": text, "separates": names, "expected_log_bayes_factor": float(design.log_bayes)}

@@ -140,6 +140,11 @@ class Conclusion:
         return inflation_of(program, fit) ** 0.5 if forgiven else 1.0
 
     @property
+    def changed(self) -> bool:
+        """True if effects or a model discrepancy were added to the base model."""
+        return self.shown is not self.explanation.base.evaluation
+
+    @property
     def shown(self) -> Evaluation:
         """Predictions of the augmented model for every recording."""
         evaluation = self.model[1].evaluation

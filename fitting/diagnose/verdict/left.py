@@ -58,7 +58,9 @@ class Left:
     def text(self) -> str:
         """Size and place, as a part of a sentence."""
         among = "recordings that were not fitted" if self.held_out else "fitted recordings"
-        noise = f"noise leaves {number(self.noise, '.2g')}"
+        noise = f"noise alone would leave {number(self.noise, '.2g')}"
+        if number(self.noise, ".2g") != "1":
+            noise += ", as neighbouring rows differ by more than the noise that they are judged by"
         text = f"a reduced chi-square of {number(self.reduced_chi2)} is left in {among} ({noise})"
         if self.explained is not None:
             least = f"the model leaves {number(self.explained, '.2g')} if it is fitted to these, too"

@@ -18,7 +18,7 @@ DISCREPANCY = DEFAULT.discrepancy
 PLACE = DEFAULT.place
 CAMPAIGNS = DEFAULT.campaigns
 
-INTERNAL = ("gamma_", "ohms_", "taken", "slope_", "memory_")
+INTERNAL = ("gamma_", "ohms_", "taken", "slope_", "memory_", "renewal_")
 """Beginnings of the names of drivers that reports do not use."""
 
 

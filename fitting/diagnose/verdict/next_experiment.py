@@ -17,7 +17,7 @@ from pneusma_jax.numerics.safe import as_array
 
 from ..evaluate.evaluation import with_trajectories
 from ..evaluate.program import Program
-from ..fit.candidates import CandidateFit
+from ..fit.refit import Fit
 from ..settings import DEFAULT
 
 NEXT_EXPERIMENT = DEFAULT.next_experiment
@@ -30,7 +30,8 @@ class Design:
     Attributes:
         recording: recording to repeat.
         change: change to make, in words.
-        log_bayes: expected log Bayes factor of the one explanation over the other, if it is right.
+        log_bayes: expected log Bayes factor of the one explanation over the other, if it is right and leaves
+            only noise; not deflated.
     """
 
     recording: str
@@ -38,20 +39,20 @@ class Design:
     log_bayes: float
 
 
-def best_design(program: Program, first: CandidateFit, second: CandidateFit) -> Design | None:
+def best_design(program: Program, first: Fit, second: Fit) -> Design | None:
     """The repetition that best separates two explanations; None where no prediction exists.
 
     Args:
         program: program of the campaign.
-        first: the better explanation.
-        second: its rival.
+        first: fit of the better explanation.
+        second: fit of its rival.
     """
     best = None
-    recorded = [with_trajectories(program.stacked, t.fit.evaluation.trajectories) for t in (first, second)]
+    recorded = [with_trajectories(program.stacked, t.evaluation.trajectories) for t in (first, second)]
     both = zip(*(_changed(stacked, program.specimen.loads) for stacked in recorded), strict=True)
     for (change, stacked), (_, other) in both:
-        one = program.evaluate(first.fit.u, first.fit.free[:0], stacked)
-        two = program.evaluate(second.fit.u, second.fit.free, other)
+        one = program.evaluate(first.u, first.free[:0], stacked)
+        two = program.evaluate(second.u, second.free, other)
         gains = [_separation(program, one, two, k, second) for k in range(len(one.misfit))]
         k = int(np.argmax(gains))
         if gains[k] > 0.0 and (best is None or gains[k] > best.log_bayes):
@@ -59,7 +60,7 @@ def best_design(program: Program, first: CandidateFit, second: CandidateFit) -> 
     return best
 
 
-def _separation(program: Program, one: object, two: object, k: int, rival: CandidateFit) -> float:
+def _separation(program: Program, one: object, two: object, k: int, rival: Fit) -> float:
     """Half the squared distance of two predictions of recording k that the rival's freedom leaves."""
     both = zip(one.predicted[k], two.predicted[k], program.channels[k], strict=True)
     if any(not np.all(np.isfinite((a + b)[np.isfinite(c.sigma)])) for a, b, c in both):
@@ -69,7 +70,7 @@ def _separation(program: Program, one: object, two: object, k: int, rival: Candi
         readings = program.specimen.latent.readings
         counts = [np.full(len(c.measured), c.quantity not in readings) for c in program.channels[k]]
         d, J = d * np.concatenate(counts), J * np.concatenate(counts)[:, None]
-    precision = np.linalg.inv(rival.fit.covariance + 1e-12 * np.eye(len(rival.fit.free)))
+    precision = np.linalg.inv(rival.covariance + 1e-12 * np.eye(len(rival.free)))
     step = np.linalg.solve(J.T @ J + precision, J.T @ d)
     return 0.5 * float(d @ (d - J @ step))
 

@@ -29,83 +29,6 @@ REPEATING = {
     "elongation": "the error of a screw or a gear",
 }
 """What is known to repeat along a driver."""
-SEPARATE = {
-    "opposing_spring_heating": "swap which spring is heated and measure the resistance of the other one as "
-    "well",
-    "tip_contact": "reach the same bend angle by another pressure and look for the kink at the same angle",
-    "gravity": "repeat one recording with the actuator rolled by 180 degrees",
-    "wrap_friction": "repeat one pressure cycle ten times slower: friction keeps its loop, rate effects "
-    "change theirs",
-    "mullins_softening": "exceed the previous largest strain once and repeat the earlier cycles",
-    "viscoelastic_relaxation": "make a fast step, hold it for several minutes, and unload as fast",
-    "permanent_set": "leave the specimen unloaded overnight and measure its rest length again",
-    "strain_stiffening": "pull the silicone alone to the largest strain of these recordings",
-    "wall_eccentricity": "pressurise the cold, symmetric actuator, and again rolled by 180 degrees",
-    "thick_wall": "pull the capped tube at several constant pressures",
-    "radial_expansion": "measure the outer diameter under pressure",
-    "pressure_calibration": "vent to zero at the beginning and at the end, and compare with a second gauge",
-    "pressure_lag": "put a second pressure sensor at the chamber and step the pressure",
-    "series_resistance": "measure one spring with four wires, or heat it fully past its transformation",
-    "resistance_temperature_coefficient": "hold the wire fully austenitic and vary its temperature",
-    "detwinned_resistivity_memory": "heat past the end of transformation after the pre-strain and repeat the "
-    "pull",
-    "r_phase": "record resistance over temperature without load, heating and cooling",
-    "transformation_hysteresis": "make partial cycles that turn round inside the loop",
-    "stress_shifted_transformation": "record the same thermal cycle at two loads",
-    "cyclic_shakedown": "make ten cycles of pressure alone and ten of heat alone",
-    "tension_compression_asymmetry": "push and pull the same spring",
-    "coil_contact": "pull slowly from the closed spring over the first few millimetres",
-    "large_helix_angle": "pull the fully austenitic spring to its longest",
-    "inactive_coils": "count and mark the turns that open",
-    "prestrain_error": "swap the springs, or measure their rest lengths",
-    "uneven_heating": "heat ten times slower, so that the wire is evenly warm",
-    "self_heating_rate": "repeat the pull ten times slower",
-    "camera_calibration": "photograph a printed arc of known curvature",
-    "load_train_compliance": "put a rigid bar in place of the specimen",
-    "force_calibration": "hang a known weight at the beginning and at the end",
-    "channel_lag": "give all channels one common pulse",
-}
-
-SEPARATE_OF = {
-    "S": {
-        "cyclic_shakedown": "make ten cycles of elongation alone and ten of heat alone",
-        "prestrain_error": "measure the spring's rest length, or repeat the recordings with another spring",
-        "series_resistance": "measure the spring with four wires, or heat it fully past its transformation",
-    },
-    "W": {
-        "cyclic_shakedown": "make ten cycles of load alone and ten of heat alone",
-        "series_resistance": "measure the wire with four wires, or heat it fully past its transformation",
-        "tension_compression_asymmetry": "compress a short piece of the wire as well",
-    },
-    "E": {"strain_stiffening": "pull another specimen to the largest strain of these recordings"},
-    "T": {"wall_eccentricity": "pressurise the tube, and again rolled by 180 degrees"},
-}
-"""The same where a kind of specimen, by its letter, needs other words."""
-
-
-def to_separate(slug: str, letter: str, otherwise: str = "repeat the recordings at another rate") -> str:
-    """Test that shows an effect.
-
-    Args:
-        slug: the effect.
-        letter: letter of the kind of specimen.
-        otherwise: words for an effect without a test of its own.
-    """
-    return SEPARATE_OF.get(letter, {}).get(slug) or SEPARATE.get(slug, otherwise)
-
-
-def separating(slugs: Sequence[str], letter: str) -> str:
-    """Sentences on how to separate these explanations.
-
-    Args:
-        slugs: the effects.
-        letter: letter of the kind of specimen.
-    """
-    first = to_separate(slugs[0], letter)
-    if len(slugs) == 1:
-        return f"To confirm {slugs[0]}: {first}."
-    second = to_separate(slugs[1], letter)
-    return f"To tell {slugs[0]} from {slugs[1]}: {first}; for the other, {second}."
 
 
 def verdict_sentences(conclusion: Conclusion) -> list[str]:
@@ -285,15 +208,6 @@ def _at_ends(conclusion: Conclusion) -> list[str]:
     return [f"It does so with {joined(names)} at {ends}, which may hide what the model leaves out."]
 
 
-def needless(slugs: Sequence[str]) -> str:
-    """A sentence about effects that explain less than the accuracy of instruments of unstated noise."""
-    it = "explains" if len(slugs) == 1 else "explain"
-    return (
-        f"{joined(slugs)} {it} some of what the base model misses, which is less than instruments of "
-        "unstated noise do: not accepted"
-    )
-
-
 def _in_units(conclusion: Conclusion, found: str = "") -> list[str]:
     """A sentence with the errors on values that were not fitted, in the units of the recordings.
 
@@ -370,15 +284,6 @@ def not_fitted(how: str) -> str:
     return where.get(how, "parts of the one recording, left out in turn (within-recording)")
 
 
-def refused(slugs: Sequence[str], how: str, before: float, after: float) -> str:
-    """A sentence about effects that fit better and predict worse."""
-    it = "it" if len(slugs) == 1 else "them"
-    return (
-        f"{joined(slugs)} would fit the recordings better, but with {it} the misfit of "
-        f"{not_fitted(how)} {went(before, after)}: not accepted"
-    )
-
-
 def went(before: float, after: float) -> str:
     """Change of a reduced chi-square in words, from the numbers as they are shown."""
     first, then = number(before), number(after)
@@ -416,31 +321,6 @@ def _probability(p_value: float, bound: str) -> str:
 
 def _by_chance(chance: str) -> str:
     return f"Chance alone would give such a misfit of the base model with a probability of {chance}."
-
-
-def contended(slugs: tuple[str, ...], named: bool) -> str:
-    """A sentence about effects that explain more than the model does, but no more than instruments do.
-
-    Args:
-        slugs: the effects.
-        named: the model has effects.
-    """
-    explain = "together explain and predict" if len(slugs) > 1 else "explains and predicts"
-    less = "what is named" if named else "the base model"
-    return (
-        f"{joined(slugs)} {explain} the recordings better than {less}, "
-        "but drift or noise of the instruments explains the difference as well"
-    )
-
-
-def beyond_form(slug: str, named: Sequence[str]) -> str:
-    """A sentence about an effect that explains less beside others than their forms are known by."""
-    they = "it explains" if len(named) == 1 else "they explain"
-    return (
-        f"{slug} beside {joined(named)} would explain less than "
-        f"{number(100.0 * VERDICT.imperfect_share**2)} % of what {they}, and no form is known so well: not "
-        "accepted"
-    )
 
 
 def place_text(conclusion: Conclusion) -> str:

@@ -104,7 +104,7 @@ def _one(conclusion: Conclusion, k: int, panels: Sequence[Axes], other: str | No
         first = recording.columns[column][: begun.rows]
         top.plot(clock[: begun.rows], first, "x", ms=2.5, color=APART, label="first heating, set apart")
     top.plot(time[counted], show(base), color=BASE, lw=1.3, label="base model, refitted")
-    if _changed(conclusion):
+    if conclusion.changed:
         terms = ["what was found"] if conclusion.model[1].slugs else []
         terms += ["a smooth term, unexplained"] if conclusion.remainder is not None else []
         top.plot(time[counted], show(after), color=AFTER, lw=1.3, label=f"with {joined(terms)}")
@@ -113,12 +113,12 @@ def _one(conclusion: Conclusion, k: int, panels: Sequence[Axes], other: str | No
     top.set_ylabel(axis_label(column), fontsize=8)
     _residuals(conclusion, k, 0, below)
     if other is not None:
-        below.set_ylabel(f"{channel.quantity.replace('_', ' ')}\nresidual / noise", fontsize=7)
+        below.set_ylabel(f"{channel.quantity.replace('_', ' ')}\nresidual / noise [1]", fontsize=7)
         second = [j for j, more in enumerate(channels) if j > 0 and more.quantity == other]
         for j in second:
             _residuals(conclusion, k, j, panels[2])
         if second:
-            panels[2].set_ylabel(f"{other.replace('_', ' ')}\nresidual / noise", fontsize=7)
+            panels[2].set_ylabel(f"{other.replace('_', ' ')}\nresidual / noise [1]", fontsize=7)
         else:
             panels[2].axis("off")
             panels = panels[:2]
@@ -132,18 +132,13 @@ def _one(conclusion: Conclusion, k: int, panels: Sequence[Axes], other: str | No
         axes.tick_params(labelsize=7)
 
 
-def _changed(conclusion: Conclusion) -> bool:
-    """True if something was added to the base model."""
-    return conclusion.shown is not conclusion.explanation.base.evaluation
-
-
 def _residuals(conclusion: Conclusion, k: int, j: int, axes: Axes) -> None:
     """Residuals of one output of one recording under both models, in standard deviations of its noise."""
     x = conclusion.explanation
     channel = x.program.channels[k][j]
     counted = np.isfinite(channel.sigma)
     time, sigma = np.asarray(x.program.stacked.time)[k][counted], channel.sigma[counted]
-    models = [(x.base.evaluation, BASE), *([(conclusion.shown, AFTER)] if _changed(conclusion) else [])]
+    models = [(x.base.evaluation, BASE), *([(conclusion.shown, AFTER)] if conclusion.changed else [])]
     for evaluation, colour in models:
         missed = (np.asarray(evaluation.predicted[k][j]) - channel.measured)[counted]
         axes.plot(time, missed / sigma, color=colour, lw=0.9)

@@ -23,9 +23,8 @@ from .tables import (
 )
 
 CAPTIONS = {
-    "recordings": "Recordings, the base model refitted within its tolerances, and the model with what was "
-    "found. Residuals in standard deviations of the noise; shaded: within two; amber: the rows with most "
-    "misfit.",
+    "recordings": "Recordings and the base model, refitted within its tolerances{found}. Residuals in "
+    "standard deviations of the noise; shaded: within two{place}.",
     "probabilities": "What the recordings say about the strongest explanation.",
 }
 
@@ -79,7 +78,10 @@ def _caption(conclusion: Conclusion) -> str:
     """Caption of the recordings, which says how many of them are drawn."""
     count, drawn = len(conclusion.explanation.program.recordings), len(shown_recordings(conclusion))
     some = f" {drawn} of {count} recordings: those for validation and those of most misfit."
-    return CAPTIONS["recordings"] + (some if drawn < count else "")
+    found = "; and the model with what was found" if conclusion.changed else ""
+    place = "; amber: the rows with most misfit" if conclusion.mismatch else ""
+    caption = CAPTIONS["recordings"].format(found=found, place=place)
+    return caption + (some if drawn < count else "")
 
 
 def _findings(conclusion: Conclusion) -> list[Block]:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from fitting.diagnose.evaluate.noise_used import noise_used
+from fitting.diagnose.fit.base_fit import at_bound
 from fitting.diagnose.fit.misfit import reduced
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.held_out import HeldOut
@@ -18,7 +19,7 @@ from ..table import Table
 NONE = "-"
 """Text of an empty cell."""
 CANDIDATES = (
-    "candidate", "probability", "log Bayes factor", "chi2, fitted", "chi2, cross-validated",
+    "candidate", "probability", "log Bayes factor", "reduced chi2, fitted", "reduced chi2, cross-validated",
     "largest deviation (sd)", "at its bound",
 )  # fmt: skip
 NOISE = ("recordings", "column", "sd of a row", "stated sd", "readings a row", "correlation")
@@ -27,7 +28,13 @@ NOISE_NOTE = (
     "readings and what the fitted model leaves. Noise of inputs is added. The correlation is that of "
     "neighbouring rows."
 )
-NOMINAL = "A constant that returns to its nominal value when an effect is added is evidence for the effect."
+DEPARTURE = (
+    "In brackets: the departure from nominal, in standard deviations of what is known of the constant."
+)
+NOMINAL = (
+    f"{DEPARTURE} A constant that returns to its nominal value when an effect is added is evidence for the "
+    "effect."
+)
 
 
 def words_of(slug: str) -> str:
@@ -62,13 +69,26 @@ def candidate_table(conclusion: Conclusion) -> Table:
         for t in step.candidates
     ]  # fmt: skip
     beside = f" and {joined([words_of(slug) for slug in step.base.slugs])}" if step.base.slugs else ""
+    place = f"the place of {words_of(x.first.slug)}" if beside else "the first effect"
     note = (
-        f"Candidates for the first effect, fitted together with the model{beside}. Log Bayes factor: natural "
-        "logarithm of how many times likelier the recordings are with it than without, averaged over all "
-        "that its parameters may be. Largest deviation: of a constant of the base model from its nominal "
-        "value."
+        f"Candidates for {place}, fitted together with the model{beside}. Probability: that of being the "
+        "strongest effect; that of acting at all stands above. Log Bayes factor: natural logarithm of how "
+        "many times likelier the recordings are with it than without, averaged over all that its parameters "
+        "may be. Largest deviation: of a constant of the base model from its nominal value."
+        f"{_deflated(conclusion)}"
     )
     return Table(CANDIDATES, rows, note, [t.slug for t in step.candidates].index(x.first.slug))
+
+
+def _deflated(conclusion: Conclusion) -> str:
+    """A sentence on how much less misfit counts in log Bayes factors; empty where it counts as it is."""
+    inflation = number(conclusion.explanation.inflation, ".2g")
+    if inflation == "1":
+        return ""
+    return (
+        f" Misfit counts by 1/{inflation} in every log Bayes factor of this page: even the best of these "
+        "models leaves more than noise, or its neighbouring errors are alike."
+    )
 
 
 def score_table(conclusion: Conclusion) -> Table:
@@ -80,7 +100,9 @@ def score_table(conclusion: Conclusion) -> Table:
         return [name, *errors, number(score.reduced_chi2)]
 
     names = [f"RMSE {column}" for column in conclusion.before.by_column(kind)]
-    rows = [row("base model, refitted", conclusion.before), row("with what was found", conclusion.after)]
+    rows = [row("base model, refitted", conclusion.before)]
+    if conclusion.changed:
+        rows.append(row("with what was found", conclusion.after))
     if len(conclusion.members) > 1:
         shares = ", ".join(f"{slug} {weight:.2f}" for slug, weight in conclusion.members.items())
         rows.append(row(f"mean of explanations ({shares})", conclusion.mean))
@@ -105,18 +127,29 @@ def noise_table(conclusion: Conclusion) -> Table:
 
 
 def base_table(conclusion: Conclusion) -> Table:
-    """Table of the base model's constants: nominal, refitted alone, refitted with the effects found."""
+    """Table of the base model's constants: nominal, refitted alone and, where any were found, with effects.
+
+    A constant that nothing but its bound holds is marked.
+    """
     x, final = conclusion.explanation, conclusion.model[1]
-    rows, specimens = [], list(dict.fromkeys(r.specimen for r in x.program.recordings))
-    for k in x.program.unknowns.base:
-        item = x.program.unknowns.items[k]
+    unknowns, specimens = x.program.unknowns, list(dict.fromkeys(r.specimen for r in x.program.recordings))
+    fits, header = [x.base], ["constant", "nominal", "refitted alone"]
+    if final is not x.base:
+        fits.append(final)
+        header.append("refitted with what was found")
+    held = [at_bound(unknowns, fit) for fit in fits]
+    rows = []
+    for k in unknowns.base:
+        item = unknowns.items[k]
         shown = lambda v, item=item: number(float(from_si(v, item.unit, item.unit == "K")), ".4g")  # noqa: E731
         stem, _, owner = item.name.partition(MARK)
         name = f"{stem} of {specimens[int(owner) - 1]}" if owner else stem
-        alone, now = (f"{shown(item.value(u[k]))} ({u[k]:+.1f} sd)" for u in (x.base.u, final.u))
-        rows.append([name, shown(item.reference), alone, now, item.unit])
-    header = ["constant", "nominal", "refitted alone", "refitted with what was found", "unit"]
-    return Table(header, rows, NOMINAL)
+        cells = [
+            f"{shown(item.value(fit.u[k]))} ({fit.u[k]:+.1f} sd{', at its bound' * (item.name in names)})"
+            for fit, names in zip(fits, held, strict=True)
+        ]
+        rows.append([name, shown(item.reference), *cells, item.unit])
+    return Table([*header, "unit"], rows, NOMINAL if final is not x.base else DEPARTURE)
 
 
 def discrepancy_table(conclusion: Conclusion) -> Table:

@@ -2,7 +2,7 @@
 
 from fitting.calibrate.assumed import default_tolerances
 from fitting.diagnose.verdict.conclusion import Conclusion
-from fitting.diagnose.verdict.probabilities import Found
+from fitting.diagnose.verdict.probabilities import UNMODELLED, Found
 from fitting.diagnose.verdict.text import base_named, went
 from fitting.inference.notes import capital, joined
 from pneusma_jax.errors import counted
@@ -42,10 +42,21 @@ def base_model(conclusion: Conclusion) -> list[str]:
 
 
 def effect(found: Found) -> str:
-    """Description of an effect and its probability."""
+    """Description of an effect and its probability.
+
+    Nothing says how something unmodelled acts. So its log Bayes factor is that of a model that leaves only
+    noise.
+    """
     close = f" The recordings do not tell it from {', '.join(found.confusable)}." if found.confusable else ""
-    sure = f"Probability {found.probability:.2f}, log Bayes factor {number(found.bayes, '.0f')}."
-    return f"{found.text} {sure}{close}"
+    sure = f"Probability {found.probability:.2f}, log Bayes factor {number(found.bayes, '.0f')}"
+    if found.slug == UNMODELLED:
+        sure = f"Probability {found.probability:.2f}"
+        if found.bayes > 0.0:
+            sure += (
+                f". A model that leaves only noise would have a log Bayes factor of at most "
+                f"{number(found.bayes, '.0f')}"
+            )
+    return f"{found.text} {sure}.{close}"
 
 
 def untestable(conclusion: Conclusion) -> str:
@@ -56,7 +67,7 @@ def untestable(conclusion: Conclusion) -> str:
 
 
 def race(conclusion: Conclusion) -> str:
-    """Comparison of the effects found with a model discrepancy, by cross-validation over the fitted
+    """Comparison of named effects with a model discrepancy, by cross-validation over the fitted
     recordings."""
     discrepancy, x = conclusion.discrepancy, conclusion.explanation
     if discrepancy is None or not x.final.slugs:
@@ -64,8 +75,8 @@ def race(conclusion: Conclusion) -> str:
     base, named = x.left_out
     return (
         "Fitted recordings were predicted, each by fits without it. The reduced chi-square is "
-        f"{number(base)} by the base model and {number(named)} with what was found. A model discrepancy "
-        f"({discrepancy.quantity.replace('_', ' ')} as a smooth function of "
+        f"{number(base)} by the base model and {number(named)} with {joined(x.final.slugs)}. A model "
+        f"discrepancy ({discrepancy.quantity.replace('_', ' ')} as a smooth function of "
         f"{discrepancy.driver.replace('_', ' ')}) "
         f"gives {number(discrepancy.left_out)}."
     )

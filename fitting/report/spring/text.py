@@ -77,8 +77,8 @@ def not_fitted(result: SpringCharacterisation) -> list[str]:
     by_test, reduced = missed(joint.problem, joint.values), number(joint.reduced_chi_square)
     (worst, output), rms = max(by_test.items(), key=lambda one: one[1])
     sentences = [
-        f"The law does not fit these tests: the reduced chi-square is {reduced}, and noise leaves 1. It "
-        f"misses most in {worst}, where the {output} is off by {number(rms, '.2g')} times its noise.",
+        f"The law does not fit these tests: the reduced chi-square is {reduced}, and noise alone would leave "
+        f"1. It misses most in {worst}, where the {output} is off by {number(rms, '.2g')} times its noise.",
     ]
     outside = [score for score in result.scores if score.impossible > SOME_ROWS]
     if outside:

@@ -1,0 +1,127 @@
+"""Reports in which no explanation leaves only noise: one scale of evidence, constants at bounds, the next experiment."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from linear_world import ANOTHER, CONSTANT, DELAY, SWELLING, tubes
+
+from fitting.diagnose.fit.base_fit import at_bound
+from fitting.diagnose.fit.misfit import reduced
+from fitting.diagnose.search.explain import explain
+from fitting.diagnose.search.steps import LeaveOneOutEvidence
+from fitting.diagnose.verdict.conclude import conclude
+from fitting.diagnose.verdict.left import Left
+from fitting.diagnose.verdict.locate import drivers_of
+from fitting.diagnose.verdict.proposal import leading_pair
+from fitting.report.diagnosis import text
+from fitting.report.diagnosis.tables import base_table, candidate_table, score_table
+from fitting.specimens.spring import MARGIN
+
+
+def concluded(base=(0.3, -0.2), ripple=6.0, **strengths):
+    world = tubes(effects=(CONSTANT, DELAY), rows=120)
+    wave = ripple * np.sin(0.6 * np.arange(120)) * (world.drivers["pressure"] > 800.0)
+    y = world.truth(np.random.default_rng(3), base, **strengths) + wave
+    return conclude(explain(world.program(y), np.random.default_rng(1)))
+
+
+@pytest.fixture(scope="module")
+def refuted():
+    """An effect explains most of a misfit; a ripple of another kind is left."""
+    found = concluded(**{CONSTANT: 4.0})
+    assert found.found[0].slug == "unmodelled" and found.explanation.inflation > 1.5
+    return found
+
+
+def test_something_unmodelled_has_evidence_on_the_scale_of_the_candidates(refuted):
+    x = refuted.explanation
+    excess = reduced(x.program, x.base, x.program.fitted) - 1.0
+    whole = 0.5 * excess * x.program.observations(x.program.fitted)
+    assert refuted.found[0].bayes == pytest.approx(whole / x.inflation, rel=1e-12)
+    assert max(t.bayes for t in x.leading.candidates) < refuted.found[0].bayes < 0.7 * whole
+    assert "model that leaves only noise would have a log Bayes factor of at most" in text.effect(refuted.found[0])
+    assert f"Misfit counts by 1/{x.inflation:.2g} in every log Bayes factor" in candidate_table(refuted).note
+
+
+def test_a_scale_that_changes_nothing_is_not_told():
+    found = concluded(ripple=0.0, **{CONSTANT: 4.0})
+    assert [f.slug for f in found.found] == [CONSTANT]
+    assert "Misfit counts" not in candidate_table(found).note
+
+
+def test_the_next_experiment_separates_what_the_report_names_first(refuted):
+    """Not the likeliest effect from another one that nobody believes."""
+    told = refuted.next_experiment
+    assert told["separates"] == [CONSTANT, "unmodelled"]
+    assert told["text"].count(CONSTANT) >= 1 and DELAY not in told["text"]
+    assert f"whether {CONSTANT} acts" in told["text"] or told["text"].startswith(f"To confirm {CONSTANT}")
+
+
+def evidence_of(slug, *rivals):
+    """Leave-one-effect-out evidence whose fits are their own names."""
+    candidates = [SimpleNamespace(slug=s, fit=f"fit of {s}") for s in (slug, *rivals)]
+    return LeaveOneOutEvidence(slug, f"model without {slug}", candidates)
+
+
+def searched(*evidence):
+    """A search that named the effects of some leave-one-out evidence."""
+    slugs = tuple(one.slug for one in evidence)
+    named = SimpleNamespace(leave_one_out={one.slug: one for one in evidence})
+    return SimpleNamespace(named=named, final=SimpleNamespace(slugs=slugs))
+
+
+def told(slug, *confusable):
+    return SimpleNamespace(slug=slug, confusable=list(confusable))
+
+
+def test_effects_that_the_recordings_do_not_tell_apart_are_separated_first():
+    sure, open_one = evidence_of(CONSTANT, ANOTHER), evidence_of(DELAY, ANOTHER, SWELLING)
+    found = [told(CONSTANT), told(DELAY, SWELLING)]
+    pair = leading_pair(searched(sure, open_one), found)
+    assert pair == ((DELAY, f"fit of {DELAY}"), (SWELLING, f"fit of {SWELLING}"))
+
+
+def test_the_first_name_is_separated_from_its_best_rival_that_is_not_named_too():
+    first, second = evidence_of(CONSTANT, DELAY, ANOTHER), evidence_of(DELAY)
+    pair = leading_pair(searched(first, second), [told(CONSTANT), told(DELAY)])
+    assert [name for name, _ in pair] == [CONSTANT, ANOTHER]
+    alone = leading_pair(searched(evidence_of(DELAY)), [told(DELAY)])
+    assert alone[1] == ("unmodelled", f"model without {DELAY}")
+
+
+def test_nothing_is_separated_where_nothing_was_found():
+    assert leading_pair(searched(), []) is None
+
+
+def test_constants_at_their_bounds_are_marked_in_the_table():
+    found = concluded(base=(9.0, 0.2), ripple=0.0)
+    (name,) = at_bound(found.explanation.program.unknowns, found.explanation.base)
+    marked = [row[0] for row in base_table(found).rows if "at its bound" in row[2]]
+    assert marked == [name]
+
+
+def test_what_changes_nothing_has_no_column_and_no_row_of_its_own():
+    """Where nothing was found, a second column and row would repeat the first as `what was found`."""
+    null, one = concluded(ripple=0.0), concluded(ripple=0.0, **{CONSTANT: 4.0})
+    assert not null.found and not null.changed and one.changed
+    assert "refitted with what was found" not in base_table(null).header
+    assert "refitted with what was found" in base_table(one).header
+    assert [row[0] for row in score_table(null).rows] == ["base model, refitted"]
+    assert [row[0] for row in score_table(one).rows][:2] == ["base model, refitted", "with what was found"]
+
+
+@pytest.mark.parametrize(("noise", "said"), [
+    (1.0, "(noise alone would leave 1)"),
+    (2.6, "(noise alone would leave 2.6, as neighbouring rows differ by more than the noise that they are judged by)"),
+])  # fmt: skip
+def test_what_noise_leaves_is_explained(noise, said):
+    assert Left(20.0, noise, False, (), None).text.endswith(said)
+
+
+def test_what_a_search_decides_with_is_no_driver_of_a_report():
+    """A spring's margin of renewal is a number of the search; misfit does not go with it."""
+    values = np.zeros((1, 5))
+    evaluation = SimpleNamespace(drivers={"strain": values, "memory_row": values, MARGIN: values})
+    program = SimpleNamespace(recordings=[None], stacked=SimpleNamespace(time=values))
+    assert sorted(drivers_of(program, SimpleNamespace(evaluation=evaluation))) == ["max_strain", "strain", "time"]
