@@ -1,5 +1,7 @@
 """Reports in which no explanation leaves only noise: one scale of evidence, constants at bounds, the next experiment."""
 
+import copy
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,7 +17,8 @@ from fitting.diagnose.verdict.left import Left
 from fitting.diagnose.verdict.locate import drivers_of
 from fitting.diagnose.verdict.proposal import leading_pair
 from fitting.report.diagnosis import text
-from fitting.report.diagnosis.tables import base_table, candidate_table, score_table
+from fitting.report.diagnosis.report import recordings_caption
+from fitting.report.diagnosis.tables import base_table, candidate_table, score_table, shown_knots
 from fitting.specimens.spring import MARGIN
 
 
@@ -40,7 +43,9 @@ def test_something_unmodelled_has_evidence_on_the_scale_of_the_candidates(refute
     whole = 0.5 * excess * x.program.observations(x.program.fitted)
     assert refuted.found[0].bayes == pytest.approx(whole / x.inflation, rel=1e-12)
     assert max(t.bayes for t in x.leading.candidates) < refuted.found[0].bayes < 0.7 * whole
-    assert "model that leaves only noise would have a log Bayes factor of at most" in text.effect(refuted.found[0])
+    said = text.effect(refuted.found[0])
+    assert "model that leaves only noise would have a log Bayes factor of at most" in said
+    assert "do not tell it from" not in said  # after `which leaves too much`
     assert f"Misfit counts by 1/{x.inflation:.2g} in every log Bayes factor" in candidate_table(refuted).note
 
 
@@ -90,8 +95,20 @@ def test_the_first_name_is_separated_from_its_best_rival_that_is_not_named_too()
     assert alone[1] == ("unmodelled", f"model without {DELAY}")
 
 
+@pytest.mark.parametrize(("bayes", "pair"), [(30.0, ((CONSTANT, "fit"), ("unmodelled", "base"))), (-5.0, None)])
+def test_a_candidate_is_separated_from_something_unmodelled_if_it_has_any_evidence(bayes, pair):
+    search = searched()
+    search.first, search.leading = SimpleNamespace(slug=CONSTANT, fit="fit", bayes=bayes), SimpleNamespace(base="base")
+    assert leading_pair(search, [told("unmodelled")]) == pair
+
+
 def test_nothing_is_separated_where_nothing_was_found():
     assert leading_pair(searched(), []) is None
+
+
+def test_a_knot_that_is_rounding_is_shown_as_zero():
+    rest = SimpleNamespace(knots=np.array([6.054e-18, 0.006247, 0.1508]))
+    assert [f"{x:.4g}" for x in shown_knots(rest)] == ["0", "0.006247", "0.1508"]
 
 
 def test_constants_at_their_bounds_are_marked_in_the_table():
@@ -109,6 +126,18 @@ def test_what_changes_nothing_has_no_column_and_no_row_of_its_own():
     assert "refitted with what was found" in base_table(one).header
     assert [row[0] for row in score_table(null).rows] == ["base model, refitted"]
     assert [row[0] for row in score_table(one).rows][:2] == ["base model, refitted", "with what was found"]
+
+
+def test_a_caption_says_what_is_drawn_and_what_a_spring_s_spikes_are(refuted):
+    said = recordings_caption(refuted)
+    assert "the model with what was found" in said and "amber" in said and "remembers" not in said
+    null = recordings_caption(concluded(ripple=0.0))
+    assert "what was found" not in null and "amber" not in null
+    base = refuted.explanation.base
+    evaluation = replace(base.evaluation, drivers={**base.evaluation.drivers, "memory_row": np.zeros((4, 120))})
+    explanation = copy.copy(refuted.explanation)
+    explanation.base = replace(base, evaluation=evaluation)
+    assert "the row that a spring remembers" in recordings_caption(replace(refuted, explanation=explanation))
 
 
 @pytest.mark.parametrize(("noise", "said"), [

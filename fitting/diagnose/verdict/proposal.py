@@ -44,7 +44,8 @@ def leading_pair(
 
     A named effect that the recordings do not tell from another one comes first, with that other. Otherwise
     it is the first name with its best rival. Where `unmodelled` comes first, it is the rival of the likeliest
-    effect. The model without the effect then stands for it, since nothing says how it would act.
+    effect that has any evidence. The model without the effect then stands for it, since nothing says how it
+    would act.
     """
     if not found:
         return None
@@ -66,11 +67,11 @@ def leading_pair(
 def _from_unmodelled(
     explanation: Explanation, named: list[Found]
 ) -> tuple[tuple[str, Fit], tuple[str, Fit]] | None:
-    """The likeliest effect, and something unmodelled in its place; None where no effect was fitted."""
+    """The likeliest effect, and something unmodelled in its place; None where no effect has any evidence."""
     if named:
         beside = explanation.named.leave_one_out[named[0].slug]
         return (named[0].slug, beside.own.fit), (UNMODELLED, beside.base)
     best = explanation.first
-    if best is None:
+    if best is None or best.bayes <= 0.0:
         return None
     return (best.slug, best.fit), (UNMODELLED, explanation.leading.base)

@@ -334,6 +334,8 @@ def place_text(conclusion: Conclusion) -> str:
         return "No part of the recordings departs from the base model by more than its noise."
     drivers = ", ".join(place.drivers) or "nothing that was recorded"
     text = f"The misfit of the refitted base model goes with {drivers} (strongest first). "
+    if any(driver.startswith("xi0") for driver in place.drivers):
+        text += "xi0 is the martensite fraction of a spring: 1 cold, 0 fully heated. "
     if place.regions:
         text += f"It is where {place.regions[0]}. "
     if place.like_time:

@@ -150,7 +150,7 @@ def probability_figure(conclusion: Conclusion) -> Figure:
     """The likeliest explanations as bars, with `unknown` and `nothing missing`."""
     pool = {slug: p for slug, (p, _) in conclusion.candidates.items()}
     ranked = sorted(pool, key=lambda s: -pool[s])[:8]
-    names = [*ranked, "none of these", "nothing is missing"]
+    names = [*ranked, "unmodelled: none of these", "nothing is missing"]
     values = [*(pool[s] for s in ranked), conclusion.unknown, conclusion.nothing]
     with style():
         figure = Figure(figsize=(6.4, 0.34 * len(names) + 0.9), layout="constrained")

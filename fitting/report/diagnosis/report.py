@@ -28,6 +28,11 @@ CAPTIONS = {
     "probabilities": "What the recordings say about the strongest explanation.",
 }
 
+SPIKES = (
+    "A spike of one row may be the row that a spring remembers: later forces depend on its fraction, and "
+    "draw it."
+)
+
 
 def report_of(
     conclusion: Conclusion, title: str, command: str, seed: int = 0, start: AugmentedModel | None = None
@@ -54,7 +59,7 @@ def report_of(
             Section("Base model", [Points(text.base_model(conclusion))]),
             Section("Effects that were asked about", [Points([one["text"] for one in conclusion.asked])]),
             Section("Recordings and models", [
-                Picture("recordings", _caption(conclusion), lambda: recordings_figure(conclusion)),
+                Picture("recordings", recordings_caption(conclusion), lambda: recordings_figure(conclusion)),
             ]),
             Section("Where", [place_text(conclusion)]),
             Section("What", _findings(conclusion)),
@@ -74,14 +79,15 @@ def report_of(
     )  # fmt: skip
 
 
-def _caption(conclusion: Conclusion) -> str:
+def recordings_caption(conclusion: Conclusion) -> str:
     """Caption of the recordings, which says how many of them are drawn."""
     count, drawn = len(conclusion.explanation.program.recordings), len(shown_recordings(conclusion))
     some = f" {drawn} of {count} recordings: those for validation and those of most misfit."
     found = "; and the model with what was found" if conclusion.changed else ""
     place = "; amber: the rows with most misfit" if conclusion.mismatch else ""
     caption = CAPTIONS["recordings"].format(found=found, place=place)
-    return caption + (some if drawn < count else "")
+    remembers = conclusion.mismatch and "memory_row" in conclusion.explanation.base.evaluation.drivers
+    return caption + (f" {SPIKES}" if remembers else "") + (some if drawn < count else "")
 
 
 def _findings(conclusion: Conclusion) -> list[Block]:

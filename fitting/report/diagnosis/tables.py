@@ -6,6 +6,7 @@ from fitting.diagnose.evaluate.noise_used import noise_used
 from fitting.diagnose.fit.base_fit import at_bound
 from fitting.diagnose.fit.misfit import reduced
 from fitting.diagnose.verdict.conclusion import Conclusion
+from fitting.diagnose.verdict.discrepancy import Discrepancy
 from fitting.diagnose.verdict.held_out import HeldOut
 from fitting.diagnose.verdict.probabilities import Found
 from fitting.inference.notes import joined
@@ -31,6 +32,8 @@ NOISE_NOTE = (
 DEPARTURE = (
     "In brackets: the departure from nominal, in standard deviations of what is known of the constant."
 )
+ROUNDING = 1e-9
+"""Maximum distance of a knot from zero that is rounding, over the range of knots [1]."""
 NOMINAL = (
     f"{DEPARTURE} A constant that returns to its nominal value when an effect is added is evidence for the "
     "effect."
@@ -133,10 +136,10 @@ def base_table(conclusion: Conclusion) -> Table:
     """
     x, final = conclusion.explanation, conclusion.model[1]
     unknowns, specimens = x.program.unknowns, list(dict.fromkeys(r.specimen for r in x.program.recordings))
-    fits, header = [x.base], ["constant", "nominal", "refitted alone"]
+    fits, header = [x.base], ["constant", "nominal", "refitted"]
     if final is not x.base:
         fits.append(final)
-        header.append("refitted with what was found")
+        header[2:] = ["refitted alone", "refitted with what was found"]
     held = [at_bound(unknowns, fit) for fit in fits]
     rows = []
     for k in unknowns.base:
@@ -152,10 +155,16 @@ def base_table(conclusion: Conclusion) -> Table:
     return Table([*header, "unit"], rows, NOMINAL if final is not x.base else DEPARTURE)
 
 
+def shown_knots(rest: Discrepancy) -> np.ndarray:
+    """Knots of a discrepancy in the unit of its driver, zero where they are rounding; shape (knots,)."""
+    return np.where(np.abs(rest.knots) < ROUNDING * np.ptp(rest.knots), 0.0, rest.knots)
+
+
 def discrepancy_table(conclusion: Conclusion) -> Table:
     """Table of the model discrepancy at its knots."""
     rest = conclusion.remainder
+    unit = unit_of(rest.quantity)
     header = [with_unit(rest.driver, unit_of(rest.driver)),
-              with_unit(f"correction of {rest.quantity}", unit_of(rest.quantity)), "sd"]  # fmt: skip
-    knots = zip(rest.knots, rest.values, rest.sd, strict=True)
+              with_unit(f"correction of {rest.quantity}", unit), with_unit("sd", unit)]  # fmt: skip
+    knots = zip(shown_knots(rest), rest.values, rest.sd, strict=True)
     return Table(header, [[number(x, ".4g"), number(y, ".4g"), number(sd, ".2g")] for x, y, sd in knots])

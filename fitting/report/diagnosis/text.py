@@ -9,6 +9,7 @@ from pneusma_jax.errors import counted
 from pneusma_jax.model_discrepancy import unit_of
 
 from ..cells import number, with_unit
+from .tables import shown_knots
 
 NOTHING_FOUND = "Nothing needs to be added to the base model."
 NO_CANDIDATE = "No candidate came near explaining anything."
@@ -52,8 +53,9 @@ def effect(found: Found) -> str:
     if found.slug == UNMODELLED:
         sure = f"Probability {found.probability:.2f}"
         if found.bayes > 0.0:
+            close = ""  # its own text says which names leave too much
             sure += (
-                f". A model that leaves only noise would have a log Bayes factor of at most "
+                ". A model that leaves only noise would have a log Bayes factor of at most "
                 f"{number(found.bayes, '.0f')}"
             )
     return f"{found.text} {sure}.{close}"
@@ -85,7 +87,8 @@ def race(conclusion: Conclusion) -> str:
 def discrepancy(conclusion: Conclusion) -> str:
     """Sentence on the model discrepancy that describes the remaining misfit."""
     rest = conclusion.remainder
-    ends = f"between {number(rest.knots[0], '.4g')} and {number(rest.knots[-1], '.4g')}"
+    first, *_, last = shown_knots(rest)
+    ends = f"between {number(first, '.4g')} and {number(last, '.4g')}"
     span = with_unit(f"{rest.driver} {ends}", unit_of(rest.driver))
     return (
         f"With a smooth function of {span}, added to {rest.quantity}, "
