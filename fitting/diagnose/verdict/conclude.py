@@ -261,6 +261,8 @@ def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) ->
     )
     if found:
         text += f" Nearest is {found[0].slug}, which leaves too much."
+    if excess > 0.0:
+        text += " The log Bayes factor is that of a model that leaves only noise."
     return Found(
         UNMODELLED,
         float(unknown),

@@ -1,5 +1,7 @@
 """The experiment that a report proposes: the one that separates its two leading explanations."""
 
+from fitting.inference.numbers import number
+
 from ..fit.evidence import inflation_of
 from ..fit.refit import Fit
 from ..search.steps import Explanation
@@ -32,7 +34,7 @@ def proposed(explanation: Explanation, found: list[Found]) -> dict | None:
     tells = f"tell {name} from {other}" if len(effects) > 1 else f"tell whether {name} acts"
     text = (
         f"Repeat {design.recording} {design.change}: it would {tells}, by a log Bayes factor of about "
-        f"{worth:.3g}. {asked}"
+        f"{number(worth)}. {asked}"
     )
     return {"text": text, "separates": [name, other], "expected_log_bayes_factor": float(worth)}
 

@@ -45,20 +45,14 @@ def base_model(conclusion: Conclusion) -> list[str]:
 def effect(found: Found) -> str:
     """Description of an effect and its probability.
 
-    Nothing says how something unmodelled acts. So its log Bayes factor is that of a model that leaves only
-    noise.
+    Nothing says how something unmodelled acts, so its log Bayes factor is the most that there can be.
     """
-    close = f" The recordings do not tell it from {', '.join(found.confusable)}." if found.confusable else ""
-    sure = f"Probability {found.probability:.2f}, log Bayes factor {number(found.bayes, '.0f')}"
-    if found.slug == UNMODELLED:
-        sure = f"Probability {found.probability:.2f}"
-        if found.bayes > 0.0:
-            close = ""  # its own text says which names leave too much
-            sure += (
-                ". A model that leaves only noise would have a log Bayes factor of at most "
-                f"{number(found.bayes, '.0f')}"
-            )
-    return f"{found.text} {sure}.{close}"
+    unknown = found.slug == UNMODELLED
+    most = "at most " if unknown and found.bayes > 0.0 else ""
+    sure = f"Probability {found.probability:.2f}, log Bayes factor {most}{number(found.bayes, '.0f')}."
+    alike = [] if most else found.confusable  # the text says already which names leave too much
+    close = f" The recordings do not tell it from {', '.join(alike)}." if alike else ""
+    return f"{found.text} {sure}{close}"
 
 
 def untestable(conclusion: Conclusion) -> str:
