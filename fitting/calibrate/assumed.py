@@ -12,7 +12,7 @@ from fitting.inference.parameters import Parameter, Parameters
 from fitting.inference.readings import cautions
 from fitting.specimens.priors import quantity_of
 from fitting.specimens.reduction import said
-from fitting.specimens.rows import MARK, MOST_ROWS
+from fitting.specimens.rows import MARK, MOST_ROWS, of_specimen
 from pneusma_jax.units import amount, from_si
 
 SILENT = ("prestrain", "cycles_before", "attached_length_mm", "free_length_mm", "orientation")
@@ -148,8 +148,9 @@ def moved(recordings: Sequence[Recording], free: Parameters, values: Mapping[str
             continue
         first, now = (number(float(from_si(x, entry.unit)), ".4g") for x in (prior.mean, values[name]))
         share = number(100.0 * relative, ".2g")
+        told = of_specimen(name, (recording.specimen for recording in recordings))
         said.append(
-            f"No tolerance of {name} is stated, so it was taken as known to {share} %. "
+            f"No tolerance of {told} is stated, so it was taken as known to {share} %. "
             f"The fit moved it from {first} to {amount(now, entry.unit)}, by {abs(shift):.1f} of these "
             "standard deviations. Measure it again, and state its tolerance."
         )

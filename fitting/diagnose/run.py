@@ -24,7 +24,7 @@ from .check import answers, asked_effects, checked
 from .evaluate.base_tables import base_tables
 from .evaluate.program import Program
 from .evaluate.start import Start, begun_at, characterised, start_of
-from .fit.base_fit import at_bound
+from .fit.base_fit import told_at_bound
 from .search.explain import explain
 from .search.steps import Explanation
 from .settings import DEFAULT
@@ -194,7 +194,7 @@ def _at_bounds(conclusion: Conclusion) -> list[str]:
     """Constants of a contradicted base model that nothing but their bounds held; where it is accepted, the
     verdict itself says so."""
     program, fit = conclusion.model
-    names = at_bound(program.unknowns, fit)
+    names = told_at_bound(program, fit)
     if not names or not conclusion.mismatch:
         return []
     one = len(names) == 1

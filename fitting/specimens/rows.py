@@ -1,6 +1,6 @@
 """One recording as arrays of standard sizes, so that campaigns stack and share one compiled program."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import equinox as eqx
 import jax
@@ -26,6 +26,17 @@ CLEAN = "clean"
 """Name in `Rows.extra` of weights by the outputs' own noise, where inputs add some."""
 MARK = "__"
 """Separator between a parameter's name and the number of its specimen: `wire_diameter__2`."""
+
+
+def of_specimen(name: str, specimens: Iterable[str]) -> str:
+    """A parameter's name for a reader: `wire_diameter of B` for `wire_diameter__2`.
+
+    Args:
+        name: name of the parameter.
+        specimens: names of the specimens of all recordings, in their order; the same name may come again.
+    """
+    stem, mark, number = name.partition(MARK)
+    return f"{stem} of {list(dict.fromkeys(specimens))[int(number) - 1]}" if mark else stem
 
 
 class Rows(eqx.Module):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from linear_world import ANOTHER, CONSTANT, DELAY, SWELLING, tubes
 
-from fitting.diagnose.fit.base_fit import at_bound
+from fitting.diagnose.fit.base_fit import at_bound, told_at_bound
 from fitting.diagnose.fit.misfit import reduced
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.steps import LeaveOneOutEvidence
@@ -117,6 +117,14 @@ def test_constants_at_their_bounds_are_marked_in_the_table():
     (name,) = at_bound(found.explanation.program.unknowns, found.explanation.base)
     marked = [row[0] for row in base_table(found).rows if "at its bound" in row[2]]
     assert marked == [name]
+
+
+def test_a_constant_of_one_of_several_specimens_has_one_name_in_notes_and_tables():
+    items = [SimpleNamespace(name=f"wall_thickness__{k}") for k in (1, 2)]
+    unknowns = SimpleNamespace(items=items, base=[0, 1], low=np.full(2, -4.0), high=np.full(2, 4.0))
+    recordings = [SimpleNamespace(specimen=name) for name in ("A", "A", "B")]
+    program = SimpleNamespace(unknowns=unknowns, recordings=recordings)
+    assert told_at_bound(program, SimpleNamespace(u=np.array([0.0, -4.0]))) == ["wall_thickness of B"]
 
 
 def test_what_changes_nothing_has_no_column_and_no_row_of_its_own():

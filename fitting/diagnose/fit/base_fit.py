@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.inference.parallel import run_parallel
+from fitting.specimens.rows import of_specimen
 
 from ..evaluate.evaluation import TRAJECTORY, row_count
 from ..evaluate.program import Program
@@ -105,6 +106,12 @@ def at_bound(unknowns: Unknowns, fit: Fit) -> list[str]:
         if min(fit.u[k] - unknowns.low[k], unknowns.high[k] - fit.u[k])
         < OPTIMISER.at_bound_share * (unknowns.high[k] - unknowns.low[k])
     ]
+
+
+def told_at_bound(program: Program, fit: Fit) -> list[str]:
+    """`at_bound`, by names for a reader."""
+    specimens = [recording.specimen for recording in program.recordings]
+    return [of_specimen(name, specimens) for name in at_bound(program.unknowns, fit)]
 
 
 def _elsewhere(program: Program, fit: Fit, stuck: bool) -> list[np.ndarray]:

@@ -14,7 +14,7 @@ from fitting.specimens import specimen_of
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.units import amount, from_si
 
-from ..fit.base_fit import at_bound
+from ..fit.base_fit import told_at_bound
 from ..fit.misfit import limit_of, range_of, relative_error
 from ..fit.prediction import predictive_chi_square
 from ..settings import DEFAULT
@@ -201,7 +201,7 @@ def _as_accurate(conclusion: Conclusion) -> list[str]:
 def _at_ends(conclusion: Conclusion) -> list[str]:
     """A sentence on constants of an accepted base model that nothing but their bounds held."""
     program, fit = conclusion.model
-    names = at_bound(program.unknowns, fit)
+    names = told_at_bound(program, fit)
     if not names:
         return []
     ends = "the end of what is known of it" if len(names) == 1 else "the ends of what is known of them"

@@ -10,7 +10,7 @@ from fitting.diagnose.verdict.discrepancy import Discrepancy
 from fitting.diagnose.verdict.held_out import HeldOut
 from fitting.diagnose.verdict.probabilities import Found
 from fitting.inference.notes import joined
-from fitting.specimens.rows import MARK
+from fitting.specimens.rows import of_specimen
 from pneusma_jax.model_discrepancy import unit_of
 from pneusma_jax.units import from_si
 
@@ -135,7 +135,7 @@ def base_table(conclusion: Conclusion) -> Table:
     A constant that nothing but its bound holds is marked.
     """
     x, final = conclusion.explanation, conclusion.model[1]
-    unknowns, specimens = x.program.unknowns, list(dict.fromkeys(r.specimen for r in x.program.recordings))
+    unknowns, specimens = x.program.unknowns, [r.specimen for r in x.program.recordings]
     fits, header = [x.base], ["constant", "nominal", "refitted"]
     if final is not x.base:
         fits.append(final)
@@ -145,13 +145,11 @@ def base_table(conclusion: Conclusion) -> Table:
     for k in unknowns.base:
         item = unknowns.items[k]
         shown = lambda v, item=item: number(float(from_si(v, item.unit, item.unit == "K")), ".4g")  # noqa: E731
-        stem, _, owner = item.name.partition(MARK)
-        name = f"{stem} of {specimens[int(owner) - 1]}" if owner else stem
         cells = [
             f"{shown(item.value(fit.u[k]))} ({fit.u[k]:+.1f} sd{', at its bound' * (item.name in names)})"
             for fit, names in zip(fits, held, strict=True)
         ]
-        rows.append([name, shown(item.reference), *cells, item.unit])
+        rows.append([of_specimen(item.name, specimens), shown(item.reference), *cells, item.unit])
     return Table([*header, "unit"], rows, NOMINAL if final is not x.base else DEPARTURE)
 
 
