@@ -4,8 +4,10 @@ import csv
 
 import numpy as np
 import pytest
+from borders import faults
 
 import pneusma_jax as pj
+from fitting.report.figures.workspace import workspace_figure
 from fitting.simulate.workspace import compute_workspace, grid
 
 COARSE = ("--pressures", 4, "--activations", 3)
@@ -58,6 +60,17 @@ def test_states_without_result_are_counted_in_words():
     assert np.all(np.isnan(space.curvature[lost]))
     assert any("have no result" in sentence for sentence in space.cautions)
     assert set(space.columns()["status"][lost.ravel()]) <= {s.name for s in pj.Status}
+
+
+def test_shapes_are_drawn_beside_a_bar_of_the_length_that_it_tells():
+    spaces = [
+        compute_workspace(name, np.array([0.0, 30e3]), np.array([1.0, 0.5])) for name in ("pneuflex_s", "pneusma2")
+    ]
+    figure = workspace_figure(spaces)
+    (bar,) = [text for axes in figure.axes for text in axes.texts if text.get_text() == "20 mm"]
+    ends = [line.get_xdata() for line in bar.axes.lines if np.ptp(line.get_ydata()) == 0.0]
+    assert any(np.ptp(x) == pytest.approx(20.0) for x in ends)
+    assert faults(figure) == []
 
 
 def test_options(run, tmp_path):

@@ -21,6 +21,8 @@ LOOKS = {
 }
 OTHERS = (PURPLE, VERMILION, SKY)  # Colours in turn for designs that are not the source's
 MOST_TICKS = 5
+BAR_MM = 20.0
+"""Length of the bar that tells the scale of shapes [mm]; an actuator is some three times as long."""
 
 
 def workspace_figure(workspaces: Sequence[Workspace]) -> Figure:
@@ -53,10 +55,11 @@ def workspace_figure(workspaces: Sequence[Workspace]) -> Figure:
         for axes, workspace in zip(views, workspaces, strict=True):
             _shapes(axes, workspace)
         _same_scale(views)
+        _scale_bar(views[0])
         figure.text(
             0.5,
             0.005,
-            "solid red: heated spring; dashed grey: cold spring; to one scale",
+            "solid red: heated spring; dashed grey: cold spring; xi0: martensite fraction; to one scale",
             ha="center",
             va="bottom",
         )
@@ -105,6 +108,13 @@ def _same_scale(views: Sequence[Axes]) -> None:
         middle = float(np.mean(view.get_xlim()))
         view.set_xlim(middle - 0.5 * width, middle + 0.5 * width)
         view.set_ylim(low, high)
+
+
+def _scale_bar(view: Axes) -> None:
+    """A bar of `BAR_MM` with its length, in the lower left corner of a view in mm."""
+    left, low = view.get_xlim()[0], view.get_ylim()[0]
+    view.plot([left, left + BAR_MM], [low, low], color="black", linewidth=2.0, clip_on=False)
+    view.text(left + 0.5 * BAR_MM, low + 1.5, f"{BAR_MM:g} mm", ha="center", va="bottom", fontsize=8.5)
 
 
 def direction_figure(workspaces: Sequence[Workspace]) -> Figure:
