@@ -51,7 +51,7 @@ def test_springs_are_drawn_where_they_are_in_the_colour_of_their_phase(chain):
     assert run == pytest.approx(1e3 * (56e-3 + float(found.segments[0].delta_2)), rel=1e-3)
     spans = np.array([np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim()), np.ptp(axes.get_zlim())])
     np.testing.assert_allclose(axes.get_box_aspect() / spans, (axes.get_box_aspect() / spans)[0], rtol=1e-9)
-    assert [axes.get_xlabel(), axes.get_zlabel()] == ["position x [mm]", "position z [mm]"]
+    assert [axes.get_xlabel(), axes.get_zlabel()] == ["x [mm]", "z [mm]"]
     assert figure.axes[1].get_ylabel() == "martensite fraction of the spring [1]"
     assert Image.open(io.BytesIO(png(figure))).size[0] > 800
 

@@ -31,6 +31,8 @@ from .words import label_of, sensitivities, step_of
 COLOURS = (VERMILION, BLUE, GREEN, ORANGE, PURPLE, SKY)
 MOST_SHAPES = 6
 POINTS = 60
+PAD = 0.08
+"""Free height above and below panels [inch], twice matplotlib's. With that of matplotlib a label was cut."""
 _centre_line = stored_jit()(arc_points)
 
 
@@ -85,6 +87,12 @@ def centre_line(solved: Solved) -> tuple[np.ndarray, float]:
     return 1e3 * np.asarray(_centre_line(one.bend, one.length, np.linspace(0.0, 1.0, POINTS))), radius
 
 
+def _titled(figure: Figure, title: str) -> None:
+    """Give a figure a title, and room for it: panels of equal scales leave labels less than is laid out."""
+    figure.suptitle(title)
+    figure.get_layout_engine().set(h_pad=PAD)
+
+
 def shapes_figure(result: DesignResult) -> Figure:
     """Figure of the design's shapes and those of the original tables, state by state, to one scale."""
     model, shown = result.model, _states_shown(result)
@@ -106,9 +114,8 @@ def shapes_figure(result: DesignResult) -> Figure:
                     label = _state_words(result, k) if own else ("tables' own" if k == shown[0] else "")
                     draw_tube(axes, line[:, [axis, 2]], radius, colour, label or "_", 0.3 if own else 0.15)
             _draw_wanted_tips(axes, result, axis, shown)
-            across = f"position {name} across the straight tube [mm]"
-            axes.set(xlabel=across, ylabel="position z along the straight tube [mm]", aspect="equal")
-        figure.suptitle("Shapes of the design, to one scale")
+            axes.set(xlabel=f"position {name} [mm]", ylabel="position z along the tube [mm]", aspect="equal")
+        _titled(figure, "Shapes of the design, to one scale")
         legend_above(panels[0], 2)
     return figure
 
@@ -151,9 +158,8 @@ def workspace_figure(result: DesignResult) -> Figure:
             flat = np.stack([tips[:, :2] @ side, tips[:, 2]], axis=1)
             axes.fill(*flat.T, color=colour, alpha=0.3, linewidth=0)
             axes.plot(*np.concatenate([flat, flat[:1]]).T, color=colour, label=label)
-        axes.set(xlabel="position of the tip towards side 1 [mm]", aspect="equal")
-        axes.set_ylabel("position of the tip along the straight tube [mm]")
-        figure.suptitle("Places that the tip can reach")
+        axes.set(xlabel="tip towards side 1 [mm]", ylabel="tip along the straight tube [mm]", aspect="equal")
+        _titled(figure, "Places that the tip can reach")
         legend_above(axes)
     return figure
 
@@ -174,7 +180,7 @@ def sensitivity_figure(result: DesignResult) -> Figure:
             axes.axvline(0.0, color="black", linewidth=0.8)
             axes.set(xlabel=f"change of {one.name} [{one.unit}]", yticks=range(len(free)), yticklabels=labels)
         panels[0].invert_yaxis()
-        figure.suptitle("Change of each objective for a small step of each parameter")
+        _titled(figure, "Change of each objective for a small step of each parameter")
     return figure
 
 
@@ -211,7 +217,7 @@ def front_figure(result: DesignResult) -> Figure:
                 ylabel=f"{label_of(study.objectives[j])} [{study.objectives[j].unit}]",
             )
             legend_above(axes)
-        figure.suptitle("Pareto front")
+        _titled(figure, "Pareto front")
     return figure
 
 
@@ -227,6 +233,6 @@ def chance_figure(result: DesignResult) -> Figure:
             axes.hist(shown, bins=60, histtype="stepfilled", alpha=0.35, color=colour, label=label)
         draws = next(iter(result.chances.values())).draws
         axes.set(xlabel=f"{label_of(one)} [{one.unit}]", ylabel=f"number of draws, of {draws} [1]")
-        figure.suptitle("First objective over fresh draws")
+        _titled(figure, "First objective over fresh draws")
         legend_above(axes, 1)
     return figure

@@ -195,7 +195,7 @@ def _frame_box(axes: Axes3D, box: np.ndarray) -> None:
     for name, (low, high) in zip("xyz", box.T, strict=True):
         axis = getattr(axes, f"{name}axis")
         getattr(axes, f"set_{name}lim")(low, high)
-        axis.set_label_text(f"position {name} [mm]")
+        axis.set_label_text(f"{name} [mm]")
         axis.set_major_locator(MultipleLocator(ticks[1] - ticks[0]))
     axes.set_box_aspect(size)
     axes.view_init(elev=22.0, azim=-55.0)
