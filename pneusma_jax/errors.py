@@ -37,6 +37,16 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return "known: " + ", ".join(known)
 
 
+LONGEST_REASON = 200
+"""Maximum number of characters of another library's message that ours quote: two lines of a screen."""
+
+
+def reason_of(error: BaseException) -> str:
+    """Message of another library's error in one line, cut where it is long."""
+    words = " ".join(str(error).split()) or type(error).__name__
+    return words if len(words) <= LONGEST_REASON else words[: LONGEST_REASON - 4] + " ..."
+
+
 def counted(count: int, noun: str, plural: str = "") -> str:
     """A count with its noun: `1 row`, `3 rows`.
 

@@ -1,15 +1,36 @@
-"""Access to HDF5 files, in which every fault of a file ends in one line."""
+"""Access to HDF5 files, in which every fault of a file ends in one line.
 
+The HDF5 library may end the process, or read without end, where the structure of a file is damaged. A file
+with a digest is checked before. A file without one is first read to its end by a process of its own.
+"""
+
+import functools
 import io
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import h5py
 
-from pneusma_jax.errors import InputError
+from pneusma_jax.errors import InputError, reason_of
 
-from .sealed import check_seal
+from .sealed import check_seal, refuse_remains
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_HEAD = 64
+"""Number of bytes of a file that hold its size, in any version of the format."""
+_SIZE_OF_ADDRESS, _FIRST_ADDRESS = {0: 13, 1: 13, 2: 9, 3: 9}, {0: 24, 1: 28, 2: 12, 3: 12}
+"""Places of the size of addresses and of the first address, by the version of the superblock (section II.A of
+the HDF5 File Format Specification)."""
+READ_S = 5.0
+"""Maximum time to read a small file in a process of its own [s]. Files of this project take 0.01 s."""
+BYTES_PER_S = 10e6
+"""Minimum speed of a disk from which a large file is read [B/s]."""
+START_S = 120.0
+"""Maximum time in which that process starts [s]. It takes 0.5 s here, and minutes on a slow shared disk."""
+READER = Path(__file__).with_name("hdf5_walk.py")
 
 
 @contextmanager
@@ -27,11 +48,67 @@ def opened(source: Path | bytes, name: str, what: str, more: str = "") -> Iterat
         InputError: if it is damaged, or reading it fails in any way inside of the `with` block.
     """
     try:
-        check_seal(source, name)
+        if not check_seal(source, name):
+            _check_size(source, name)
+            if fault := _fault(source):
+                raise InputError(f"{name}: cannot be read as {what} ({fault}){more}")
         with h5py.File(io.BytesIO(source) if isinstance(source, bytes) else source, "r") as file:
             yield file
     except (InputError, FileNotFoundError):
         raise
     except Exception as error:  # h5py raises a dozen types for damaged files
-        words = " ".join(str(error).split())[:200]
-        raise InputError(f"{name}: cannot be read as {what} ({words}){more}") from None
+        raise InputError(f"{name}: cannot be read as {what} ({reason_of(error)}){more}") from None
+
+
+def _check_size(source: Path | bytes, name: str) -> None:
+    """Refuse a file that is longer or shorter than it states.
+
+    Raises:
+        InputError: if it is.
+    """
+    with io.BytesIO(source) if isinstance(source, bytes) else open(source, "rb") as file:
+        head = file.read(_HEAD)
+        size = file.seek(0, io.SEEK_END)
+    end = _stated_size(head)
+    if end is None:
+        return
+    if size < end:
+        raise InputError(f"{name}: damaged, {size} bytes where it states {end}")
+    refuse_remains(size - end, name)
+
+
+def _stated_size(head: bytes) -> int | None:
+    """Size that the beginning of a file states [B]; None where it is no usual HDF5 file."""
+    if len(head) < _HEAD or not head.startswith(SIGNATURE) or head[8] not in _FIRST_ADDRESS:
+        return None
+    size, first = head[_SIZE_OF_ADDRESS[head[8]]], _FIRST_ADDRESS[head[8]]
+    base, _, end = (
+        int.from_bytes(head[first + k * size : first + (k + 1) * size], "little") for k in range(3)
+    )
+    return end if size in (4, 8) and base == 0 else None
+
+
+def _fault(source: Path | bytes) -> str:
+    """Reason why a file without a digest cannot be read in this process; empty if it can."""
+    if isinstance(source, bytes):
+        return _fault_of("-", len(source), source)
+    state = Path(source).stat()
+    return _fault_in(str(source), state.st_size, state.st_mtime_ns)
+
+
+@functools.lru_cache(maxsize=64)
+def _fault_in(path: str, size: int, changed: int) -> str:
+    """The same of a file on disk. A command opens a file several times, but it is looked at once."""
+    return _fault_of(path, size, b"")
+
+
+def _fault_of(path: str, size: int, content: bytes) -> str:
+    seconds = READ_S + size / BYTES_PER_S
+    words = [sys.executable, "-P", str(READER), path, f"{seconds:g}"]
+    try:
+        done = subprocess.run(words, input=content, capture_output=True, timeout=START_S + seconds)
+    except (OSError, subprocess.TimeoutExpired):
+        return ""  # no process can start here, so none has found a fault
+    if not done.stdout or not done.returncode:
+        return ""
+    return "reading it does not end" if done.returncode > 0 else "reading it ends the process that does"

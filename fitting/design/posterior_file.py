@@ -29,7 +29,7 @@ def posterior_draws(path: Path, specimen: int | None = None) -> tuple[dict[str, 
 
     Raises:
         InputError: if the file cannot be read, has nothing that the model knows, or is of several specimens
-            and none or an unknown one is named.
+            and none or an unknown one is named. Also if a draw is not finite.
     """
     try:
         with hdf5.opened(path, str(path), "the `posterior.nc` of `pneusma posterior`") as file:
@@ -56,7 +56,10 @@ def posterior_draws(path: Path, specimen: int | None = None) -> tuple[dict[str, 
         if plain in known:
             raise InputError(f"{path}: {plain} is there more than once")
         if plain in _KNOWN and unit in UNITS:
-            known[plain] = to_si(values, unit, _KNOWN[plain] == TEMPERATURE_DIFFERENCE)
+            with np.errstate(over="ignore"):  # infinite draws are refused
+                known[plain] = to_si(values, unit, _KNOWN[plain] == TEMPERATURE_DIFFERENCE)
+            if not np.all(np.isfinite(known[plain])):
+                raise InputError(f"{path}: draws of {plain} are not finite")
         else:
             others.append(name)
     if not known:

@@ -68,8 +68,15 @@ def run_members(
         progress(f"{job.names[number]} done")
         return own
 
-    usable = lambda member: member.done  # noqa: E731
-    return run_results(job, job.tasks(), store, scheduler, here, was_there, is_done, usable)
+    return run_results(job, job.tasks(), store, scheduler, here, was_there, is_done, _is_done)
+
+
+def _is_done(stored: Any) -> bool:
+    """True if a stored object is a member with a result. A file without a digest may hold any object."""
+    try:
+        return bool(replace(stored).done)
+    except (TypeError, AttributeError):  # no dataclass, or a field of it is not there
+        return False
 
 
 def handed(to: Callable[[Any], None], member: Any) -> Any:

@@ -12,8 +12,8 @@ import pickle
 from types import ModuleType
 from typing import Any
 
-from fitting.data.sealed import check_seal, sealed
-from pneusma_jax.errors import InputError
+from fitting.data.sealed import check_seal, refuse_remains, sealed
+from pneusma_jax.errors import InputError, reason_of
 
 OWN = ("fitting", "pneusma_jax", "validation")
 """Packages whose classes results are made of."""
@@ -87,10 +87,14 @@ def load(content: bytes) -> Any:
     Raises:
         InputError: if they are damaged, or name what no result is made of.
     """
-    check_seal(content, "the stored result")
+    whole = check_seal(content, "the stored result")
     try:
-        return _Reader(io.BytesIO(content)).load()
+        stream = io.BytesIO(content)
+        result = _Reader(stream).load()
     except InputError:
         raise
     except Exception as error:  # what damaged bytes raise differs
-        raise InputError(f"the stored result is damaged: {error}") from None
+        raise InputError(f"the stored result is damaged: {reason_of(error)}") from None
+    if not whole:
+        refuse_remains(len(stream.read()), "the stored result")
+    return result

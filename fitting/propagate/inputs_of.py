@@ -220,7 +220,8 @@ def read_draws(place: Path) -> Draws:
                 unit = str(group[name].attrs.get("unit", "1"))
                 if unit not in UNITS:
                     raise InputError(f"{file}: unknown unit {unit!r} of {name!r}, {nearest(unit, UNITS)}")
-                columns[name] = to_si(np.asarray(group[name]).ravel(), unit, difference=unit == "K")
+                with np.errstate(over="ignore"):  # infinite draws are refused below
+                    columns[name] = to_si(np.asarray(group[name]).ravel(), unit, difference=unit == "K")
         if not columns:
             raise InputError(f"{file}: there are no draws in it; `pneusma posterior` leaves some")
         table = np.stack(list(columns.values()), axis=1)

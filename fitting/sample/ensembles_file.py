@@ -107,4 +107,5 @@ def _ensemble(path: Path, name: str) -> emcee.backends.Backend:
     backend.accepted, backend.iteration = stored.accepted, int(stored.iteration)
     algorithm, keys, position, has_gauss, gauss = stored.random_state
     backend.random_state = (str(algorithm), np.asarray(keys), int(position), int(has_gauss), float(gauss))
+    np.random.RandomState().set_state(backend.random_state)  # raises an error for one that is damaged
     return backend

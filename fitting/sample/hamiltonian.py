@@ -199,6 +199,10 @@ class HamiltonianChains(Chains):
     def diagnostics(self) -> dict[str, Any]:
         """Divergences, energy, steps and gradients."""
         energy = self._stacked("energy")
+        # The fraction does not depend on the unit of energy. One that is a power of two keeps every digit and
+        # the squares of any stored energy finite.
+        _, exponent = np.frexp(np.max(np.abs(energy), axis=1, keepdims=True, initial=0.0))
+        energy = np.ldexp(energy, -exponent)
         change, spread = np.mean(np.diff(energy, axis=1) ** 2, axis=1), np.var(energy, axis=1)
         fraction = np.where(spread > 0.0, change / np.where(spread > 0.0, spread, 1.0), 0.0)
         return {
@@ -255,7 +259,11 @@ def _read(group: h5py.Group) -> _Chain:
         return kind(*(group[f"{kind.__name__}/{name}"][()] for name in kind._fields))
 
     state, metric = (jax.tree.map(jnp.asarray, part(kind)) for kind in (HMCState, LowRankInverseMassMatrix))
-    return _Chain(state, jnp.asarray(group["step"][()]), metric, int(group.attrs["warm_up"]), part(Draws))
+    draws = part(Draws)
+    for name in ("u", "log_probability", "energy"):
+        if not np.all(np.isfinite(getattr(draws, name))):
+            raise ValueError(f"{name} of some draws is not finite")
+    return _Chain(state, jnp.asarray(group["step"][()]), metric, int(group.attrs["warm_up"]), draws)
 
 
 class _Programs(NamedTuple):

@@ -257,6 +257,16 @@ def test_of_a_posterior_of_several_specimens_one_has_to_be_named(tmp_path):
     assert list(one) == ["wall_thickness"] and one["wall_thickness"] == pytest.approx(1e-3)
 
 
+@pytest.mark.parametrize("draw", [np.nan, np.inf, 1e308])
+def test_a_draw_that_is_not_finite_is_refused(tmp_path, draw):
+    path = _posterior(tmp_path / "one.nc", ["G_m"])
+    with h5py.File(path, "r+") as file:
+        file["posterior/G_m"][1, 2] = draw
+        file["posterior/G_m"].attrs["unit"] = "GPa"  # so that 1e308 is more than a number can be
+    with pytest.raises(InputError, match="draws of G_m are not finite"):
+        posterior_draws(path)
+
+
 def test_the_command_says_it_on_one_line_and_writes_nothing(tmp_path):
     path = write_study(tmp_path, changed(WALL, WALL.replace("0.7", "2.7")))
     done = CliRunner().invoke(main, ["design", str(path), "--out", str(tmp_path / "out")])

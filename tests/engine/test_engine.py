@@ -2,10 +2,13 @@
 
 import errno
 import os
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import pytest
 
 from fitting.engine import Rate, Store, Task, digest, objects, run_results, run_tasks, unique_names
+from fitting.engine.members import _is_done
 from pneusma_jax.errors import InputError
 
 TASKS = [Task(f"part-{k}", 10 * (k + 1)) for k in range(4)]
@@ -80,6 +83,33 @@ def test_results_are_read_or_computed_and_each_is_told_of(tmp_path):
     again = run_results(work, TASKS, store, **more)
     assert asked == [0, 1, 1, 2, 3, 3], "what is not good is computed again"
     assert again == every
+
+
+class Member(NamedTuple):
+    """No dataclass, so no member of a batch."""
+
+    done: bool
+
+
+@dataclass
+class Fitted:
+    """The same as a member of a batch."""
+
+    name: str
+    path: str
+    result: float | None
+
+    @property
+    def done(self):
+        return self.result > 0.0
+
+
+def test_a_stored_object_that_is_no_member_is_computed_again():
+    fitted, emptied = Fitted("a", "a", 1.0), Fitted("a", "a", 1.0)
+    del emptied.result
+    assert _is_done(fitted)
+    for stored in (b"bytes", None, Member(True), Fitted("a", "a", None), Fitted("a", "a", -1.0), emptied, Fitted):
+        assert not _is_done(stored)
 
 
 def test_files_may_have_folders_of_their_own(tmp_path):

@@ -255,6 +255,18 @@ def test_a_mark_far_from_all_others_is_missing(put, mark):
     assert said(recording, "in 2 rows of 'Stress (kPa)' (first in row 6)") and said(recording, "taken as a mark for no reading")
 
 
+@pytest.mark.parametrize("number", ["1e400", "-1e400", "9" * 400, "1e" + "9" * 40, "1e308", "-1.7e308"])
+@pytest.mark.parametrize("column", [0, 1])
+def test_a_number_that_is_too_large_is_missing(put, number, column):
+    cells = [[f"{100 * (s - 1):.2f}", f"{p:.3f}"] for s, p in zip(STRETCH, STRESS, strict=True)]
+    cells[4][column] = number
+    recording = import_file(put("a.csv", "Strain (%),Stress (kPa)\n" + "".join(",".join(row) + "\n" for row in cells)))
+    name = ("strain", "stress_kPa")[column]
+    np.testing.assert_array_equal(np.flatnonzero(~np.isfinite(recording.columns[name])), [4])
+    assert said(recording, f"in 1 row of {('Strain (%)', 'Stress (kPa)')[column]!r} (first in row 6)")
+    assert said(recording, "taken as a mark for no reading, so missing")
+
+
 @pytest.mark.parametrize(("mark", "least", "most"), [("-99", 0.0, 300.0), ("-999", 0.0, 2000.0), ("32767", 0.0, 30000.0), ("99", 0.0, 60.0)])
 def test_a_mark_near_the_others_is_kept_and_asked_about(put, mark, least, most):
     values = np.linspace(least, most, 40)

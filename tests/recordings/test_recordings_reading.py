@@ -114,6 +114,11 @@ def test_comments_between_the_rows_are_left_out_and_said(put):
     assert any("2 comments between the rows skipped (row 3)" in text for text in recording.notices)
 
 
+def test_a_number_that_no_other_unit_can_hold_is_refused(put):
+    with pytest.raises(InputError, match="row 3, column stress_kPa: inf cannot be: an instrument writes it for no reading"):
+        read_recording(put("time_s,strain,stress_MPa\n0,0,0\n1,0.1,1e308\n", 'kind = "elastomer"\n'))
+
+
 @pytest.mark.parametrize("name", ["stress_kPa", "stress_Pa"])
 def test_an_instruments_mark_for_no_reading_is_refused(put, name):
     with pytest.raises(InputError, match=r"row 3, column stress_kPa: 9.9e\+3\d cannot be: an instrument writes it for no reading"):

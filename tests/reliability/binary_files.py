@@ -15,7 +15,7 @@ import h5py
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.data.recordings import read_recording
+from fitting.data.recordings import Recording, read_recording
 from fitting.data.sealed import SEAL, sealed
 from fitting.design.posterior_file import posterior_draws as read_design_posterior
 from fitting.engine import objects
@@ -25,6 +25,7 @@ from fitting.propagate.chunk import chunk_bytes, read_summary
 from fitting.propagate.inputs_of import read_draws
 from fitting.report.posterior.netcdf import _group
 from fitting.sample import Settings, Target, sample
+from pneusma_jax.errors import InputError
 from pneusma_jax.precision import enable_float64
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -74,9 +75,7 @@ def kinds() -> dict[str, Binary]:
             "chunk.h5", study_chunk,
             lambda path: [*read_summary(path.read_bytes(), fingerprint, 0, path.name).arrays().values()],
         ),
-        "stored result": Binary(
-            "member", _result(), lambda path: [*objects.load(path.read_bytes()).columns.values()]
-        ),
+        "stored result": Binary("member", _result(), _columns),
     }  # fmt: skip
 
 
@@ -131,6 +130,14 @@ def _chunk() -> tuple[bytes, str]:
         (Path(place) / "study.toml").write_text(STUDY)
         problem = build_problem(read_study(Path(place) / "study.toml"))
         return chunk_bytes(problem, problem.sampler(), 0), problem.fingerprint
+
+
+def _columns(path: Path) -> list[np.ndarray]:
+    """Columns of a stored recording. Any other object is refused, as a run that goes on computes it again."""
+    found = objects.load(path.read_bytes())
+    if not isinstance(found, Recording) or not hasattr(found, "columns"):
+        raise InputError(f"{path}: no recording")
+    return [*found.columns.values()]
 
 
 def _result() -> bytes:

@@ -4,8 +4,8 @@
 
 Kinds: recordings and sidecars, tables of constants and studies, text files and workbooks of laboratories, and the HDF5
 and stored files that commands resume from. An independent reader checks every file that is accepted: a number that
-differs is a silent wrong number. A traceback, a reading of more than ten seconds, more than 4 GiB of memory, or a
-process that dies is a failure, too. Files are read in a process of their own, so that the campaign outlives it.
+differs is a silent wrong number. A traceback, a library's warning, a reading of more than ten seconds, more than 4 GiB
+of memory, or a process that dies is a failure, too. Files are read in a process of their own, so that the campaign outlives it.
 """
 
 import argparse
@@ -21,10 +21,11 @@ import subprocess
 import sys
 import tempfile
 import traceback
+import warnings
 import zipfile
 import zlib
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -60,6 +61,9 @@ depth = {value = 0.21, unit = "1", status = "fitted", source = "a fit"}
 GOOD = ("accepted", "refused")
 BEGIN_SECONDS = 300
 """Maximum time between two lines of a process: it starts with sampling a chain, which compiles."""
+
+
+TOO_MUCH = f"some file: more than {MEMORY_GIB:g} GiB"
 
 
 class TooLong(Exception):
@@ -98,7 +102,7 @@ def wrong_numbers(table: bytes, columns: dict[str, np.ndarray]) -> str:
     lines = text.split("\n")
     while lines and (not lines[0].strip() or lines[0].startswith("#")):
         lines.pop(0)
-    rows = [row for row in csv.reader(io.StringIO("\n".join(lines))) if row]
+    rows = [row for row in csv.reader(io.StringIO("\n".join(lines))) if row and row[0][:1] != "#"]  # no comments
     header = [name.strip() for name in rows[0]]
     for name, values in columns.items():
         if name not in header or not np.issubdtype(np.asarray(values).dtype, np.number):
@@ -256,15 +260,27 @@ def one(seed: int, sources: dict = SOURCES) -> tuple[str, str]:
         read, wrong = sources[what][0](rng, Path(place))
         signal.signal(signal.SIGALRM, _alarm)
         signal.alarm(SECONDS)
+        warned: list[str] = []
         try:
-            found = read()
+            with warnings.catch_warnings():
+                warnings.simplefilter("always")
+                for ignored in (DeprecationWarning, PendingDeprecationWarning):
+                    warnings.simplefilter("ignore", ignored)  # as Python does outside of the main program
+                warnings.showwarning = lambda text, kind, file, line, *_: warned.append(
+                    f"{file}:{line}: {kind.__name__}: {text}"
+                )
+                found = read()
             signal.alarm(0)
             said = wrong(found)
-            return (f"{what}: wrong number", said) if said else (f"{what}: accepted", "")
+            if said:
+                return f"{what}: wrong number", said
+            return (f"{what}: warning", warned[0]) if warned else (f"{what}: accepted", "")
         except InputError as error:
             line = str(error)
             clear = "\n" not in line and line.strip() and len(line) < 2000
-            return (f"{what}: refused", line) if clear else (f"{what}: unclear line", line[:300])
+            if not clear:
+                return f"{what}: unclear line", line[:300]
+            return (f"{what}: warning", warned[0]) if warned else (f"{what}: refused", line)
         except TooLong:
             return f"{what}: too long", ""
         except Exception:
@@ -280,46 +296,51 @@ def note(counts: Counter, failures: dict[str, list], seed: int, outcome: str, sa
         failures.setdefault(outcome, []).append({"seed": seed, "said": said})
 
 
-def campaign(seeds: range, sources: dict = SOURCES) -> tuple[Counter, dict[str, list]]:
+def campaign(seeds: Sequence[int], sources: dict = SOURCES) -> tuple[Counter, dict[str, list]]:
     """Counts of outcomes, and each failure.
 
     Files are read in processes of their own: one that dies or hangs is a failure, and the next goes on behind it.
     """
     counts: Counter = Counter()
     failures: dict[str, list] = {}
-    seed = seeds.start
-    while seed < seeds.stop:
-        words = [sys.executable, __file__, "--child", "--seed", str(seed), "--count", str(seeds.stop - seed)]
-        words += ["--kinds", *sources]
-        with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, bufsize=1) as child:
-            while seed < seeds.stop:
+    done = 0
+    while done < len(seeds):
+        words = [sys.executable, __file__, "--child", "--kinds", *sources]
+        with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as child:
+            outcome = ""
+            while done < len(seeds) and outcome != TOO_MUCH:
+                child.stdin.write(f"{seeds[done]}\n")
+                child.stdin.flush()
                 ready, _, _ = select.select([child.stdout], [], [], BEGIN_SECONDS)
                 line = child.stdout.readline() if ready else ""
                 if not line:
                     child.kill()
                     died = "process died" if ready else "too long"
-                    note(counts, failures, seed, f"some file: {died}", f"exit code {child.wait()}")
-                    seed += 1
+                    note(counts, failures, seeds[done], f"some file: {died}", f"exit code {child.wait()}")
+                    done += 1
                     break
-                note(counts, failures, seed, *json.loads(line))
-                seed += 1
-                if seed % 1000 == 0:
-                    print(
-                        f"{seed - seeds.start} of {len(seeds)}, {sum(map(len, failures.values()))} failed",
-                        flush=True,
-                    )
+                outcome, said = json.loads(line)
+                note(counts, failures, seeds[done], outcome, said)
+                done += 1
+                if done % 1000 == 0:
+                    failed = sum(map(len, failures.values()))
+                    print(f"{done} of {len(seeds)}, {failed} failed", flush=True)
     return counts, failures
 
 
-def child(seeds: range, sources: dict) -> int:
-    """Print the outcome of each file as a line; end with 3 if memory ran over its limit."""
+def child(sources: dict) -> int:
+    """Print the outcome of each seed that a line states, as a line; end once memory ran over its limit."""
     if sources.keys() - TEXTS.keys():
         kinds()
     out = sys.stdout
     sys.stdout = sys.stderr  # a library that prints must not disturb the lines
-    for seed in seeds:
-        print(json.dumps(one(seed, sources)), file=out, flush=True)
-        if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20 > MEMORY_GIB:
+    for line in sys.stdin:
+        outcome = one(int(line), sources)
+        used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+        if used > MEMORY_GIB:
+            outcome = (TOO_MUCH, f"{used:.1f} GiB")
+        print(json.dumps(outcome), file=out, flush=True)
+        if outcome[0] == TOO_MUCH:
             return 3
     return 0
 
@@ -329,14 +350,15 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=20000)
     parser.add_argument("--seed", type=int, default=0, help="of the first file")
+    parser.add_argument("--seeds", type=int, nargs="+", help="of single files, instead of --seed and --count")
     parser.add_argument("--out", type=Path)
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--kinds", nargs="+", choices=SOURCES, default=list(SOURCES), help="kinds of files")
     given = parser.parse_args()
     sources = {name: SOURCES[name] for name in given.kinds}
-    seeds = range(given.seed, given.seed + given.count)
     if given.child:
-        return child(seeds, sources)
+        return child(sources)
+    seeds = given.seeds or range(given.seed, given.seed + given.count)
     counts, failures = campaign(seeds, sources)
     for outcome, count in sorted(counts.items()):
         print(f"{outcome:40s} {count:6d}")
@@ -345,8 +367,9 @@ def main() -> int:
         print(f"\n{outcome}: {len(examples)}, the first:\n{first['said']}  (seed {first['seed']})")
     if given.out:
         given.out.parent.mkdir(parents=True, exist_ok=True)
+        stated = given.seeds or [seeds.start, seeds.stop]
         given.out.write_text(
-            json.dumps({"seeds": [seeds.start, seeds.stop], "counts": counts, "failures": failures}, indent=1)
+            json.dumps({"seeds": stated, "counts": counts, "failures": failures}, indent=1)
         )
     return 1 if failures else 0
 

@@ -2,6 +2,7 @@
 
 import io
 import zipfile
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -36,6 +37,27 @@ def test_the_independent_reader_sees_a_wrong_number(tmp_path):
     assert "stress_kPa" in wrong_numbers(text.encode(), columns)
 
 
+def test_the_independent_reader_leaves_comments_out(tmp_path):
+    text = "strain,stress_kPa\n" + "".join(f"{0.1 * k},{k}\n" for k in range(12)) + "#,12\n"
+    (tmp_path / "a.csv").write_text(text)
+    columns = read_recording(tmp_path / "a.csv").columns
+    assert wrong_numbers(text.encode(), columns) == "" and len(columns["strain"]) == 12
+
+
+def test_a_warning_of_a_library_is_a_failure():
+    def warned(rng, folder):
+        return lambda: np.float64(1e200) * np.full(2, 1e200), lambda found: ""
+
+    outcome, said = one(0, {"raw text": (warned, 1.0)})
+    assert outcome == "raw text: warning" and "RuntimeWarning: overflow" in said
+
+
+def test_single_seeds_are_run_again(tmp_path):
+    counts, failures = campaign([3, 17, 5], TEXTS)
+    assert sum(counts.values()) == 3 and not failures
+    assert counts == sum((Counter([one(seed, TEXTS)[0]]) for seed in (3, 17, 5)), Counter())
+
+
 def test_the_independent_reader_sees_an_invented_number(tmp_path):
     text = "Strain (%),Stress (MPa)\n" + "".join(f"{2 * k},{0.003 * k:.3f}\n" for k in range(20))
     (tmp_path / "a.csv").write_text(text)
@@ -55,6 +77,16 @@ def test_a_workbook_whose_entities_expand_to_gigabytes_is_refused(tmp_path, part
     with pytest.raises(InputError) as refused:
         import_tests(tmp_path / "bomb.xlsx", make_options(kind="elastomer"))
     assert "\n" not in str(refused.value)
+
+
+def test_a_workbook_whose_parts_have_other_names_is_refused_in_a_short_line(tmp_path):
+    content = bytearray(workbook(np.random.default_rng(0)))
+    header = content.index(b"xl/styles.xml") - 30  # of the part; its name is 30 bytes behind
+    content[header + 26 : header + 28] = (600).to_bytes(2, "little")
+    (tmp_path / "a.xlsx").write_bytes(content)
+    with pytest.raises(InputError, match="not an Excel workbook that can be read") as refused:
+        import_tests(tmp_path / "a.xlsx", make_options(kind="elastomer"))
+    assert len(str(refused.value).removeprefix(str(tmp_path))) < 300
 
 
 def packed_workbook(sheet: str, part: str = "xl/worksheets/sheet1.xml") -> bytes:

@@ -68,6 +68,14 @@ def test_nothing_that_runs_code_from_a_file_is_used():
     assert not calls and not arguments and set(imported) == set(EXCEPTIONS.items())
 
 
+def test_a_stored_result_that_is_damaged_is_refused_in_one_line():
+    with pytest.raises(InputError, match="persistent_load") as refused:
+        objects.load(b"\x80\x04K\x01Q.")  # names an object outside of the file
+    assert "\n" not in str(refused.value)
+    with pytest.raises(InputError, match="5 bytes that are no digest follow"):
+        objects.load(pickle.dumps([1.0]) + b"12345")
+
+
 @pytest.mark.parametrize(
     "hostile",
     [os.system, eval, exec, getattr, print, subprocess.run, importlib.import_module, np.load, enable_float64],

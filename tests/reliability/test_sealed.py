@@ -50,6 +50,66 @@ def test_other_software_reads_a_sealed_file_and_may_change_it(tmp_path):
         assert file["numbers"][3] == 5.0 and file["more"][7] == 7.0
 
 
+@pytest.mark.parametrize("name", ["posterior, for studies", "chunk of a study", "stored result"])
+def test_damage_that_reaches_into_the_digest_is_told(binary, tmp_path, name):
+    """The mark is gone, so the file looks like one without a digest; its bytes behind the content tell."""
+    kind = binary[name]
+    place, content, end = tmp_path / kind.name, kind.content, len(kind.content) - SEAL
+    noise = np.random.default_rng(4).bytes(600)
+    damages = {
+        "noise": content[: end - 300] + noise[:305] + content[end + 5 :],
+        "zeros": content[: end - 60] + bytes(60 + SEAL),
+        "more": content[: end + 3] + noise[:50] + content[end + 3 :],
+        "mark": content[: end + 4] + b"x" + content[end + 5 :],
+        "cut": content[: end + 9],
+        "missing": content[: end - 20] + content[end + 20 :],
+    }
+    for damage, damaged in damages.items():
+        place.write_bytes(damaged)
+        with pytest.raises(InputError) as refused:
+            kind.read(place)
+        assert "\n" not in str(refused.value), damage
+
+
+@pytest.mark.parametrize("version", ["earliest", "v108", "v110"])
+def test_a_file_of_others_is_as_long_as_it_states(tmp_path, version):
+    with h5py.File(tmp_path / "a.h5", "w", libver=version) as file:
+        file["numbers"] = np.arange(9.0)
+    content = (tmp_path / "a.h5").read_bytes()
+    with hdf5.opened(content, "a.h5", "a table") as file:
+        assert file["numbers"][3] == 3.0
+    for changed, words in (
+        (content[:-1], "damaged, "),
+        (content + b"x", "1 byte that is no digest follows its content"),
+        (content + bytes(70), "70 bytes that are no digest follow its content"),
+    ):
+        with pytest.raises(InputError, match=f"^a.h5: .*{words}"), hdf5.opened(changed, "a.h5", "a table"):
+            pass
+
+
+def test_a_file_that_the_library_reads_without_end_is_refused(binary, tmp_path, monkeypatch):
+    """One bit makes a text of the global heap longer than the heap. HDF5 2.0 looks for its end for ever."""
+    monkeypatch.setattr(hdf5, "READ_S", 1.0)
+    kind = binary["posterior, for studies"]
+    damaged = bytearray(without_seal(kind.content))
+    damaged[damaged.index(b"GCOL") + 48] ^= 128
+    for source in (bytes(damaged), tmp_path / "posterior.nc"):
+        (tmp_path / "posterior.nc").write_bytes(damaged)
+        with pytest.raises(InputError, match=r"posterior.nc: .*\(reading it does not end\)"):
+            with hdf5.opened(source, "posterior.nc", "a posterior"):
+                raise AssertionError("the file was opened here")
+
+
+def test_a_file_that_ends_the_process_is_refused(tmp_path, monkeypatch):
+    (tmp_path / "reader.py").write_text("import os\nprint('ready', flush=True)\nos.abort()\n")
+    monkeypatch.setattr(hdf5, "READER", tmp_path / "reader.py")
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["numbers"] = np.arange(9.0)
+    with pytest.raises(InputError, match="reading it ends the process that does"):
+        with hdf5.opened(tmp_path / "a.h5", "a.h5", "a table"):
+            pass
+
+
 @pytest.mark.parametrize(
     "fault", [KeyError("x"), ValueError("a\nb"), RuntimeError("deep"), TypeError(), MemoryError()]
 )

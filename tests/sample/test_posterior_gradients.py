@@ -1,5 +1,8 @@
 """Chains that follow gradients and chains that start from the prior, on distributions that are known exactly."""
 
+from contextlib import nullcontext
+
+import h5py
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -100,6 +103,19 @@ def test_a_stopped_gradient_chain_ends_with_the_same_bytes(tmp_path):
     with pytest.raises(InputError, match="run with sampler = nuts, not emcee"):
         other = Settings(**{**settings.__dict__, "sampler": "emcee"})
         sample(line_target(), line_parameters(), other, file=path, resume=True)
+
+
+def test_damaged_energies_of_stored_draws_are_refused_or_do_no_harm(tmp_path):
+    settings = Settings(sampler="nuts", ensembles=2, max_steps=20, chunk=20, warm_up=50, seed=5)
+    path = tmp_path / "chain.h5"
+    whole = sample(line_target(), line_parameters(), settings, file=path).diagnostics["energy_fraction"]
+    for energy, words in ((1e300, ""), (np.nan, "energy of some draws is not finite")):
+        with h5py.File(path, "r+") as file:
+            file["chain_1/Draws/energy"][7] = energy
+        with pytest.raises(InputError, match=words) if words else nullcontext():
+            found = sample(line_target(), line_parameters(), settings, file=path, resume=True)
+            fractions = found.diagnostics["energy_fraction"]
+            assert np.all(np.isfinite(fractions)) and fractions[1] == whole[1]
 
 
 def two_modes(values, data):

@@ -16,6 +16,8 @@ ENDS = (
     *(-(2.0**bits) for bits in (15, 16, 23, 31, 32)),
 )
 """Numbers that mean no reading: that of well logs, and the ends of converters of 16, 24 and 32 bits."""
+LONGEST_QUOTED = 24
+"""Maximum number of characters of a number that a notice quotes."""
 APART = 100.0
 """Minimum distance from all other numbers, in ranges of these, at which a whole number is no reading."""
 
@@ -23,18 +25,21 @@ APART = 100.0
 def drop_marks(grid: Grid) -> None:
     """Remove the marks for a missing reading that lie far from every other number; ask about the nearer ones.
 
+    A number that is too large for double precision, such as `1e400`, is a mark in any place.
+
     A mark is far if it lies farther from all others than these from each other. One that lies outside the
     others, by more than their largest step, is kept and reported. The grid is changed in place.
     """
     for column in range(grid.values.shape[1]):
         values = grid.values[:, column]
+        _drop_infinite(grid, column)
         finite = values[np.isfinite(values)]
         distinct = np.unique(finite)
         marks = [*filter(_is_mark, distinct[_may_be_mark(distinct)]), *_far_ends(distinct)]
         others = np.sort(finite[~np.isin(finite, marks)])
         if not marks or others.size < 2:
             continue
-        label = repr(grid.headings[column].text) if grid.headings else f"column {column + 1}"
+        label = _label(grid, column)
         for value in dict.fromkeys(marks):
             where = values == value
             count = int(where.sum())
@@ -52,6 +57,25 @@ def drop_marks(grid: Grid) -> None:
                     f"{found} lies apart from all others and was kept; if it marks no reading, leave these"
                     " fields empty"
                 )
+
+
+def _label(grid: Grid, column: int) -> str:
+    return repr(grid.headings[column].text) if grid.headings else f"column {column + 1}"
+
+
+def _drop_infinite(grid: Grid, column: int) -> None:
+    """Remove the numbers of a column that are too large for double precision, and report them."""
+    where = np.flatnonzero(np.isinf(grid.values[:, column]))
+    if not where.size:
+        return
+    text = grid.texts(column)[where[0]]
+    text = text if len(text) <= LONGEST_QUOTED else text[:LONGEST_QUOTED] + " ..."
+    grid.notices.append(
+        f"check: {text!r} in {counted(where.size, 'row')} of {_label(grid, column)} (first in row"
+        f" {grid.rows[where[0]]}) is beyond double precision: taken as a mark for no reading,"
+        " so missing"
+    )
+    grid.values[where, column] = np.nan
 
 
 def _may_be_mark(values: np.ndarray) -> np.ndarray:

@@ -12,6 +12,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from pneusma_jax.errors import reason_of
+
 from ..recordings.table import unusable
 from .number_formats import Display, as_text, display_of, one_unit
 from .workbook_marks import sheet_remarks
@@ -318,7 +320,9 @@ def _read_sheets(raw: RawFile) -> list[Page]:
             remarks = sheet_remarks(raw.content, [(page.name, page.rows or []) for page in sheets])
             sheets = [replace(p, remarks=(*p.remarks, *remarks.get(p.name, ()))) for p in sheets]
     except Exception as error:  # of zip, XML or styles: a damaged workbook can end anywhere in there
-        raise unusable(raw.path, f"this is not an Excel workbook that can be read ({error})") from None
+        raise unusable(
+            raw.path, f"this is not an Excel workbook that can be read ({reason_of(error)})"
+        ) from None
     pages = []
     for page in sheets:
         for row in page.rows or ():

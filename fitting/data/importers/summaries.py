@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .marks import HUGE
 from .numerals import like_a_number
 from .separators import LEAST_ROWS
 from .spelling import plain
@@ -164,6 +165,7 @@ def unlabelled_statistics(values: np.ndarray, texts: Sequence[list[str]]) -> Unl
         texts: fields of each row.
     """
     last = len(values) - 1
+    values = np.where(np.abs(values) < HUGE, values, np.nan)  # marks for no reading have no statistics
     below, above = _at_the_end(values, texts), _at_the_end(values[::-1], texts[::-1])
     above = Unlabelled({last - k: name for k, name in above.rows.items()}, above.sure)
     return below if below.sure or (below.rows and not above.sure) else above
@@ -230,7 +232,7 @@ def _leaps(readings: np.ndarray, row: np.ndarray, name: str) -> bool:
 
 
 _DECIMALS = re.compile(r"[.,](\d+)\s*%?$")
-_EXPONENT = re.compile(r"^(.*?)[eEdD]([+-]?\d+)$")
+_EXPONENT = re.compile(r"^(.*?)[eEdD]([+-]?\d{1,9})$")
 
 
 def _last_digits(texts: Sequence[list[str]]) -> list[float]:
@@ -243,5 +245,5 @@ def _last_digits(texts: Sequence[list[str]]) -> list[float]:
                 scaled = _EXPONENT.match(text)
                 decimals = _DECIMALS.search(scaled[1] if scaled else text)
                 power = (int(scaled[2]) if scaled else 0) - (len(decimals[1]) if decimals else 0)
-                finest[c] = min(finest[c], 10.0**power)
+                finest[c] = min(finest[c], float(f"1e{power}"))  # of 1e400 infinite
     return [0.0 if digit == np.inf else digit for digit in finest]

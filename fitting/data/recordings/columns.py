@@ -115,10 +115,14 @@ def held_by(table: Table, kind: str, canonical: str) -> bool:
 
 
 def convert(values: np.ndarray, unit: str, wanted: str, difference: bool = False) -> np.ndarray:
-    """Values in another unit of the same dimension; bit-identical where the unit is the same."""
+    """Values in another unit of the same dimension; bit-identical where the unit is the same.
+
+    A number that is too large for the other unit becomes infinite, which `checks.check_recording` refuses.
+    """
     if unit == wanted or find_unit(unit) == find_unit(wanted):
         return values
-    return from_si(to_si(values, unit, difference), wanted, difference)
+    with np.errstate(over="ignore"):
+        return from_si(to_si(values, unit, difference), wanted, difference)
 
 
 def _canonical_of(name: str, kind: str) -> str | None:
