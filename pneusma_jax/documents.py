@@ -1,6 +1,7 @@
 """TOML documents that state their schema, such as chains and studies, and checks of their fields."""
 
 import math
+import re
 import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from importlib.resources.abc import Traversable
@@ -11,6 +12,16 @@ from .errors import InputError, nearest
 
 LARGEST = 2**63
 """TOML's integers have 64 bits; Python's parser takes any, and arithmetic ends with those."""
+MOST_NESTED = 100
+"""Maximum number of arrays and tables inside of each other. Documents of this project have up to 4. Python's
+parser takes some 400. Then it exhausts the stack, of which other libraries print messages of their own."""
+_NO_BRACKETS = re.compile(
+    r'"""[\s\S]*?(?:"""|\Z)' r"|'{3}[\s\S]*?(?:'{3}|\Z)"  # texts of several lines
+    r'|"(?:[^"\\\n]|\\.)*+"?' r"|'[^'\n]*+'?"  # texts of one line
+    r"""|#[^\n]*|[^\[\]{}"'#]+"""
+)
+"""Parts of a document between brackets: texts, comments and all else. A text without end ends where it must,
+so that the search takes a time in proportion to the document."""
 
 
 def parse_toml(text: str, path: Path | str) -> dict[str, Any]:
@@ -23,30 +34,42 @@ def parse_toml(text: str, path: Path | str) -> dict[str, Any]:
     Raises:
         InputError: if it is not TOML, or is nested more deeply than any document of ours.
     """
+    deep = InputError(f"{path}: not a TOML file of ours: it is nested too deeply")
+    if _depth(text) > MOST_NESTED:
+        raise deep
     try:
         document = tomllib.loads(text.removeprefix("\ufeff"))
     except ValueError as error:  # also of an integer with thousands of digits
         raise InputError(f"{path}: not a TOML file: {error}") from None
-    except RecursionError:
-        raise InputError(f"{path}: not a TOML file of ours: it is nested too deeply") from None
-    for key, number in _integers(document):
-        if not -LARGEST <= number < LARGEST:
+    for key, number, depth in _entries(document):
+        if depth > MOST_NESTED:  # dotted keys nest without brackets
+            raise deep
+        if isinstance(number, int) and not -LARGEST <= number < LARGEST:
             raise InputError(
                 f"{path}: key {key!r}: an integer of {len(str(abs(number)))} digits is none of TOML's"
             )
     return document
 
 
-def _integers(value: Any, key: str = "") -> Iterator[tuple[str, int]]:
-    """Integers of a document, each with the key that it stands at."""
-    if isinstance(value, dict):
-        for inner, entry in value.items():
-            yield from _integers(entry, inner)
-    elif isinstance(value, list):
-        for entry in value:
-            yield from _integers(entry, key)
-    elif isinstance(value, int):
-        yield key, value
+def _depth(text: str) -> int:
+    """Largest number of brackets that are open at any place of a document."""
+    deepest = open_ = 0
+    for mark in _NO_BRACKETS.sub("", text):
+        open_ = max(0, open_ + (mark in "[{") - (mark in "]}"))
+        deepest = max(deepest, open_)
+    return deepest
+
+
+def _entries(document: dict[str, Any]) -> Iterator[tuple[str, Any, int]]:
+    """Entries of a document at any depth, each with the key that it stands at and its depth."""
+    left = [(key, value, 1) for key, value in document.items()]
+    while left:
+        key, value, depth = left.pop()
+        yield key, value, depth
+        if isinstance(value, dict):
+            left += [(inner, entry, depth + 1) for inner, entry in value.items()]
+        elif isinstance(value, list):
+            left += [(key, entry, depth + 1) for entry in value]
 
 
 def read_document(

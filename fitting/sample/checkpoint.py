@@ -22,6 +22,8 @@ from pneusma_jax.files import write_durably
 SCHEMA = "pneusma-chain/1"
 SAME_MODEL = 1e-6
 """Maximum difference of a stored from a recomputed log-density of the same model: of its size, and [1]."""
+AGAIN = "; start over in another folder, or replace it with --force"
+"""Remedy for a chain that cannot be continued."""
 SAMPLER = "sampler"
 """Setting that names the sampler; files without it were written by emcee."""
 
@@ -76,8 +78,7 @@ def opened(path: Path) -> AbstractContextManager[h5py.File]:
         FileNotFoundError: if there is none.
         InputError: if it was damaged or is no chain.
     """
-    again = "; start over in another folder, or replace it with --force"
-    return hdf5.opened(path, str(path), "a chain", again)
+    return hdf5.opened(path, str(path), "a chain", AGAIN)
 
 
 def header_of(path: Path) -> Header:
@@ -96,6 +97,17 @@ def header_of(path: Path) -> Header:
             return Header(str(file.attrs["fingerprint"]), settings, counters, why)
     except FileNotFoundError:
         raise InputError(f"{path}: there is no chain to resume; run once without --resume") from None
+
+
+def counter(path: Path, header: Header, name: str) -> int:
+    """A number of evaluations or failures so far.
+
+    Raises:
+        InputError: if the header lacks it.
+    """
+    if name not in header.counters:
+        raise InputError(f"{path}: damaged, its counters have no {name!r}{AGAIN}")
+    return header.counters[name]
 
 
 def settings_of(path: Path) -> dict[str, Any]:

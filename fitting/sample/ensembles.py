@@ -83,8 +83,8 @@ class Ensembles(Chains):
         stored = checkpoint.header_of(self.file)
         checkpoint.same_chain(self.file, stored, self.target.fingerprint(), self.settings.chain_identity())
         self.why = stored.why
-        self.evaluator.evaluations = stored.counters["evaluations"]
-        self.evaluator.failures = stored.counters["failures"]
+        self.evaluator.evaluations = checkpoint.counter(self.file, stored, "evaluations")
+        self.evaluator.failures = checkpoint.counter(self.file, stored, "failures")
         contents = contents_of(self.file, self.settings.ensembles)
         self.chart, self._proposals = contents.chart, contents.proposals
         self._log_evidence = contents.log_evidence

@@ -1,6 +1,7 @@
 """Damaged files end in a right answer or one clear line; `make fuzz` does the same with 20,000."""
 
 import io
+import time
 import zipfile
 from collections import Counter
 
@@ -13,6 +14,7 @@ from fitting.data.importers import import_tests, make_options, raw
 from fitting.data.protocols.reading import load_protocol
 from fitting.data.recordings import read_recording
 from pneusma_jax import InputError, load_calibration
+from pneusma_jax.documents import parse_toml
 
 
 def test_damaged_files_are_read_rightly_or_refused_in_one_line():
@@ -122,11 +124,35 @@ def test_a_sheet_that_states_billions_of_cells_is_read_by_those_it_has(tmp_path)
     assert len(found[0]) == 12
 
 
-@pytest.mark.parametrize("nest", ["x = " + "[" * 5000 + "]" * 5000, "x = " + "{a=" * 5000 + "1" + "}" * 5000])
+@pytest.mark.parametrize(
+    "nest",
+    [
+        "x = " + "[" * 5000 + "]" * 5000,
+        "x = " + "{a=" * 5000 + "1" + "}" * 5000,
+        "a." * 5000 + "b = 1",
+        "[" + "a." * 5000 + "b]",
+        "x = '['  # [\ny = " + "[" * 101 + "]" * 101,
+    ],
+)
 def test_toml_that_is_nested_to_exhaust_the_stack_is_refused(tmp_path, nest):
     (tmp_path / "deep.toml").write_text(nest + "\n")
     with pytest.raises(InputError, match="nested too deeply"):
         load_calibration(tmp_path / "deep.toml")
+
+
+def test_brackets_in_texts_and_comments_nest_nothing():
+    brackets = "[" * 200
+    text = f"a = '{brackets}'\nb = \"\\\"{brackets}\"\nc = \"\"\"{brackets}\n{brackets}\"\"\"\n# {brackets}\n"
+    found = parse_toml(text + "d = [[1], [[[2]]]]\n", "a.toml")
+    assert found["a"] == brackets and found["b"] == '"' + brackets and found["d"] == [[1], [[[2]]]]
+
+
+@pytest.mark.parametrize("text", ['"\\' * 100_000, "'" + "''a" * 100_000, '["' * 100_000, "[#" * 100_000])
+def test_texts_without_end_are_refused_at_once(text):
+    start = time.process_time()
+    with pytest.raises(InputError, match="not a TOML file"):
+        parse_toml("x = " + text, "a.toml")
+    assert time.process_time() - start < 5.0
 
 
 @pytest.mark.parametrize(

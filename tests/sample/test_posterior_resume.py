@@ -119,10 +119,15 @@ def test_chains_of_something_else_are_not_continued(tmp_path):
         run(tmp_path / "text.h5", resume=True)
 
 
-def test_a_chain_without_a_state_of_its_random_numbers_is_refused(tmp_path):
+def test_a_chain_without_counters_or_a_state_of_its_random_numbers_is_refused(tmp_path):
     path = tmp_path / "chain.h5"
     run(path, settings=Settings(walkers=16, ensembles=2, max_steps=20, seed=7, chunk=10))
     with h5py.File(path, "r+") as file:
+        whole, file.attrs["counters"] = file.attrs["counters"], '{"evaluations": 3, "fa9lures": 0}'
+    with pytest.raises(InputError, match="chain.h5: damaged, its counters have no 'failures'"):
+        run(path, resume=True)
+    with h5py.File(path, "r+") as file:
+        file.attrs["counters"] = whole
         file["ensemble_1"].attrs["random_state_1"] = np.zeros(0, np.uint32)
     with pytest.raises(InputError, match="cannot be read as a chain"):
         run(path, resume=True)
