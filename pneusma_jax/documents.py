@@ -14,7 +14,7 @@ LARGEST = 2**63
 """TOML's integers have 64 bits; Python's parser takes any, and arithmetic ends with those."""
 MOST_NESTED = 100
 """Maximum number of arrays and tables inside of each other. Documents of this project have up to 4. Python's
-parser takes some 400. Then it exhausts the stack, of which other libraries print messages of their own."""
+parser takes some 400. Then it exhausts the stack, of which the interpreter may print lines of its own."""
 _NO_BRACKETS = re.compile(
     r'"""[\s\S]*?(?:"""|\Z)' r"|'{3}[\s\S]*?(?:'{3}|\Z)"  # texts of several lines
     r'|"(?:[^"\\\n]|\\.)*+"?' r"|'[^'\n]*+'?"  # texts of one line
