@@ -1,6 +1,7 @@
 """The one error that a user's input can cause, and the sentence grammar it follows."""
 
 import difflib
+import re
 from collections.abc import Iterable
 
 
@@ -45,6 +46,15 @@ def reason_of(error: BaseException) -> str:
     """Message of another library's error in one line, cut where it is long."""
     words = " ".join(str(error).split()) or type(error).__name__
     return words if len(words) <= LONGEST_REASON else words[: LONGEST_REASON - 4] + " ..."
+
+
+_LONG_WORD = re.compile(r"\S{400,}")
+"""Words that a message tells by their ends, as the command line does for whole lines."""
+
+
+def shortened(line: str) -> str:
+    """A line in which a word that would fill the screen is told by its ends."""
+    return _LONG_WORD.sub(lambda word: f"{word[0][:100]}[...]{word[0][-100:]}", line)
 
 
 def counted(count: int, noun: str, plural: str = "") -> str:

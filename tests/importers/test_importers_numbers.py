@@ -9,6 +9,7 @@ from fitting.data.importers.clocks import read_clock
 from fitting.data.importers.numerals import to_number
 from fitting.data.importers.spelling import parse_heading, unit_name
 from fitting.data.importers.words import heading_of, meaning
+from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 
 STRETCH = np.linspace(1.0, 1.6, 25)
@@ -265,6 +266,13 @@ def test_a_number_that_is_too_large_is_missing(put, number, column):
     np.testing.assert_array_equal(np.flatnonzero(~np.isfinite(recording.columns[name])), [4])
     assert said(recording, f"in 1 row of {('Strain (%)', 'Stress (kPa)')[column]!r} (first in row 6)")
     assert said(recording, "taken as a mark for no reading, so missing")
+
+
+def test_a_heading_of_thousands_of_letters_is_told_by_its_ends(put):
+    path = put("a.csv", "Time (s)," + "a" * 3000 + ",Stress (kPa)\n" + "".join(f"{k},{2 * k},{3 * k}\n" for k in range(20)))
+    with pytest.raises(InputError, match=r"not recognised: 'a{99}\[\.\.\.\]a+") as refused:
+        import_file(path, make_options(kind="elastomer"))
+    assert len(str(refused.value)) < 1000
 
 
 @pytest.mark.parametrize(("mark", "least", "most"), [("-99", 0.0, 300.0), ("-999", 0.0, 2000.0), ("32767", 0.0, 30000.0), ("99", 0.0, 60.0)])

@@ -8,15 +8,18 @@ from pathlib import Path
 
 import numpy as np
 
-from pneusma_jax.errors import InputError, counted
+from pneusma_jax.errors import InputError, counted, shortened
 
 
 def unusable(path: Path | str, what: str, row: int | None = None, column: str | None = None) -> InputError:
-    """The error for unusable input, in a fixed order: file, row, column, problem, remedy."""
+    """The error for unusable input, in a fixed order: file, row, column, problem, remedy.
+
+    A word of the problem that has hundreds of letters, such as a damaged heading, is told by its ends.
+    """
     place = [str(path)]
     place += [] if row is None else [f"row {row}"]
     place += [] if column is None else [f"column {column}"]
-    return InputError(f"{', '.join(place)}: {' '.join(what.split())}")
+    return InputError(f"{', '.join(place)}: {shortened(' '.join(what.split()))}")
 
 
 def first_of(errors: list[InputError]) -> InputError:
