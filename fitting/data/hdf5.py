@@ -16,7 +16,7 @@ import h5py
 
 from pneusma_jax.errors import InputError, reason_of
 
-from .sealed import check_seal, refuse_remains
+from .sealed import check_seal, remains
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _HEAD = 64
@@ -49,8 +49,7 @@ def opened(source: Path | bytes, name: str, what: str, more: str = "") -> Iterat
     """
     try:
         if not check_seal(source, name):
-            _check_size(source, name)
-            if fault := _fault(source):
+            if fault := _wrong_size(source) or _fault(source):
                 raise InputError(f"{name}: cannot be read as {what} ({fault}){more}")
         with h5py.File(io.BytesIO(source) if isinstance(source, bytes) else source, "r") as file:
             yield file
@@ -60,21 +59,15 @@ def opened(source: Path | bytes, name: str, what: str, more: str = "") -> Iterat
         raise InputError(f"{name}: cannot be read as {what} ({reason_of(error)}){more}") from None
 
 
-def _check_size(source: Path | bytes, name: str) -> None:
-    """Refuse a file that is longer or shorter than it states.
-
-    Raises:
-        InputError: if it is.
-    """
+def _wrong_size(source: Path | bytes) -> str:
+    """Words about a file that is longer or shorter than it states; empty for others."""
     with io.BytesIO(source) if isinstance(source, bytes) else open(source, "rb") as file:
         head = file.read(_HEAD)
         size = file.seek(0, io.SEEK_END)
     end = _stated_size(head)
-    if end is None:
-        return
-    if size < end:
-        raise InputError(f"{name}: damaged, {size} bytes where it states {end}")
-    refuse_remains(size - end, name)
+    if end is None or size == end:
+        return ""
+    return remains(size - end) if size > end else f"damaged, {size} bytes where it states {end}"
 
 
 def _stated_size(head: bytes) -> int | None:

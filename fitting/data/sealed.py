@@ -59,16 +59,11 @@ def check_seal(source: Path | bytes, name: str) -> bool:
     return True
 
 
-def refuse_remains(count: int, name: str) -> None:
-    """Refuse a file without a digest that has other bytes behind its content, such as a damaged digest.
+def remains(count: int) -> str:
+    """Words about a file without a digest that has other bytes behind its content, such as a damaged digest.
 
     Args:
         count: number of these bytes.
-        name: name of the file in the message.
-
-    Raises:
-        InputError: if there are any.
     """
-    if count > 0:
-        found = counted(count, "byte that is no digest follows", "bytes that are no digest follow")
-        raise InputError(f"{name}: damaged or altered ({found} its content)")
+    found = counted(count, "byte that is no digest follows", "bytes that are no digest follow")
+    return f"damaged or altered, {found} its content"

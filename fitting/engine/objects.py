@@ -12,7 +12,7 @@ import pickle
 from types import ModuleType
 from typing import Any
 
-from fitting.data.sealed import check_seal, refuse_remains, sealed
+from fitting.data.sealed import check_seal, remains, sealed
 from pneusma_jax.errors import InputError, reason_of
 
 OWN = ("fitting", "pneusma_jax", "validation")
@@ -95,6 +95,6 @@ def load(content: bytes) -> Any:
         raise
     except Exception as error:  # what damaged bytes raise differs
         raise InputError(f"the stored result is damaged: {reason_of(error)}") from None
-    if not whole:
-        refuse_remains(len(stream.read()), "the stored result")
+    if not whole and (count := len(stream.read())):
+        raise InputError(f"the stored result: {remains(count)}")
     return result

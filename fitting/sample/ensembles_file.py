@@ -104,6 +104,8 @@ def _ensemble(path: Path, name: str) -> emcee.backends.Backend:
     backend = emcee.backends.Backend()
     backend.reset(*(int(size) for size in stored.shape))
     backend.chain, backend.log_prob = stored.get_chain(), stored.get_log_prob()
+    if not (np.all(np.isfinite(backend.chain)) and np.all(np.isfinite(backend.log_prob))):
+        raise ValueError("some walkers or their log-densities are not finite")
     backend.accepted, backend.iteration = stored.accepted, int(stored.iteration)
     algorithm, keys, position, has_gauss, gauss = stored.random_state
     backend.random_state = (str(algorithm), np.asarray(keys), int(position), int(has_gauss), float(gauss))

@@ -128,6 +128,11 @@ def test_a_chain_without_counters_or_a_state_of_its_random_numbers_is_refused(tm
         run(path, resume=True)
     with h5py.File(path, "r+") as file:
         file.attrs["counters"] = whole
+        there, file["ensemble_1/chain"][3, 2, 1] = file["ensemble_1/chain"][3, 2, 1], np.inf
+    with pytest.raises(InputError, match="some walkers or their log-densities are not finite"):
+        run(path, resume=True)
+    with h5py.File(path, "r+") as file:
+        file["ensemble_1/chain"][3, 2, 1] = there
         file["ensemble_1"].attrs["random_state_1"] = np.zeros(0, np.uint32)
     with pytest.raises(InputError, match="cannot be read as a chain"):
         run(path, resume=True)
