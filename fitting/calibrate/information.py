@@ -1,6 +1,6 @@
 """Fisher information: how much recordings say about each free parameter, beside its prior."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,6 +50,17 @@ class Information:
         """Standard deviation of each parameter, with its prior, if all others were known, shape (n,)."""
         own = (np.diag(self.matrix) + self.prior) * self.scale**2
         return self.scale / np.sqrt(own + NO_INFORMATION)
+
+    def log_volume(self, names: Sequence[str]) -> float:
+        """Log-determinant of the covariance of some parameters, in units of their `scale`, without bounds.
+
+        Args:
+            names: names of the parameters; those that are not free count for nothing.
+        """
+        chosen = [k for k, name in enumerate(self.names) if name in names]
+        free = replace(self, fixed=np.zeros(len(self.names), bool)).covariance()
+        scaled = free / np.outer(self.scale, self.scale)
+        return float(np.linalg.slogdet(scaled[np.ix_(chosen, chosen)])[1])
 
     def gain(self, more: np.ndarray) -> float:
         """Expected information of further data about all parameters, those at a bound included [nats]."""

@@ -42,6 +42,11 @@ FADED = 5.0
 LAST = 1.0 / 3.0
 """Part of a side over which its growth is taken, to go on beyond its last point. Two points that are close
 together say little about it: fits that stopped early differ by chance."""
+PARABOLA = np.array([-2.575829, -1.644854, -1.0, -0.5, 0.0, 0.5, 1.0, 1.644854, 2.575829])
+"""Places of points of another valley, in its standard errors: up to 99 %, as a profile's own. Between them
+the root of the rise is interpolated."""
+TIED = 1e-6
+"""Least rise of another valley: of two with the same evidence the fit's is the best."""
 FINE = 1000
 """Points of a density on each side between the outermost fit and the best, and again beyond that fit. A
 quantile of a Gaussian then has an error of 1e-6."""
@@ -49,6 +54,21 @@ quantile of a Gaussian then has an error of 1e-6."""
 RENEWALS = 4
 """Maximum number of times that a fit goes on where a profile found a lower chi-square. All but the last end
 with the first profile that finds one, so that it costs less than a whole set."""
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Another valley of the misfit, as a Gaussian.
+
+    Attributes:
+        value: place of its least chi-square, SI.
+        sd: its standard error, SI.
+        lost: twice the logarithm of the profiled valley's evidence over this one's.
+    """
+
+    value: float
+    sd: float
+    lost: float
 
 
 @dataclass(frozen=True)
@@ -289,6 +309,48 @@ class Profile:
             rise_by_data=None if self.rise_by_data is None else more(self.rise_by_data, rises),
             visited=(),
         )
+
+    def beside(self, others: Sequence[Beside]) -> "Profile":
+        """The same profile with other valleys: at each place the rise of the lowest of all.
+
+        A valley rises from twice the logarithm of the evidence that it lost. A wider one begins higher, as
+        its evidence lies over more values. Between two valleys everything belongs to the interval.
+
+        Args:
+            others: the other valleys; without any, the profile stays as it is.
+        """
+        found, width = self, float(sum(mass[-1] for mass in self._masses)) / math.sqrt(2.0 * math.pi)
+        for one in others if self.gives_interval and width > 0.0 else ():
+            sd = one.sd * math.sqrt(self.unit)
+            least = self.unit * (max(one.lost, TIED) + 2.0 * math.log(max(sd / width, 1.0)))
+            found = found._lowered(one.value, one.sd, least)
+        return found
+
+    def _lowered(self, centre: float, sd: float, least: float) -> "Profile":
+        """The profile, or a parabola where that is lower."""
+        (left, roots_left), (right, roots_right) = self._sides
+        fine, root = np.concatenate([left[:0:-1], right]), np.concatenate([roots_left[:0:-1], roots_right])
+        places = np.clip(centre + PARABOLA * sd * math.sqrt(self.unit), *self.bounds)
+        places = places[~np.isin(places, self.value)]
+        parabola = lambda x: least + ((x - centre) / sd) ** 2  # noqa: E731
+        own = self.unit * np.interp(places, fine, root, left=np.inf, right=np.inf) ** 2
+        places = places[parabola(places) < own]
+        value = np.concatenate([self.value, places])
+        kept, order = np.ones(len(places)), np.argsort(value)
+        best = int(np.argmin(self.rise))
+        old = np.minimum(self.rise, np.where(np.arange(len(self.rise)) == best, np.inf, parabola(self.value)))
+        rise = np.concatenate([old, parabola(places)])[order]
+        own_part = self.rise_by_data
+        return replace(
+            self,
+            value=value[order],
+            rise=rise,
+            stopped=np.concatenate([self.stopped, 0.0 * kept > 0.0])[order],
+            rise_by_data=None if own_part is None else np.minimum(
+                np.concatenate([own_part, parabola(places)])[order], rise
+            ),
+            visited=(),
+        )  # fmt: skip
 
 
 def with_intervals(found: Mapping[str, Profile]) -> frozenset[str]:

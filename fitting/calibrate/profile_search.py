@@ -362,7 +362,7 @@ class _Search:
             step = (at[self.name] - before[self.name]) or np.inf
             slopes = {n: (at[n] - before[n]) / step for n in at}
         else:
-            slopes = _followers(self.uncertainty, self.name)
+            slopes = followers(self.uncertainty, self.name)
         return {**at, **{n: at[n] + moved * slope for n, slope in slopes.items()}, self.name: value}
 
 
@@ -395,7 +395,7 @@ def _cut_short(result: FitResult) -> bool:
     return getattr(result, "status", None) is Status.MAX_STEPS
 
 
-def _followers(uncertainty: Uncertainty, name: str) -> dict[str, float]:
+def followers(uncertainty: Uncertainty, name: str) -> dict[str, float]:
     """Change of the other parameters with one, by the covariance of the fit."""
     names, covariance = uncertainty.names, uncertainty.covariance
     if name not in names:

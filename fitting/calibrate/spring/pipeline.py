@@ -1,7 +1,7 @@
 """Characterisation of an alloy from a campaign of springs on a stand."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -39,8 +39,9 @@ from .plateaus import plateaus
 from .profiles import profiles, with_other_fits
 from .scores import Score, scores
 from .search import best_of_readings, order, readings_of
-from .stages import Stage
+from .stages import UNLOADING, Stage
 from .stand_tests import STATED, Phase, Softer, StandTest
+from .valleys import fits_aside, valleys, with_valleys
 from .zeros import zeros
 
 STARTS = 3
@@ -174,6 +175,8 @@ def characterise_spring(
     chosen = found[best]
     begun = _beside_zeros(chosen.single, told.of(ZERO))
     single, (profiled, last) = _profiled_to_the_end(begun, profile, told)
+    of_memory = identify and not {*profiled}.isdisjoint(UNLOADING)
+    others = valleys(single, fits_aside(single, told.of(FITS))) if of_memory else ()
     joint = spanned(single)
     tests = joint.problem.tests
     fitted = [test for test in tests if test.fitted]
@@ -192,8 +195,8 @@ def characterise_spring(
         start=chosen.start,
         information=fisher,
         identifiability=_identifiability(fisher, joint, chosen.start, fitted, profiled),
-        modes=tuple(other_modes(single)),
-        profiles=with_other_fits(profiled, single),
+        modes=tuple(other_modes(replace(single, starts=(*single.starts, *(one.start for one in others))))),
+        profiles=with_valleys(with_other_fits(profiled, single), others),
         scores=tuple(scores(joint.problem, joint.values)),
         next_test=further,
         real=all_real(recordings),
