@@ -90,6 +90,7 @@ class Profile:
         unit: rise that counts as one standard deviation: more than 1 beside noise that lasts.
         visited: all free parameters at every point, SI; empty where nobody kept them.
         cut: true if the search ended since it had made all fits that are allowed.
+        alone: the profile before other valleys came `beside` it; None where none did.
     """
 
     name: str
@@ -104,6 +105,7 @@ class Profile:
     unit: float = 1.0
     visited: Sequence[Mapping[str, float]] = ()
     cut: bool = False
+    alone: "Profile | None" = None
 
     @property
     def gives_interval(self) -> bool:
@@ -153,19 +155,28 @@ class Profile:
 
         It is further in two cases: less than that share of the density lies within, or fits that stopped
         early alone would narrow the interval of the standard error. A side that never rises enough ends at
-        the parameter's bound.
+        the parameter's bound. Beside other valleys no interval is narrower than alone, however the root
+        between points is interpolated.
 
         Args:
             percent: 50, 68 or 90.
             level: factors on `unit` at this percentage, for the lower and the upper end.
         """
         if level != (1.0, 1.0):
-            lower, upper = (replace(self, unit=side * self.unit).quoted(percent) for side in level)
+            lower, upper = (self._in_units(side).quoted(percent) for side in level)
             return lower[0], upper[1]
         low, high = self.interval(RISES[percent])
         below, above = self._holding(percent)
         low, high = min(low, below, self._unknown(-1, percent)), max(high, above, self._unknown(1, percent))
+        if self.alone is not None:
+            own = self.alone.quoted(percent)
+            low, high = min(low, own[0]), max(high, own[1])
         return max(low, self.bounds[0]), min(high, self.bounds[1])
+
+    def _in_units(self, factor: float) -> "Profile":
+        """The same profile with another rise that counts as one standard deviation."""
+        alone = None if self.alone is None else self.alone._in_units(factor)
+        return replace(self, unit=factor * self.unit, alone=alone)
 
     def _unknown(self, side: int, percent: int) -> float:
         """End of the standard error's interval on one side, where only fits that stopped early end the
@@ -324,7 +335,7 @@ class Profile:
             sd = one.sd * math.sqrt(self.unit)
             least = self.unit * (max(one.lost, TIED) + 2.0 * math.log(max(sd / width, 1.0)))
             found = found._lowered(one.value, one.sd, least)
-        return found
+        return found if found is self else replace(found, alone=self)
 
     def _lowered(self, centre: float, sd: float, least: float) -> "Profile":
         """The profile, or a parabola where that is lower."""

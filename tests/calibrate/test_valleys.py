@@ -150,3 +150,17 @@ def test_a_valley_of_the_same_evidence_leaves_the_best_value_where_the_fit_is():
     beside = parabola().beside([Beside(-0.2, SD, 0.0)])
     assert beside.value[np.argmin(beside.rise)] == 0.0
     assert beside.quoted(90)[0] < -0.2 < likelihood.WIDTH_90 * SD <= beside.quoted(90)[1] * 1.01
+
+
+@pytest.mark.parametrize("percent", [50, 68, 90])
+@pytest.mark.parametrize("lost", [-3.0, 0.0, 2.0, 8.0])
+def test_no_valley_narrows_an_interval(percent, lost):
+    low, high = parabola().quoted(percent)
+    for place in np.linspace(-8.0, 8.0, 17) * SD:
+        for sd in (0.01 * SD, SD, 7.0 * SD):
+            beside = parabola().beside([Beside(place, sd, lost)])
+            below, above = beside.quoted(percent)
+            assert below <= low and above >= high
+            for level in ((4.0, 1.0), (1.0, 4.0)):
+                (below, above), own = beside.quoted(percent, level), parabola().quoted(percent, level)
+                assert below <= own[0] and above >= own[1]
