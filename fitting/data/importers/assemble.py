@@ -25,7 +25,7 @@ from .channels import (
 from .compression import About
 from .derive import derive, question_stress
 from .doubtful_readings import question_labels, question_readings
-from .header_lines import say_header
+from .header_lines import lines_unread, say_header
 from .making import Channel, Making
 from .options import Options
 from .other_headings import unrecognised
@@ -127,7 +127,7 @@ def _making(
     others = unrecognised(headings, {channel.column for channel in channels.values()}, channels)
     return Making(
         with_options(channels, options), kind, options, sample.sizes, place, [*sample.notices, *notices],
-        raw=frozenset(channels), unrecognised=others,
+        raw=frozenset(channels), unrecognised=others, unread=tuple(lines_unread(sample.require_grid())),
     )  # fmt: skip
 
 

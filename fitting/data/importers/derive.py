@@ -92,7 +92,7 @@ def _derive_strain(making: Making) -> None:
         if gauge is None:
             raise unusable(
                 place, f"strain needs the length between the grips, to divide {label!r} by; "
-                "state it with --dimension gauge_length_mm=...",
+                f"state it with --dimension gauge_length_mm=...{making.may_state_sizes}",
             )  # fmt: skip
         values = in_unit(channels["elongation"], "mm", "elongation", place) / gauge
         _add(
@@ -113,7 +113,8 @@ def _derive_stress(making: Making) -> None:
         if area is None:
             raise unusable(
                 place, f"stress needs the specimen's cross-section, to divide {label!r} by; state it with"
-                " --dimension area_mm2=... (or diameter_mm=..., or width_mm=... and thickness_mm=...)",
+                " --dimension area_mm2=... (or diameter_mm=..., or width_mm=... and thickness_mm=...)"
+                + making.may_state_sizes,
             )  # fmt: skip
         newton = in_unit(channels["force"], "N", "force", place)
         made = f"{label!r} ({channels['force'].unit}) over the cross-section of {area:.6g} mm2"

@@ -19,6 +19,7 @@ from .sizes import (
     key_named,
     sizes_read,
     statements,
+    states_a_size_among_others,
 )
 from .specimen_sizes import OF_KIND
 from .spelling import dimension, narrow
@@ -41,6 +42,8 @@ _OF_A_DESIGN = {"length": "length_mm", **{key: key for key in schema.GEOMETRY_NU
 """Sizes of an actuator that a file may state, with their names in `--dimension`."""
 _AMOUNT = re.compile(r"\d\s*[)\]]?\s*(?P<unit>[^\W\d_]+[²2]?)(?![\w/²])")
 """A number in a text with a word behind it that may be its unit."""
+_INCHES = re.compile(r"\d\s*(?:\"|''|″)")
+"""A number with the mark of inches."""
 _COUNT = re.compile(r"\d\s*(?P<words>(?:[^\W\d_]+\s+)?[^\W\d_]+)")
 """A number with up to two words behind it, such as `45 active coils`."""
 _LIKELY_WORDS = ("in", "m", "ft", "thou", "mil", "mils")
@@ -80,7 +83,8 @@ def say_header(sample: Sample, making: Making) -> dict[str, list[str]]:
             size, sizes = _size_in(part), sizes_read(part)
             if sizes and all(_repeats(one, making, told) for one in sizes):
                 continue
-            if _is_of_no_account(size, bool(sizes), making):
+            contradicts = any(_contradicts(one, making, told) for one in sizes)
+            if not contradicts and _is_of_no_account(size, bool(sizes), making):
                 if sizes:
                     spare.append(shown(part))
                 elif cells[0] not in STATED and re.search(r"\w", " ".join(part)):
@@ -145,6 +149,13 @@ def _repeats(one: tuple[str, Size], making: Making, told: "_Told") -> bool:
     key, size = one
     taken = making.sizes.get(key)
     return taken is not None and told.quoted(taken.said) and taken.beside(size) is taken
+
+
+def _contradicts(one: tuple[str, Size], making: Making, told: "_Told") -> bool:
+    """True if a size is another one than that of its name which was used."""
+    key, size = one
+    taken = making.sizes.get(key)
+    return taken is not None and told.quoted(taken.said) and taken.beside(size) is not taken
 
 
 def _is_of_no_account(size: str | None, read: bool, making: Making) -> bool:
@@ -232,7 +243,7 @@ def _size_in(cells: list[str]) -> str | None:
     name, value = _name_and_value(cells)
     if not re.search(r"[1-9]", value):
         return None
-    long = _has_a_length(" ".join(cells))
+    long = _has_a_length(" ".join(cells)) or states_a_size_among_others(cells)
     if not long and name.split()[-1:] == ["id"]:
         return None  # the name of a specimen: `Coil ID: 3`
     begins = _BEGINS.match(value) is not None
@@ -258,6 +269,8 @@ def _is_of_another_unit(value: str) -> bool:
 def _has_a_length(text: str) -> bool:
     """True if a text holds a number with a unit of length or area, or a number of coils."""
     if any(size_named(found["words"]) == "active_coils" for found in _COUNT.finditer(text)):
+        return True
+    if _INCHES.search(text):
         return True
     units = [found["unit"] for found in _AMOUNT.finditer(narrow(text))]
     return any(dimension(unit) in ("length", "area") for unit in units if unit not in _LIKELY_WORDS)

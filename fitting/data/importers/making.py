@@ -50,6 +50,7 @@ class Making:
         raw: quantities that the file itself has.
         zero: standard deviations of the zeros that every fit is to find, by canonical column.
         unrecognised: words about columns of the file that no quantity takes; empty if there are none.
+        unread: lines around the table that may state a size and are not read as one.
         clock_counts_rows: true if the file has no clock and nobody states the time between rows.
     """
 
@@ -64,6 +65,13 @@ class Making:
     zero: dict[str, float] = field(default_factory=dict)
     unrecognised: str = ""
     clock_counts_rows: bool = False
+    unread: tuple[str, ...] = ()
+
+    @property
+    def may_state_sizes(self) -> str:
+        """The lines that may state a size and are not read as one, as the end of a refusal; else empty."""
+        lines = ", ".join(map(repr, self.unread))
+        return f"; not read, though they may state a size: {lines}" if lines else ""
 
     def say(self, text: str) -> None:
         """Add a notice about the interpretation."""

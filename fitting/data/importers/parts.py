@@ -10,12 +10,14 @@ from .channel_lists import with_listed_units
 from .grid import Grid
 from .labview import with_stated_units
 from .numbered_columns import with_numbered_headings
+from .numerals import is_blank
 from .pages import joined_pages, oldest_first, states_a_specimen
 from .raw import Page, RawFile
 from .separators import LEAST_ROWS
 from .serial_output import as_table
 from .sizes import (
     Sizes,
+    beside,
     filled_cells,
     is_amount,
     may_hold_sizes,
@@ -23,7 +25,7 @@ from .sizes import (
     sizes_in_a_name,
     table_of_sizes,
 )
-from .spelling import narrow, plain
+from .spelling import dimension, narrow, plain
 from .splits import split
 from .tables import find_grids
 from .unit_cells import with_displayed_units, without_units
@@ -37,6 +39,13 @@ _LABEL = re.compile(
     re.IGNORECASE,
 )
 
+_SENSOR = re.compile(
+    r"\b(?:pt ?-?1000?|ntc|ptc|thermocouple|thermoelement|thermistor|type [bejknrst]|[bejknrst]-type)\b",
+    re.IGNORECASE,
+)
+"""Words for sensors of temperature, which are probes, too."""
+_AMOUNT_LAST = re.compile(r"\d\s*(?P<unit>[^\W\d_]+)\.?$")
+"""A number with a unit at the end of a text."""
 _NAMING = {
     f"{word}{more}"
     for word in SPECIMEN_WORDS
@@ -129,7 +138,7 @@ def samples_of(raw: RawFile, sheet: str | None = None) -> list[Sample]:
             **named,
             **shared,
             **_sizes_of(sample, title, number, len(found), by_specimen),
-            **sample.sizes,
+            **beside(sample.sizes, shared),
         }
         said = (*notices, *sample.notices)
         done.append(replace(sample, title=title, sizes=stated, notices=said, elsewhere=tuple(elsewhere)))
@@ -190,7 +199,8 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
     first: Sizes = {}
     tests: list[Sample] = []
     for number, grid in enumerate(data, start=1):
-        own = {**sizes_in(grid.below, grid.decimal), **sizes_in(grid.preamble, grid.decimal)}
+        below = sizes_in(grid.below, grid.decimal)
+        own = {**below, **beside(sizes_in(grid.preamble, grid.decimal), below)}
         first = first or own
         sized |= table_of_sizes(grid.preamble)
         label = _label(grid)
@@ -206,7 +216,7 @@ def _tests_on(raw: RawFile, page: Page) -> list[Sample]:
                 own_specimen=part.own_specimen if part.title else specimen,
                 sizes=sample.sizes
                 if part.grid.preamble is grid.preamble
-                else {**first, **sizes_in(part.grid.preamble, grid.decimal)},
+                else {**first, **beside(sizes_in(part.grid.preamble, grid.decimal), below)},
             )
             for part in split(grid)
         ]
@@ -225,10 +235,20 @@ def stated_specimen(grid: Grid) -> str:
         if len(cells) == 1:
             cells = re.split(r"\s*[:=]\s*", narrow(cells[0]).strip("#%!/* "), maxsplit=1)
         cells = [cell.strip('": ') for cell in cells]
-        names = len(cells) == 2 and plain(cells[0]) in _NAMING and re.search(r"[^\W\d]", cells[1])
-        if names and not is_amount(cells[1]):  # `Specimen ID: 8.0 mm` is the bore of a tube
+        if len(cells) == 2 and plain(cells[0]) in _NAMING and _may_be_a_name(cells[1]):
             return cells[1]
     return ""
+
+
+def _may_be_a_name(text: str) -> bool:
+    """True if a text behind `Sample:` or `Probe:` may name a specimen.
+
+    `Specimen ID: 8.0 mm` is the bore of a tube, `Sample: every 0.1 s` a setting, `Probe: PT100` a sensor.
+    """
+    if not re.search(r"[^\W\d]", text) or is_blank(text) or is_amount(text) or _SENSOR.search(text):
+        return False
+    amount = _AMOUNT_LAST.search(text)
+    return amount is None or dimension(amount["unit"]) not in ("time", "frequency")
 
 
 def _label(grid: Grid) -> str:

@@ -52,10 +52,8 @@ _PARTS: dict[str, tuple[str, ...]] = {
         "outer", "outside", "external", "außen", "aussen", "äußerer", "äußere", "extérieur", "externe",
         "esterno", "exterior", "外", "외", "наружный", "внешний",
     ),
-    "mean": (
-        "mean", "middle", "average", "mittlerer", "mittlere", "mittel", "moyen", "medio", "中", "平均",
-        "средний",
-    ),
+    "mean": ("mean", "middle", "mittlerer", "mittlere", "mittel", "moyen", "medio", "中", "средний"),
+    "average": ("average", "平均"),
     "active": (
         "active", "aktiv", "aktive", "aktiver", "federnd", "federnde", "wirksam", "wirksame", "actives",
         "utiles", "working", "effective", "有效", "有効", "유효", "рабочих", "активных",
@@ -75,9 +73,9 @@ _PARTS: dict[str, tuple[str, ...]] = {
         "初始", "原始", "初期", "начальная",
     ),
     "filler": (
-        "of", "the", "der", "des", "die", "du", "de", "la", "d'", "le", "l'", "nominal", "nominale",
-        "measured", "s", "n", "e", "er", "en", "es", "em",
+        "of", "the", "der", "des", "du", "de", "la", "d'", "le", "l'", "nominal", "nominale", "measured",
     ),
+    "ending": ("s", "n", "e", "er", "en", "es", "em"),
 }  # fmt: skip
 _ROLE = {part: role for role, parts in _PARTS.items() for part in parts}
 _MOST = max(map(len, _ROLE))
@@ -85,7 +83,8 @@ _MOST = max(map(len, _ROLE))
 _ALONE = {
     "od": ("outer", "diameter"), "id": ("inner", "diameter"), "d": ("diameter",), "n": ("count",),
     "l": ("length",), "t": ("thickness",), "p": ("pitch",), "i": ("inner",), "o": ("outer",),
-    "m": ("mean",), "w": ("wire",), "int": ("inner",), "ext": ("outer",), "avg": ("mean",), "a": ("active",),
+    "m": ("mean",), "w": ("wire",), "int": ("inner",), "ext": ("outer",), "avg": ("average",),
+    "a": ("active",),
     "di": ("inner", "diameter"), "da": ("outer", "diameter"), "dm": ("mean", "diameter"),
     "na": ("count", "active"),
 }  # fmt: skip
@@ -116,8 +115,7 @@ _SIZES: dict[frozenset[str], str] = {
         ),
         "active_coils": (
             "coils", "count+coils", "counted", "coils+active", "count+coils+active",
-            "count+coil+active", "counted+active", "count+active", "coil+active", "spring+coils",
-            "spring+coils+active",
+            "count+coil+active", "counted+active", "count+active", "spring+coils", "spring+coils+active",
         ),
         "initial_pitch_mm": ("pitch", "coil+pitch", "spring+pitch", "coils+pitch"),
         "free_length_mm": ("free+length", "spring+free+length", "coil+free+length"),
@@ -138,19 +136,50 @@ _SIZES: dict[frozenset[str], str] = {
     for roles in names
 }  # fmt: skip
 """Size by the roles of all parts of its name."""
+_OF_NO_SIZE = frozenset({"filler", "ending"})
+"""Roles of parts that change nothing of a size."""
+_STEPS = ("pas", "passo", "paso", "шаг")
+"""Words for a pitch that mean any step where they stand alone: `Pas: 0,1 mm`."""
+_NUMBERS = frozenset({"n", "na"})
+"""Words for a number that stand for one of coils: `N_active`. `No active: 4` may count anything."""
+_SPECIMENS = frozenset({"specimen", "spring", "coil", "wire", "tube"})
+"""Roles of the words of a label that is no more than the name of a specimen."""
 
 
 def size_named(name: str) -> str | None:
     """Size whose name consists of known parts alone; None where a part is unknown, or fits no size.
 
-    A letter stands for a size only beside another part: `D_mean`, and not `D`.
+    A letter stands for a size only beside another part: `D_mean`, and not `D`. A name that has several
+    meanings is none either: `Pas`, `No active`, `t_w`, `Average diameter`.
     """
     words = _words(name)
     parts = [_parts(word) for word in words]
     if None in parts or (len(words) == 1 and len(words[0]) == 1 and words[0].isascii()):
         return None
+    if any(roles and roles[0] == "ending" for roles in parts) or _may_be_other(words, parts):
+        return None
     roles = _roles(parts)
+    if "average" in roles and roles & {"coil", "coils", "spring"}:
+        roles = roles - {"average"} | {"mean"}
     return _SIZES.get(frozenset(roles)) or _SIZES.get(frozenset(roles - {"initial"}))
+
+
+def _may_be_other(words: list[str], parts: list[tuple[str, ...] | None]) -> bool:
+    """True for a name of known parts that means something else as well."""
+    telling = [word for word, roles in zip(words, parts, strict=True) if _roles([roles])]
+    roles = _roles(parts)
+    wall = "w" in words and "diameter" not in roles  # `t_w` is a wall's thickness or a wire's
+    counts = roles == {"count", "active"} and not _NUMBERS & {*words}
+    return wall or counts or (len(telling) == 1 and telling[0] in _STEPS)
+
+
+def names_a_specimen(label: str) -> bool:
+    """True for a label that only names a specimen: `Spring`, `Specimen A`, `Feder S-7`."""
+    words = re.split(r"[\s:#]+", label.strip(" :#"))
+    named = [word for word in words if (roles := _parts(word.lower())) and {*roles} <= _SPECIMENS]
+    others = [word for word in words if word not in named]
+    name = re.compile(r"[A-Z]|\w*-?\d+\w?")
+    return bool(named) and len(others) <= 1 and all(name.fullmatch(word) for word in others)
 
 
 def may_name_a_size(name: str) -> bool:
@@ -159,12 +188,14 @@ def may_name_a_size(name: str) -> bool:
     if re.search(r"[^\W\d]", name) and all(re.fullmatch(r"[abdhilnprstwø]?\d?", word) for word in words):
         return True
     parts = [_parts(word) for word in words if word not in _ALONE]
+    if "active" in (roles := _roles(parts)) and roles <= {"active", "coil", "count"} and len(roles) > 1:
+        return True
     return any(_NOUNS & {*roles} for roles in parts if roles) or any(map(_ends_in_a_size, words))
 
 
 def names_the_mean(text: str) -> bool:
     """True if the name before a number says that the size is the mean one: `D_mean = 1.15 mm`."""
-    return any("mean" in (_parts(word) or ()) for word in _words(re.split(r"[:=\d]", text)[0]))
+    return any({"mean", "average"} & {*(_parts(word) or ())} for word in _words(re.split(r"[:=\d]", text)[0]))
 
 
 def _ends_in_a_size(word: str) -> bool:
@@ -178,7 +209,7 @@ def _words(name: str) -> list[str]:
 
 
 def _roles(parts: Iterable[tuple[str, ...] | None]) -> set[str]:
-    return {role for roles in parts for role in roles or ()} - {"filler"}
+    return {role for roles in parts for role in roles or ()} - _OF_NO_SIZE
 
 
 @lru_cache(maxsize=4096)

@@ -12,7 +12,7 @@ from pneusma_jax.units import find_unit
 from ..recordings.columns import convert
 from .numerals import decimal_evidence, to_number
 from .rounding import shortest
-from .size_names import size_named
+from .size_names import names_a_specimen, size_named
 from .spelling import Heading, is_unit, may_be_unit, narrow, parse_heading, plain, unit_name
 from .words import SPECIMEN_WORDS, meaning_of
 
@@ -132,6 +132,14 @@ _TOLERANCE = re.compile(rf"(?P<before>\S)\s*(?:±|\+/-|\+-)\s*{_NUMBER}\s*(?P<un
 """Tolerance behind a size, with the unit behind it: `0.25 ± 0.01 mm`, `0.25 mm ± 0.01 mm`."""
 _BETWEEN_SIZES = re.compile(r"\s*[;,](?!\d)\s*")
 """Mark between several sizes in one line: `d = 0.25 mm, n = 45`."""
+_INCHES = re.compile(r'\d\s*"$')
+"""Mark of inches behind a number."""
+_STATED = re.compile(r"[:=]\s*\S")
+"""Value behind its mark in a field."""
+_SYMBOL = re.compile(r"^[^\W\d_]\w{0,2}\s*=\s*\d")
+"""Number of a symbol that names no size by itself, in a list with sizes: `d_wire = 0.25 mm, n = 45`."""
+_LABELLED = re.compile(r"^(?P<label>[^:=]+):\s*(?P<rest>\D.*)$")
+"""Label before the first of several sizes: `Spring A7: wire diameter 0.25 mm, coils 45`."""
 _NUMBER_UNIT = re.compile(rf"^(?P<number>{_NUMBER})\s*(?P<unit>[^\d\s].*)?$")
 
 
@@ -152,6 +160,7 @@ class Size:
         assumed: true if its unit was not stated.
         others: original texts that state another number for the same.
         grouped: value if the one mark of its number groups thousands (`25.000`); 0 where that is no doubt.
+        divided: true if the comma in its number may as well separate two (`6,7 mm` among commas).
     """
 
     value: float
@@ -159,6 +168,7 @@ class Size:
     assumed: bool = False
     others: tuple[str, ...] = ()
     grouped: float = 0.0
+    divided: bool = False
 
     def beside(self, other: "Size") -> "Size":
         """This dimension, with the text of another statement if that gives another number."""
@@ -168,6 +178,11 @@ class Size:
 
 
 Sizes = dict[str, Size]
+
+
+def beside(sizes: Sizes, others: Sizes) -> Sizes:
+    """Sizes with the texts of other statements of them that give other numbers."""
+    return {key: size.beside(others[key]) if key in others else size for key, size in sizes.items()}
 
 
 def sizes_in(rows: Sequence[Sequence[str]], decimal: str = ".") -> Sizes:
@@ -195,8 +210,13 @@ def sizes_in(rows: Sequence[Sequence[str]], decimal: str = ".") -> Sizes:
 
 
 def filled_cells(row: Sequence[str]) -> list[str]:
-    """The filled fields of a line, without quotation marks and repeated spaces."""
-    return [text for cell in row if (text := " ".join(cell.split()).strip('"'))]
+    """The filled fields of a line, without quotation marks and repeated spaces.
+
+    The mark behind a number is that of inches (`0.010"`) where all marks of the line stand so.
+    """
+    inches = all(_INCHES.search(cell[: mark.end()]) for cell in row for mark in re.finditer('"', cell))
+    texts = (" ".join(cell.split()) for cell in row)
+    return [text for cell in texts if (text := cell if inches else cell.strip('"'))]
 
 
 def statements(cells: Sequence[str]) -> list[str]:
@@ -217,16 +237,49 @@ def _mark_of(rows: Sequence[Sequence[str]], decimal: str) -> str:
 
 
 def _of_row(cells: list[str], mark: str) -> list[tuple[str, Size]]:
-    """Sizes in a line: one in the whole of it, else those in its parts."""
+    """Sizes in a line: one in the whole of it, else those in its parts.
+
+    A comma behind the digits of a stated value is in its number: `# pitch: 1,05 mm` in a table with commas.
+    Parts are read only if each states a size or the number of a symbol, but for a label at the begin.
+    Other lines are prose, and may speak of clamps or of another specimen.
+    """
     if not cells:
         return []
-    whole = _of_cells(cells, mark) or _of_text(cells[0] if len(cells) == 1 else ",".join(cells), mark)
+    stated = _STATED.search(narrow(cells[0])) is not None
+    whole = None if stated else _of_cells(cells, mark)
+    whole = whole or _of_text(",".join(cells), mark) or _of_cells(cells, mark)
     if whole is not None:
-        return [whole]
+        key, size = whole
+        divided = stated and len(cells) > 1 and _divides(cells[0], cells[1]) and not size.grouped
+        return [(key, replace(size, divided=divided))]
     parts = statements(cells)
     if len(parts) < 2 or not all(re.match(r"[^\d]*[^\W\d]", part) for part in parts):
         return []  # such as three readings of one width
-    return [read for part in parts if (read := _of_text(part, mark)) is not None]
+    read = _of_parts(parts, mark)
+    first = len(parts) - len(read)
+    others = (part for part, size in zip(parts[first:], read, strict=True) if size is None)
+    return [size for size in read if size is not None] if all(map(_SYMBOL.match, others)) else []
+
+
+def _divides(before: str, after: str) -> bool:
+    """True if a comma between two fields may separate numbers. One behind a 0 marks decimals: `0,25`."""
+    return before[-1].isdigit() and after[0].isdigit() and re.search(r"(?<!\d)0$", before) is None
+
+
+def _of_parts(parts: Sequence[str], mark: str) -> list[tuple[str, Size] | None]:
+    """Size in each part of a line, None for a part without one. A label at the begin of the line is none."""
+    first = _PREFIX.sub("", narrow(parts[0]))
+    if names_a_specimen(first):
+        return [_of_text(part, mark) for part in parts[1:]]
+    labelled = _LABELLED.match(first)
+    text = labelled["rest"] if labelled and names_a_specimen(labelled["label"]) else parts[0]
+    return [_of_text(text, mark, parts[0]), *(_of_text(part, mark) for part in parts[1:])]
+
+
+def states_a_size_among_others(cells: Sequence[str]) -> bool:
+    """True if a part of a line of several states a size, whatever the other parts say."""
+    parts = statements(cells)
+    return len(parts) > 1 and any(_of_parts(parts, "."))
 
 
 def _names_of(key: str) -> tuple[str, ...]:
@@ -246,8 +299,14 @@ def _of_cells(cells: list[str], mark: str) -> tuple[str, Size] | None:
     return _size(heading.name, inside["number"], unit or heading.unit, " ".join(cells), mark)
 
 
-def _of_text(text: str, mark: str) -> tuple[str, Size] | None:
-    """Dimensions in one cell or line: `Cylinder Diameter: 50mm`, or `mandrel 20 mm` with its unit."""
+def _of_text(text: str, mark: str, said: str = "") -> tuple[str, Size] | None:
+    """Dimensions in one cell or line: `Cylinder Diameter: 50mm`, or `mandrel 20 mm` with its unit.
+
+    Args:
+        text: cell or line.
+        mark: decimal mark.
+        said: text for messages, where it is more than `text`.
+    """
     if len(text) > LONGEST:
         return None
     found = _IN_ONE.match(_without_tolerance(_PREFIX.sub("", narrow(text).rstrip("; ,"))))
@@ -255,7 +314,7 @@ def _of_text(text: str, mark: str) -> tuple[str, Size] | None:
         return None
     heading = heading_of_a_size(_PREFIX.sub("", found["name"]))
     unit = _bare(found["unit"]) or heading.unit
-    read = _size(heading.name, found["number"], unit, text.rstrip("; "), mark)
+    read = _size(heading.name, found["number"], unit, (said or text).rstrip("; "), mark)
     return None if read is None or (not found["mark"].strip() and read[1].assumed) else read
 
 
@@ -266,9 +325,14 @@ def is_amount(text: str) -> bool:
 
 
 def heading_of_a_size(text: str) -> Heading:
-    """Name and unit of a size. A word in brackets that is no unit is of the name: `Windungen (aktiv)`."""
+    """Name and unit of a size. A word in brackets that is no unit is of the name: `Windungen (aktiv)`.
+
+    A 1 is a number, and no unit, but for a count's in brackets or behind a slash: `coils / 1`.
+    """
     heading = parse_heading(text)
     known = heading.unit is None or may_be_unit(heading.unit)
+    if re.search(r"1\W*$", text) and heading.unit == "1":
+        known = key_named(heading.name) == "active_coils" and not re.search(r"[,;:=]\s*1\s*$", text)
     return heading if known else Heading(text, plain(text), None)
 
 

@@ -9,7 +9,7 @@ from ..recordings.table import unusable
 from .making import Making
 from .rounding import shortest
 from .size_names import names_the_mean
-from .sizes import SAME
+from .sizes import SAME, Size
 
 AREAS = (("area_mm2",), ("diameter_mm",), ("width_mm", "thickness_mm"))
 """Dimensions that make a cross-section; the first set that is known is taken."""
@@ -160,6 +160,7 @@ def geometry_of_file(making: Making) -> dict[str, float]:
         making.warn(
             f"the length is {size.value:.6g} mm, as the file states ({size.said!r}): right if that is the"
             " tube's at rest (--dimension length_mm=... corrects it)"
+            + _doubts(size, "mm", "--dimension length_mm=...")
         )
         geometry["length_mm"] = size.value
     if making.kind == "tube" and "inner_diameter_mm" in making.sizes:
@@ -186,7 +187,7 @@ def _by_bore(making: Making, known: Mapping[str, float]) -> dict[str, float]:
                 " --dimension outer_diameter_mm=... or wall_thickness_mm=... decides"
             )
         else:
-            making.say(f"outer diameter and wall thickness agree with {said}")
+            _tell(making, f"outer diameter and wall thickness agree with {said}", bore, "wall_thickness_mm")
         return {}
     if outer is None and wall is None:
         making.warn(f"{said} was not used: state --dimension outer_diameter_mm=... or wall_thickness_mm=...")
@@ -195,7 +196,7 @@ def _by_bore(making: Making, known: Mapping[str, float]) -> dict[str, float]:
     value = bore.value + 2.0 * wall if outer is None else (outer - bore.value) / 2.0
     by = "the wall thickness" if outer is None else "the outer diameter"
     size = float(shortest(value, bore.value))
-    making.say(f"the {worded(key)} is {size:.6g} mm, by {by} and {said}")
+    _tell(making, f"the {worded(key)} is {size:.6g} mm, by {by} and {said}", bore, key)
     return {key: size}
 
 
@@ -227,7 +228,8 @@ def _mandrel(making: Making, known: Mapping[str, float]) -> dict[str, float]:
                 f" also a mandrel of {mandrel:.6g} mm, {also}which was taken; {option} decides"
             )
         else:
-            making.say(f"{said}, which agrees with a mandrel of {mandrel:.6g} mm")
+            agrees = f"{said}, which agrees with a mandrel of {mandrel:.6g} mm"
+            _tell(making, agrees, making.sizes[key], "mandrel_diameter_mm")
     return {"mandrel_diameter_mm": mandrel} if taken else {}
 
 
@@ -249,15 +251,43 @@ def _mandrel_by(making: Making, key: str, wire: float) -> float:
 
 def _say_mandrel(making: Making, key: str, mandrel: float, wire: float) -> None:
     """Tell the mandrel that a diameter of the coil makes; ask where that may be the outer one."""
-    said = making.sizes[key].said
+    size, said = making.sizes[key], making.sizes[key].said
     text = f"the mandrel diameter is {mandrel:.6g} mm, by the coil that the file states ({said!r})"
     if key != "coil_diameter_mm" or names_the_mean(said):
-        making.say(f"{text} and its wire" if _WIRES_ACROSS[key] else text)
+        _tell(making, f"{text} and its wire" if _WIRES_ACROSS[key] else text, size, "mandrel_diameter_mm")
         return
     outer = f" ({mandrel - wire:.6g} mm if it is the outer one)" if mandrel > wire else ""
     making.warn(
         f"{text}, taken as the mean one, and its wire{outer}; --dimension mandrel_diameter_mm=... corrects it"
+        + _doubts(size, "mm", "--dimension mandrel_diameter_mm=...", "that size's")
     )
+
+
+def _tell(making: Making, text: str, size: Size, key: str) -> None:
+    """Tell what follows from a size that the file states; ask if that size is in doubt.
+
+    Args:
+        making: state of the import.
+        text: what follows.
+        size: size that the file states [mm].
+        key: name in `--dimension` of what follows.
+    """
+    doubts = _doubts(size, "mm", f"--dimension {key}=...", "that size's")
+    (making.warn if doubts else making.say)(text + doubts)
+
+
+def _doubts(size: Size, unit: str, option: str, whose: str = "its") -> str:
+    """What is in doubt about a size that a file states, as the end of a sentence; empty without a doubt."""
+    said = ""
+    if size.others:
+        said += f"; but it also states {', '.join(map(repr, size.others))} ({option} to decide)"
+    if size.grouped:
+        said += f"; or {size.grouped:.6g} {unit}, if {whose} mark groups thousands ({option} decides)"
+    if size.divided:
+        said += f"; {whose} comma was taken as a decimal mark ({option} to correct)"
+    if size.assumed:
+        said += f"; {whose} unit is not stated and was taken as {unit} ({option} to correct)"
+    return said
 
 
 def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
@@ -279,13 +309,8 @@ def _notice_dimension(making: Making, key: str, what: str, quiet: bool) -> None:
         raise unusable(
             making.place, f"{what}, as the file states it ({size.said!r}): {wrong}; {option} corrects it"
         )
-    if size.others:
-        also = ", ".join(repr(other) for other in size.others)
-        making.warn(f"{text}; but it also states {also} ({option} to decide)")
-    elif size.grouped:
-        making.warn(f"{text}; or {size.grouped:.6g} {unit}, if its mark groups thousands ({option} decides)")
-    elif size.assumed:
-        making.warn(f"{text}; its unit is not stated and was taken as {unit} ({option} to correct)")
+    if doubts := _doubts(size, unit, option):
+        making.warn(text + doubts)
     elif key == "length":
         making.warn(f"{text}: right if that is the length between the grips ({option} to correct)")
     else:
