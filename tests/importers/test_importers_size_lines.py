@@ -32,7 +32,7 @@ def read(put):
         ("1.15", 1.15, ""),
     ],
 )  # fmt: skip
-@pytest.mark.parametrize("line", ["# mandrel diameter: {} mm", "mandrel diameter = {} mm", "# mandrel: {},mm"])
+@pytest.mark.parametrize("line", ["# mandrel diameter: {} mm", "mandrel diameter = {} mm", "# mandrel: {},mm", "# mandrel {} mm"])
 def test_a_decimal_comma_among_commas(read, line, number, value, doubt):
     """It was read as 15 mm, 5 mm, 500 mm: the digits behind the comma alone."""
     recording = read(f"{line.format(number)}\n# spring\n" + SPRING)

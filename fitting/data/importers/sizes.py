@@ -245,13 +245,14 @@ def _of_row(cells: list[str], mark: str) -> list[tuple[str, Size]]:
     """
     if not cells:
         return []
-    stated = _STATED.search(narrow(cells[0])) is not None
-    whole = None if stated else _of_cells(cells, mark)
-    whole = whole or _of_text(",".join(cells), mark) or _of_cells(cells, mark)
-    if whole is not None:
+    if not _STATED.search(narrow(cells[0])) and (of_cells := _of_cells(cells, mark)) is not None:
+        return [of_cells]
+    if (whole := _of_text(",".join(cells), mark)) is not None:
         key, size = whole
-        divided = stated and len(cells) > 1 and _divides(cells[0], cells[1]) and not size.grouped
+        divided = len(cells) > 1 and _divides(cells[0], cells[1]) and not size.grouped
         return [(key, replace(size, divided=divided))]
+    if (of_cells := _of_cells(cells, mark)) is not None:
+        return [of_cells]
     parts = statements(cells)
     if len(parts) < 2 or not all(re.match(r"[^\d]*[^\W\d]", part) for part in parts):
         return []  # such as three readings of one width
