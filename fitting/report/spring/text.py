@@ -13,7 +13,7 @@ from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
 from ..characterisation import another_cause, ask, doubtful, limits
-from ..general.text import how_errors_grew, large_zeros, lasting_sentence, lasting_zeros, overstated_sentence
+from ..general.text import how_errors_grew, large_drifts, lasting_sentence, lasting_zeros, overstated_sentence
 
 OTHER_RULE = (
     " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
@@ -68,7 +68,7 @@ def doubts(result: SpringCharacterisation) -> list[str]:
     if result.joint.reduced_chi_square > MISFIT:
         return []
     shifts = surprising(result.fitted, result.joint.values)
-    return doubtful(shifts, large_zeros(result.lasting), result.path)
+    return doubtful(shifts, large_drifts(result.lasting), result.path)
 
 
 def not_fitted(result: SpringCharacterisation) -> list[str]:
