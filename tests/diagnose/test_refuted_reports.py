@@ -12,9 +12,10 @@ from fitting.diagnose.fit.base_fit import at_bound, told_at_bound
 from fitting.diagnose.fit.misfit import reduced
 from fitting.diagnose.search.explain import explain
 from fitting.diagnose.search.steps import LeaveOneOutEvidence
-from fitting.diagnose.verdict.conclude import conclude
+from fitting.diagnose.verdict.conclude import _unmodelled, conclude
 from fitting.diagnose.verdict.left import Left
 from fitting.diagnose.verdict.locate import drivers_of
+from fitting.diagnose.verdict.probabilities import Found
 from fitting.diagnose.verdict.proposal import leading_pair
 from fitting.report.diagnosis import text
 from fitting.report.diagnosis.report import recordings_caption
@@ -44,10 +45,25 @@ def test_something_unmodelled_has_evidence_on_the_scale_of_the_candidates(refute
     assert refuted.found[0].bayes == pytest.approx(whole / x.inflation, rel=1e-12)
     assert max(t.bayes for t in x.leading.candidates) < refuted.found[0].bayes < 0.7 * whole
     said = text.effect(refuted.found[0])
-    assert "that of a model that leaves only noise" in said
-    assert f"log Bayes factor at most {refuted.found[0].bayes:.0f}." in said
+    assert "what the misfit beyond noise is worth. An effect may have more" in said
+    assert f"log Bayes factor {refuted.found[0].bayes:.0f}." in said
     assert "do not tell it from" not in said  # after `which leaves too much`
     assert f"Misfit counts by 1/{x.inflation:.2g} in every log Bayes factor" in candidate_table(refuted).note
+
+
+@pytest.mark.parametrize("confusable", [[], [CONSTANT]])
+def test_evidence_of_something_unmodelled_is_not_called_a_bound(confusable):
+    """A candidate of 27 stood beside an `unmodelled` of `at most 6`, and one of 54 beside a name."""
+    said = text.effect(Found("unmodelled", 0.7, 5.52, {}, confusable, "Some text."))
+    assert said == "Some text. Probability 0.70, log Bayes factor 6."
+
+
+def test_a_candidate_may_have_more_evidence_than_something_unmodelled():
+    """It brings constants back to nominal, too, which the base model's misfit does not count."""
+    x = concluded(ripple=0.0, base=(-3.0, 3.0), **{CONSTANT: 4.0}).explanation
+    paid = x.base.objective - 0.5 * x.base.evaluation.chi2(x.program.fitted.astype(float))
+    assert paid > 10.0
+    assert x.first.bayes > _unmodelled(0.5, [], x).bayes
 
 
 def test_a_scale_that_changes_nothing_is_not_told():

@@ -253,6 +253,11 @@ def _looks_like(slugs: tuple[str, ...]) -> str:
 
 
 def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) -> Found:
+    """Something unmodelled in place of every effect.
+
+    Its log Bayes factor is what the base model's misfit beyond noise is worth. What the base fit paid in
+    priors and trajectories does not count, so it is no bound for effects.
+    """
     program = explanation.program
     excess = reduced(program, explanation.base, program.fitted) - 1.0
     text = (
@@ -262,7 +267,10 @@ def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) ->
     if found:
         text += f" Nearest is {found[0].slug}, which leaves too much."
     if excess > 0.0:
-        text += " The log Bayes factor is that of a model that leaves only noise."
+        text += (
+            " The log Bayes factor is what the misfit beyond noise is worth. An effect may have more: it may "
+            "also bring constants back to nominal, or make a latent trajectory steadier."
+        )
     return Found(
         UNMODELLED,
         float(unknown),

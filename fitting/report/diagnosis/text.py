@@ -43,14 +43,10 @@ def base_model(conclusion: Conclusion) -> list[str]:
 
 
 def effect(found: Found) -> str:
-    """Description of an effect and its probability.
-
-    Nothing says how something unmodelled acts, so its log Bayes factor is the most that there can be.
-    """
-    unknown = found.slug == UNMODELLED
-    most = "at most " if unknown and found.bayes > 0.0 else ""
-    sure = f"Probability {found.probability:.2f}, log Bayes factor {most}{number(found.bayes, '.0f')}."
-    alike = [] if most else found.confusable  # the text says already which names leave too much
+    """Description of an effect and its probability."""
+    sure = f"Probability {found.probability:.2f}, log Bayes factor {number(found.bayes, '.0f')}."
+    named = found.slug == UNMODELLED and found.bayes > 0.0  # the text says already which names leave too much
+    alike = [] if named else found.confusable
     close = f" The recordings do not tell it from {', '.join(alike)}." if alike else ""
     return f"{found.text} {sure}{close}"
 
