@@ -1,18 +1,25 @@
 """The report of a batch: one table over specimens, joint conclusions, and failed specimens."""
 
+from collections.abc import Sequence
+from functools import singledispatch
 from typing import Any
 
 from matplotlib.figure import Figure
 
-from fitting.calibrate.batch import Batch
+from fitting.calibrate.batch import Batch, Member
+from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.pooling import Pooled
+from fitting.calibrate.result import Characterisation
+from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.data.csv_text import csv_rows
 from pneusma_jax.errors import counted
 
 from . import figures as house
 from .cells import number, with_error, with_unit
 from .characterisation import CSV_DIGITS, ERRORS, estimate_cells, estimate_text, estimates_json
+from .general import text as general
 from .report import Picture, Points, Report, Section
+from .spring import text as spring
 from .table import Table
 
 SCHEMA = "pneusma-characterisation-batch/1"
@@ -22,6 +29,23 @@ MOST_PANELS = 12
 """Maximum number of constants in the figure."""
 
 
+@singledispatch
+def cautions(result: Characterisation | None) -> Sequence[str]:
+    """Sentences with which a member's own report begins because its constants are not to be trusted."""
+    return ()
+
+
+cautions.register(GeneralCharacterisation, general.cautions)
+cautions.register(SpringCharacterisation, spring.cautions)
+
+
+def _fitted(member: Member) -> str:
+    """What became of a member, in a cell of the table."""
+    if member.result is None:
+        return "failed"
+    return "fitted, not to be trusted" if cautions(member.result) else "fitted"
+
+
 def verdict(batch: Batch) -> list[str]:
     """The few most important sentences."""
     failed = [member for member in batch.members if member.result is None]
@@ -29,6 +53,7 @@ def verdict(batch: Batch) -> list[str]:
     sentences = [f"{len(batch.done)} of {counted(len(batch.members), 'campaign')} {were} characterised."]
     sentences += [f"{member.name} was not: {member.problem}" for member in failed]
     sentences += [f"{member.name}: {member.problem}" for member in batch.done if member.problem]
+    sentences += [f"{m.name}: {said}" for m in batch.done for said in cautions(m.result)[:1]]
     unlike = [name for name, p in batch.pooled.items() if p.differ < UNALIKE]
     if unlike:
         sentences.append(
@@ -49,7 +74,7 @@ def specimen_table(batch: Batch) -> Table:
     for member in batch.members:
         known = {} if member.result is None else member.result.parameters
         cells = [estimate_text(known[name]) if name in known else "" for name in names]
-        rows.append([member.name, member.kind, "failed" if member.result is None else "fitted", *cells])
+        rows.append([member.name, member.kind, _fitted(member), *cells])
     units = {n: e.unit for member in batch.done for n, e in member.result.parameters.items()}
     return Table(["campaign", "kind", "", *(with_unit(n, units[n]) for n in names)], rows, ERRORS)
 
@@ -127,6 +152,7 @@ def _content(batch: Batch) -> dict[str, Any]:
                 "name": m.name,
                 "kind": m.kind,
                 "problem": m.problem or None,
+                "cautions": list(cautions(m.result)),
                 "parameters": None if m.result is None else estimates_json(m.result.parameters),
             }
             for m in batch.members

@@ -8,9 +8,13 @@ import pytest
 from scipy.stats import binom
 
 from fitting.calibrate.assumed import surprising
+from fitting.calibrate.batch import Batch, Member
 from fitting.calibrate.general.fit import MISFIT
+from fitting.calibrate.general.pipeline import GeneralCharacterisation
+from fitting.calibrate.result import Estimate
 from fitting.inference.lasting_noise import Lasting
 from fitting.inference.parameters import Parameter, Parameters, Prior
+from fitting.report import batch
 from fitting.report.general import text as general
 from fitting.report.spring import text as spring
 
@@ -139,6 +143,31 @@ def test_constants_that_moved_far_come_first_with_the_command(doubts, made):
     assert reason == "The fit moved G_m and G_a by 2.8 to 4.0 standard deviations of what was known before."
     assert cause.startswith("Sizes or an alloy other than stated would look like that")
     assert len(doubts(made(8.0, (2.8, -4.0, 0.5)))) == 4
+
+
+class OfAWire(GeneralCharacterisation):
+    """A result that is told of by its attributes."""
+
+    fitted = parameters = lasting = None
+
+    def __init__(self, drift):
+        self.__dict__ |= vars(general_of(drift)) | {"parameters": {"E": Estimate(1.0, 0.1, "kPa", False)}}
+
+
+def test_a_batch_passes_the_first_sentence_of_such_a_report_on():
+    """A table over specimens had constants in it that no single report trusted."""
+    doubtful, sure = OfAWire(8.0), OfAWire(0.0)
+    members = [Member("a", PATH, "wire", doubtful, ""), Member("b", PATH, "wire", sure, "")]
+    members.append(Member("c", PATH, "wire", None, "no recording"))
+    found = Batch(tuple(members), {}, ())
+    assert batch.verdict(found) == [
+        "2 of 3 campaigns were characterised.",
+        "c was not: no recording",
+        f"a: {general.doubts(doubtful)[0]}",
+    ]
+    report = batch.report_of(found)
+    assert [one["cautions"] for one in report.content()["campaigns"]] == [general.doubts(doubtful), [], []]
+    assert [row[2] for row in batch.specimen_table(found).rows] == ["fitted, not to be trusted", "fitted", "failed"]
 
 
 @KINDS

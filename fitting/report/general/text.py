@@ -40,7 +40,7 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     count = sum(recording.role == "fit" for recording in fit.recordings)
     method = "identified from" if result.identify else "adjusted within its tolerances to"
     misses = fit.reduced_chi_square > MISFIT
-    warned = _not_fitted(result) if misses else doubts(result)
+    warned = cautions(result)
     sentences = [*warned]
     sentences += [f"The {result.specimen.noun} was {method} {counted(count, 'recording')}.{_missed(result)}"]
     sentences += untold(result)[:1] + (wires.verdict(result) if result.specimen is WIRE else [])
@@ -52,6 +52,11 @@ def verdict(result: GeneralCharacterisation) -> list[str]:
     if open_ or not warned:
         sentences.append(open_[0]["text"] if open_ else _told(result))
     return sentences
+
+
+def cautions(result: GeneralCharacterisation) -> list[str]:
+    """Sentences with which the report begins: the law misses its recordings, or constants are doubtful."""
+    return _not_fitted(result) if result.fit.reduced_chi_square > MISFIT else doubts(result)
 
 
 def _not_fitted(result: GeneralCharacterisation) -> list[str]:

@@ -35,8 +35,8 @@ def verdict(result: SpringCharacterisation) -> list[str]:
     chosen = overall(result.scores, "fit")
     tests = counted(len(fitted), "test")
     reduced = result.joint.reduced_chi_square
-    misfit, doubted = not_fitted(result) if reduced > MISFIT else [], doubts(result)
-    sentences = [*misfit, *doubted]
+    misfit, warned = reduced > MISFIT, cautions(result)
+    sentences = [*warned]
     sentences.append(f"The alloy was {method} {tests}.{_errors(chosen)}{_held_out(result)}")
     if result.modes:
         sentences.append(mode_sentence(result.modes[0]))
@@ -56,11 +56,16 @@ def verdict(result: SpringCharacterisation) -> list[str]:
     loose = [e for e in result.identifiability if e["kind"] != "at_bound"]
     if loose:
         sentences.append(loose[0]["text"])
-    elif not (misfit or doubted):
+    elif not warned:
         sentences.append(
             "These tests determine every constant that was free, each better than was known before."
         )
     return sentences
+
+
+def cautions(result: SpringCharacterisation) -> list[str]:
+    """Sentences with which the report begins: the law misses its tests, or constants are doubtful."""
+    return not_fitted(result) if result.joint.reduced_chi_square > MISFIT else doubts(result)
 
 
 def doubts(result: SpringCharacterisation) -> list[str]:
