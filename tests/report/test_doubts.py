@@ -11,12 +11,14 @@ from fitting.calibrate.assumed import surprising
 from fitting.calibrate.batch import Batch, Member
 from fitting.calibrate.general.fit import MISFIT
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
+from fitting.calibrate.registry import characterise
 from fitting.calibrate.result import Estimate
 from fitting.inference.lasting_noise import Lasting
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.report import batch
 from fitting.report.general import text as general
 from fitting.report.spring import text as spring
+from fitting.synthesise import synthesise
 
 NAMES = ("G_m", "G_a", "alpha_1", "rho_mean", "rho_span", "a", "b", *(f"d_spring__{k}" for k in range(1, 34)))
 PATH = Path("my campaign")
@@ -173,3 +175,15 @@ def test_a_batch_passes_the_first_sentence_of_such_a_report_on():
 @KINDS
 def test_a_law_that_misses_its_recordings_says_that_instead(doubts, made):
     assert not doubts(made(8.0, (4.0, 4.0), reduced=1.01 * MISFIT))
+
+
+@pytest.mark.slow
+def test_a_simulated_camera_that_is_off_by_a_constant_makes_no_doubt():
+    """Three times the noise, fitted beside zeros: they are found as off, and not as drifting."""
+    campaign = synthesise("tube", seed=1).campaign
+    for recording in campaign.recordings:
+        recording.columns["length_mm"] = recording.columns["length_mm"] + 3.0 * recording.noise["length_mm"]
+    result = characterise(campaign, starts=1, profile=False)
+    assert result.lasting.fitted_beside_zeros and result.lasting.offset["length"] > 2.0
+    assert result.lasting.drift["length"] < 1.0 and not general.large_drifts(result.lasting)
+    assert not any("Do not trust" in said for said in general.verdict(result))
