@@ -27,7 +27,7 @@ from pneusma_jax.actuator.implicit import attached
 from pneusma_jax.numerics.lengths import fixed_length, lengthened
 from pneusma_jax.program_cache import stored_jit
 
-from .walks import along, cold_rows, costs_of, process_noise_of, smoothed
+from .walks import SHORTEST, along, cold_rows, costs_of, kinds_of, smoothed
 
 ROUNDS = 24
 """Maximum number of linearisations. Most recordings take three to six."""
@@ -71,19 +71,14 @@ class _Trajectory:
         cold: true where a spring is exactly cold, shape (rows, wired).
         missed: what readings miss, over their noise, shape (rows, wired).
         beyond: true in rows whose fractions are further beyond 0 or 1 than noise leads, shape (rows,).
-        evidence: logarithm of the evidence of each row after all rows before, shape (rows,).
+        likelihood: logarithm of the evidence of all rows, less what changes of kinds of steps cost.
     """
 
     x: np.ndarray
     cold: np.ndarray
     missed: np.ndarray
     beyond: np.ndarray
-    evidence: np.ndarray
-
-    @property
-    def likelihood(self) -> float:
-        """Logarithm of the evidence of all rows."""
-        return float(np.sum(self.evidence))
+    likelihood: float
 
 
 @dataclass(frozen=True)
@@ -169,8 +164,9 @@ def fractions_behind(
                 best = max(best, _searched(readings, best.x, cold), key=_likelihood)
     for _ in range(TURNS):
         cold = _likely_cold(readings, best)
-        released = _between(best.x, best.cold & ~cold)
-        better = max(best, _searched(readings, released, cold), key=_likelihood)
+        released = best.cold & ~cold
+        ways = _between(best.x, released), np.where(released, _continued(readings.time, best), best.x)
+        better = max(best, *(_searched(readings, way, cold) for way in ways), key=_likelihood)
         better = _turned(readings, better)
         if better.likelihood < best.likelihood + SETTLED:
             break
@@ -192,16 +188,35 @@ def _may_be_cold(x: np.ndarray, heat: float) -> Iterator[np.ndarray]:
 
 def _likely_cold(readings: _Readings, found: _Trajectory) -> np.ndarray:
     """Mask of rows in which springs are likely cold, shape (rows, wired), one spring after the other."""
-    cold = found.cold.copy()
+    cold, heated = found.cold.copy(), _continued(readings.time, found)
     for k in range(cold.shape[1]):
         about = []
-        for is_cold in (found.cold[:, k], found.x[:, k] > 1.0 - NEARLY):
+        for of_spring in (heated[:, k], np.where(found.x[:, k] > 1.0 - NEARLY, 1.0, found.x[:, k])):
             x = found.x.copy()
-            x[:, k] = np.where(is_cold, 1.0, x[:, k])
+            x[:, k] = of_spring
             missed, slope = readings.missed(x)
             about.append((missed + along(slope, x), slope))
         cold[:, k] = cold_rows(readings.time, *about, cold, k)
     return cold
+
+
+def _continued(time: np.ndarray, found: _Trajectory) -> np.ndarray:
+    """Fractions with those of cold rows on lines that continue the heated rows beside them, at most 1.
+
+    So they are linearised where they would be had the heating begun earlier, or ended later.
+    """
+    x = found.x.copy()
+    for column, cold in zip(x.T, found.cold.T, strict=True):
+        known = column.copy()
+        for way in (slice(None), slice(None, None, -1)):  # forwards in time, then backwards
+            clock, line, is_cold, here = np.abs(time - time[way][0])[way], known[way], cold[way], column[way]
+            for end in np.flatnonzero(is_cold[2:] & ~is_cold[1:-1] & ~is_cold[:-2]) + 1:
+                rows = np.arange(end + 1, len(cold))
+                rows = rows[np.logical_and.accumulate(is_cold[rows])]
+                rate = (line[end] - line[end - 1]) / max(clock[end] - clock[end - 1], SHORTEST)
+                there = line[end] + max(rate, 0.0) * (clock[rows] - clock[end])
+                here[rows] = np.clip(there, 0.0, here[rows]) if rate > 0.0 else here[rows]
+    return x
 
 
 def _between(x: np.ndarray, unknown: np.ndarray) -> np.ndarray:
@@ -314,15 +329,15 @@ def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
     """
     time = readings.time
     missed, slope = readings.missed(x)
-    process_noise = process_noise_of(time, missed + along(slope, x), slope, cold)
-    costs = costs_of(time, x, missed, process_noise, cold)
+    kind = kinds_of(time, missed + along(slope, x), slope, cold)
+    costs = costs_of(time, x, missed, kind, cold)
     hold = np.zeros(len(time))
     for _ in range(ROUNDS):
-        after, _ = smoothed(time, missed + along(slope, x), slope, process_noise, cold, (x, hold))
+        after, _ = smoothed(time, missed + along(slope, x), slope, kind, cold, (x, hold))
         step = np.clip(after - x, -LONGEST, LONGEST)
         trial = x + step
         found = readings.missed(trial)
-        there = costs_of(time, trial, found[0], process_noise, cold)
+        there = costs_of(time, trial, found[0], kind, cold)
         gain = np.sum(costs) - np.sum(there)
         worse = there > costs
         if gain > 0.0:
@@ -334,16 +349,16 @@ def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
             hold = np.where(worse, np.maximum(HELD * hold, FIRST_HOLD), hold)
         if settled:
             break
-    after, evidence = smoothed(time, missed + along(slope, x), slope, process_noise, cold)
+    after, evidence = smoothed(time, missed + along(slope, x), slope, kind, cold)
     # the likelihood of these fractions, not of those that the tangent promises
-    promised = costs_of(time, after, missed + along(slope, x - after), process_noise, cold)
-    turns = np.sum((cold[1:] != cold[:-1]) * 1 + (process_noise[1:] != process_noise[:-1]), axis=1)
-    turns = np.insert(turns, 0, 0)
+    promised = np.sum(costs_of(time, after, missed + along(slope, x - after), kind, cold))
+    turns = np.sum(cold[1:] != cold[:-1]) + np.sum(kind[1:] != kind[:-1])
     # no fraction is beyond 0 or 1: there readings miss what they would at the ends
     ends = np.sum(along(slope, x - np.clip(x, 0.0, 1.0)) ** 2, axis=1)
     beyond = ends > MISSED**2
-    evidence = evidence + promised - costs - turns * np.log(len(time)) - 0.5 * np.where(beyond, ends, 0.0)
-    return _Trajectory(x, cold, missed, beyond, evidence)
+    ends = 0.5 * np.sum(ends[beyond])
+    likelihood = evidence + promised - np.sum(costs) - turns * np.log(len(time)) - ends
+    return _Trajectory(x, cold, missed, beyond, float(likelihood))
 
 
 def _before(states: tuple[pj.SpringState, ...], history: pj.History) -> tuple[pj.SpringState, ...]:

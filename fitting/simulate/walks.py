@@ -1,7 +1,7 @@
-"""Random walks behind readings: their filter, their smoother, and the most likely variances of their steps.
+"""Random walks and ramps behind readings: their kinds, the fractions behind them, and the evidence.
 
-Readings stand in units of their noise, so that each has a variance of one. Predictions are linear in what
-walks.
+A fraction is held still, walks, or goes on as it went before (a ramp). Readings stand in units of their
+noise, so that each has a variance of one. Predictions are linear in the fractions.
 """
 
 from typing import NamedTuple
@@ -10,22 +10,26 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
+from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from pneusma_jax.numerics.lengths import fixed_length, going_on, lengthened
-from pneusma_jax.numerics.linear import solve_small
 from pneusma_jax.program_cache import stored_jit
 
 PROCESS_NOISES = 10.0 ** np.arange(-9.0, 0.0, 1.0)
 """Candidate variances of a fraction's change [1/s], from a cold spring, which stays, to one heated in
 seconds."""
-OTHERS = 1e-4
-"""Variance of the change of other springs' fractions while one is looked at [1/s]."""
+RAMP_NOISES = 10.0 ** np.arange(-9.0, -2.0, 1.0)
+"""Candidate variances of the difference between a fraction's change and the one before [1/s]."""
+NOISES = np.concatenate([PROCESS_NOISES, RAMP_NOISES])
+"""Variances of all kinds of steps [1/s]: those of walks, then those of ramps."""
+RAMPS = np.arange(len(NOISES)) >= len(PROCESS_NOISES)
+"""True for kinds of steps that go on as before."""
+OTHERS = 5
+"""Kind of the steps of other springs' fractions while one is looked at: a walk of 1e-4 1/s."""
 FIRST = 1.0
 """Variance of a fraction before the first reading [1], when it is unknown."""
-UNTIED = 1e12
-"""Variance of a step that ties nothing [1]."""
-LEAST = 1e-30
-"""Least variance of a step [1], so that three of them have a determinant that is not rounded to zero."""
+SHORTEST = 1e-9
+"""Least time between rows [s], so that none has a variance of zero."""
 
 
 def along(slope: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -33,43 +37,52 @@ def along(slope: np.ndarray, x: np.ndarray) -> np.ndarray:
     return np.einsum("tij,tj->ti", slope, x)
 
 
+def _steps_and_ratios(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Times between rows [s], shape (n - 1,), and their ratios to the one before [1], 0 for the first."""
+    step = np.maximum(np.diff(time), SHORTEST)
+    return step, np.insert(step[1:] / step[:-1], 0, 0.0)
+
+
 def costs_of(
-    time: np.ndarray, x: np.ndarray, missed: np.ndarray, process_noise: np.ndarray, cold: np.ndarray
+    time: np.ndarray, x: np.ndarray, missed: np.ndarray, kind: np.ndarray, cold: np.ndarray
 ) -> np.ndarray:
     """Half the weighted sum of squares of each row, shape (n,).
 
-    It counts the readings' misfits, and half of each of the walk's two steps at the row. All are in standard
+    It counts the readings' misfits, and half of each of the two steps at the row. All are in standard
     deviations. The sum over all rows is that of the recording.
 
     Args:
         time: time [s], shape (n,).
         x: fractions [1], shape (n, m).
         missed: readings less predictions, in units of their noise, shape (n, m).
-        process_noise: variance of each fraction's change before each row [1/s], shape (n, m).
-        cold: true where a spring is cold; steps that end there are not of the walk. Shape (n, m).
+        kind: kind of the step to each row, an index into `NOISES`, shape (n, m).
+        cold: true where a spring is cold; steps that end there are not counted. Shape (n, m).
     """
-    steps, changes = np.diff(time)[:, None], np.where(cold[1:], 0.0, np.diff(x, axis=0))
-    walked = 0.5 * np.sum(changes**2 / (process_noise[1:] * np.maximum(steps, 1e-9)), axis=1)
+    step, ratio = _steps_and_ratios(time)
+    changes = np.diff(x, axis=0)
+    before = np.concatenate([np.zeros_like(x[:1]), changes[:-1]])
+    unlike = np.where(cold[1:], 0.0, changes - RAMPS[kind[1:]] * ratio[:, None] * before)
+    walked = 0.5 * np.sum(unlike**2 / (NOISES[kind[1:]] * step[:, None]), axis=1)
     costs = np.sum(missed**2, axis=1) + np.append(walked, 0.0) + np.insert(walked, 0, 0.0)
     costs[0] += np.sum(np.where(cold[0], 0.0, x[0] - 0.5) ** 2) / FIRST
     return 0.5 * costs
 
 
-def process_noise_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray, cold: np.ndarray) -> np.ndarray:
-    """Most likely variance of each change of a fraction [1/s], one spring after the other, twice.
+def kinds_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray, cold: np.ndarray) -> np.ndarray:
+    """Most likely kind of each step, one spring after the other, twice; shape (n, m).
 
     Between rows it may change, at the cost of the logarithm of their number: a heated spring is held still
-    afterwards. Shape (n, m).
+    afterwards.
     """
     longer = _with_silent_rows(time, (target, slope, cold))
-    return np.asarray(_process_noise(*longer, np.log(len(time))))[: len(time)]
+    return np.asarray(_kinds(*longer, np.log(len(time))))[: len(time)]
 
 
 def cold_rows(time: np.ndarray, free: tuple, held: tuple, cold: np.ndarray, k: int) -> np.ndarray:
     """Rows in which a spring is most likely exactly cold, shape (n,).
 
-    In each row it is either cold or walks with any of the process noises. Another state than before costs the
-    logarithm of the number of rows.
+    In each row it is either cold or takes a step of any kind. Another state than before costs the logarithm
+    of the number of rows.
 
     Args:
         time: time [s], ascending, shape (n,).
@@ -88,31 +101,69 @@ def smoothed(
     time: np.ndarray,
     target: np.ndarray,
     slope: np.ndarray,
-    process_noise: np.ndarray,
+    kind: np.ndarray,
     cold: np.ndarray,
     held: tuple[np.ndarray, np.ndarray] | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Rauch-Tung-Striebel smoother of random walks.
+) -> tuple[np.ndarray, float]:
+    """Likeliest fractions behind linear readings, all rows together, and the logarithm of their evidence.
 
     Args:
         time: time [s], ascending, shape (n,).
         target: readings in units of their noise, shape (n, m).
         slope: slope of the readings over the fractions, shape (n, m, m).
-        process_noise: variance of each fraction's change before each row [1/s], shape (n, m).
+        kind: kind of the step to each row, shape (n, m).
         cold: true where a spring is exactly cold, shape (n, m).
         held: fractions near which rows are held, shape (n, m), and with which precision [1], shape (n,).
 
     Returns:
-        Fractions, shape (n, m), and the log-likelihoods of each row's readings, shape (n,); in held rows the
-        holds count as readings.
+        Fractions, shape (n, m), and the log-likelihood of all readings less its constant; holds are not
+        readings and count in none.
     """
-    near, precision = held or (np.zeros_like(target), np.zeros(len(time)))
-    root = np.sqrt(precision)[:, None]
-    target = np.concatenate([target, root * near], axis=1)
-    slope = np.concatenate([slope, root[:, :, None] * np.eye(near.shape[1])], axis=1)
-    longer = _with_silent_rows(time, (target, slope, process_noise, cold))
-    means, evidence = (np.asarray(found) for found in _smoothed(*longer))
-    return means[: len(time)], evidence[: len(time)]
+    rows, count = cold.shape
+    free = ~cold
+    step, ratio = _steps_and_ratios(time)
+    weight = np.where(free[1:], 1.0 / (NOISES[kind[1:]] * step[:, None]), 0.0)
+    gain = RAMPS[kind[1:]] * ratio[:, None]
+    # blocks of the precision: of a row, of a row and the next, of a row and the one after it
+    own = np.einsum("tij,tik->tjk", slope, slope)
+    right = np.einsum("tij,ti->tj", slope, target)
+    diagonal, next_, second = np.zeros((rows, count)), np.zeros((rows, count)), np.zeros((rows, count))
+    diagonal[0] += free[0] / FIRST
+    right[0] += 0.5 * free[0] / FIRST
+    diagonal[1:] += weight
+    diagonal[:-1] += weight * (1.0 + gain) ** 2
+    diagonal[:-2] += weight[1:] * gain[1:] ** 2
+    next_[:-1] -= weight * (1.0 + gain)
+    next_[:-2] -= weight[1:] * gain[1:] * (1.0 + gain[1:])
+    second[:-2] += weight[1:] * gain[1:]
+    if held is not None:
+        near, precision = held
+        diagonal += precision[:, None]
+        right += precision[:, None] * near
+    own += diagonal[:, :, None] * np.eye(count)
+    # cold fractions are known: what they pull goes to the right side
+    known = cold.astype(float)
+    pull = np.einsum("tjk,tk->tj", own, known)
+    pull[:-1] += next_[:-1] * known[1:]
+    pull[1:] += next_[:-1] * known[:-1]
+    pull[:-2] += second[:-2] * known[2:]
+    pull[2:] += second[:-2] * known[:-2]
+    right = np.where(cold, 1.0, right - pull)
+    own = np.where(free[:, :, None] & free[:, None, :], own, np.eye(count) * cold[:, :, None])
+    next_[:-1] *= free[:-1] & free[1:]
+    second[:-2] *= free[:-2] & free[2:]
+    banded = np.zeros((2 * count + 1, rows * count))  # upper diagonals, the outermost first
+    for offset in range(count):
+        for j in range(offset, count):
+            banded[2 * count - offset, j::count] += own[:, j - offset, j]
+    banded[count, count:] += next_[:-1].ravel()
+    banded[0, 2 * count :] += second[:-2].ravel()
+    factor = cholesky_banded(banded)
+    x = cho_solve_banded((factor, False), right.ravel()).reshape(rows, count)
+    missed = target - along(slope, x)
+    spread = np.sum(np.log(weight[weight > 0.0])) - np.sum(free[0]) * np.log(FIRST)
+    evidence = 0.5 * spread - np.sum(np.log(factor[-1])) - np.sum(costs_of(time, x, missed, kind, cold))
+    return x, float(evidence)
 
 
 def _with_silent_rows(time: np.ndarray, courses: tuple) -> tuple:
@@ -128,29 +179,24 @@ class _Filtered(NamedTuple):
     """What `_filtered` finds for several candidates side by side.
 
     Attributes:
-        means, variances: of the fractions, shapes (n, candidates, m) and (n, candidates, m, m).
-        evidence: log-likelihoods of each row's readings after all rows before, shape (n, candidates).
-        score: their sum less the cost of changes between candidates, shape (candidates,).
+        score: log-likelihoods of all readings less the cost of changes between candidates, (candidates,).
         parents: candidate that each one went on from, shape (n, candidates).
     """
 
-    means: Array
-    variances: Array
-    evidence: Array
     score: Array
     parents: Array
 
 
 @stored_jit()
-def _process_noise(time: Array, target: Array, slope: Array, cold: Array, change: Array) -> Array:
-    """See `process_noise_of`; `change` is the cost of another variance [nat]."""
+def _kinds(time: Array, target: Array, slope: Array, cold: Array, change: Array) -> Array:
+    """See `kinds_of`; `change` is the cost of another kind [nat]."""
     rows, count = jnp.shape(cold)
 
-    def one_spring(process_noise: Array, k: Array) -> tuple[Array, None]:
-        trials = jnp.repeat(process_noise[:, None], len(PROCESS_NOISES), axis=1)
-        trials = trials.at[:, :, k].set(PROCESS_NOISES)
+    def one_spring(kind: Array, k: Array) -> tuple[Array, None]:
+        trials = jnp.repeat(kind[:, None], len(NOISES), axis=1)
+        trials = trials.at[:, :, k].set(jnp.arange(len(NOISES)))
         found = _filtered(time, target[:, None], slope[:, None], trials, cold[:, None], change)
-        return process_noise.at[:, k].set(jnp.asarray(PROCESS_NOISES)[_likeliest(found)]), None
+        return kind.at[:, k].set(_likeliest(found)), None
 
     order = jnp.tile(jnp.arange(count), 2)
     return jax.lax.scan(one_spring, jnp.full((rows, count), OTHERS), order)[0]
@@ -159,16 +205,16 @@ def _process_noise(time: Array, target: Array, slope: Array, cold: Array, change
 @stored_jit()
 def _cold_rows(time: Array, free: tuple, held: tuple, cold: Array, change: Array, k: Array) -> Array:
     """See `cold_rows`."""
-    noises = jnp.asarray([*PROCESS_NOISES, PROCESS_NOISES[0]])
-    is_held = jnp.arange(len(noises)) == len(PROCESS_NOISES)
+    kinds = jnp.arange(len(NOISES) + 1)
+    is_held = kinds == len(NOISES)
     target, slope = (
         jnp.where(jnp.expand_dims(is_held, range(1, jnp.ndim(a))), b[:, None], a[:, None])
         for a, b in zip(free, held, strict=True)
     )
     of_k = jnp.arange(cold.shape[1]) == k
     cold = jnp.where(of_k, is_held[:, None], cold[:, None])
-    process_noise = jnp.where(of_k, noises[:, None], jnp.full((len(time), 1, 1), OTHERS))
-    return is_held[_likeliest(_filtered(time, target, slope, process_noise, cold, change))]
+    trials = jnp.broadcast_to(jnp.where(of_k, jnp.where(is_held, 0, kinds)[:, None], OTHERS), cold.shape)
+    return is_held[_likeliest(_filtered(time, target, slope, trials, cold, change))]
 
 
 def _likeliest(found: _Filtered) -> Array:
@@ -177,59 +223,59 @@ def _likeliest(found: _Filtered) -> Array:
     return jax.lax.scan(back, jnp.argmax(found.score), found.parents, reverse=True)[1]
 
 
-@stored_jit()
-def _smoothed(
-    time: Array, target: Array, slope: Array, process_noise: Array, cold: Array
-) -> tuple[Array, Array]:
-    """See `smoothed`."""
-    alone = (x[:, None] for x in (target, slope, process_noise, cold))
-    found = _filtered(time, *alone, jnp.inf)
-    means, variances = found.means[:, 0], found.variances[:, 0]
-    grown = process_noise[1:] * jnp.diff(time)[:, None] + jnp.where(cold[1:], UNTIED, 0.0) + LEAST
-
-    def back(later: Array, row: tuple[Array, Array, Array]) -> tuple[Array, Array]:
-        mean, variance, step = row
-        smooth = mean + variance @ solve_small(variance + jnp.diag(step), later - mean)
-        return smooth, smooth
-
-    _, smooth = jax.lax.scan(back, means[-1], (means[:-1], variances[:-1], grown), reverse=True)
-    return jnp.concatenate([smooth, means[-1:]]), found.evidence[:, 0]
-
-
 def _filtered(
-    time: Array, target: Array, slope: Array, process_noise: Array, cold: Array, change: Array | float
+    time: Array, target: Array, slope: Array, kind: Array, cold: Array, change: Array | float
 ) -> _Filtered:
-    """Kalman filter of random walks, for several candidates of their variances side by side.
+    """Kalman filter of a row's fractions and those of the row before, for several candidates side by side.
 
     Args:
         time: see `smoothed`.
         target, slope, cold: see `smoothed`, with an axis of one or all candidates after the first one.
-        process_noise: variance of each fraction's change before each row [1/s], shape (n, candidates, m).
-        change: cost of going on with another candidate [nat]; infinite if none does.
+        kind: kind of the step to each row, shape (n, candidates, m).
+        change: cost of going on with another candidate [nat].
     """
-    _, several, count = jnp.shape(process_noise)
-    own, unit = jnp.arange(several), jnp.eye(count)
+    _, several, count = jnp.shape(kind)
+    own = jnp.arange(several)
+    nothing = jnp.zeros((several, count))
+    step = jnp.maximum(jnp.diff(time), SHORTEST)
+    ratio = jnp.concatenate([jnp.zeros(2), step[1:] / step[:-1]])
+    every = jnp.ones((several, count))
+    noises, ramps = jnp.asarray(NOISES), jnp.asarray(RAMPS)
 
-    def row(carry: tuple, at: tuple) -> tuple[tuple, tuple]:
-        (mean, variance, score), (step, ohms, tangents, process_noise, cold) = carry, at
+    def diagonal(values: Array) -> Array:
+        return values[:, :, None] * jnp.eye(values.shape[1])
+
+    def row(carry: tuple, at: tuple) -> tuple[tuple, Array]:
+        (mean, variance, score), (step, ratio, ohms, tangents, kind, cold) = carry, at
         best = jnp.argmax(score)
         from_ = jnp.where(score[best] - change > score, best, own)
         mean, score = mean[from_], jnp.maximum(score, score[best] - change)
-        variance = variance[from_] + (process_noise * step)[:, :, None] * unit
-        mean = jnp.where(cold, 1.0, mean)
-        variance = variance * (~cold[:, :, None] & ~cold[:, None, :])
+        gain = ramps[kind] * ratio
+        goes_on = jnp.concatenate(
+            [
+                jnp.concatenate([diagonal(1.0 + gain), diagonal(-gain)], axis=2),
+                jnp.concatenate([diagonal(every), diagonal(nothing)], axis=2),
+            ],
+            axis=1,
+        )
+        mean = jnp.einsum("sij,sj->si", goes_on, mean)
+        variance = jnp.einsum("sij,sjk,slk->sil", goes_on, variance[from_], goes_on)
+        variance = variance + diagonal(jnp.concatenate([noises[kind] * step, nothing], axis=1))
+        now = jnp.concatenate([jnp.broadcast_to(cold, nothing.shape), nothing > 1.0], axis=1)
+        mean = jnp.where(now, 1.0, mean)
+        variance = variance * (~now[:, :, None] & ~now[:, None, :])
         evidence = jnp.zeros(several)
-        for k in range(tangents.shape[1]):  # the readings of one row, at most six
-            reach = jnp.sum(variance * tangents[:, k, None, :], axis=2)
-            spread = jnp.sum(reach * tangents[:, k], axis=1) + 1.0
-            surprise = ohms[:, k] - jnp.sum(mean * tangents[:, k], axis=1)
+        for k in range(count):  # the readings of one row, at most three
+            reach = jnp.sum(variance[:, :, :count] * tangents[:, k, None, :], axis=2)
+            spread = jnp.sum(reach[:, :count] * tangents[:, k], axis=1) + 1.0
+            surprise = ohms[:, k] - jnp.sum(mean[:, :count] * tangents[:, k], axis=1)
             mean = mean + (surprise / spread)[:, None] * reach
             variance = variance - reach[:, :, None] * (reach / spread[:, None])[:, None, :]
             evidence = evidence - 0.5 * (surprise**2 / spread + jnp.log(spread))
-        score = score + evidence
-        return (mean, variance, score), (mean, variance, evidence, from_)
+        return (mean, variance, score + evidence), from_
 
-    begin = jnp.full((several, count), 0.5), jnp.tile(FIRST * unit, (several, 1, 1)), jnp.zeros(several)
-    rows = jnp.diff(time, prepend=time[:1]), target, slope, process_noise, cold
-    (_, _, score), (means, variances, evidence, parents) = jax.lax.scan(row, begin, rows)
-    return _Filtered(means, variances, evidence, score, parents)
+    first = diagonal(jnp.concatenate([FIRST * every, nothing], axis=1))
+    begin = jnp.full((several, 2 * count), 0.5), first, jnp.zeros(several)
+    rows = jnp.insert(step, 0, 0.0), ratio, target, slope, kind, cold
+    (_, _, score), parents = jax.lax.scan(row, begin, rows)
+    return _Filtered(score, parents)

@@ -1,30 +1,42 @@
-"""Random walks behind readings, against the dense Gaussian that they are."""
+"""Random walks and ramps behind readings, against the dense Gaussian that they are."""
 
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from fitting.simulate.walks import FIRST, PROCESS_NOISES, along, cold_rows, process_noise_of, smoothed
+from fitting.simulate.walks import FIRST, NOISES, RAMPS, along, cold_rows, kinds_of, smoothed
 
 ROWS = 7
+WALK, RAMP = np.flatnonzero(~RAMPS), np.flatnonzero(RAMPS)
 
 
-def world(count, seed=0):
-    """Times, slopes, variances of steps, and readings of unit noise; `count` fractions."""
+def world(count, seed=0, kinds=WALK):
+    """Times, slopes, kinds of steps, and readings of unit noise; `count` fractions."""
     random = np.random.default_rng(seed)
     time, slope = np.cumsum(random.uniform(0.5, 2.0, ROWS)), random.normal(size=(ROWS, count, count))
-    process_noise = 10.0 ** random.uniform(-3.0, 0.0, (ROWS, count))
-    return time, slope, process_noise, random.normal(size=(ROWS, count))
+    return time, slope, random.choice(kinds[-4:], (ROWS, count)), random.normal(size=(ROWS, count))
 
 
+def steps_of(time, kind):
+    """The matrix that turns one fraction's course into its independent steps, the first row included."""
+    found, step = np.eye(len(time)), np.diff(time)
+    for t in range(1, len(time)):
+        gain = RAMPS[kind[t]] * step[t - 1] / step[t - 2] if t > 1 else 0.0
+        found[t, t - 1] -= 1.0 + gain
+        if t > 1:
+            found[t, t - 2] += gain
+    return found
+
+
+@pytest.mark.parametrize("kinds", [WALK, RAMP, np.arange(len(NOISES))], ids=["walks", "ramps", "both"])
 @pytest.mark.parametrize("count", [1, 2, 3])
-def test_smoothed_fractions_are_the_mean_of_the_gaussian_and_their_evidence_its_density(count):
-    time, slope, process_noise, target = world(count)
-    process_noise[0] = 0.0  # before the first row there is no step
-    grown = FIRST + np.cumsum(process_noise * np.insert(np.diff(time), 0, 0.0)[:, None], axis=0)  # variance of each row
+def test_smoothed_fractions_are_the_mean_of_the_gaussian_and_their_evidence_its_density(count, kinds):
+    time, slope, kind, target = world(count, kinds=kinds)
     prior = np.zeros((ROWS, count, ROWS, count))
     for k in range(count):
-        prior[:, k, :, k] = np.minimum.outer(grown[:, k], grown[:, k])
+        back = np.linalg.inv(steps_of(time, kind[:, k]))
+        sizes = np.insert(NOISES[kind[1:, k]] * np.diff(time), 0, FIRST)
+        prior[:, k, :, k] = back @ np.diag(sizes) @ back.T
     prior = prior.reshape(ROWS * count, ROWS * count)
     design = np.zeros((ROWS, count, ROWS, count))
     design[np.arange(ROWS), :, np.arange(ROWS), :] = slope
@@ -32,34 +44,48 @@ def test_smoothed_fractions_are_the_mean_of_the_gaussian_and_their_evidence_its_
     mean, spread = np.full(ROWS * count, 0.5), design @ prior @ design.T + np.eye(ROWS * count)
     exact = mean + prior @ design.T @ np.linalg.solve(spread, target.ravel() - design @ mean)
 
-    found, evidence = smoothed(time, target, slope, process_noise, np.zeros((ROWS, count), bool))
+    found, evidence = smoothed(time, target, slope, kind, np.zeros((ROWS, count), bool))
 
-    np.testing.assert_allclose(found.ravel(), exact, atol=1e-9)
+    np.testing.assert_allclose(found.ravel(), exact, atol=1e-7)
     density = multivariate_normal(design @ mean, spread).logpdf(target.ravel())
-    assert evidence.sum() - 0.5 * ROWS * count * np.log(2.0 * np.pi) == pytest.approx(density, abs=1e-9)
+    assert evidence - 0.5 * ROWS * count * np.log(2.0 * np.pi) == pytest.approx(density, abs=1e-6)
 
 
-def test_a_cold_spring_is_exactly_cold_and_ties_no_later_row():
-    time, slope, process_noise, target = world(2)
+def test_a_cold_spring_is_exactly_cold_and_ties_no_earlier_row_to_later_ones():
+    time, slope, kind, target = world(2)
     slope = slope * np.eye(2)  # each reading is of one spring
     cold = np.zeros((ROWS, 2), bool)
     cold[2:5, 0] = True
-    found, evidence = smoothed(time, target, slope, process_noise, cold)
+    found, evidence = smoothed(time, target, slope, kind, cold)
     np.testing.assert_allclose(found[2:5, 0], 1.0, atol=1e-12)
-    moved, _ = smoothed(time, np.where(np.arange(ROWS)[:, None] == 6, target + 3.0, target), slope, process_noise, cold)
-    assert np.all(np.isfinite(evidence)) and np.all(np.isfinite(found)) and np.abs(moved[1, 0] - found[1, 0]) < 1e-9
+    moved, _ = smoothed(time, np.where(np.arange(ROWS)[:, None] == 6, target + 3.0, target), slope, kind, cold)
+    assert np.isfinite(evidence) and np.all(np.isfinite(found)) and np.abs(moved[1, 0] - found[1, 0]) < 1e-9
 
 
-def test_variances_follow_a_spring_that_is_heated_and_then_held_still():
-    """A fraction falls by half in the first third of a recording, and stays."""
+def test_the_evidence_beside_cold_rows_is_the_density_of_what_is_free():
+    """With one spring cold throughout, the evidence is that of the other one alone."""
+    time, slope, kind, target = world(2, kinds=RAMP)
+    cold = np.zeros((ROWS, 2), bool)
+    cold[:, 0] = True
+    _, both = smoothed(time, target, slope * np.eye(2), kind, cold)
+    one = (slice(None), slice(1, 2))
+    _, alone = smoothed(time, target[one], slope[:, 1:, 1:], kind[one], cold[one])
+    misses = np.sum((target[:, 0] - slope[:, 0, 0]) ** 2)
+    assert both == pytest.approx(alone - 0.5 * misses, abs=1e-9)
+
+
+def test_kinds_follow_a_spring_that_is_heated_and_then_held_still():
+    """A fraction falls by half in the first third of a recording, and stays: a ramp, and a walk of small steps."""
     random, rows = np.random.default_rng(3), 150
     time = np.arange(rows) * 1.0
     x = 1.0 - 0.5 * np.clip(time / 50.0, 0.0, 1.0)[:, None]
     slope = np.full((rows, 1, 1), 1e3)
     target = along(slope, x) + random.normal(size=(rows, 1))
-    process_noise = process_noise_of(time, target, slope, np.zeros((rows, 1), bool))
-    assert set(np.unique(process_noise)) <= set(PROCESS_NOISES)
-    assert np.median(process_noise[5:45]) > 100.0 * np.median(process_noise[60:])
+    cold = np.zeros((rows, 1), bool)
+    kind = kinds_of(time, target, slope, cold)
+    assert np.all(RAMPS[kind[5:45]]) and np.median(NOISES[kind[60:]]) < 1e-7
+    found, _ = smoothed(time, target, slope, kind, cold)
+    assert np.sqrt(np.mean((found - x) ** 2)) < 0.5e-3  # half of the readings' noise
 
 
 def test_rows_before_a_heating_are_found_cold_and_a_steady_warm_spring_is_not():
@@ -74,10 +100,10 @@ def test_rows_before_a_heating_are_found_cold_and_a_steady_warm_spring_is_not():
 
 
 def test_held_rows_stay_where_they_are_held():
-    time, slope, process_noise, target = world(2)
+    time, slope, kind, target = world(2)
     near, precision = np.full((ROWS, 2), 0.3), np.where(np.arange(ROWS) == 3, 1e12, 0.0)
     free = np.zeros((ROWS, 2), bool)
-    found, _ = smoothed(time, target, slope, process_noise, free, (near, precision))
-    alone, _ = smoothed(time, target, slope, process_noise, free)
+    found, _ = smoothed(time, target, slope, kind, free, (near, precision))
+    alone, _ = smoothed(time, target, slope, kind, free)
     np.testing.assert_allclose(found[3], 0.3, atol=1e-5)
     assert np.max(np.abs(alone[3] - 0.3)) > 0.01
