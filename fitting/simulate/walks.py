@@ -20,10 +20,20 @@ PROCESS_NOISES = 10.0 ** np.arange(-9.0, 0.0, 1.0)
 seconds."""
 RAMP_NOISES = 10.0 ** np.arange(-9.0, -2.0, 1.0)
 """Candidate variances of the difference between a fraction's change and the one before [1/s]."""
-NOISES = np.concatenate([PROCESS_NOISES, RAMP_NOISES])
-"""Variances of all kinds of steps [1/s]: those of walks, then those of ramps."""
+NOISES = np.concatenate([PROCESS_NOISES, RAMP_NOISES, RAMP_NOISES])
+"""Variances of all kinds of steps [1/s]: of walks, of ramps that go on, of ramps that begin with a corner."""
 RAMPS = np.arange(len(NOISES)) >= len(PROCESS_NOISES)
 """True for kinds of steps that go on as before."""
+CORNERS = np.arange(len(NOISES)) >= len(PROCESS_NOISES) + len(RAMP_NOISES)
+"""True for kinds whose first step may have any size."""
+CORNER = 1e-3
+"""Variance of a step that may have any size [1/s]: 0.03 in a second, as a strong current heats."""
+TURNS = 4
+"""Rows for which a filter remembers a corner although a later one seems likelier: so many show its ramp."""
+CANDIDATES = np.concatenate([np.flatnonzero(~CORNERS), np.tile(np.flatnonzero(CORNERS), TURNS)])
+"""Kinds that a filter follows side by side, ramps with corners for each of these rows."""
+TURN = np.concatenate([np.full(np.sum(~CORNERS), -1), np.repeat(np.arange(TURNS), np.sum(CORNERS))])
+"""Row, modulo these, in which a candidate may be begun; -1 for any."""
 OTHERS = 5
 """Kind of the steps of other springs' fractions while one is looked at: a walk of 1e-4 1/s."""
 FIRST = 1.0
@@ -41,6 +51,12 @@ def _steps_and_ratios(time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Times between rows [s], shape (n - 1,), and their ratios to the one before [1], 0 for the first."""
     step = np.maximum(np.diff(time), SHORTEST)
     return step, np.insert(step[1:] / step[:-1], 0, 0.0)
+
+
+def _variances(kind: np.ndarray, cold: np.ndarray) -> np.ndarray:
+    """Variance of the step to each row but the first [1/s], shape (n - 1, m)."""
+    begins = (kind[1:] != kind[:-1]) | cold[:-1]
+    return np.where(begins & CORNERS[kind[1:]], CORNER, NOISES[kind[1:]])
 
 
 def costs_of(
@@ -62,7 +78,7 @@ def costs_of(
     changes = np.diff(x, axis=0)
     before = np.concatenate([np.zeros_like(x[:1]), changes[:-1]])
     unlike = np.where(cold[1:], 0.0, changes - RAMPS[kind[1:]] * ratio[:, None] * before)
-    walked = 0.5 * np.sum(unlike**2 / (NOISES[kind[1:]] * step[:, None]), axis=1)
+    walked = 0.5 * np.sum(unlike**2 / (_variances(kind, cold) * step[:, None]), axis=1)
     costs = np.sum(missed**2, axis=1) + np.append(walked, 0.0) + np.insert(walked, 0, 0.0)
     costs[0] += np.sum(np.where(cold[0], 0.0, x[0] - 0.5) ** 2) / FIRST
     return 0.5 * costs
@@ -122,7 +138,7 @@ def smoothed(
     rows, count = cold.shape
     free = ~cold
     step, ratio = _steps_and_ratios(time)
-    weight = np.where(free[1:], 1.0 / (NOISES[kind[1:]] * step[:, None]), 0.0)
+    weight = np.where(free[1:], 1.0 / (_variances(kind, cold) * step[:, None]), 0.0)
     gain = RAMPS[kind[1:]] * ratio[:, None]
     # blocks of the precision: of a row, of a row and the next, of a row and the one after it
     own = np.einsum("tij,tik->tjk", slope, slope)
@@ -193,10 +209,11 @@ def _kinds(time: Array, target: Array, slope: Array, cold: Array, change: Array)
     rows, count = jnp.shape(cold)
 
     def one_spring(kind: Array, k: Array) -> tuple[Array, None]:
-        trials = jnp.repeat(kind[:, None], len(NOISES), axis=1)
-        trials = trials.at[:, :, k].set(jnp.arange(len(NOISES)))
-        found = _filtered(time, target[:, None], slope[:, None], trials, cold[:, None], change)
-        return kind.at[:, k].set(_likeliest(found)), None
+        trials = jnp.repeat(kind[:, None], len(CANDIDATES), axis=1)
+        trials = trials.at[:, :, k].set(jnp.asarray(CANDIDATES))
+        turn = jnp.asarray(TURN)
+        found = _filtered(time, target[:, None], slope[:, None], trials, cold[:, None], turn, change, k)
+        return kind.at[:, k].set(jnp.asarray(CANDIDATES)[_likeliest(found)]), None
 
     order = jnp.tile(jnp.arange(count), 2)
     return jax.lax.scan(one_spring, jnp.full((rows, count), OTHERS), order)[0]
@@ -205,16 +222,17 @@ def _kinds(time: Array, target: Array, slope: Array, cold: Array, change: Array)
 @stored_jit()
 def _cold_rows(time: Array, free: tuple, held: tuple, cold: Array, change: Array, k: Array) -> Array:
     """See `cold_rows`."""
-    kinds = jnp.arange(len(NOISES) + 1)
-    is_held = kinds == len(NOISES)
+    kinds = jnp.asarray([*CANDIDATES, 0])
+    is_held = jnp.arange(len(kinds)) == len(CANDIDATES)
+    turn = jnp.asarray([*TURN, -1])
     target, slope = (
         jnp.where(jnp.expand_dims(is_held, range(1, jnp.ndim(a))), b[:, None], a[:, None])
         for a, b in zip(free, held, strict=True)
     )
     of_k = jnp.arange(cold.shape[1]) == k
     cold = jnp.where(of_k, is_held[:, None], cold[:, None])
-    trials = jnp.broadcast_to(jnp.where(of_k, jnp.where(is_held, 0, kinds)[:, None], OTHERS), cold.shape)
-    return is_held[_likeliest(_filtered(time, target, slope, trials, cold, change))]
+    trials = jnp.broadcast_to(jnp.where(of_k, kinds[:, None], OTHERS), cold.shape)
+    return is_held[_likeliest(_filtered(time, target, slope, trials, cold, turn, change, k))]
 
 
 def _likeliest(found: _Filtered) -> Array:
@@ -224,7 +242,14 @@ def _likeliest(found: _Filtered) -> Array:
 
 
 def _filtered(
-    time: Array, target: Array, slope: Array, kind: Array, cold: Array, change: Array | float
+    time: Array,
+    target: Array,
+    slope: Array,
+    kind: Array,
+    cold: Array,
+    turn: Array,
+    change: Array,
+    k: Array,
 ) -> _Filtered:
     """Kalman filter of a row's fractions and those of the row before, for several candidates side by side.
 
@@ -232,7 +257,9 @@ def _filtered(
         time: see `smoothed`.
         target, slope, cold: see `smoothed`, with an axis of one or all candidates after the first one.
         kind: kind of the step to each row, shape (n, candidates, m).
+        turn: row modulo `TURNS` in which a candidate may follow another one, -1 for any, (candidates,).
         change: cost of going on with another candidate [nat].
+        k: index of the spring whose kinds the candidates differ in.
     """
     _, several, count = jnp.shape(kind)
     own = jnp.arange(several)
@@ -240,16 +267,22 @@ def _filtered(
     step = jnp.maximum(jnp.diff(time), SHORTEST)
     ratio = jnp.concatenate([jnp.zeros(2), step[1:] / step[:-1]])
     every = jnp.ones((several, count))
-    noises, ramps = jnp.asarray(NOISES), jnp.asarray(RAMPS)
+    noises, ramps, corners = map(jnp.asarray, (NOISES, RAMPS, CORNERS))
+    begins = (kind[1:] != kind[:-1]) | cold[:-1]  # of other springs; of this one the filter knows
+    begins = jnp.concatenate([jnp.zeros_like(begins[:1]), begins])
+    of_k = jnp.arange(count) == k
 
     def diagonal(values: Array) -> Array:
         return values[:, :, None] * jnp.eye(values.shape[1])
 
     def row(carry: tuple, at: tuple) -> tuple[tuple, Array]:
-        (mean, variance, score), (step, ratio, ohms, tangents, kind, cold) = carry, at
+        (mean, variance, score), (number, step, ratio, ohms, tangents, kind, cold, begins) = carry, at
         best = jnp.argmax(score)
-        from_ = jnp.where(score[best] - change > score, best, own)
-        mean, score = mean[from_], jnp.maximum(score, score[best] - change)
+        may = (turn < 0) | (turn == number % TURNS)
+        from_ = jnp.where(may & (score[best] - change > score), best, own)
+        mean, score = mean[from_], jnp.where(from_ != own, score[best] - change, score)
+        begins = jnp.where(of_k, (from_ != own)[:, None], begins)
+        noise = jnp.where(begins & corners[kind], CORNER, noises[kind])
         gain = ramps[kind] * ratio
         goes_on = jnp.concatenate(
             [
@@ -260,7 +293,7 @@ def _filtered(
         )
         mean = jnp.einsum("sij,sj->si", goes_on, mean)
         variance = jnp.einsum("sij,sjk,slk->sil", goes_on, variance[from_], goes_on)
-        variance = variance + diagonal(jnp.concatenate([noises[kind] * step, nothing], axis=1))
+        variance = variance + diagonal(jnp.concatenate([noise * step, nothing], axis=1))
         now = jnp.concatenate([jnp.broadcast_to(cold, nothing.shape), nothing > 1.0], axis=1)
         mean = jnp.where(now, 1.0, mean)
         variance = variance * (~now[:, :, None] & ~now[:, None, :])
@@ -276,6 +309,6 @@ def _filtered(
 
     first = diagonal(jnp.concatenate([FIRST * every, nothing], axis=1))
     begin = jnp.full((several, 2 * count), 0.5), first, jnp.zeros(several)
-    rows = jnp.insert(step, 0, 0.0), ratio, target, slope, kind, cold
+    rows = jnp.arange(len(time)), jnp.insert(step, 0, 0.0), ratio, target, slope, kind, cold, begins
     (_, _, score), parents = jax.lax.scan(row, begin, rows)
     return _Filtered(score, parents)

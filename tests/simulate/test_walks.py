@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from fitting.simulate.walks import FIRST, NOISES, RAMPS, along, cold_rows, kinds_of, smoothed
+from fitting.simulate.walks import CORNER, CORNERS, FIRST, NOISES, RAMPS, along, cold_rows, kinds_of, smoothed
 
 ROWS = 7
 WALK, RAMP = np.flatnonzero(~RAMPS), np.flatnonzero(RAMPS)
@@ -35,7 +35,8 @@ def test_smoothed_fractions_are_the_mean_of_the_gaussian_and_their_evidence_its_
     prior = np.zeros((ROWS, count, ROWS, count))
     for k in range(count):
         back = np.linalg.inv(steps_of(time, kind[:, k]))
-        sizes = np.insert(NOISES[kind[1:, k]] * np.diff(time), 0, FIRST)
+        begins = (kind[1:, k] != kind[:-1, k]) & CORNERS[kind[1:, k]]
+        sizes = np.insert(np.where(begins, CORNER, NOISES[kind[1:, k]]) * np.diff(time), 0, FIRST)
         prior[:, k, :, k] = back @ np.diag(sizes) @ back.T
     prior = prior.reshape(ROWS * count, ROWS * count)
     design = np.zeros((ROWS, count, ROWS, count))
