@@ -20,20 +20,18 @@ PROCESS_NOISES = 10.0 ** np.arange(-9.0, 0.0, 1.0)
 seconds."""
 RAMP_NOISES = 10.0 ** np.arange(-9.0, -2.0, 1.0)
 """Candidate variances of the difference between a fraction's change and the one before [1/s]."""
-NOISES = np.concatenate([PROCESS_NOISES, RAMP_NOISES, RAMP_NOISES])
+TURNS = 4
+"""Rows for which a filter remembers a corner although a later one seems likelier: so many show its ramp."""
+NOISES = np.concatenate([PROCESS_NOISES, RAMP_NOISES, np.repeat(RAMP_NOISES, TURNS)])
 """Variances of all kinds of steps [1/s]: of walks, of ramps that go on, of ramps that begin with a corner."""
 RAMPS = np.arange(len(NOISES)) >= len(PROCESS_NOISES)
 """True for kinds of steps that go on as before."""
 CORNERS = np.arange(len(NOISES)) >= len(PROCESS_NOISES) + len(RAMP_NOISES)
 """True for kinds whose first step may have any size."""
+TURN = np.where(CORNERS, np.arange(len(NOISES)) % TURNS, -1)
+"""Row, modulo `TURNS`, in which a kind may begin; -1 for any."""
 CORNER = 1e-3
 """Variance of a step that may have any size [1/s]: 0.03 in a second, as a strong current heats."""
-TURNS = 4
-"""Rows for which a filter remembers a corner although a later one seems likelier: so many show its ramp."""
-CANDIDATES = np.concatenate([np.flatnonzero(~CORNERS), np.tile(np.flatnonzero(CORNERS), TURNS)])
-"""Kinds that a filter follows side by side, ramps with corners for each of these rows."""
-TURN = np.concatenate([np.full(np.sum(~CORNERS), -1), np.repeat(np.arange(TURNS), np.sum(CORNERS))])
-"""Row, modulo these, in which a candidate may be begun; -1 for any."""
 OTHERS = 5
 """Kind of the steps of other springs' fractions while one is looked at: a walk of 1e-4 1/s."""
 FIRST = 1.0
@@ -209,11 +207,11 @@ def _kinds(time: Array, target: Array, slope: Array, cold: Array, change: Array)
     rows, count = jnp.shape(cold)
 
     def one_spring(kind: Array, k: Array) -> tuple[Array, None]:
-        trials = jnp.repeat(kind[:, None], len(CANDIDATES), axis=1)
-        trials = trials.at[:, :, k].set(jnp.asarray(CANDIDATES))
+        trials = jnp.repeat(kind[:, None], len(NOISES), axis=1)
+        trials = trials.at[:, :, k].set(jnp.arange(len(NOISES)))
         turn = jnp.asarray(TURN)
         found = _filtered(time, target[:, None], slope[:, None], trials, cold[:, None], turn, change, k)
-        return kind.at[:, k].set(jnp.asarray(CANDIDATES)[_likeliest(found)]), None
+        return kind.at[:, k].set(_likeliest(found)), None
 
     order = jnp.tile(jnp.arange(count), 2)
     return jax.lax.scan(one_spring, jnp.full((rows, count), OTHERS), order)[0]
@@ -222,8 +220,8 @@ def _kinds(time: Array, target: Array, slope: Array, cold: Array, change: Array)
 @stored_jit()
 def _cold_rows(time: Array, free: tuple, held: tuple, cold: Array, change: Array, k: Array) -> Array:
     """See `cold_rows`."""
-    kinds = jnp.asarray([*CANDIDATES, 0])
-    is_held = jnp.arange(len(kinds)) == len(CANDIDATES)
+    kinds = jnp.arange(len(NOISES) + 1)
+    is_held = kinds == len(NOISES)
     turn = jnp.asarray([*TURN, -1])
     target, slope = (
         jnp.where(jnp.expand_dims(is_held, range(1, jnp.ndim(a))), b[:, None], a[:, None])
@@ -231,7 +229,7 @@ def _cold_rows(time: Array, free: tuple, held: tuple, cold: Array, change: Array
     )
     of_k = jnp.arange(cold.shape[1]) == k
     cold = jnp.where(of_k, is_held[:, None], cold[:, None])
-    trials = jnp.broadcast_to(jnp.where(of_k, kinds[:, None], OTHERS), cold.shape)
+    trials = jnp.broadcast_to(jnp.where(of_k, jnp.where(is_held, 0, kinds)[:, None], OTHERS), cold.shape)
     return is_held[_likeliest(_filtered(time, target, slope, trials, cold, turn, change, k))]
 
 

@@ -89,6 +89,19 @@ def test_kinds_follow_a_spring_that_is_heated_and_then_held_still():
     assert np.sqrt(np.mean((found - x) ** 2)) < 0.5e-3  # half of the readings' noise
 
 
+def test_the_corner_between_two_ramps_is_a_step_of_its_own():
+    """A fraction falls and rises again; a corner between ramps of one noise is a change of kind."""
+    random, rows = np.random.default_rng(4), 120
+    time = np.arange(rows) * 1.0
+    x = 0.2 + 0.01 * np.abs(time - 60.0)[:, None]
+    slope, cold = np.full((rows, 1, 1), 1e3), np.zeros((rows, 1), bool)
+    target = along(slope, x) + random.normal(size=(rows, 1))
+    kind = kinds_of(time, target, slope, cold)
+    assert np.any(kind[57:64] != kind[56:63])
+    found, _ = smoothed(time, target, slope, kind, cold)
+    assert np.max(np.abs(found - x)) < 2e-3
+
+
 def test_rows_before_a_heating_are_found_cold_and_a_steady_warm_spring_is_not():
     """Readings of a spring that is cold for 40 rows and then heated, and of one that is warm by 5 noises."""
     random, rows = np.random.default_rng(5), 120
