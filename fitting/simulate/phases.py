@@ -10,7 +10,6 @@ heated and the other spring is hotter. So rows in which a spring may be cold are
 springs have followed. They stay cold as long as their readings agree.
 """
 
-import itertools
 import operator
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -52,8 +51,8 @@ MISSED = 4.0
 a cold spring deviates by more."""
 UNPREDICTED = 30.0
 """Deviation that a row without a prediction counts for, in units of its noise [1]; noise makes no such."""
-OTHER = 1e-3
-"""Minimum difference of a fraction for another equilibrium to be tried [1]; less hardly bends an actuator."""
+ENDS = 12
+"""Maximum number of rows at ends of cold stretches that are tried at a time."""
 TURNS = 8
 """Maximum number of times that the ends of cold stretches are looked for anew."""
 RELEASES = 5
@@ -167,7 +166,7 @@ def fractions_behind(
         released = best.cold & ~cold
         ways = _between(best.x, released), np.where(released, _continued(readings.time, best), best.x)
         better = max(best, *(_searched(readings, way, cold) for way in ways), key=_likelihood)
-        better = _turned(readings, better)
+        better = _ends_moved(readings, better)
         if better.likelihood < best.likelihood + SETTLED:
             break
         best = better
@@ -198,6 +197,26 @@ def _likely_cold(readings: _Readings, found: _Trajectory) -> np.ndarray:
             about.append((missed + along(slope, x), slope))
         cold[:, k] = cold_rows(readings.time, *about, cold, k)
     return cold
+
+
+def _ends_moved(readings: _Readings, found: _Trajectory) -> _Trajectory:
+    """The same trajectory or a likelier one, with single rows at ends of cold stretches heated or cold.
+
+    The rows that miss most are tried first, at most `ENDS` of them.
+    """
+    changed = found.cold[1:] != found.cold[:-1]
+    none = np.zeros_like(found.cold[:1])
+    ends = np.concatenate([changed, none]) | np.concatenate([none, changed])
+    misses = np.where(ends, np.max(np.abs(found.missed), axis=1, keepdims=True), -1.0)
+    best = found
+    for place in np.argsort(-misses, axis=None)[: min(ENDS, int(np.sum(ends)))]:
+        row, k = np.unravel_index(place, misses.shape)
+        x, cold = best.x.copy(), best.cold.copy()
+        cold[row, k] = not cold[row, k]
+        x[row, k] = 1.0 if cold[row, k] else _continued(readings.time, best)[row, k]
+        trial = _smoothed(readings, x, cold)
+        best = trial if trial.likelihood > best.likelihood + SETTLED else best
+    return best
 
 
 def _continued(time: np.ndarray, found: _Trajectory) -> np.ndarray:
@@ -243,81 +262,6 @@ def _searched(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
         found = _smoothed(readings, start, found.cold & agrees)
         best = max(best, found, key=_likelihood)
     return best
-
-
-def _turned(readings: _Readings, found: _Trajectory) -> _Trajectory:
-    """The same trajectory or a likelier one. Rows at the ends of cold stretches are looked for anew, each by
-    itself.
-
-    There a fraction may leave 1 by a large step, and the row have an equilibrium on another branch. So all
-    combinations of cold springs are tried, with the others on straight lines between rows further away.
-    """
-    changed = np.any(found.cold[1:] != found.cold[:-1], axis=1)
-    turns = np.append(changed, False) | np.insert(changed, 0, False) | found.beyond
-    if not turns.any():
-        return found
-    rows = np.arange(len(turns))
-    between = _between(found.x, np.broadcast_to(turns[:, None], found.x.shape))
-    best = found
-    ways = itertools.product((False, True), repeat=found.x.shape[1])
-    for which, odd in itertools.product(ways, (0, 1)):  # a row's memory is that of its neighbour, which stays
-        here = turns & (rows % 2 == odd)
-        cold = np.where(here[:, None], which, found.cold)
-        begun = np.where(here[:, None], np.where(which, 1.0, between), found.x)
-        alone, agrees = _each_alone(readings, found.x, begun, ~cold, here)
-        other = np.any(np.abs(alone - found.x) > OTHER, axis=1)
-        for row in np.flatnonzero(here & agrees & other):
-            x, still = best.x.copy(), best.cold.copy()
-            x[row], still[row] = alone[row], cold[row]
-            trial = _smoothed(readings, x, still)
-            best = trial if trial.likelihood > best.likelihood + SETTLED else best
-    return best
-
-
-def _each_alone(
-    readings: _Readings, known: np.ndarray, begun: np.ndarray, free: np.ndarray, rows: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Fractions that explain the readings of some rows, each by itself, and where they do.
-
-    A wrong row leaves its memory to all later ones. So the first row that finds no agreement is put back, and
-    the later ones are looked for again.
-
-    Args:
-        readings: measured resistances.
-        known: fractions of all rows [1], shape (rows, wired).
-        begun: fractions where the search begins [1], shape (rows, wired).
-        free: true where a fraction is looked for, shape (rows, wired); in other rows `begun` stays.
-        rows: true in rows that are looked for, shape (rows,).
-    """
-    rows = rows.copy()
-    x = np.where(rows[:, None], begun, known)
-    while True:
-        x, missed = _explained(readings, x, free & rows[:, None])
-        against = np.flatnonzero(rows & np.any(np.abs(missed) >= MISSED, axis=1))
-        if not len(against):
-            return x, rows
-        rows[against[0]], x[against[0]] = False, known[against[0]]
-        x[against[1:]] = begun[against[1:]]
-
-
-def _explained(readings: _Readings, x: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Fractions after searching for some of them, tied to no other row, and what their readings miss."""
-    missed, slope = readings.missed(x)
-    hold = np.full(len(x), FIRST_HOLD / HELD)
-    for _ in range(ROUNDS):
-        tangent = slope * free[:, None, :]
-        normal = np.einsum("tij,tik->tjk", tangent, tangent) + hold[:, None, None] * np.eye(x.shape[1])
-        step = np.linalg.solve(normal, np.einsum("tij,ti->tj", tangent, missed)[:, :, None])[:, :, 0]
-        trial = np.clip(x + np.clip(step, -LONGEST, LONGEST), 0.0, 1.0)
-        found = readings.missed(trial)
-        gain = np.sum(missed**2, axis=1) - np.sum(found[0] ** 2, axis=1)
-        better = (gain > 0.0)[:, None]
-        hold = np.where(gain > 0.0, hold / HELD, hold * HELD)
-        x, missed = np.where(better, trial, x), np.where(better, found[0], missed)
-        slope = np.where(better[:, :, None], found[1], slope)
-        if np.max(gain * np.any(free, axis=1)) < SETTLED:
-            break
-    return x, missed
 
 
 def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajectory:
