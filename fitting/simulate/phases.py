@@ -7,7 +7,8 @@ solution.
 
 A spring that nobody heats is exactly cold. Beside such a spring lies another branch, on which it is slightly
 heated and the other spring is hotter. So rows in which a spring may be cold are held there, until the other
-springs have followed. They stay cold as long as their readings agree.
+springs have followed. They stay cold as long as their readings agree. In the end, which rows are cold is
+decided together with the kinds of steps between the others (`walks.py`).
 """
 
 import operator
