@@ -54,10 +54,10 @@ def test_an_unusual_magnitude_is_not_refused(name, dimension, written, unit):
 
 
 def test_an_unusual_dimension_is_asked_about(put):
-    read = read_recording(put(STAND + "0,0,0,3.7\n1,1,0.1,3.6\n", 'kind = "spring"\n[geometry]\nwire_diameter_um = 4\n'))
+    read = read_recording(put(STAND + "0,0,0,3.7\n1,1,0.01,3.6\n", 'kind = "spring"\n[geometry]\nwire_diameter_um = 4\n'))
     (said,) = [note for note in read.notices if "unusual" in note]
     assert said == "check: [geometry] wire_diameter_mm: 0.004 mm is unusual, wire_diameter lies in 0.005 to 20 mm mostly; is the unit right?"
-    read = read_recording(put(STAND + "0,0,0,3.7\n1,1,0.1,3.6\n", 'kind = "spring"\n[geometry]\nwire_diameter_um = 250\n'))
+    read = read_recording(put(STAND + "0,0,0,3.7\n1,1,0.01,3.6\n", 'kind = "spring"\n[geometry]\nwire_diameter_um = 250\n'))
     assert not [note for note in read.notices if "unusual" in note]
 
 
@@ -178,5 +178,5 @@ def test_resistances_in_another_unit_are_refused_though_the_alloy_is_unknown(put
     if not refused:
         assert read_recording(path).columns["resistance_ohm"][0] == pytest.approx(3.7 * factor)
         return
-    with pytest.raises(InputError, match=r"row 2, column resistance_ohm: .* 52 coils .*_mohm or _kohm"):
+    with pytest.raises(InputError, match=r"row 2, column resistance_ohm: .* 52 coils .*resistance_mohm heads the column, or on import --unit resistance=mohm"):
         read_recording(path)

@@ -352,3 +352,12 @@ def test_what_no_recording_uses_of_a_campaign_is_noted(put, tmp_path, kind, text
     (tmp_path / "campaign.toml").write_text(text)
     notices = [text for text in read_campaign(tmp_path).notices if "no recording uses it" in text]
     assert len(notices) == len(noted) and all(word in text for word, text in zip(noted, notices, strict=True))
+
+
+@pytest.mark.parametrize(("noise", "asked"), [("stress_MPa = 0.2", True), ("stress_kPa = 0.2", False)])
+def test_a_noise_beyond_every_reading_is_asked_about(put, tmp_path, noise, asked):
+    put("time_s,strain,stress_kPa\n0,0,0\n1,0.1,-150\n", 'kind = "elastomer"\n')
+    (tmp_path / "campaign.toml").write_text(f"[noise]\n{noise}\n")
+    notices = [text for one in read_campaign(tmp_path).recordings for text in one.notices if "[noise]" in text]
+    said = "check: [noise] stress_kPa: 200 is more than the largest reading, 150; is its unit right?"
+    assert notices == [said] * asked

@@ -240,3 +240,32 @@ def test_a_strain_that_hardly_any_rubber_reaches_is_a_notice(put, most, asked):
     assert any("strain_percent" in note for note in notices) == asked
     stated = read_recording(put(COUPON.replace("strain", "strain_mm/mm") + rows)).notices
     assert not any("strain_percent" in note for note in stated)
+
+
+SPRING_SIZES = 'kind = "spring"\n[geometry]\nwire_diameter_mm = 0.25\nmandrel_diameter_mm = 0.9\nactive_coils = 52\n'
+TUBE_SIZES = 'kind = "tube"\n[geometry]\nlength_mm = 56\n'
+
+
+@pytest.mark.parametrize(
+    ("table", "sidecar", "said"),
+    [
+        (STAND + "0,0,0,3.7\n1,60,638.7,3.7\n", SPRING_SIZES, ["row 3, column force_N: 638.7", "0.25 mm breaks below 147 N"]),
+        (STAND + "0,0,0,3.7\n1,60,-638700,3.7\n", SPRING_SIZES, ["column force_N: -638700", "--unit force=mN"]),
+        (STAND + "0,0,0,3.7\n1,600,0.6,3.7\n", SPRING_SIZES, ["row 3, column elongation_mm: 600", "188 mm of wire"]),
+        (TUBE + "0,0,560\n1,50,600\n", TUBE_SIZES, ["row 2, column length_mm: 560", "length_mm = 56 is the length at rest"]),
+        (TUBE + "0,0,5.6\n1,50,6.0\n", TUBE_SIZES, ["column length_mm: 5.6", "--unit length=cm"]),
+        (STAND + "0,0,0,3700\n", SPRING_SIZES + 'alloy = "fit"\n', ["resistance_ohm: 3700", "on import --unit resistance=mohm"]),
+    ],
+)  # fmt: skip
+def test_what_a_specimen_of_the_stated_sizes_cannot_have(put, table, sidecar, said):
+    message = refusal(read_recording, put(table, sidecar))
+    for words in said:
+        assert words in message
+
+
+@pytest.mark.parametrize(
+    ("table", "sidecar"),
+    [(STAND + "0,0,0,3.7\n1,180,20,3.7\n", SPRING_SIZES), (TUBE + "0,0,56\n1,50,150\n2,80,170\n", TUBE_SIZES)],
+)
+def test_what_a_specimen_of_the_stated_sizes_can_have(put, table, sidecar):
+    assert len(read_recording(put(table, sidecar))) >= 2

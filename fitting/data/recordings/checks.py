@@ -41,6 +41,7 @@ def check_recording(
     rows = rows if rows is not None else range(1, len(recording) + 1)
     where = sidecar or place
     _ask_about_sizes(recording)
+    _ask_about_noise(recording)
     _check_tube(recording, where)
     _check_table_names(recording, where)
     _check_missing(recording, place, rows)
@@ -48,6 +49,7 @@ def check_recording(
     _check_ranges(recording, place, rows)
     _check_kelvin(recording, place)
     _check_resistance(recording, place, rows)
+    _check_against_sizes(recording, place, rows)
 
 
 def _check_tube(recording: Recording, where: Path | str) -> None:
@@ -179,6 +181,16 @@ def _ask_about_sizes(recording: Recording) -> None:
             _ask(recording, f"check: [geometry] {key}: {why}")
 
 
+def _ask_about_noise(recording: Recording) -> None:
+    """Ask about a stated noise that is more than every reading of its column."""
+    for name, deviation in recording.noise.items():
+        readings = np.abs(recording.columns.get(name, np.zeros(1)))
+        most = 0.0 if np.isnan(readings).all() else float(np.nanmax(readings))
+        if 0.0 < most < deviation:
+            said = f"{deviation:g} is more than the largest reading, {most:g}"
+            _ask(recording, f"check: [noise] {name}: {said}; is its unit right?")
+
+
 def _transforms_hot(recording: Recording) -> bool:
     """True for a recording whose alloy is a table of one that transforms above any nitinol."""
     if recording.full_geometry().get("alloy", "fit") == "fit":
@@ -296,8 +308,55 @@ def _check_resistivity(
     least, most = (resistivity * wire_length(geometry) / area for resistivity in RESISTIVITY)
     right = (
         f"a spring of {geometry['active_coils']:g} coils of a wire of {geometry['wire_diameter_mm']:g} mm has"
-        f" {least:.3g} to {most:.3g} ohm; is its unit right (_mohm or _kohm may end the name), are the sizes?"
+        f" {least:.3g} to {most:.3g} ohm; {_right_unit('resistance', 'mohm')}"
     )
     for name in resistances:
         values = recording.columns[name]
         _refuse_first((values < least) | (values > most), values, right, place, rows, name)
+
+
+STRONGEST_MPA = 3000.0
+"""Maximum tension of a wire [MPa]. Drawn nitinol breaks at 1000 to 2000 MPa, spring steel below 3000."""
+UNWOUND = 1.5
+"""Maximum elongation of a spring over the wire in its coils [1]. Hooks and end coils unwind, too, and the
+wire stretches by some 10 % before it breaks."""
+TIMES_LENGTH = 3.0
+"""Maximum ratio of the least length of a recording to the length at rest, and of that to the largest [1]. A
+pressed tube stretches less: silicone tubes burst first. Units of length differ by 10 or more."""
+
+
+def _check_against_sizes(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
+    """Refuse forces, elongations and lengths that a specimen of the stated sizes cannot have."""
+    stated, geometry = recording.geometry, recording.full_geometry()
+    if recording.kind == "spring" and "wire_diameter_mm" in stated:
+        wire = geometry["wire_diameter_mm"]
+        most = STRONGEST_MPA * math.pi / 4.0 * wire**2  # of a straight wire, more than a coil bears
+        said = f"a wire of {wire:g} mm breaks below {most:.3g} N; {_right_unit('force', 'mN')}"
+        _refuse_beyond(recording, "force_N", (-most, most), said, place, rows)
+    if recording.kind == "spring" and {"mandrel_diameter_mm", "active_coils"} <= stated.keys():
+        length = 1e3 * wire_length(geometry)
+        said = f"the coils have {length:.3g} mm of wire; {_right_unit('elongation', 'um')}"
+        _refuse_beyond(recording, "elongation_mm", (-length, UNWOUND * length), said, place, rows)
+    if "length_mm" in recording.columns and "length_mm" in stated:
+        rest, values = geometry["length_mm"], recording.columns["length_mm"]
+        if np.nanmin(values) > TIMES_LENGTH * rest or np.nanmax(values) < rest / TIMES_LENGTH:
+            said = f"[geometry] length_mm = {rest:g} is the length at rest; {_right_unit('length', 'cm')}"
+            ends = rest / TIMES_LENGTH, TIMES_LENGTH * rest
+            _refuse_beyond(recording, "length_mm", ends, said, place, rows)
+
+
+def _right_unit(quantity: str, other: str) -> str:
+    """Question after a magnitude that cannot be, with another unit as an example."""
+    return (
+        f"is its unit right (such as {other}: {quantity}_{other} heads the column, or on import --unit"
+        f" {quantity}={other}), are the sizes?"
+    )
+
+
+def _refuse_beyond(
+    recording: Recording, name: str, ends: tuple[float, float], right: str, place: Path | str,
+    rows: Sequence[int],
+) -> None:  # fmt: skip
+    if name in recording.columns:
+        values = recording.columns[name]
+        _refuse_first((values < ends[0]) | (values > ends[1]), values, right, place, rows, name)
