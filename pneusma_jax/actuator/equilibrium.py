@@ -3,8 +3,6 @@
 The balance is in `balance`, the root-find in `root_find`, what a solved row is in `result`.
 """
 
-from collections.abc import Iterable
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -12,8 +10,8 @@ import numpy as np
 from jaxtyping import Array, Float, PyTree
 
 from ..nitinol import SpringState
-from ..nitinol.spring import Activation, MartensiteFraction, check_fractions
-from ..numerics.safe import evaluated, frozen, is_concrete
+from ..nitinol.spring import Activation, MartensiteFraction, check_fractions, drives_of
+from ..numerics.safe import check_number, evaluated, frozen, is_concrete
 from ..precision import require_doubles, require_float64
 from . import Actuator
 from .all_starts import every_root, every_root_at_phases
@@ -67,7 +65,7 @@ def solve(
 
     Raises:
         RuntimeError: if float64 is off, or, with `throw`, the sentence of the status.
-        TypeError: if the activations are no drives.
+        TypeError: if the activations are no drives, or the pressure is no number.
         ValueError: if the number of activations or states is not the number of springs, one of them or the
             pressure is no scalar, or a fraction is not between 0 and 1.
     """
@@ -138,6 +136,7 @@ def solve_batch(
         ValueError: as `solve`, or for an array of another shape.
     """
     require_float64()
+    check_number("pressure", pressure)
     pressure = _floats(pressure)
     if pressure.ndim != 1:
         raise ValueError(f"Argument `pressure` must have the shape (rows,), but it has {pressure.shape}.")
@@ -168,13 +167,7 @@ def _filled(
 ) -> tuple[tuple[Activation, ...], tuple[SpringState, ...]]:
     """Activations and states, with what stands for none; checked where their numbers are known."""
     count = len(actuator.springs)
-    drives = tuple(activations) if isinstance(activations, Iterable) else None
-    if drives is None or any(not hasattr(drive, "read") for drive in drives):
-        raise TypeError(
-            "Argument `activations` must be a tuple of drives, one per spring, such as "
-            f"(MartensiteFraction(1.0), MartensiteFraction(0.4)), but it is {activations!r}."
-        )
-    activations = drives or tuple(MartensiteFraction(1.0) for _ in range(count))
+    activations = drives_of(activations) or tuple(MartensiteFraction(1.0) for _ in range(count))
     states = tuple(states) if states is not None else actuator.fresh_states()
     for what, given in (("activations", activations), ("states", states)):
         if len(given) != count:
@@ -211,6 +204,7 @@ def _problem(
     require_float64()
     require_doubles(actuator)
     activations, states = _filled(actuator, activations, states)
+    check_number("pressure", pressure)
     pressure = _floats(pressure)
     for what, given in (("pressure", pressure), ("activations", activations), ("states", states)):
         _check_shape(what, given, ())

@@ -1,6 +1,7 @@
 """One nitinol spring as an element: elongation and activation in, pull and resistance out."""
 
-from typing import Protocol
+from collections.abc import Iterable
+from typing import Any, Protocol
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -35,6 +36,25 @@ class MartensiteFraction(eqx.Module):
         """The given fraction, which never clips."""
         no = jnp.zeros(jnp.broadcast_shapes(jnp.shape(self.value), jnp.shape(gamma)), bool)
         return PhaseReading(self.value, no, no)
+
+
+def drives_of(activations: Any, more: tuple[type, ...] = ()) -> tuple:
+    """Activations as a tuple, empty where none is given.
+
+    Args:
+        activations: argument of a user.
+        more: types that may stand in place of an activation.
+
+    Raises:
+        TypeError: if one is no drive.
+    """
+    drives = tuple(activations) if isinstance(activations, Iterable) else None
+    if drives is None or any(not (hasattr(drive, "read") or isinstance(drive, more)) for drive in drives):
+        raise TypeError(
+            "Argument `activations` must be a tuple of drives, one per spring, such as "
+            f"(MartensiteFraction(1.0), MartensiteFraction(0.4)), but it is {activations!r}."
+        )
+    return drives
 
 
 def check_fractions(numbers: tuple[int, ...], activations: tuple) -> None:

@@ -133,3 +133,18 @@ def evaluated() -> contextlib.AbstractContextManager:
     """
     staged = not is_concrete(jax.device_put(np.zeros(())))  # which compiles nothing
     return jax.ensure_compile_time_eval() if staged else contextlib.nullcontext()
+
+
+def check_number(name: str, given: Any) -> None:
+    """Refuse texts and None in the place of numbers; `numpy.asarray(..., float)` takes both.
+
+    Args:
+        name: name of the argument, for the message.
+        given: a number, an array or a list of numbers.
+
+    Raises:
+        TypeError: if it is none of them.
+    """
+    for leaf in jax.tree.leaves(given, is_leaf=lambda x: x is None):
+        if leaf is None or np.dtype(leaf.dtype if hasattr(leaf, "dtype") else type(leaf)).kind in "USO":
+            raise TypeError(f"Argument `{name}` must be numbers, but it is {given!r}.")

@@ -20,10 +20,10 @@ from ..actuator.load_steps import at_given_phases
 from ..actuator.result import Equilibrium, Validity, at_phases_told, equilibrium_of
 from ..actuator.stability import stiffness_signs
 from ..nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
-from ..nitinol.spring import Activation, Resistance, check_fractions
+from ..nitinol.spring import Activation, Resistance, check_fractions, drives_of
 from ..nitinol.thermal import Heating, next_temperature
 from ..numerics.lengths import fixed_length, going_on, known, lengthened, shortened
-from ..numerics.safe import begun_as
+from ..numerics.safe import begun_as, check_number
 from ..pipeline import Effect, as_recorded
 from ..precision import require_doubles, require_float64
 from ..program_cache import stored_jit
@@ -97,12 +97,14 @@ def simulate_history(
         The history. A row without equilibrium is NaN with a status, commits nothing, and stops no later row.
 
     Raises:
+        TypeError: if the activations are no drives, or the pressure is no number.
         ValueError: for an empty history, arrays of different lengths, or time going backwards.
     """
     require_float64()
+    check_number("pressure", pressure)
     pressure = jnp.asarray(pressure, dtype=float)
     count = len(actuator.springs)
-    activations = tuple(activations) or tuple(MartensiteFraction(1.0) for _ in range(count))
+    activations = drives_of(activations, (Heating,)) or tuple(MartensiteFraction(1.0) for _ in range(count))
     states = states if states is not None else actuator.fresh_states()
     require_doubles(actuator)
     check_fractions(actuator.spring_numbers, activations)

@@ -112,6 +112,13 @@ def test_what_is_no_drive_is_refused(drives):
         pj.solve(pj.make_actuator("pneusma2"), 1e4, drives)
 
 
+@pytest.mark.parametrize("pressure", ["30", ["30", "40"], None])
+@pytest.mark.parametrize("solve", [pj.solve, pj.solve_batch, pj.simulate_history])
+def test_a_pressure_that_is_no_number_is_refused(solve, pressure):
+    with pytest.raises(TypeError, match=r"`pressure` must be numbers"):
+        solve(pj.make_actuator("pneusma2"), pressure, phases(1.0, 0.4))
+
+
 SEVERAL = np.array([1e4, 2e4, 3e4])
 
 

@@ -174,3 +174,8 @@ def test_meaningless_histories_are_refused(change, what):
     arguments = dict(pressure=jnp.full(3, 1e4), activations=(phase(1.0), phase(1.0))) | change
     with pytest.raises(ValueError, match=what):
         pj.simulate_history(pj.make_actuator("pneusma2"), **arguments)
+
+
+def test_phases_that_are_no_drives_are_refused_as_by_solve():
+    with pytest.raises(TypeError, match=r"`activations` must be a tuple of drives, .* MartensiteFraction\(0.4\)"):
+        pj.simulate_history(pj.make_actuator("pneusma2"), jnp.full(3, 1e4), (jnp.ones(3), jnp.ones(3)))
