@@ -1,5 +1,6 @@
 """TOML documents that state their schema, such as chains and studies, and checks of their fields."""
 
+import difflib
 import math
 import re
 import tomllib
@@ -88,6 +89,10 @@ def read_document(
         InputError: if it cannot be read, is no TOML, states another schema or has a key that is unknown.
     """
     document = parse_toml(read_text(place, path), path)
+    if "schema" not in document:
+        alike = difflib.get_close_matches("schema", document.keys() - set(top), n=1)
+        wrong = f"unknown key {alike[0]!r}, did you mean 'schema'?" if alike else "key 'schema' is missing;"
+        raise InputError(f'{path}: {wrong} {what} has schema = "{schema}"')
     if document.get("schema") != schema:
         raise InputError(f"{path}: schema is {document.get('schema')!r}, but {what} has {schema!r}")
     check_keys(document, top, path)

@@ -59,7 +59,13 @@ def unit_of(table: Table, dimension: str, where: str) -> str:
         raise InputError(
             f"{where}: unit is missing; a {dimension} needs one, such as {usual_unit(dimension)!r}"
         )
-    if not known_unit(unit) or UNITS[unit].dimension != dimension:
+    if not known_unit(unit):
+        alike = [name for name, one in UNITS.items() if one.dimension == dimension]
+        same = [name for name in alike if name.casefold() == str(unit).casefold()]  # a slip of the shift key
+        raise InputError(
+            f"{where}: unknown unit {unit!r}, {nearest(str(unit), same or alike)}"
+        )
+    if UNITS[unit].dimension != dimension:
         raise InputError(
             f"{where}: unit {unit!r} is not of the right kind; a {dimension} needs one such as "
             f"{usual_unit(dimension)!r}"

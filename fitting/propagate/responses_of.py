@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from fitting.data.protocols.reading import load_protocol, protocol_examples
-from fitting.data.recordings import read_campaign
+from fitting.data.recordings import read_campaign, schema
 from fitting.simulate.state import described_actuator
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel, load_model
+from pneusma_jax.calibration import examples
+from pneusma_jax.documents import word_of
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.serial_chain.designs import describes_chain, load_chain
 
@@ -71,7 +73,9 @@ def response_of(study: Study, nominal: Mapping[str, float]) -> Response:
     if through == "chain":
         chain, rest = load_chain(known["design"]), {k: v for k, v in known.items() if k != "design"}
         return chain_response(chain, rest, augmented, model, _noise_for(study), where)
-    specimen = described_actuator(None, known | _geometry(model, where))
+    if not known.get("design", "pneusma2").endswith(".toml"):
+        word_of(known.get("design", "pneusma2"), (*schema.DESIGNS, *examples()), f"{where} design")
+    specimen = described_actuator(None, known | _geometry(model, where), where)
     if through == "protocol":
         return _protocol(study, specimen, augmented, where)
     if through == "closed_loop":

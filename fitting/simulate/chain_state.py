@@ -16,7 +16,7 @@ from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.serial_chain.designs import ChainDesign, make_chain
 from pneusma_jax.units import from_si
 
-from .state import ActuatorState, described_actuator, described_state, drive_of
+from .state import ActuatorState, described_actuator, described_state, drive_of, refuse_unknown_springs
 
 
 @dataclass
@@ -173,6 +173,7 @@ def chain_state(
     """
     specimens = chain_specimens(design, overrides)
     chain = build_chain(design, specimens, model)
+    refuse_unknown_springs(given, [body.spring_numbers for body in chain.segments], design.name)
     drives = [
         drive_of(specimens[name], body, said, model)
         for name, body, said in zip(design.designs, chain.segments, given, strict=True)

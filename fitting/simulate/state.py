@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -42,28 +42,31 @@ def read_geometry(path: str | Path) -> dict[str, Any]:
     return settings["geometry"]
 
 
-def described_actuator(geometry: str | Path | None, overrides: Mapping[str, Any]) -> Recording:
+def described_actuator(
+    geometry: str | Path | None, overrides: Mapping[str, Any], where: str = sidecar.COMMAND_LINE
+) -> Recording:
     """A checked recording that describes an actuator; see `described_specimen`."""
-    return described_specimen("actuator", geometry, overrides)
+    return described_specimen("actuator", geometry, overrides, where)
 
 
-def described_specimen(kind: str, geometry: str | Path | None, overrides: Mapping[str, Any]) -> Recording:
+def described_specimen(
+    kind: str, geometry: str | Path | None, overrides: Mapping[str, Any], where: str = sidecar.COMMAND_LINE
+) -> Recording:
     """A checked recording that describes a specimen.
 
     Args:
         kind: kind of recording.
         geometry: TOML file with dimensions, or None for the nominal ones.
         overrides: keys of `[geometry]` that take precedence.
+        where: place of the overrides, for messages.
 
     Raises:
-        InputError: for impossible input, naming the file or the command line.
+        InputError: for impossible input, naming the file or the place.
     """
     stated = {} if geometry is None else read_geometry(geometry)
-    stated |= sidecar.check_settings({"geometry": dict(overrides)}, sidecar.COMMAND_LINE, ("geometry",))[
-        "geometry"
-    ]
+    stated |= sidecar.check_settings({"geometry": dict(overrides)}, where, ("geometry",))["geometry"]
     specimen = Recording(
-        name=sidecar.COMMAND_LINE,
+        name=where,
         path=None if geometry is None else Path(geometry),
         kind=kind,
         geometry=stated,
@@ -182,6 +185,29 @@ class Drive:
     notices: list[str]
 
 
+def refuse_unknown_springs(
+    given: Sequence[Mapping[str, float]], numbers: Sequence[tuple[int, ...]], design: str
+) -> None:
+    """Refuse inputs of springs that no body has for which they are given.
+
+    Args:
+        given: input of each body, as `drive_of` takes it.
+        numbers: numbers of the springs of each body.
+        design: name of the design or chain.
+
+    Raises:
+        InputError: naming the input and the springs that there are.
+    """
+    for name in dict.fromkeys(name for said in given for name in said):
+        number = int(name.rpartition("_")[2])
+        asked = [own for said, own in zip(given, numbers, strict=True) if name in said]
+        if not any(number in own for own in asked):
+            there = ", ".join(map(str, sorted({k for own in asked for k in own}))) or "none"
+            raise pj.InputError(
+                f"{name} cannot be used: {design} has no spring {number} (it has: {there})"
+            )
+
+
 def drive_of(
     specimen: Recording, actuator: pj.Actuator, given: Mapping[str, float], model: AugmentedModel = BASE
 ) -> Drive:
@@ -228,9 +254,11 @@ def actuator_state(
         model: model in place of the base model; its effects act as at the start of a recording.
 
     Raises:
-        InputError: for a resistance that the alloy cannot show, or impossible dimensions.
+        InputError: for a resistance that the alloy cannot show, a spring that the design lacks, or impossible
+            dimensions.
     """
     actuator = actuator_of(specimen, model)
+    refuse_unknown_springs([given], [actuator.spring_numbers], _word(specimen, "design"))
     drive = drive_of(specimen, actuator, given, model)
     if not model.added:
         found = _solved(actuator, np.asarray(pressure), drive.activations, drive.states)

@@ -18,6 +18,7 @@ from fitting.calibrate.open_constants import open_constants
 from fitting.characterise import characterise
 from fitting.cli import main
 from fitting.data.recordings import Campaign, Recording, read_campaign, write_recording
+from fitting.report.general import text
 from fitting.report.general.text import about_the_model, verdict, warnings
 from fitting.sample.problems import sampling_problem
 from fitting.specimens import residual_of, specimen_of, stack
@@ -101,6 +102,13 @@ def test_what_is_left_at_its_neutral_value_is_called_absent(fit):
     information = dataclasses.replace(fit.information, fixed=held)
     entries = open_constants(information, parameters, fit.start, fit.model.absent(parameters))
     assert [e["kind"] for e in entries if e["parameters"] == ["mullins_softening_depth"]] == ["absent"]
+
+
+def test_of_a_model_of_a_diagnosis_no_diagnosis_is_asked_for(fit, monkeypatch):
+    """After a diagnosis its own model was said to need one."""
+    monkeypatch.setattr(text, "moved", lambda *_: ["G_m moved far.", "G_a moved far."])
+    asked = [any("`pneusma diagnose" in said for said in warnings(one)) for one in (fit, dataclasses.replace(fit, model=None))]
+    assert asked == [False, True]
 
 
 def test_a_shape_at_an_end_of_its_range_is_no_warning(fit):

@@ -70,6 +70,8 @@ BAD = {
     "no starts": ("starts = 3", "starts = 0", "from 1 to 256"),
     "optimiser": ("starts = 3", 'optimiser = "newton"', "optimiser is 'newton'"),
     "schema": ("pneusma-study/1", "pneusma-study/9", "schema is"),
+    "misspelt schema": ("schema =", "shcema =", "unknown key 'shcema', did you mean 'schema'? a study has schema"),
+    "misspelt unit": ('{value = 30, unit = "kPa"}', '{value = 30, unit = "kpa"}', "unknown unit 'kpa', did you mean 'kPa'?"),
     "function's file": (BEND, 'quantity = "function"\ngoal = "maximise"\nfile = "none.py"', "there is no such file"),
     "workspace without springs": (
         'design = "pneusma2"', 'design = "pneuflex_s"', "no design has a spring 2",

@@ -111,6 +111,7 @@ def test_unusable_tables(put, text, said):
         ("[geometry]\nmaterial = 3", ["must be a name, the path of a TOML"]),
         ('[geometry]\nmaterial = "dragon_skin"', ["[geometry] material", "dragon_skin_10_fast"]),
         ('[geometry]\nmaterial = "nowhere.toml"', ["[geometry] material", "nowhere.toml"]),
+        ("[tolernace]\nmu = 0.1", ["unknown key 'tolernace'", "did you mean 'tolerance'?"]),
         ("[tolerance]\nG_m = -0.1", ["[tolerance] G_m = -0.1", "0 (exact) or more"]),
         ("[tolerance]\nG_m = 5", ["relative: 3 percent is 0.03"]),
         ("[tolerance]\nG_q = 0.1", ["unknown key 'G_q' in [tolerance]", "did you mean 'G_"]),

@@ -54,7 +54,9 @@ def check_settings(
     for key in settings:
         if key not in allowed:
             table = _owner_of(settings[key]) if isinstance(settings[key], Mapping) else _owner_of([key])
-            raise unusable(where, f"unknown key {key!r}, {_in_a_table(table) or nearest(key, allowed)}")
+            close = nearest(key, allowed)
+            said = close if close.startswith("did you mean") else _in_a_table(table) or close
+            raise unusable(where, f"unknown key {key!r}, {said}")
     checked = {key: settings[key] for key in ("title", "specimen") if key in settings}
     for key, value in checked.items():
         if not isinstance(value, str) or not value.strip():
@@ -195,7 +197,7 @@ def unusual_size(canonical: str, number: float, unit: str) -> str:
 
 def _geometry_word(key: str, value: Any, where: Path | str) -> str:
     words = schema.GEOMETRY_WORDS[key]
-    if key == "design" and where == COMMAND_LINE:  # a table of any actuator, which a recording cannot name
+    if key == "design" and not isinstance(where, Path):  # of any actuator, which a recording cannot name
         if isinstance(value, str) and (value.endswith(".toml") or value in examples()):
             return value
         words = (*words, *examples())

@@ -249,7 +249,8 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
         )
     far = moved(result.fit.recordings, result.fitted, result.fit.result.values)
     zeros = lasting_zeros(result.lasting)
-    said = [] if doubts(result) else another_cause(far, zeros, result.campaign.path)
+    looked = result.model is not None  # the model of a diagnosis, which has looked for more physics
+    said = [] if looked or doubts(result) else another_cause(far, zeros, result.campaign.path)
     sentences += [*far, *zeros, *said]
     return sentences + limits(result.parameters) + profile_likelihood.warnings(result)
 
