@@ -21,8 +21,9 @@ def test_a_table_by_name_and_by_path_is_what_python_solves(run, tmp_path, design
     body = pj.make_actuator(design)
     given = tuple(pj.MartensiteFraction(0.4 if n == 2 else 1.0) for n in body.spring_numbers)
     found = pj.solve(body, 20e3, given)
+    hot = ("--xi0-2", 0.4) if 2 in body.spring_numbers else ()
     for stated in (design, path):
-        printed = simulated(run, "--design", stated, "--pressure-kPa", 20, "--xi0-2", 0.4)
+        printed = simulated(run, "--design", stated, "--pressure-kPa", 20, *hot)
         assert printed["curvature_1pm"] == pytest.approx(float(found.curvature), rel=1e-9)
     if body.loads:
         bare = pj.solve(body.with_loads(), 20e3)
