@@ -49,7 +49,7 @@ def reason_of(error: BaseException) -> str:
 
 
 _LONG_WORD = re.compile(r"\S{400,}")
-"""Words that a message tells by their ends, as the command line does for whole lines."""
+"""Words that a message tells by their ends; the names of most file systems have at most 255 letters."""
 
 
 def shortened(line: str) -> str:

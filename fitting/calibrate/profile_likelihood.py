@@ -347,7 +347,7 @@ class Profile:
         own = self.unit * np.interp(places, fine, root, left=np.inf, right=np.inf) ** 2
         places = places[parabola(places) < own]
         value = np.concatenate([self.value, places])
-        kept, order = np.ones(len(places)), np.argsort(value)
+        order = np.argsort(value)
         best = int(np.argmin(self.rise))
         old = np.minimum(self.rise, np.where(np.arange(len(self.rise)) == best, np.inf, parabola(self.value)))
         rise = np.concatenate([old, parabola(places)])[order]
@@ -356,7 +356,7 @@ class Profile:
             self,
             value=value[order],
             rise=rise,
-            stopped=np.concatenate([self.stopped, 0.0 * kept > 0.0])[order],
+            stopped=np.concatenate([self.stopped, np.zeros(len(places), bool)])[order],
             rise_by_data=None if own_part is None else np.minimum(
                 np.concatenate([own_part, parabola(places)])[order], rise
             ),

@@ -112,8 +112,6 @@ COMMANDS = {
     ),
 }
 UNUSABLE_INPUT = 2  # exit code
-LONG_WORD = r"\S{400,}"
-"""Words that a message tells by their ends; the names of most file systems have at most 255 letters."""
 NO_NUMBER = re.compile(r"is not a (valid|number)|must be (a number|NAME=VALUE)")
 """Words of a line that refuses a text for a number."""
 DECIMAL_COMMA = re.compile(r"(?<![\d.,])([+-]?\d+),(\d+)(?![\d.,])")
@@ -187,8 +185,10 @@ class LazyGroup(click.Group):
 
 def _leave(message: str, code: int = UNUSABLE_INPUT) -> None:
     """Say one line on stderr and end."""
+    from pneusma_jax.errors import shortened
+
     line = _with_point(" ".join(part.strip() for part in message.splitlines()))
-    click.echo(f"pneusma: {re.sub(LONG_WORD, _ends, line)}", err=True)
+    click.echo(f"pneusma: {shortened(line)}", err=True)
     sys.exit(code)
 
 
@@ -196,11 +196,6 @@ def _with_point(line: str) -> str:
     """The line, with a hint where it refuses a number that has a decimal comma."""
     comma = DECIMAL_COMMA.search(line) if NO_NUMBER.search(line) else None
     return f"{line}; decimals have a point: {comma[1]}.{comma[2]}" if comma else line
-
-
-def _ends(word: re.Match) -> str:
-    """Both ends of a word that would fill the screen, such as a path of thousands of letters."""
-    return f"{word[0][:100]}[...]{word[0][-100:]}"
 
 
 def _usage_line(error: click.ClickException) -> str:

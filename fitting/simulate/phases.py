@@ -70,14 +70,12 @@ class _Trajectory:
         x: fractions [1], beyond 0 and 1 where noise leads there, shape (rows, wired).
         cold: true where a spring is exactly cold, shape (rows, wired).
         missed: what readings miss, over their noise, shape (rows, wired).
-        beyond: true in rows whose fractions are further beyond 0 or 1 than noise leads, shape (rows,).
         likelihood: logarithm of the evidence of all rows, less what changes of kinds of steps cost.
     """
 
     x: np.ndarray
     cold: np.ndarray
     missed: np.ndarray
-    beyond: np.ndarray
     likelihood: float
 
 
@@ -165,7 +163,9 @@ def fractions_behind(
     for _ in range(TURNS):
         cold = _likely_cold(readings, best)
         released = best.cold & ~cold
-        ways = _between(best.x, released), np.where(released, _continued(readings.time, best), best.x)
+        ways = [_between(best.x, released)]
+        if released.any():
+            ways.append(np.where(released, _continued(readings.time, best), best.x))
         better = max(best, *(_searched(readings, way, cold) for way in ways), key=_likelihood)
         better = _ends_moved(readings, better)
         if better.likelihood < best.likelihood + SETTLED:
@@ -234,8 +234,8 @@ def _continued(time: np.ndarray, found: _Trajectory) -> np.ndarray:
                 rows = np.arange(end + 1, len(cold))
                 rows = rows[np.logical_and.accumulate(is_cold[rows])]
                 rate = (line[end] - line[end - 1]) / max(clock[end] - clock[end - 1], SHORTEST)
-                there = line[end] + max(rate, 0.0) * (clock[rows] - clock[end])
-                here[rows] = np.clip(there, 0.0, here[rows]) if rate > 0.0 else here[rows]
+                if rate > 0.0:
+                    here[rows] = np.clip(line[end] + rate * (clock[rows] - clock[end]), 0.0, here[rows])
     return x
 
 
@@ -300,10 +300,9 @@ def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
     turns = np.sum(cold[1:] != cold[:-1]) + np.sum(kind[1:] != kind[:-1])
     # no fraction is beyond 0 or 1: there readings miss what they would at the ends
     ends = np.sum(along(slope, x - np.clip(x, 0.0, 1.0)) ** 2, axis=1)
-    beyond = ends > MISSED**2
-    ends = 0.5 * np.sum(ends[beyond])
+    ends = 0.5 * np.sum(ends[ends > MISSED**2])
     likelihood = evidence + promised - np.sum(costs) - turns * np.log(len(time)) - ends
-    return _Trajectory(x, cold, missed, beyond, float(likelihood))
+    return _Trajectory(x, cold, missed, float(likelihood))
 
 
 def _before(states: tuple[pj.SpringState, ...], history: pj.History) -> tuple[pj.SpringState, ...]:

@@ -1,9 +1,14 @@
-"""What an import answers: the line of a refusal, and the notices that ask the person to check."""
+"""Small tables to import, and what an import answers: the line of a refusal, the notices that ask to check."""
 
 import pytest
 
 from fitting.data.importers import import_file, make_options
 from pneusma_jax.errors import InputError
+
+ROWS = "".join(f"{2 * k},{4.0 * k:.3f},{0.1 * k:.4f},{3.32 + 0.001 * k:.4f}\n" for k in range(8))
+SPRING = "Time [s],Extension [mm],Force [N],Resistance [Ohm]\n" + ROWS
+PULL = "Time [s],Extension [mm],Force [N]\n" + "".join(f"{k},{k / 2},{k / 9:.3f}\n" for k in range(9))
+TUBE = "Time (s),Pressure (kPa),Length (mm)\n" + "".join(f"{k},{k}.0,{56 + 0.1 * k:.2f}\n" for k in range(8))
 
 
 def refusal(path, **named):

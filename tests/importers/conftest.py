@@ -15,6 +15,17 @@ def put(tmp_path):
 
 
 @pytest.fixture
+def read(put):
+    """Imports a text as the file of one recording, with options by name."""
+    from fitting.data.importers import import_file, make_options
+
+    def imported(text, **named):
+        return import_file(put("a.csv", text), make_options(**named))
+
+    return imported
+
+
+@pytest.fixture
 def put_sheet(tmp_path):
     """Writes rows as an Excel workbook, or a dictionary of them as its sheets."""
     import openpyxl

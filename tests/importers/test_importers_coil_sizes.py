@@ -1,13 +1,11 @@
 """Sizes of a coil or a tube in the lines above a table: read, said, and asked about where they contradict."""
 
 import pytest
-from answers import checks
+from answers import SPRING, checks
 
 from fitting.data.importers import import_file, make_options
 from pneusma_jax.errors import InputError
 
-ROWS = "".join(f"{2 * k},{4.0 * k:.3f},{0.1 * k:.4f},{3.32 + 0.001 * k:.4f}\n" for k in range(8))
-SPRING = "Time [s],Extension [mm],Force [N],Resistance [Ohm]\n" + ROWS
 COIL = "# wire diameter: 0.25 mm\n# mean coil diameter: 1.15 mm\n# active coils: 52\n# pitch: 0.269 mm\n"
 
 

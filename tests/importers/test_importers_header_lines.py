@@ -1,26 +1,14 @@
 """Every line around a table is used, asked about, or named; and the kind is told on a stated ground."""
 
 import pytest
-from answers import checks, refusal
+from answers import PULL, SPRING, TUBE, checks, refusal
 
 from fitting.data.importers import import_file, import_files, make_options
 from fitting.data.importers.header_lines import MOST_ASKED, MOST_SHOWN
 from fitting.data.importers.size_names import may_name_a_size, size_named
 from fitting.data.recordings import read_campaign, write_recordings
 
-ROWS = "".join(f"{2 * k},{4.0 * k:.3f},{0.1 * k:.4f},{3.32 + 0.001 * k:.4f}\n" for k in range(8))
-SPRING = "Time [s],Extension [mm],Force [N],Resistance [Ohm]\n" + ROWS
-PULL = "Time [s],Extension [mm],Force [N]\n" + "".join(f"{k},{k / 2},{k / 9:.3f}\n" for k in range(9))
-TUBE = "Time (s),Pressure (kPa),Length (mm)\n" + "".join(f"{k},{k}.0,{56 + 0.1 * k:.2f}\n" for k in range(8))
 COUPON = "# gauge length: 50 mm\n# width: 6 mm\n# thickness: 2 mm\n"
-
-
-@pytest.fixture
-def read(put):
-    def imported(text, **named):
-        return import_file(put("a.csv", text), make_options(**named))
-
-    return imported
 
 
 @pytest.mark.parametrize(

@@ -3,25 +3,12 @@
 from pathlib import Path
 
 import pytest
-from answers import checks, refusal
+from answers import PULL, SPRING, TUBE, checks, refusal
 
-from fitting.data.importers import import_file, make_options
+from fitting.data.importers import import_file
 from fitting.data.importers.parts import samples_of, stated_specimen
 from fitting.data.importers.raw import RawFile
 from fitting.data.importers.size_names import names_a_specimen
-
-ROWS = "".join(f"{2 * k},{4.0 * k:.3f},{0.1 * k:.4f},{3.32 + 0.001 * k:.4f}\n" for k in range(8))
-SPRING = "Time [s],Extension [mm],Force [N],Resistance [Ohm]\n" + ROWS
-PULL = "Time [s],Extension [mm],Force [N]\n" + "".join(f"{k},{k / 2},{k / 9:.3f}\n" for k in range(9))
-TUBE = "Time (s),Pressure (kPa),Length (mm)\n" + "".join(f"{k},{k}.0,{56 + 0.1 * k:.2f}\n" for k in range(8))
-
-
-@pytest.fixture
-def read(put):
-    def imported(text, **named):
-        return import_file(put("a.csv", text), make_options(**named))
-
-    return imported
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ import numpy as np
 from fitting.calibrate.profile_likelihood import Beside, Profile
 from fitting.calibrate.profile_search import followers
 
-from .information import information
+from .information import Information, information
 from .joint import Joint, Start
 from .modes import apart
 from .stages import UNLOADING
@@ -58,8 +58,13 @@ def evidence(joint: Joint, end: Start) -> float:
         joint: the fit whose inflation of the noise holds.
         end: any fit of the same problem.
     """
+    return _weighed(joint, end)[0]
+
+
+def _weighed(joint: Joint, end: Start) -> tuple[float, Information]:
+    """The evidence of a fit, see `evidence`, and the information that its volume is from."""
     known = information(end.problem.inflated(joint.inflation), end.result.parameters)
-    return _cost(end) / joint.inflation**2 - known.log_volume(UNLOADING)
+    return _cost(end) / joint.inflation**2 - known.log_volume(UNLOADING), known
 
 
 def valleys(joint: Joint, ends: Sequence[Start]) -> tuple[Valley, ...]:
@@ -70,13 +75,12 @@ def valleys(joint: Joint, ends: Sequence[Start]) -> tuple[Valley, ...]:
         ends: fits of the same problem that any search has found.
     """
     least, errors = evidence(joint, joint.starts[0]), joint.result.uncertainty
-    lost = [(evidence(joint, end) - least, end) for end in ends if np.isfinite(_cost(end))]
+    weighed = [(*_weighed(joint, end), end) for end in ends if np.isfinite(_cost(end))]
     found: list[Valley] = []
-    for much, end in sorted(lost, key=lambda one: one[0]):
-        known = [joint.values, *(one.start.result.values for one in found)]
+    for weight, fisher, end in sorted(weighed, key=lambda one: one[0]):
+        known, much = [joint.values, *(one.start.result.values for one in found)], weight - least
         if much > COUNTED or any(apart(errors, one, end.result.values)[0] < APART for one in known):
             continue
-        fisher = information(end.problem.inflated(joint.inflation), end.result.parameters)
         sd = dict(zip(fisher.names, map(float, fisher.sd()), strict=True))
         found.append(Valley(end, float(much), sd))
     return tuple(found)
