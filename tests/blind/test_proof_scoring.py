@@ -156,9 +156,16 @@ def test_the_ledger_only_grows_and_its_table_quotes_the_counts(tmp_path, capsys)
     assert first["rates"] == second["rates"] and (first["scored_before"], second["scored_before"]) == (0, 1)
     assert command.main(["table", "--ledger", str(path)]) == 0
     text = capsys.readouterr().out
-    assert "| Strong single effect named first | 3/5 (60 %) | 14.7-94.7 % | at least 90 % |" in text
+    assert "| Strong single effect named first | 3/5 (60 %) | 14.7-94.7 % | at least 92 % |" in text
     assert "| Median reduced chi2 on values not fitted | 1.1 | 2 |" in text
     assert command.main(["table", "--ledger", str(path), "--plan", "full"]) == 2
+    ledger.append(path, ledger.entry(found, "fixed", 6, "again", {"abc"}, "2026-01-03"))
+    capsys.readouterr()
+    assert command.main(["table", "--ledger", str(path), "--since", "2026-01-01"]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith("2 runs of 2026-01-02 to 2026-01-02")  # opened cases do not count twice
+    assert "| Strong single effect named first | 6/10 (60 %) | 26.2-87.8 % | at least 92 % |" in text
+    assert command.main(["table", "--ledger", str(path), "--since", "2026-01-03"]) == 2
 
 
 def test_digitised_nulls_have_a_rate_of_their_own():

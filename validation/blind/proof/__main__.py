@@ -58,6 +58,7 @@ def _parser():
     table = actions.add_parser("table")
     table.add_argument("--ledger", type=Path, default=ledger.LEDGER)
     table.add_argument("--plan", help="last line of this plan; the last line if absent")
+    table.add_argument("--since", metavar="DATE", help="rates of all runs since then together, such as 2026-11-28")
     table.set_defaults(action=_table)
     figures = actions.add_parser("figures", parents=[one])
     figures.add_argument("--to", type=Path, help="folder for them; the run's own if absent")
@@ -124,6 +125,9 @@ def _table(chosen):
     lines = [line for line in ledger.lines(chosen.ledger) if chosen.plan in (None, line["plan"])]
     if not lines:
         raise ValueError(f"no scoring run in {chosen.ledger}")
+    if chosen.since:
+        print(ledger.table_of_several([line for line in lines if line["date"] >= chosen.since]))
+        return
     print(ledger.table(lines[-1]))
 
 

@@ -20,7 +20,11 @@ BETTER = 0.98
 def rate(hits):
     """Number, count and the 95 % Clopper-Pearson interval of a list of truth values."""
     hits = [bool(h) for h in hits]
-    k, n = sum(hits), len(hits)
+    return rate_of(sum(hits), len(hits))
+
+
+def rate_of(k, n):
+    """`rate` of `k` cases among `n`."""
     if n == 0:
         return {"k": 0, "n": 0, "rate": None, "low": None, "high": None}
     interval = binomtest(k, n).proportion_ci(method="exact")
