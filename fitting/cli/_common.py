@@ -45,6 +45,17 @@ def notice(text: str) -> None:
     click.echo(f"note: {' '.join(text.split())}", err=True)
 
 
+def tell_model(model: Any, *chosen: Mapping[str, str | None]) -> None:
+    """Say what a model on disk adds, and which of its tables others replace, each once.
+
+    Args:
+        model: `AugmentedModel`.
+        chosen: tables of every calculation with it; see `AugmentedModel.remarks`.
+    """
+    for sentence in dict.fromkeys(said for one in chosen for said in model.remarks(one)):
+        notice(sentence)
+
+
 def tell_unused(options: Mapping[str, str], why: str) -> None:
     """Say of options that were given, and that have nothing to act on.
 

@@ -14,7 +14,7 @@ from fitting.specimens.saved_models import AugmentedModel, load_model
 from pneusma_jax.errors import InputError, counted
 from pneusma_jax.serial_chain.designs import describes_chain, load_chain
 
-from ._common import done, notice, table_argument
+from ._common import done, notice, table_argument, tell_model
 from ._drives import Said, of_segment
 
 NOT_CONVERGED = 1  # exit code
@@ -24,8 +24,12 @@ SPRING_KEYS = (
 
 
 def model_of(options: dict[str, Any]) -> AugmentedModel:
-    """The model that `--model` names, or the base model."""
-    return BASE if options["model"] is None else load_model(options["model"])
+    """The model that `--model` names, or the base model; says what it adds."""
+    if options["model"] is None:
+        return BASE
+    model = load_model(options["model"])
+    tell_model(model, {key: options[key] for key in ("design", "alloy", "material")})
+    return model
 
 
 def overrides(options: dict[str, Any], model: AugmentedModel, design: bool = True) -> dict[str, str]:

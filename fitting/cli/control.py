@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from ._common import FINITE, SEED, Finite, design_argument, done, prepare
+from ._common import FINITE, SEED, Finite, design_argument, done, prepare, tell_model
 
 
 @click.command("control")
@@ -49,6 +49,8 @@ def control_command(
 
     check_free(out, force)
     augmented = None if model is None else load_model(model)
+    if augmented is not None:
+        tell_model(augmented, {"design": design})
     loop = usual_loop(seed, level_1pm, swing_1pm, 1e3 * pressure)
     with Steps("control") as steps:
         if augmented is None:

@@ -9,7 +9,9 @@ import click
 from fitting.data.csv_text import csv_text
 from fitting.report.table import Table, table_text
 
-from ._common import FINITE, SEED, Finite, design_argument, done, notice, prepare, table_argument, tell_unused
+from ._common import (
+    FINITE, SEED, Finite, design_argument, done, notice, prepare, table_argument, tell_model, tell_unused,
+)  # fmt: skip
 
 OF_SPRINGS = {"alloy": "--alloy", "xi0_min": "--xi0-min", "activations": "--activations"}
 OF_CHAINS = {"samples": "--samples", "seed": "--seed"}
@@ -83,6 +85,8 @@ def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> No
     chosen = list(dict.fromkeys(designs)) or (
         [model.tables["design"]] if "design" in model.tables else DESIGNS
     )
+    others = {key: options[key] for key in ("alloy", "material")}
+    tell_model(model, *(others | {"design": design} for design in chosen))
     chains = [load_chain(design) for design in chosen if describes_chain(design)]
     spaces, reaches = _computed([d for d in chosen if not describes_chain(d)], chains, options, model)
     files = publish(out, _documents(spaces) | _reach_documents(reaches), force=True)

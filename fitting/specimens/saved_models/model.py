@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.data.recordings import schema
+from fitting.inference.notes import joined
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.calibration.keys import KINDS, QUANTITIES
 from pneusma_jax.calibration.records import Calibration, Prior, Quantity
@@ -93,6 +94,22 @@ class AugmentedModel:
         """Model discrepancies: added functions that describe without explaining."""
         return tuple(added for added in self.added if isinstance(added, AddedDiscrepancy))
 
+    def remarks(self, chosen: Mapping[str, str | None]) -> list[str]:
+        """What a user has to know of a model that he names: sentences; none for the base model.
+
+        Args:
+            chosen: tables in place of the model's own, by their key in `tables`; None where there is none.
+        """
+        name, said = self.path.name if self.path is not None else self.name, []
+        if self.added:
+            said.append(f"{name} adds {joined(map(_told, self.added))} to the base model")
+        for key, table in chosen.items():
+            own = self.tables.get(key)
+            if table is not None and own is not None and Path(table).name != Path(own).name:
+                here = f"and its numbers are used with {table} here"
+                said.append(f"{name} was made with the {key} {own}, {here}")
+        return said
+
     def quantities(self, kind: str, specimen: str | None = None) -> dict[str, Quantity]:
         """The model's own constants of one kind of table. Those of a specimen replace those of all."""
         own = self.specimens.get(specimen, {}) if specimen is not None else {}
@@ -127,6 +144,11 @@ class AugmentedModel:
             if name in own:
                 stated[key] = float(from_si(own[name].value, schema.geometry_unit(key)))
         return stated
+
+
+def _told(added: AddedEffect | AddedDiscrepancy) -> str:
+    """What is added to a base model, in words."""
+    return "an unnamed correction" if isinstance(added, AddedDiscrepancy) else added.slug
 
 
 def fitted(
