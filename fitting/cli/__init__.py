@@ -200,6 +200,10 @@ def _with_point(line: str) -> str:
 
 def _usage_line(error: click.ClickException) -> str:
     """A click error without its usage block."""
+    if isinstance(error, click.NoSuchOption):  # click compares dashes, too: --help would be like --model
+        plain = error.option_name.lstrip("-")
+        alike = [one for one in error.possibilities or () if difflib.get_close_matches(plain, [one.lstrip("-")])]
+        error.possibilities = alike or None
     message = error.format_message().strip()
     if isinstance(error, click.UsageError):  # others begin with a path
         message = message[:1].lower() + message[1:]

@@ -10,7 +10,16 @@ from fitting.data.csv_text import csv_text
 from fitting.report.table import Table, table_text
 
 from ._common import (
-    FINITE, SEED, Finite, design_argument, done, notice, prepare, table_argument, tell_model, tell_unused,
+    FINITE,
+    SEED,
+    Finite,
+    design_argument,
+    done,
+    notice,
+    prepare,
+    table_argument,
+    tell_model,
+    tell_unused,
 )  # fmt: skip
 
 OF_SPRINGS = {"alloy": "--alloy", "xi0_min": "--xi0-min", "activations": "--activations"}
