@@ -202,8 +202,8 @@ def _usage_line(error: click.ClickException) -> str:
     """A click error without its usage block."""
     if isinstance(error, click.NoSuchOption):  # click compares dashes, too: --help would be like --model
         plain = error.option_name.lstrip("-")
-        alike = [one for one in error.possibilities or () if difflib.get_close_matches(plain, [one.lstrip("-")])]
-        error.possibilities = alike or None
+        known = {one.lstrip("-"): one for one in error.possibilities or ()}
+        error.possibilities = [known[name] for name in difflib.get_close_matches(plain, known)] or None
     message = error.format_message().strip()
     if isinstance(error, click.UsageError):  # others begin with a path
         message = message[:1].lower() + message[1:]
