@@ -16,7 +16,7 @@ from fitting.design.study import Sweep
 from fitting.design.uncertain import soft_failure
 from fitting.design.workspace import finer_area
 from fitting.report.design.documents import summary
-from fitting.report.design.words import sensitivities
+from fitting.report.design.words import measure_words, sensitivities
 from fitting.report.results import text
 
 GOAL = 'goal = "maximise"'
@@ -136,3 +136,19 @@ def test_a_finer_polygon_has_the_area_of_the_shape_that_the_tip_covers():
     covered = 0.5 * np.abs(np.sum((a.conj() * b).imag))
     area = finer_area(body, plan.tables[0], Sweep(0.0, 50e3, 0.3, 8))
     assert area == pytest.approx(covered, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("rule", "measure"),
+    [
+        ("", "the mean"),
+        ('objective = "mean_plus_sigma"\nk = 1', "the mean, made worse by 1 standard deviation,"),
+        ('objective = "mean_plus_sigma"\nk = 2', "the mean, made worse by 2 standard deviations,"),
+        ('objective = "cvar"\nlevel = 0.9', "the mean of the worst 10 %"),
+    ],
+)
+def test_a_study_under_uncertainty_says_what_its_number_is_of_the_draws(rule, measure, tmp_path):
+    unsure = f'{PLAIN}\n[uncertainty]\n{rule}\ndraws = 8\n[uncertainty.tolerance]\n'
+    study = read_study(write_study(tmp_path, unsure + 'wall_thickness = {sd = 0.03, unit = "mm"}\n'))
+    assert measure_words(study) == [f"What is told of 'bend' is {measure} of 8 draws."]
+    assert measure_words(read_study(write_study(tmp_path, PLAIN))) == []

@@ -8,7 +8,7 @@ from fitting.design.discrete import all_made
 from fitting.design.neighbours import DISTANCES, jumps
 from fitting.design.optimise import ALLOWED
 from fitting.design.result import Design, DesignResult
-from fitting.design.study import Free, Objective
+from fitting.design.study import Free, Objective, Study
 from fitting.design.workspace import FINER
 from fitting.inference.notes import joined
 from pneusma_jax.errors import counted
@@ -78,7 +78,7 @@ def verdict(result: DesignResult) -> list[str]:
     study, made = result.study, result.made
     choice = made.choice.words(study)
     first = f"The design{f' ({choice})' if choice else ''}: {', '.join(objective_words(result, made))}."
-    sentences = [first + _comparison_with_base(result), _limit_words(result)]
+    sentences = [first + _comparison_with_base(result), *measure_words(study), _limit_words(result)]
     if result.made is not result.ideal and any(f.discrete for f in study.free):
         sentences.append(rounding_words(result))
     if result.front is not None:
@@ -89,6 +89,20 @@ def verdict(result: DesignResult) -> list[str]:
         )
     sentences += [*_area_words(result), *chance_words(result)]
     return sentences
+
+
+def measure_words(study: Study) -> list[str]:
+    """The sentence on what is told of an objective that has a spread; none where nothing is uncertain."""
+    given = study.uncertainty
+    if given is None:
+        return []
+    names = [repr(one.name) for one in study.objectives if one.quantity != "failure_probability"]
+    measure = {
+        "mean": "the mean",
+        "mean_plus_sigma": f"the mean, made worse by {given.k:g} standard deviation{'s' * (given.k != 1.0)},",
+        "cvar": f"the mean of the worst {100.0 * (1.0 - given.level):.3g} %",
+    }[given.objective]
+    return [f"What is told of {joined(names)} is {measure} of {counted(given.draws, 'draw')}."]
 
 
 def _area_words(result: DesignResult) -> list[str]:
