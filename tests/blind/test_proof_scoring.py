@@ -168,6 +168,17 @@ def test_the_ledger_only_grows_and_its_table_quotes_the_counts(tmp_path, capsys)
     assert command.main(["table", "--ledger", str(path), "--since", "2026-01-03"]) == 2
 
 
+def test_the_slope_of_stated_probabilities_is_one_where_they_are_what_they_say():
+    def table(said, so, n=400):
+        return [{"stated": p, "so": score.rate_of(round(n * q), n)} for p, q in zip(said, so, strict=True)]
+
+    honest = score.slope(table([0.1, 0.5, 0.9], [0.1, 0.5, 0.9]))
+    assert honest["slope"] == pytest.approx(1.0) and honest["low"] < 1.0 < honest["high"] and honest["n"] == 1200
+    boasting = score.slope(table([0.1, 0.5, 0.9], [0.3, 0.5, 0.7]))
+    assert boasting["slope"] == pytest.approx(0.5) and boasting["high"] < 0.7
+    assert score.slope(table([0.9], [0.9])) is None and score.slope([]) is None
+
+
 def test_digitised_nulls_have_a_rate_of_their_own():
     truths = {f"c{n}": _truth(f"c{n}", "readout", (), log_bayes=None) | {"readout": "rounded"} for n in range(3)}
     reports = {"c0": _report(), "c1": _report(_effect("gravity")), "c2": _report()}

@@ -4,7 +4,7 @@ import datetime
 import json
 from pathlib import Path
 
-from .score import METHODS, rate_of
+from .score import METHODS, rate_of, slope
 
 LEDGER = Path(__file__).with_name("ledger.jsonl")
 DEVELOPMENT = 1000
@@ -33,6 +33,7 @@ def entry(score, plan, seed, label, commits, date=None, earlier=()):
         "groups": _counts(rows, "group"),
         "kinds": _counts(rows, "kind"),
         "rates": score["rates"],
+        "reliability": score["reliability"],
         "parameters": score["parameters"],
         "times": score["times"],
         "methods": score["methods"],
@@ -83,8 +84,15 @@ WORDS = {
 }
 
 
+SLOPES = {
+    "present": "Slope of what is so over the stated probability, of reported effects",
+    "strongest": "... of every candidate, of nothing and of something unknown",
+}
+"""Reliabilities by their key in a line; older lines have none."""
+
+
 def table(line):
-    """Markdown of a line of the ledger: rates, then the methods side by side, then times."""
+    """Markdown of a line of the ledger: rates, slopes, then the methods side by side, then times."""
     head = (
         f"Plan `{line['plan']}`, seed {line['seed']}, {line['cases']} cases, {line['date'][:10]}, code "
         f"{', '.join(f'`{c}`' for c in line['commits'])}."
@@ -94,7 +102,18 @@ def table(line):
         found = line["rates"].get(key)  # older lines lack some
         if found and found["n"]:
             out.append(f"| {words} | {_share(found)} | {_interval(found)} | {goal} |")
-    return "\n".join([*out, "", *_methods(line), *_times(line)])
+    return "\n".join([*out, *_slopes([line]), "", *_methods(line), *_times(line)])
+
+
+def _slopes(several):
+    """Rows of a table: how far stated probabilities are what they say, in runs together."""
+    out = []
+    for key, words in SLOPES.items():
+        found = slope([one for line in several for one in line.get("reliability", {}).get(key, [])])
+        if found:
+            interval = f"{found['low']:.2f}-{found['high']:.2f}"
+            out.append(f"| {words} | {found['slope']:.2f} of {found['n']} statements | {interval} | 0.8 to 1.2 |")
+    return out
 
 
 def table_of_several(several):
@@ -119,7 +138,7 @@ def table_of_several(several):
         found = rate_of(sum(one["k"] for one in known), sum(one["n"] for one in known))
         if found["n"]:
             out.append(f"| {words} | {_share(found)} | {_interval(found)} | {goal} |")
-    return "\n".join(out)
+    return "\n".join([*out, *_slopes(several)])
 
 
 def _methods(line):

@@ -139,6 +139,31 @@ def reliability(rows, key="stated"):
     return found
 
 
+def slope(bins, draws=2000, seed=0):
+    """Slope of observed frequencies over stated probabilities: 1 where probabilities are what they say.
+
+    Args:
+        bins: results of `reliability`; bins of the same statements in several runs may follow each other.
+        draws: simulated tables for the interval, whose frequencies are drawn from the straight line.
+        seed: of these.
+
+    Returns:
+        The slope by least squares, every statement counted, and its 95 % interval; None with fewer than two
+        different probabilities.
+    """
+    stated, count = (np.array([pick(b) for b in bins], dtype=float) for pick in (lambda b: b["stated"], lambda b: b["so"]["n"]))
+    hits = np.array([b["so"]["k"] for b in bins], dtype=float)
+    if len(bins) < 2 or np.ptp(stated) == 0.0:
+        return None
+    centred = stated - np.average(stated, weights=count)
+    along = lambda k: centred @ k / (centred**2 @ count)  # noqa: E731
+    found = float(along(hits))
+    line = np.clip(hits.sum() / count.sum() + found * centred, 0.0, 1.0)
+    drawn = np.random.default_rng(seed).binomial(count.astype(int), line, (draws, len(bins)))
+    low, high = np.quantile([along(k) for k in drawn], [0.025, 0.975])
+    return {"slope": found, "low": float(low), "high": float(high), "n": int(count.sum())}
+
+
 def methods(rows, others):
     """The tool and the other methods on the same cases: naming, and errors on held-out values.
 
