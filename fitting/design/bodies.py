@@ -3,7 +3,6 @@
 import dataclasses
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
 
 import equinox as eqx
 import jax
@@ -11,11 +10,14 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 import pneusma_jax as pj
+from fitting.data.recordings import schema
+from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS, SECTION_KEYS
 from pneusma_jax.actuator.result import Validity
-from pneusma_jax.calibration import Calibration, load_calibration, named_table
+from pneusma_jax.calibration import Calibration, named_table
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol.spring import SpringResponse
+from pneusma_jax.pipeline import Effect
 from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.designs import ChainDesign, describes_chain, load_chain, make_chain
 from pneusma_jax.serial_chain.kinematics import arc_frame
@@ -32,12 +34,14 @@ class Plan:
         tables: calibration tables of kind actuator, one per segment.
         chain: the chain's design, or None for a single actuator.
         alloy, silicone: given instead of the tables' own; None for those.
+        model: constants that replace those of all tables, and effects beyond the base model.
     """
 
     tables: tuple[Calibration, ...]
     chain: ChainDesign | None
     alloy: str | None = None
     silicone: str | None = None
+    model: AugmentedModel = AugmentedModel()
 
     @property
     def springs(self) -> tuple[tuple[int, int], ...]:
@@ -55,22 +59,36 @@ class Plan:
         for table in self.tables:
             alloy = None
             if pj.layout(table).spring_numbers:
-                alloy = pj.load_alloy(self.alloy or named_table(table, "alloy"))
+                alloy = pj.load_alloy(alloy_of(self, table))
                 alloy = dataclasses.replace(alloy, name="")  # names would make programs differ
-            found.append(Materials(alloy, pj.load_silicone(self.silicone or named_table(table, "material"))))
+            found.append(Materials(alloy, pj.load_silicone(silicone_of(self, table))))
         return tuple(found)
 
 
-def plan_of(design: str, alloy: str | None = None, silicone: str | None = None) -> Plan:
-    """Tables of a design, by name or path.
+def plan_of(
+    design: str,
+    alloy: str | None = None,
+    silicone: str | None = None,
+    model: AugmentedModel = AugmentedModel(),  # noqa: B008  frozen
+) -> Plan:
+    """Tables of a design, by name or path, with a model's numbers in them.
 
     Raises:
         InputError: if there is no such design.
     """
-    if describes_chain(design):
-        chain = load_chain(design)
-        return Plan(tuple(load_calibration(d, "actuator") for d in chain.designs), chain, alloy, silicone)
-    return Plan((load_calibration(design, "actuator"),), None, alloy, silicone)
+    chain = load_chain(design) if describes_chain(design) else None
+    names = (design,) if chain is None else chain.designs
+    return Plan(tuple(model.table("actuator", name) for name in names), chain, alloy, silicone, model)
+
+
+def alloy_of(plan: Plan, table: Calibration) -> Calibration:
+    """Table of the alloy of a segment's springs, with the model's numbers in it."""
+    return plan.model.table("alloy", plan.alloy or named_table(table, "alloy"))
+
+
+def silicone_of(plan: Plan, table: Calibration) -> Calibration:
+    """Table of the silicone of a segment, with the model's numbers in it."""
+    return plan.model.table("silicone", plan.silicone or named_table(table, "material"))
 
 
 class Materials(eqx.Module):
@@ -105,10 +123,12 @@ class Body(eqx.Module):
     Attributes:
         segments: one or several.
         chain: the chain of the segments; None for a single segment.
+        effects: effects beyond the base model, of a single segment.
     """
 
     segments: tuple[pj.Actuator, ...]
     chain: pj.SegmentChain | None
+    effects: tuple[Effect, ...] = ()
 
 
 class Solved(eqx.Module):
@@ -172,7 +192,7 @@ def build_body(
         }
         segments.append(pj.make_actuator(table, own.alloy, own.silicone, **sizes))
     if plan.chain is None:
-        return Body(tuple(segments), None)
+        return Body(tuple(segments), None, plan.model.effects)
     chain = _chain(plan, segments)
     if "connector" in parameters:
         gaps = jnp.broadcast_to(jnp.asarray(parameters["connector"], float), jnp.shape(chain.connectors))
@@ -192,7 +212,7 @@ def _chain(plan: Plan, segments: list[pj.Actuator]) -> pj.SegmentChain:
 
 
 def solve_body(body: Body, pressure: Array, fractions: Array) -> Solved:
-    """Equilibrium under a state; NaN where there is none.
+    """Equilibrium under a state; NaN where there is none. Effects act as at the start of a recording.
 
     Args:
         body: the body that is loaded.
@@ -205,10 +225,23 @@ def solve_body(body: Body, pressure: Array, fractions: Array) -> Solved:
         drives.append(tuple(pj.MartensiteFraction(fractions[at + i]) for i in range(count)))
         at += count
     if body.chain is None:
-        found = pj.solve(body.segments[0], pressure, drives[0], throw=False)
+        found = (_at_rest if body.effects else _without_effects)(body, pressure, drives[0])
         return Solved(body, pressure, (found,), arc_frame(found.bend, found.length), None)
     whole = pj.solve_chain(body.chain, pressure, drives, throw=False)
     return Solved(body, pressure, whole.segments, whole.end_pose, whole)
+
+
+def _without_effects(body: Body, pressure: Array, drives: tuple) -> pj.Equilibrium:
+    return pj.solve(body.segments[0], pressure, drives, throw=False)
+
+
+def _at_rest(body: Body, pressure: Array, drives: tuple) -> pj.Equilibrium:
+    """Equilibrium under effects whose memories are at rest: the first row of a recording."""
+    history = pj.simulate_history(
+        body.segments[0], jnp.reshape(pressure, 1), drives, time=jnp.zeros(1), effects=body.effects,
+        gravity=pj.gravity_vector(schema.ORIENTATIONS[0]),
+    )  # fmt: skip
+    return jax.tree.map(lambda leaf: leaf[0], history.rows)
 
 
 @stored_jit(pj.Equilibrium, Validity, SpringResponse, ChainEquilibrium, ChainShape)
@@ -217,6 +250,6 @@ def solve_states(body: Body, pressure: Array, fractions: Array) -> tuple:
     return jax.vmap(lambda p, x: solve_body(body, p, x).parts)(pressure, fractions)
 
 
-def material_of(plan: Plan, k: int) -> Any:
+def material_of(plan: Plan, k: int) -> Calibration:
     """Table of the silicone of a segment, from 0."""
-    return load_calibration(plan.silicone or named_table(plan.tables[k], "material"), "silicone")
+    return silicone_of(plan, plan.tables[k])

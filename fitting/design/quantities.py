@@ -278,3 +278,5 @@ SAME_IN_EVERY_STATE = (
 """Quantities that are the same in every state."""
 ROUND_ONLY = ("hoop_stress", "outer_diameter", "outer_diameter_with_springs", "bore_diameter")
 """Quantities that only round tubes have."""
+WITHOUT_EFFECTS = ("bending_stiffness", "blocking_force", "stiffness_range")
+"""Quantities that are computed from the balance of the base model alone, whatever effects a model adds."""

@@ -34,6 +34,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.specimens.saved_models import AugmentedModel, load_model
 from pneusma_jax.documents import read_document, shipped_names
 from pneusma_jax.errors import InputError, nearest
 
@@ -43,6 +44,7 @@ from .buildable import check_ends, implied
 from .free import read_free
 from .functions import load_function
 from .posterior_file import posterior_draws
+from .quantities import WITHOUT_EFFECTS
 from .space import Space
 from .states import read_states
 from .study import Study
@@ -53,7 +55,7 @@ from .wanted import read_constraints, read_objectives
 SCHEMA = "pneusma-study/1"
 TOP = (
     "schema", "name", "description", "design", "alloy", "material", "free", "state", "objective",
-    "constraint", "uncertainty", "starts", "seed", "front_points", "optimiser",
+    "constraint", "uncertainty", "starts", "seed", "front_points", "optimiser", "model",
 )  # fmt: skip
 OPTIMISERS = ("slsqp", "trust-constr")
 _EXAMPLES = resources.files("calibration_data").joinpath("examples", "design_studies")
@@ -86,13 +88,16 @@ def read_study(path: str | Path) -> Study:
 
 
 def _study(document: dict[str, Any], path: Path) -> Study:
-    if "design" not in document:
+    model = _model(document, path)
+    if "design" not in document and "design" not in model.tables:
         raise InputError(f"{path}: key 'design' is missing: which actuator or chain is to be improved?")
-    designs, alloys, materials = (_tables(document, key, path) for key in ("design", "alloy", "material"))
+    designs, alloys, materials = (
+        _tables(document, key, path, model) for key in ("design", "alloy", "material")
+    )
     if len(designs) * len(alloys) * len(materials) > MOST_CHOICES:
         raise InputError(f"{path}: more than {MOST_CHOICES} combinations of design, alloy and material")
     try:
-        plans = [plan_of(d, a, m) for d in designs for a in alloys for m in materials]
+        plans = [plan_of(d, a, m, model) for d in designs for a in alloys for m in materials]
         for plan in plans:
             plan.materials()
     except InputError as error:
@@ -123,7 +128,9 @@ def _study(document: dict[str, Any], path: Path) -> Study:
         seed=fields.whole(document, "seed", 0, 0, 2**31 - 1, str(path)),
         points=fields.whole(document, "front_points", 9, 2, 50, str(path)),
         optimiser=fields.word(document, "optimiser", OPTIMISERS, str(path), "slsqp"),
+        model=model,
     )
+    _check_effects(study, plans)
     space = _check_whole(study, plans, [one.name for one in driven])
     return dataclasses.replace(study, constraints=(*constraints, *implied(space, plans)))
 
@@ -135,10 +142,41 @@ def _name(document: dict[str, Any], path: Path) -> str:
     return name
 
 
-def _tables(document: dict[str, Any], key: str, path: Path) -> tuple:
-    """Tables to choose among; a path counts from the study's folder."""
+def _model(document: dict[str, Any], path: Path) -> AugmentedModel:
+    """The model that a study names; its path counts from the study's folder."""
+    if "model" not in document:
+        return AugmentedModel()
+    named = document["model"]
+    if not isinstance(named, str):
+        raise InputError(f"{path}: model must be the path of a model's TOML file, but it is {named!r}")
+    return load_model(path.parent / named)
+
+
+def _check_effects(study: Study, plans: Sequence[Plan]) -> None:
+    """Refuse effects where they would not act: in chains, and in quantities of the base model alone."""
+    if not study.model.added:
+        return
+    name = study.model.path.name
+    if study.model.remainders:
+        raise InputError(
+            f"{study.path}: model: {name} has an unnamed correction, which holds for the recordings it was "
+            "made from alone; take its [[effect]] out of the file"
+        )
+    if any(plan.chain is not None for plan in plans):
+        raise InputError(f"{study.path}: model: a chain takes numbers of {name}, but not its effects")
+    for table, wanted in (("objective", study.objectives), ("constraint", study.constraints)):
+        for one in wanted:
+            if one.quantity in WITHOUT_EFFECTS:
+                raise InputError(
+                    f"{study.path}: [{table}.{one.name}]: {one.quantity} is that of the base model alone, "
+                    f"but {name} has effects"
+                )
+
+
+def _tables(document: dict[str, Any], key: str, path: Path, model: AugmentedModel) -> tuple:
+    """Tables to choose among, by default the model's; a path counts from the study's folder."""
     if key not in document:
-        return (None,)
+        return (model.tables.get(key),)
     names = fields.names_of(document[key], f"{path}: {key}")
     return tuple(str((path.parent / n).resolve()) if n.endswith(".toml") else n for n in names)
 

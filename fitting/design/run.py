@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 
 import pneusma_jax as pj
-from pneusma_jax.calibration import load_calibration, named_table
+from pneusma_jax.calibration import named_table
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 
-from .bodies import build_body, material_of, plan_of
+from .bodies import alloy_of, build_body, material_of, plan_of
 from .chances import chances_of, notes_on_draws
 from .discrete import blocked_steps, made_from
 from .infeasible import why_infeasible, why_nothing
@@ -116,10 +116,13 @@ def fingerprint(study: Study) -> str:
     seen += [path.read_bytes() for path in sorted(files)]
     if study.uncertainty is not None and study.uncertainty.posterior is not None:
         seen.append(study.uncertainty.posterior.read_bytes())
+    if study.model.path is not None:
+        seen.append(study.model.path.read_bytes())
     for one in itertools.product(study.designs, study.alloys, study.materials):
-        plan = plan_of(*one)
-        alloys = {plan.alloy or named_table(t, "alloy") for t in plan.tables if pj.layout(t).spring_numbers}
-        tables = [*plan.tables, *(load_calibration(a, "alloy") for a in sorted(alloys))]
+        plan = plan_of(*one, study.model)
+        with_springs = [t for t in plan.tables if pj.layout(t).spring_numbers]
+        alloys = {plan.alloy or named_table(t, "alloy"): alloy_of(plan, t) for t in with_springs}
+        tables = [*plan.tables, *(alloys[name] for name in sorted(alloys))]
         tables += [material_of(plan, k) for k in range(len(plan.tables))]
         seen += [
             json.dumps([t.name, sorted(t.values().items()), sorted(t.text.items())]).encode() for t in tables
@@ -130,7 +133,7 @@ def fingerprint(study: Study) -> str:
 
 def _solve_choice(study: Study, choice: Choice, number: int, log: Log, said: Callable[[str], object]) -> dict:
     """The nominal solution of a combination of choices, and the one under uncertainty."""
-    plan = plan_of(choice.design, choice.alloy, choice.material)
+    plan = plan_of(choice.design, choice.alloy, choice.material, study.model)
     if study.uncertainty is None:
         return {"nominal": _search(study, choice, Model(study, plan), number, log, said, [])}
     calm = _without_uncertainty(study)
@@ -302,7 +305,7 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
         "no design next to the continuous one that can be made keeps all constraints: widen a "
         "catalogue or a limit"
     ]  # fmt: skip
-    notes += _notes_on_search(study, best)
+    notes += [*notes_on_model(study), *_notes_on_search(study, best)]
     base = _base_design(best)
     chances = {}
     if study.uncertainty is not None:
@@ -339,6 +342,16 @@ def _result(study: Study, solved: list[dict], log: Log, progress: Callable[[str]
         finer_areas={} if study.uncertainty else _finer_areas(study, model, best.final, base),
         notes=notes,
     )
+
+
+def notes_on_model(study: Study) -> list[str]:
+    """What a model of the study adds, and that its effects have no history in a state."""
+    chosen = {"design": study.designs, "alloy": study.alloys, "material": study.materials}
+    picks = [{key: table} for key, tables in chosen.items() for table in tables]
+    said = list(dict.fromkeys(s for pick in picks for s in study.model.remarks(pick)))
+    if study.model.added:
+        said.append("effects act in every state as at the start of a recording: nothing is remembered")
+    return said
 
 
 def _finer_areas(

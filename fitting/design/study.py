@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.units import from_si
 
 CHOICES = ("design", "alloy", "material")
@@ -230,6 +231,7 @@ class Study:
         starts: number of starts of the search; seed: seed of all random numbers; points: points of a front
             along an axis.
         optimiser: `slsqp` or `trust-constr`.
+        model: constants in place of the tables', and effects beyond the base model.
     """
 
     name: str
@@ -246,6 +248,7 @@ class Study:
     seed: int = 0
     points: int = 9
     optimiser: str = "slsqp"
+    model: AugmentedModel = AugmentedModel()
 
     def parameter(self, name: str) -> Free:
         """A free parameter by its name."""

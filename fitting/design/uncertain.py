@@ -14,12 +14,12 @@ import numpy as np
 from jaxtyping import Array
 
 import pneusma_jax as pj
-from pneusma_jax.calibration import Calibration, load_calibration, named_table
+from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.calibration.records import Prior
 from pneusma_jax.late import Late
 
-from .bodies import Plan, material_of
+from .bodies import Plan, alloy_of, material_of
 from .posterior_file import SPRINGS, posterior_draws
 from .study import Study, Tolerance, Uncertainty
 
@@ -202,5 +202,5 @@ def sampler_of(study: Study, plan: Plan, fresh: bool = False) -> Sampler:
         given = replace(given, posterior=given.fresh_posterior)
     table = plan.tables[0]
     springs = pj.layout(table).spring_numbers
-    alloy = load_calibration(plan.alloy or named_table(table, "alloy"), "alloy") if springs else None
+    alloy = alloy_of(plan, table) if springs else None
     return Sampler(given, alloy, material_of(plan, 0), table.values())

@@ -10,7 +10,7 @@ import pneusma_jax as pj
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.errors import InputError
 
-from .bodies import Body, Solved
+from .bodies import Body, Solved, solve_states
 from .study import Sweep
 
 FINER = 10
@@ -66,8 +66,11 @@ def tip_in_plane(solved: Solved) -> Array:
 def finer_area(body: Body, table: Calibration, sweep: Sweep) -> float:
     """Area from `FINER` times as many states round the edge [m2]; NaN where one has no equilibrium."""
     pressure, fractions = edge_states(table, replace(sweep, points=FINER * sweep.points))
-    drives = tuple(pj.MartensiteFraction(column) for column in fractions.T)
-    found = pj.solve_batch(body.segments[0], pressure, drives)
+    if body.effects:
+        found = solve_states(body, pressure, fractions)[1][0]
+    else:
+        drives = tuple(pj.MartensiteFraction(column) for column in fractions.T)
+        found = pj.solve_batch(body.segments[0], pressure, drives)
     half, length = 0.5 * np.asarray(found.bend_angle), np.asarray(found.length)
     chord = length * np.sinc(half / np.pi)
     return float(enclosed_area(np.stack([chord * np.sin(half), chord * np.cos(half)], axis=1)))

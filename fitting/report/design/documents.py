@@ -8,6 +8,7 @@ import pneusma_jax as pj
 from fitting.data.csv_text import csv_text
 from fitting.design.result import Design, DesignResult
 from fitting.design.study import Objective
+from fitting.specimens.saved_models import AugmentedModel, render_model
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS
 from pneusma_jax.calibration import Calibration, named_table
 from pneusma_jax.calibration.records import Quantity
@@ -23,7 +24,22 @@ RESULT_SCHEMA = "pneusma-design/1"
 def files(result: DesignResult) -> dict[str, str]:
     """Content of the files beside the report, by file name."""
     front = {} if result.front is None else {"front.csv": _front_csv(result)}
-    return tables(result, result.made) | front
+    model = {} if result.study.model.path is None else {"model.toml": render_model(_model(result))}
+    return tables(result, result.made) | model | front
+
+
+def _model(result: DesignResult) -> AugmentedModel:
+    """The study's model for the design beside it: without dimensions, which `design.toml` has."""
+    given, plan = result.study.model, result.model.plan
+    chosen = {"alloy": plan.alloy, "material": plan.silicone}
+    tables = {key: _absolute(table) for key, table in chosen.items() if table is not None}
+    return dataclasses.replace(
+        given,
+        base={kind: numbers for kind, numbers in given.base.items() if kind != "actuator"},
+        specimens={},
+        tables={"design": "design.toml", **tables},
+        description=f"model of pneusma design {result.study.name}; its dimensions are those of design.toml",
+    )
 
 
 def summary(result: DesignResult) -> dict[str, Any]:

@@ -1,10 +1,10 @@
 """Models on disk: a base model with numbers of its own, and effects beyond it (`pneusma-model/1`)."""
 
 from .discrepancy import AddedDiscrepancy
-from .files import SCHEMA, load_model, save_model
+from .files import SCHEMA, load_model, render_model, save_model
 from .model import AddedEffect, AugmentedModel, add_effect, fitted
 
 __all__ = [
     "SCHEMA", "AddedEffect", "AddedDiscrepancy", "AugmentedModel", "add_effect", "fitted", "load_model",
-    "save_model",
+    "render_model", "save_model",
 ]  # fmt: skip

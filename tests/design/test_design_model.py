@@ -1,0 +1,121 @@
+"""A study of a model on disk: its numbers and effects act in every state, and what cannot act is refused."""
+
+import numpy as np
+import pytest
+from study_files import CHAIN, PLAIN, changed, write_study
+
+import pneusma_jax as pj
+from fitting.design import read_study, run_study
+from fitting.design.bodies import plan_of
+from fitting.design.program import Model
+from fitting.design.run import fingerprint
+from fitting.report.design.documents import files
+from fitting.specimens.saved_models import AddedDiscrepancy, AugmentedModel, load_model, render_model
+from pneusma_jax.calibration.records import Quantity
+from pneusma_jax.effects import find_effect
+
+MODEL = """
+schema = "pneusma-model/1"
+name = "mine"
+[base]
+design = "pneuflex_s"
+material = "dragon_skin_10_fast"
+wall_thickness = {value = 1.1, unit = "mm", status = "fitted", source = "here"}
+silicone_stiffness = {value = 0.9, unit = "1", status = "fitted", source = "here"}
+"""
+CONTACT = """
+[[effect]]
+slug = "tip_contact"
+[effect.parameters]
+stiffness = {value = 0.01, unit = "N m/rad", status = "fitted", source = "here"}
+angle = {value = 1.0, unit = "rad", status = "fitted", source = "here"}
+exponent = {value = 1.5, unit = "1", status = "fitted", source = "here"}
+"""
+STUDY = PLAIN.replace('design = "pneuflex_s"', 'model = "mine.toml"')
+
+
+def written(folder, study=STUDY, model=MODEL + CONTACT):
+    (folder / "mine.toml").write_text(model, encoding="utf-8")
+    return write_study(folder, study)
+
+
+def curvature(wall, effects):
+    """Curvature of the tube of the model [1/m], by a history of one row."""
+    stiff = load_stiffened()
+    tube = pj.make_actuator("pneuflex_s", None, stiff, wall_thickness=wall)
+    return float(pj.simulate_history(tube, np.array([30e3]), time=np.zeros(1), effects=effects).rows.curvature[0])
+
+
+def load_stiffened():
+    law = pj.load_silicone("dragon_skin_10_fast")
+    return pj.silicone.RegularisedSilicone(**{**vars(law), "stiffness": 0.9 * float(law.stiffness)})
+
+
+def test_effects_act_in_states_with_exact_derivatives(tmp_path):
+    study = read_study(written(tmp_path))
+    model = Model(study, plan_of(*(one[0] for one in (study.designs, study.alloys, study.materials)), study.model))
+    effect = find_effect("tip_contact")(stiffness=0.01, angle=1.0, exponent=1.5)
+    place = np.array([0.4])
+    wall = float(model.space.parameters(place)["wall_thickness"])
+    values, slopes = model.evaluate(place[None])
+    assert -values[0, 0] == pytest.approx(curvature(wall, (effect,)), rel=1e-9)
+    assert abs(values[0, 0]) < 0.9 * curvature(wall, ())  # the contact holds it back
+    step = 1e-4
+    around = model.values(np.array([place - step, place + step]))
+    assert slopes[0, 0, 0] == pytest.approx((around[1, 0] - around[0, 0]) / (2.0 * step), rel=1e-5)
+
+
+def test_a_study_leaves_the_model_for_its_design(tmp_path):
+    study = read_study(written(tmp_path))
+    result = run_study(study)
+    for name, content in files(result).items():
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    kept = load_model(tmp_path / "model.toml")
+    assert kept.tables["design"] == str(tmp_path / "design.toml")
+    assert not kept.quantities("actuator") and kept.added == study.model.added  # its size is the design's own
+    wall = result.made.parameters["wall_thickness"]
+    assert kept.table("actuator", kept.tables["design"]).values()["wall_thickness"] == pytest.approx(wall)
+    assert kept.quantities("silicone")["silicone_stiffness"].value == 0.9
+    assert "mine.toml adds tip_contact to the base model" in result.notes
+
+
+def test_another_model_is_another_study(tmp_path):
+    first = fingerprint(read_study(written(tmp_path)))
+    assert first != fingerprint(read_study(written(tmp_path, model=MODEL + CONTACT.replace("1.5", "1.4"))))
+    assert first == fingerprint(read_study(written(tmp_path)))
+
+
+@pytest.mark.parametrize(
+    ("study", "model", "line"),
+    [
+        (STUDY.replace('"mine.toml"', "3"), MODEL, "model must be the path of a model's TOML file, but it is 3"),
+        (STUDY.replace("mine.toml", "none.toml"), MODEL, "none.toml: there is no such file"),
+        (changed('quantity = "curvature"', 'quantity = "bending_stiffness"', STUDY), MODEL + CONTACT,
+         "[objective.bend]: bending_stiffness is that of the base model alone, but mine.toml has effects"),
+        (changed('quantity = "length"\nat_most = {value = 90, unit = "mm"}',
+                 'quantity = "blocking_force"\nat_least = {value = 1, unit = "mN"}', STUDY), MODEL + CONTACT,
+         "[constraint.length]: blocking_force is that of the base model alone, but mine.toml has effects"),
+    ],
+)  # fmt: skip
+def test_what_a_model_cannot_do_in_a_study_is_refused(study, model, line, tmp_path):
+    with pytest.raises(pj.InputError) as refused:
+        read_study(written(tmp_path, study, model))
+    assert line in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_an_unnamed_correction_is_refused(tmp_path):
+    pressures = [0.0, 20e3, 40e3]
+    knots = tuple(Quantity(f"knot_{k}", x, "Pa", "fitted", "here") for k, x in enumerate(pressures, 1))
+    added = tuple(Quantity(f"correction_{k}", 0.1, "1/m", "fitted", "here") for k in (1, 2, 3))
+    model = AugmentedModel(
+        added=(AddedDiscrepancy("actuator", "curvature", "pressure", knots, added),),
+        tables={"design": "pneuflex_s", "material": "dragon_skin_10_fast"},
+    )
+    with pytest.raises(pj.InputError, match="mine.toml has an unnamed correction"):
+        read_study(written(tmp_path, model=render_model(model)))
+
+
+def test_a_chain_takes_numbers_but_no_effects(tmp_path):
+    (tmp_path / "two.toml").write_text(CHAIN, encoding="utf-8")
+    with pytest.raises(pj.InputError, match="a chain takes numbers of mine.toml, but not its effects"):
+        read_study(written(tmp_path, STUDY.replace("starts = 3", 'design = "two.toml"\nstarts = 3')))
