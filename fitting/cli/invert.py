@@ -5,16 +5,27 @@ from typing import Any
 
 import click
 
-from ._common import FINITE, SEED, Finite, design_argument, done, prepare, table_argument, tell_unused
+from ._common import (
+    FINITE,
+    SEED,
+    Finite,
+    design_argument,
+    done,
+    prepare,
+    table_argument,
+    tell_model,
+    tell_unused,
+)
 
 SINGLE = ("curvature_1pm", "bend_angle_deg", "length_mm")
 PLACE = ("tip_mm", "direction")
+USUAL_DESIGN = "pneusma2"
 OF_SPRINGS = {"alloy": "--alloy", "xi0_min": "--xi0-min", "xi0_max": "--xi0-max"}
 
 
 @click.command("invert")
 @click.option(
-    "--design", default="pneusma2", show_default=True, metavar="NAME|FILE.toml", help="Actuator or chain."
+    "--design", metavar="NAME|FILE.toml", help="Actuator or chain; that of the model, or pneusma2."
 )
 @click.option("--curvature-1pm", type=FINITE, help="Wanted curvature of an actuator.")
 @click.option("--bend-angle-deg", type=FINITE, help="Wanted bend angle of an actuator.")
@@ -42,6 +53,7 @@ OF_SPRINGS = {"alloy": "--alloy", "xi0_min": "--xi0-min", "xi0_max": "--xi0-max"
 )  # fmt: skip
 @click.option("--alloy", help="Name or path of an alloy table; the design's own by default.")
 @click.option("--material", help="Name or path of a silicone table; the design's own by default.")
+@click.option("--model", type=click.Path(path_type=Path), help="A model on disk, instead of the base model.")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Of the starts of chains.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for results.")
 @click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
@@ -58,7 +70,7 @@ def invert_command(**options: Any) -> None:
         raise click.UsageError(
             "pressures must ascend from --pressure-kPa-min to --pressure-kPa-max, from -100 to 1000"
         )
-    design = design_argument(options["design"])
+    design = None if options["design"] is None else design_argument(options["design"])
     prepare()
     from fitting.data.publish import check_free
     from fitting.inference.progress import Steps
@@ -68,6 +80,8 @@ def invert_command(**options: Any) -> None:
     from fitting.invert.targets import read_targets, targets_of
     from fitting.invert.trajectory import follow
     from fitting.report.results import save, text
+    from fitting.specimens.model_objects import BASE
+    from fitting.specimens.saved_models import load_model
 
     if options["out"] is not None:
         check_free(options["out"], options["force"])
@@ -80,12 +94,20 @@ def invert_command(**options: Any) -> None:
             else targets_of(wanted, "targets")
         )
     limits = Limits((1e3 * options["least"], 1e3 * options["most"]), options["xi0_min"], options["xi0_max"])
+    model = BASE if options["model"] is None else load_model(options["model"])
+    tell_model(model, {"design": design} | {key: options[key] for key in ("alloy", "material")})
+    if model.added and (lumen is not None or targets.time is not None):
+        raise click.UsageError(
+            "effects of --model have no history here: give targets without time, and no --lumen"
+        )
     tables = [
-        None if name is None else table_argument(name) for name in (options["alloy"], options["material"])
+        model.tables.get(key) if options[key] is None else table_argument(options[key])
+        for key in ("alloy", "material")
     ]
+    design = design or model.tables.get("design", USUAL_DESIGN)
     with Steps("inverting", plain=True) as told:
         told("compiling, which takes longest the first time, and solving")
-        inverse = Inverse(design, limits, *tables, options["seed"])
+        inverse = Inverse(design, limits, *tables, options["seed"], model)
         if not inverse.springs:
             tell_unused(OF_SPRINGS, "there is no spring")
         if lumen is not None:

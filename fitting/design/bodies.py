@@ -25,6 +25,9 @@ from pneusma_jax.serial_chain.segments import ChainEquilibrium
 from pneusma_jax.serial_chain.shape import ChainShape
 from pneusma_jax.silicone import SiliconeLaw
 
+GRAVITY = pj.gravity_vector(schema.ORIENTATIONS[0])
+"""Acceleration of gravity that effects feel [m/s2]: a recording's where it states no orientation."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Plan:
@@ -79,6 +82,19 @@ def plan_of(
     chain = load_chain(design) if describes_chain(design) else None
     names = (design,) if chain is None else chain.designs
     return Plan(tuple(model.table("actuator", name) for name in names), chain, alloy, silicone, model)
+
+
+def without_effect(plan: Plan) -> str | None:
+    """Reason why a model's additions cannot act in a body; None where they can."""
+    name = plan.model.path.name if plan.model.path is not None else plan.model.name
+    if plan.model.remainders:
+        return (
+            f"{name} has an unnamed correction, which holds for the recordings it was made from alone; take "
+            "its [[effect]] out of the file"
+        )
+    if plan.model.added and plan.chain is not None:
+        return f"a chain takes numbers of {name}, but not its effects"
+    return None
 
 
 def alloy_of(plan: Plan, table: Calibration) -> Calibration:
@@ -239,7 +255,7 @@ def _at_rest(body: Body, pressure: Array, drives: tuple) -> pj.Equilibrium:
     """Equilibrium under effects whose memories are at rest: the first row of a recording."""
     history = pj.simulate_history(
         body.segments[0], jnp.reshape(pressure, 1), drives, time=jnp.zeros(1), effects=body.effects,
-        gravity=pj.gravity_vector(schema.ORIENTATIONS[0]),
+        gravity=GRAVITY,
     )  # fmt: skip
     return jax.tree.map(lambda leaf: leaf[0], history.rows)
 

@@ -39,7 +39,7 @@ from pneusma_jax.documents import read_document, shipped_names
 from pneusma_jax.errors import InputError, nearest
 
 from . import fields
-from .bodies import Plan, plan_of
+from .bodies import Plan, plan_of, without_effect
 from .buildable import check_ends, implied
 from .free import read_free
 from .functions import load_function
@@ -156,14 +156,9 @@ def _check_effects(study: Study, plans: Sequence[Plan]) -> None:
     """Refuse effects where they would not act: in chains, and in quantities of the base model alone."""
     if not study.model.added:
         return
+    for why in filter(None, map(without_effect, plans)):
+        raise InputError(f"{study.path}: model: {why}")
     name = study.model.path.name
-    if study.model.remainders:
-        raise InputError(
-            f"{study.path}: model: {name} has an unnamed correction, which holds for the recordings it was "
-            "made from alone; take its [[effect]] out of the file"
-        )
-    if any(plan.chain is not None for plan in plans):
-        raise InputError(f"{study.path}: model: a chain takes numbers of {name}, but not its effects")
     for table, wanted in (("objective", study.objectives), ("constraint", study.constraints)):
         for one in wanted:
             if one.quantity in WITHOUT_EFFECTS:

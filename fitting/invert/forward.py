@@ -10,19 +10,21 @@ import numpy as np
 from jaxtyping import Array
 
 import pneusma_jax as pj
-from fitting.design.bodies import Body, Solved
+from fitting.design.bodies import GRAVITY, Body, Solved
 from fitting.inference.parallel import run_parallel
-from pneusma_jax.actuator.balance import Problem, start
+from pneusma_jax.actuator.balance import start
 from pneusma_jax.actuator.implicit import attached
 from pneusma_jax.actuator.result import Validity, equilibrium_of
 from pneusma_jax.actuator.root_find import newton
 from pneusma_jax.nitinol import SpringState
 from pneusma_jax.nitinol.spring import SpringResponse
 from pneusma_jax.numerics.rows import filled, first_rows, joined, lots
+from pneusma_jax.pipeline import Effect
 from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.kinematics import arc_frame
 from pneusma_jax.serial_chain.segments import ChainEquilibrium, chain_shape
 from pneusma_jax.serial_chain.shape import ChainShape
+from pneusma_jax.simulate.row import problem_at_rest
 
 FEW, LOT = 16, 256
 """Number of rows that are solved together: few or many."""
@@ -73,7 +75,7 @@ def segments_of(
 ) -> list[pj.Equilibrium]:
     """Every segment in equilibrium, without loads between them; arguments as those of `state_of`."""
     rows = list(zip(body.segments, _apart(body, fractions), memories, guess, strict=True))
-    return _alike(rows, pressure)
+    return [_one(pressure, rows[0], body.effects)] if body.effects else _alike(rows, pressure)
 
 
 def _apart(body: Body, fractions: Array) -> list[tuple[pj.MartensiteFraction, ...]]:
@@ -85,9 +87,9 @@ def _apart(body: Body, fractions: Array) -> list[tuple[pj.MartensiteFraction, ..
     return drives
 
 
-def _one(pressure: Array, row: tuple) -> pj.Equilibrium:
+def _one(pressure: Array, row: tuple, effects: tuple[Effect, ...] = ()) -> pj.Equilibrium:
     segment, drive, memory, guess = row
-    problem = Problem(segment, pressure, drive, memory)
+    problem = problem_at_rest(segment, effects, pressure, drive, memory, GRAVITY)
     ended = newton(problem, guess)
     root = jnp.where(ended.good, ended.unknowns, jnp.nan)
     return equilibrium_of(problem, attached(problem, root), ended.steps)

@@ -8,7 +8,8 @@ from functools import cached_property
 import jax
 import numpy as np
 
-from fitting.design.bodies import Body, Solved, build_body, plan_of
+from fitting.design.bodies import Body, Solved, build_body, plan_of, without_effect
+from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.errors import InputError
 from pneusma_jax.numerics.rows import joined, lots
 from pneusma_jax.numerics.safe import as_array, as_numpy
@@ -69,10 +70,12 @@ class Inverse:
         design, alloy, material: names or paths of tables; the design's own where None.
         limits: limits of the drives.
         seed: seed of random combinations.
+        model: constants in place of the tables', and effects beyond the base model; these act as at the start
+            of a recording.
 
     Raises:
         InputError: for a design that cannot be used, or without springs under a held pressure, or fractions
-            that no spring has.
+            that no spring has; for a model with an unnamed correction, or with effects for a chain.
     """
 
     def __init__(
@@ -82,8 +85,11 @@ class Inverse:
         alloy: str | None = None,
         material: str | None = None,
         seed: int = 0,
+        model: AugmentedModel = AugmentedModel(),  # noqa: B008  frozen
     ):
-        plan = plan_of(design, alloy, material)
+        plan = plan_of(design, alloy, material, model)
+        if why := without_effect(plan):
+            raise InputError(why)
         self.design = plan.tables[0].name if plan.chain is None else plan.chain.name
         self.body: Body = build_body(plan, {}, plan.materials())
         self.limits, self.seed, self.springs = limits, seed, springs_of(self.body)

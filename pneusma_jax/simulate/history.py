@@ -23,7 +23,7 @@ from ..nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
 from ..nitinol.spring import Activation, Resistance, check_fractions, drives_of
 from ..nitinol.thermal import Heating, next_temperature
 from ..numerics.lengths import fixed_length, going_on, known, lengthened, shortened
-from ..numerics.safe import begun_as, check_number
+from ..numerics.safe import as_array, begun_as, check_number
 from ..pipeline import Effect, as_recorded
 from ..precision import require_doubles, require_float64
 from ..program_cache import stored_jit
@@ -109,6 +109,7 @@ def simulate_history(
     require_doubles(actuator)
     check_fractions(actuator.spring_numbers, activations)
     _check_counts(actuator, activations, states)
+    time = None if time is None else as_array(time)  # a list is an array, too
     check_course(pressure, activations, time)
     rows = pressure.shape[0]
     spread = jax.tree.map(lambda x: jnp.broadcast_to(x, (rows, *x.shape[1:])), activations)
