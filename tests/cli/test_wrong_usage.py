@@ -115,6 +115,6 @@ def test_no_decimal_comma_is_seen_in_other_words(refused):
 
 
 def test_an_unknown_option_is_not_answered_with_one_that_shares_its_dashes(refused):
-    line = refused("invert", "--model", "x").strip()
-    assert line == "pneusma: no such option '--model'; see `pneusma invert --help`"
+    line = refused("wiring", "--model", "x").strip()
+    assert line == "pneusma: no such option '--model'; see `pneusma wiring --help`"
     assert "'--curvature-1pm'" in refused("invert", "--curvatur-1pm", "4")
