@@ -47,7 +47,6 @@ def propagated(
     values: Mapping[str, float],
     uncertainty: Uncertainty,
     profiles: Mapping[str, Profile],
-    unit: float = 1.0,
 ) -> list[Combination]:
     """Quantities of a law with their 90 % intervals.
 
@@ -57,7 +56,6 @@ def propagated(
         values: free parameters at the fit, SI.
         uncertainty: uncertainty of the fit.
         profiles: profiles with the constrained fits that they went through.
-        unit: rise of chi-square that counts as one standard deviation.
     """
     if not labels:
         return []
@@ -68,10 +66,10 @@ def propagated(
     columns = [np.asarray(slopes[name]) for name in names]
     slope = np.stack(columns, axis=-1) if names else np.zeros((len(here), 0))
     variance = np.einsum("qi,ij,qj->q", slope, uncertainty.covariance, slope)
-    half = WIDTH_90 * np.sqrt(np.maximum(variance, 0.0) * unit)
+    half = WIDTH_90 * np.sqrt(np.maximum(variance, 0.0))
     below, above = half.copy(), half.copy()
     for profile in profiles.values():
-        limit = RISES[90] * profile.unit
+        limit = RISES[90] * profile.rise_per_sd
         for visited, rise in zip(profile.visited, profile.rise, strict=False):
             if not NEARLY[0] * limit < rise < NEARLY[1] * limit:
                 continue

@@ -87,7 +87,8 @@ class Profile:
         lowest: free parameters there, SI; empty where the fit is the least.
         rise_by_data: part of the rise that the recordings alone make, shape (points,); None where unknown.
         bounds: bounds of the parameter, SI.
-        unit: rise that counts as one standard deviation: more than 1 beside noise that lasts.
+        rise_per_sd: rise of chi-square that counts as one standard deviation [1]; more than 1 where zeros of
+            instruments are off or drift.
         visited: all free parameters at every point, SI; empty where nobody kept them.
         cut: true if the search ended since it had made all fits that are allowed.
         alone: the profile before other valleys came `beside` it; None where none did.
@@ -102,10 +103,15 @@ class Profile:
     lowest: Mapping[str, float] = field(default_factory=dict)
     rise_by_data: np.ndarray | None = None
     bounds: tuple[float, float] = (-np.inf, np.inf)
-    unit: float = 1.0
+    rise_per_sd: float = 1.0
     visited: Sequence[Mapping[str, float]] = ()
     cut: bool = False
     alone: "Profile | None" = None
+
+    @property
+    def unit(self) -> float:
+        """`rise_per_sd` under the name by which reports read it."""
+        return self.rise_per_sd
 
     @property
     def gives_interval(self) -> bool:
@@ -134,7 +140,7 @@ class Profile:
     @property
     def _inside(self) -> np.ndarray:
         """True for points up to the end of the 90 % interval, shape (points,)."""
-        end = (1.0 + NEAR) ** 2 * RISES[90] * self.unit
+        end = (1.0 + NEAR) ** 2 * RISES[90] * self.rise_per_sd
         return (self.rise <= end) | (self.parabola <= end)
 
     @property
@@ -145,8 +151,9 @@ class Profile:
         return np.where(away, self.rise / np.where(away, wanted, 1.0) - 1.0, 0.0)
 
     def interval(self, rise: float = 1.0) -> tuple[float, float]:
-        """Ends of the values whose chi-square rises by less than `rise`, in units of `unit`; infinite where
-        the profile never does.
+        """Ends of the values whose chi-square rises by less than `rise`, in units of `rise_per_sd`.
+
+        An end is infinite where the profile never rises so far.
         """
         return self._end(-1, rise), self._end(1, rise)
 
@@ -160,7 +167,7 @@ class Profile:
 
         Args:
             percent: 50, 68 or 90.
-            level: factors on `unit` at this percentage, for the lower and the upper end.
+            level: factors on `rise_per_sd` at this percentage, for the lower and the upper end.
         """
         if level != (1.0, 1.0):
             lower, upper = (self._in_units(side).quoted(percent) for side in level)
@@ -176,7 +183,7 @@ class Profile:
     def _in_units(self, factor: float) -> "Profile":
         """The same profile with another rise that counts as one standard deviation."""
         alone = None if self.alone is None else self.alone._in_units(factor)
-        return replace(self, unit=factor * self.unit, alone=alone)
+        return replace(self, rise_per_sd=factor * self.rise_per_sd, alone=alone)
 
     def _unknown(self, side: int, percent: int) -> float:
         """End of the standard error's interval on one side, where only fits that stopped early end the
@@ -184,7 +191,7 @@ class Profile:
 
         Their rises are upper limits. So they do not narrow the interval of the standard error.
         """
-        best, limit = int(np.argmin(self.rise)), RISES[percent] * self.unit
+        best, limit = int(np.argmin(self.rise)), RISES[percent] * self.rise_per_sd
         beyond = np.arange(len(self.rise)) * side > best * side
         ends = beyond & (self.rise >= limit)
         if not np.isfinite(self.sd) or not np.any(ends) or np.any(ends & ~self.stopped):
@@ -230,7 +237,7 @@ class Profile:
         Between points the root is interpolated. Beyond them it goes on as it has grown over the last third.
         """
         value, root, _ = self._course(side)
-        best, root = float(value[0]), root / math.sqrt(self.unit)
+        best, root = float(value[0]), root / math.sqrt(self.rise_per_sd)
         if len(root) < 2:
             return np.array([best]), np.zeros(1)
         away, room = np.abs(value - best), abs(self.bounds[0 if side < 0 else 1] - best)
@@ -267,7 +274,7 @@ class Profile:
         A fit that stopped early leaves an upper limit, so what lies further out and lower counts.
         """
         value, root, _ = self._course(side)
-        limit = float(np.sqrt(rise * self.unit))
+        limit = float(np.sqrt(rise * self.rise_per_sd))
         if len(root) < 2 or root[-1] < (1.0 - NEAR) * limit:
             return side * np.inf
         if root[-1] >= limit:
@@ -297,7 +304,7 @@ class Profile:
         Args:
             others: value and rise of chi-square above the fit's, SI.
         """
-        limit, points = RISES[90] * self.unit, []
+        limit, points = RISES[90] * self.rise_per_sd, []
         low, high = self.quoted(90)
         for value, rise in others:
             if rise >= limit or not np.isfinite(self.sd) or low <= value <= high:
@@ -332,8 +339,8 @@ class Profile:
         """
         found, width = self, float(sum(mass[-1] for mass in self._masses)) / math.sqrt(2.0 * math.pi)
         for one in others if self.gives_interval and width > 0.0 else ():
-            sd = one.sd * math.sqrt(self.unit)
-            least = self.unit * (max(one.lost, TIED) + 2.0 * math.log(max(sd / width, 1.0)))
+            sd = one.sd * math.sqrt(self.rise_per_sd)
+            least = self.rise_per_sd * (max(one.lost, TIED) + 2.0 * math.log(max(sd / width, 1.0)))
             found = found._lowered(one.value, one.sd, least)
         return found if found is self else replace(found, alone=self)
 
@@ -341,10 +348,10 @@ class Profile:
         """The profile, or a parabola where that is lower."""
         (left, roots_left), (right, roots_right) = self._sides
         fine, root = np.concatenate([left[:0:-1], right]), np.concatenate([roots_left[:0:-1], roots_right])
-        places = np.clip(centre + PARABOLA * sd * math.sqrt(self.unit), *self.bounds)
+        places = np.clip(centre + PARABOLA * sd * math.sqrt(self.rise_per_sd), *self.bounds)
         places = places[~np.isin(places, self.value)]
         parabola = lambda x: least + ((x - centre) / sd) ** 2  # noqa: E731
-        own = self.unit * np.interp(places, fine, root, left=np.inf, right=np.inf) ** 2
+        own = self.rise_per_sd * np.interp(places, fine, root, left=np.inf, right=np.inf) ** 2
         places = places[parabola(places) < own]
         value = np.concatenate([self.value, places])
         order = np.argsort(value)

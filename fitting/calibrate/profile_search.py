@@ -86,7 +86,7 @@ def profile_likelihoods(
     uncertainty: Uncertainty,
     fit: ConstrainedFit,
     again: ConstrainedFit | None = None,
-    units: Mapping[str, float] | None = None,
+    rises_per_sd: Mapping[str, float] | None = None,
     progress: Callable[[str], None] = lambda _: None,
     leave: bool = False,
 ) -> dict[str, Profile]:
@@ -102,7 +102,7 @@ def profile_likelihoods(
         uncertainty: uncertainty of the best fit.
         fit: function that fits with some parameters held; called once with none.
         again: the same with everything decided anew, tried where `fit` stops early.
-        units: rise of chi-square that counts as one standard deviation, 1 where nobody says more.
+        rises_per_sd: rise of chi-square that counts as one standard deviation, 1 where nobody says more.
         progress: called with the name of each parameter that begins.
         leave: true to end with the first profile that falls below the fit: who asks begins anew there.
 
@@ -126,7 +126,7 @@ def profile_likelihoods(
     for name in names:
         progress(name)
         work.begin()
-        unit = (units or {}).get(name, 1.0)
+        rise_per_sd = (rises_per_sd or {}).get(name, 1.0)
         search = _Search(
             name,
             parameters[name],
@@ -135,7 +135,7 @@ def profile_likelihoods(
             work.counted(fit),
             again and work.counted(again),
             least,
-            unit,
+            rise_per_sd,
             work,
         )
         found[name] = search.profile()
@@ -194,7 +194,7 @@ class _Search:
     fit: ConstrainedFit
     again: ConstrainedFit | None
     least: FitResult
-    unit: float
+    rise_per_sd: float
     work: _Work
 
     def profile(self) -> Profile:
@@ -222,14 +222,14 @@ class _Search:
             lowest=points[int(np.argmin(rise))][4] if below > 0.0 else {},
             rise_by_data=None if np.isnan(rise_by_data).any() else rise_by_data + below,
             bounds=(self.entry.min, self.entry.max),
-            unit=self.unit,
+            rise_per_sd=self.rise_per_sd,
             visited=tuple(p[4] for p in points),
             cut=self.work.cut,
         )
 
     def _side(self, side: float) -> _Side:
         """Points of one side, until the end of the 90 % interval is passed or the bound is reached."""
-        entry, limit = self.entry, float(np.sqrt(self.unit)) * WIDTH_90
+        entry, limit = self.entry, float(np.sqrt(self.rise_per_sd)) * WIDTH_90
         room = entry.max - entry.value if side > 0.0 else entry.value - entry.min
         found = _Side([0.0], [0.0], [0.0], [self.values])
         expected = limit * entry.standard_error if entry.standard_error else FIRST * entry.prior.sd
@@ -260,12 +260,12 @@ class _Search:
         wide = (high - low) / FLAT if self.entry.prior is None else self.entry.prior.sd
         if not np.isfinite(wide):
             return WIDTH_99
-        share = max(wide / (error * np.sqrt(self.unit)), 1.0) / PLATEAU
+        share = max(wide / (error * np.sqrt(self.rise_per_sd)), 1.0) / PLATEAU
         return float(np.clip(np.sqrt(2.0 * np.log(share)), WIDTH_99, FADED))
 
     def _further(self, found: _Side, side: float, room: float) -> None:
         """Points beyond the 90 % interval, until what lies further out counts no more."""
-        limit = float(np.sqrt(self.unit)) * self._height
+        limit = float(np.sqrt(self.rise_per_sd)) * self._height
         for k in range(BEYOND):
             wanted = self._next(found, limit, room, PASSED, GROWTH[0] if k == 0 else DOUBLED)
             wanted = None if wanted is None else min(wanted, room)
@@ -281,7 +281,7 @@ class _Search:
         error = self.entry.standard_error
         if error is None:
             return True
-        limit = float(np.sqrt(self.unit)) * WIDTH_90
+        limit = float(np.sqrt(self.rise_per_sd)) * WIDTH_90
         near = [k for k in range(1, len(found.root)) if found.root[k] < (1.0 + NEAR) * limit]
         return any(abs(found.root[k] * error / found.distance[k] - 1.0) > NEAR for k in near) or (
             len(found.root) > 1 and not near
@@ -289,7 +289,7 @@ class _Search:
 
     def _halve(self, found: _Side, side: float) -> None:
         """One more point where the 50 % interval may end, if there is none near that."""
-        limit = float(np.sqrt(self.unit)) * WIDTH_90
+        limit = float(np.sqrt(self.rise_per_sd)) * WIDTH_90
         end = float(np.interp(limit, np.maximum.accumulate(found.root), found.distance))
         near = any(0.2 * end < d < 0.7 * end for d in found.distance)
         if end > 0.0 and min(found.root) >= 0.0 and not near and not self.work.over():
@@ -343,13 +343,13 @@ class _Search:
         for _ in range(LONGER):
             if result is None or not _cut_short(result) or self.work.over():
                 break
-            if result.chi_square - self.least.chi_square > self.unit * (FAR * WIDTH_99) ** 2:
+            if result.chi_square - self.least.chi_square > self.rise_per_sd * (FAR * WIDTH_99) ** 2:
                 break
             further = self.fit(result.values, {self.name: value})
             if further.chi_square is None or further.chi_square >= result.chi_square:
                 break
             gain, result = result.chi_square - further.chi_square, further
-            if gain < self.unit * GAINS:
+            if gain < self.rise_per_sd * GAINS:
                 break
         return result
 

@@ -31,7 +31,7 @@ At 0.7 recordings and prior tell equally much: 1 / sqrt(2)."""
 def estimates(
     fitted: Mapping[str, Parameter],
     profiles: Mapping[str, Profile],
-    units: Mapping[str, float] | None = None,
+    rises_per_sd: Mapping[str, float] | None = None,
     levels: Mapping[str, Levels] | None = None,
 ) -> dict[str, Estimate]:
     """Quoted values and errors of all free parameters, in the unit of files.
@@ -39,14 +39,13 @@ def estimates(
     Args:
         fitted: free parameters at the values found, SI, with standard errors.
         profiles: profile likelihoods of some or all of them.
-        units: rise of chi-square that counts as one standard deviation, by name; 1 where nobody says more.
-        levels: factors on that unit for both ends of intervals of so many per cent, by name; 1 where nobody
-            says more.
+        rises_per_sd: rise of chi-square that counts as one standard deviation, by name; by default 1.
+        levels: factors on that rise for both ends of intervals of so many per cent, by name; by default 1.
     """
     none: dict[str, Any] = {}
-    units, levels = units or none, levels or none
+    rises_per_sd, levels = rises_per_sd or none, levels or none
     return {
-        name: estimate(entry, profiles.get(name), units.get(name, 1.0), levels.get(name))
+        name: estimate(entry, profiles.get(name), rises_per_sd.get(name, 1.0), levels.get(name))
         for name, entry in fitted.items()
     }
 
@@ -54,11 +53,11 @@ def estimates(
 def estimate(
     entry: Parameter,
     profile: Profile | None = None,
-    unit: float = 1.0,
+    rise_per_sd: float = 1.0,
     levels: Levels | None = None,
 ) -> Estimate:
     """Quoted value and errors of one parameter, in the unit of files; see `estimates`."""
-    sd = np.nan if entry.standard_error is None else entry.standard_error * np.sqrt(unit)
+    sd = np.nan if entry.standard_error is None else entry.standard_error * np.sqrt(rise_per_sd)
     mean = float(np.mean(np.sqrt((levels or {}).get(90, ALIKE))))
     profiled = profile is not None and profile.gives_interval
     if profiled:

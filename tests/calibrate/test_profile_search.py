@@ -37,10 +37,10 @@ class Problem:
             chi_square=found, success=not self.stuck(x), values={"x": x, "y": y}, residual=np.sqrt([max(told, 0.0)])
         )
 
-    def profile(self, again=None, units=None):
+    def profile(self, again=None, rises_per_sd=None):
         sd = self.parameters["x"].standard_error
         errors = Uncertainty({}, ("x",), np.array([[sd**2]]), np.eye(1), ()) if sd else Uncertainty.none(["x"])
-        return profile_likelihoods(["x"], self.parameters, self.values, errors, self.fit, again, units)["x"]
+        return profile_likelihoods(["x"], self.parameters, self.values, errors, self.fit, again, rises_per_sd)["x"]
 
 
 def test_a_parabola_takes_two_fits_on_each_side():
@@ -147,7 +147,7 @@ def test_a_constant_at_its_bound_has_a_one_sided_interval():
 
 def test_noise_that_lasts_widens_the_interval():
     problem = Problem(lambda x, y: x**2 + (y - x) ** 2)
-    np.testing.assert_allclose(problem.profile(units={"x": 4.0}).quoted(90), [-2.0 * WIDTH_90, 2.0 * WIDTH_90], rtol=1e-6)
+    np.testing.assert_allclose(problem.profile(rises_per_sd={"x": 4.0}).quoted(90), [-2.0 * WIDTH_90, 2.0 * WIDTH_90], rtol=1e-6)
 
 
 def test_where_a_fit_gets_stuck_it_is_tried_again_and_an_upper_limit_counts_for_less():

@@ -24,7 +24,7 @@ def test_profiles_of_a_spring_are_counted(monkeypatch):
     lines, joint = [], SimpleNamespace(problem=None, parameters=None)
     monkeypatch.setattr(spring, "information", lambda *_: SimpleNamespace(names=("G_m", "a")))
     monkeypatch.setattr(spring, "zeros", lambda *_: SimpleNamespace(variance=np.ones(2)))
-    monkeypatch.setattr(spring, "profiles", lambda _, names, units, progress, leave: begun(names, progress))
+    monkeypatch.setattr(spring, "profiles", lambda _, names, variances, progress, leave: begun(names, progress))
     told = Stages(lines.append, (spring.FITS, spring.ZERO, spring.PROFILE, spring.LAST))
     spring._profiled(joint, ["G_m", "a"], told, False)
     assert lines == ["stage 3 of 4, profile 1 of 2: G_m", "stage 3 of 4, profile 2 of 2: a"]
@@ -35,7 +35,7 @@ def test_profiles_of_a_wire_are_counted(monkeypatch):
     lines, fit = [], SimpleNamespace(result=SimpleNamespace(parameters={}))
     now = SimpleNamespace(fit=fit, information=SimpleNamespace(names=()), lasting=SimpleNamespace(variance=1.0))
     monkeypatch.setattr(general, "_wanted", lambda fit, names: names)
-    monkeypatch.setattr(general, "profiles", lambda _, names, units, leave, progress: begun(names, progress))
+    monkeypatch.setattr(general, "profiles", lambda _, names, variances, leave, progress: begun(names, progress))
     general._profiled(now, {}, ["E_m", "E_a"], Stages(lines.append, (general.FITS, general.PROFILE)))
     assert lines == ["stage 2 of 2, profile 1 of 2: E_m", "stage 2 of 2, profile 2 of 2: E_a"]
 

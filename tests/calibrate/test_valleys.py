@@ -127,7 +127,7 @@ def test_a_constant_at_its_bound_has_its_volume():
 
 def parabola(sd=SD, unit=1.0):
     value = np.linspace(-3.0, 3.0, 7) * sd
-    return Profile(NAME, value, (value / sd) ** 2, np.zeros(7, bool), sd, bounds=(-10.0, 10.0), unit=unit)
+    return Profile(NAME, value, (value / sd) ** 2, np.zeros(7, bool), sd, bounds=(-10.0, 10.0), rise_per_sd=unit)
 
 
 def test_a_profile_beside_no_valley_is_itself():

@@ -13,7 +13,12 @@ from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end, w
 from fitting.calibrate.quoted import KELVIN, estimates, of_prior_alone
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, Recording, all_real
-from fitting.inference.lasting_noise import SURE_OF_WHITE, Lasting, side_variances_by_name
+from fitting.inference.lasting_noise import (
+    SURE_OF_WHITE,
+    Lasting,
+    side_variances_by_name,
+    variances_by_name,
+)
 from fitting.inference.parameters import Parameters
 from fitting.inference.progress import Stages
 from fitting.specimens import Specimen, priors
@@ -98,10 +103,10 @@ class GeneralCharacterisation(Characterisation):
     def parameters(self) -> dict[str, Estimate]:
         """Everything that was free, and what was held because no recording shows it, with the error of its
         prior; in the unit of files."""
-        last = self.lasting
-        units = {} if last is None else _by_name(self.information, last.variance)
-        levels = {} if last is None else side_variances_by_name(last, self.information.names)
-        return estimates(self.fitted, self.profiles, units, levels) | {
+        last, names = self.lasting, self.information.names
+        variances = {} if last is None else variances_by_name(last, names)
+        sides = {} if last is None else side_variances_by_name(last, names)
+        return estimates(self.fitted, self.profiles, variances, sides) | {
             name: of_prior_alone(quantity) for name, quantity in self.unseen.items()
         }
 
@@ -263,8 +268,8 @@ def _profiled(
         wanted = _wanted(now.fit, profile)
         if not wanted:
             return {}, wanted
-        units = _by_name(now.information, now.lasting.variance)
-        return profiles(now.fit, wanted, units, leave, told.of(PROFILE, len(wanted))), wanted
+        variances = variances_by_name(now.lasting, now.information.names)
+        return profiles(now.fit, wanted, variances, leave, told.of(PROFILE, len(wanted))), wanted
 
     def gone_on_from(now: _Informed, _: str, lower: Mapping[str, float]) -> tuple[_Informed, bool]:
         fits = told.of(FITS)
@@ -314,12 +319,6 @@ def _result(
         lasting=ended.lasting,
     )
     return replace(result, identifiability=[*left_open, *map(held_back, result.unseen)])
-
-
-def _by_name(fisher: Information, numbers: np.ndarray | float) -> dict[str, float]:
-    """A number of every parameter, by name."""
-    each = np.broadcast_to(numbers, len(fisher.names))
-    return dict(zip(fisher.names, map(float, each), strict=True))
 
 
 def _wanted(fit: GeneralFit, profile: int | Sequence[str]) -> list[str]:

@@ -12,7 +12,7 @@ from .fit import GeneralFit, fit_constrained
 def profiles(
     fit: GeneralFit,
     names: Sequence[str],
-    units: Mapping[str, float] | None = None,
+    rises_per_sd: Mapping[str, float] | None = None,
     leave: bool = False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Profile]:
@@ -21,7 +21,7 @@ def profiles(
     Args:
         fit: fit with standard errors.
         names: names of free parameters that have one, or stand at a bound.
-        units: rise of chi-square that counts as one standard deviation, by name.
+        rises_per_sd: rise of chi-square that counts as one standard deviation, by name.
         leave: true to end with the first that falls below the fit.
         progress: called with the name of each that begins.
 
@@ -30,5 +30,5 @@ def profiles(
     """
     result = fit.result
     known = (result.parameters, result.values, result.uncertainty)
-    how = {"units": units, "leave": leave, "progress": progress}
+    how = {"rises_per_sd": rises_per_sd, "leave": leave, "progress": progress}
     return profile_likelihoods(names, *known, partial(fit_constrained, fit), **how)

@@ -305,10 +305,9 @@ def spanned(joint: Joint) -> Joint:
     """The same fit with errors that span the other fits which are nearly as good.
 
     With other turning points in the memory other constants fit as well. The curvature about one of them knows
-    nothing of the others. Every fit gets the probability that its chi-square implies, and the second moment
-    about the best one is added. That is nothing if all starts end at one place. If no other start ends at the
-    best fit, nobody knows that it is the best. Chi-square then counts in units of the best fit's lead over
-    the next.
+    nothing of the others. Every fit gets the probability that its chi-square implies, in units of
+    `chi_square_unit`, and the second moment about the best one is added. That is nothing if all starts end at
+    one place.
 
     Args:
         joint: joint fit with all its starts.
@@ -317,8 +316,7 @@ def spanned(joint: Joint) -> Joint:
     names = best.uncertainty.names
     if not names or len(joint.starts) < 2:
         return joint
-    least = min(_cost(start.result) for start in joint.starts)
-    unit = max(joint.inflation**2, lead(joint))
+    least, unit = min(_cost(start.result) for start in joint.starts), chi_square_unit(joint)
     centre = np.array([joint.starts[0].result.values[n] for n in names])
     more, total = np.zeros((len(names), len(names))), 0.0
     for start in joint.starts:
@@ -344,6 +342,15 @@ def lead(joint: Joint) -> float:
     """Chi-square by which the best fit is better than all others; 0 where another start ended there."""
     costs = sorted(_cost(start.result) for start in joint.starts)
     return costs[1] - costs[0] if len(costs) > 1 and costs[1] - costs[0] > ALIKE else 0.0
+
+
+def chi_square_unit(joint: Joint) -> float:
+    """Chi-square for the noise as stated that counts as 1 between fits: the noise's inflation squared.
+
+    If no other start ends at the best fit, nobody knows that it is the best. Then it is at least the best
+    fit's lead over the next.
+    """
+    return max(joint.inflation**2, lead(joint))
 
 
 def missed(problem: Problem, values: Mapping[str, float]) -> dict[tuple[str, str], float]:

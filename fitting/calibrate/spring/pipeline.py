@@ -17,7 +17,13 @@ from fitting.calibrate.profile_likelihood import Profile, loosest, to_the_end, w
 from fitting.calibrate.quoted import estimates
 from fitting.calibrate.result import Characterisation, Estimate
 from fitting.data.recordings import Campaign, all_real
-from fitting.inference.lasting_noise import SURE_OF_WHITE, Lasting, Size, side_variances_by_name
+from fitting.inference.lasting_noise import (
+    SURE_OF_WHITE,
+    Lasting,
+    Size,
+    side_variances_by_name,
+    variances_by_name,
+)
 from fitting.inference.lasting_noise.sizes import DRIFTS
 from fitting.inference.notes import joined
 from fitting.inference.parameters import Parameters
@@ -113,11 +119,11 @@ class SpringCharacterisation(Characterisation):
     @property
     def parameters(self) -> dict[str, Estimate]:
         """Constants of the alloy and dimensions that were free, in the unit of files."""
+        if self.lasting is None:
+            return estimates(self.fitted, self.profiles)
         names = self.information.names
-        variance = np.ones(len(names)) if self.lasting is None else self.lasting.variance
-        units = dict(zip(names, map(float, variance), strict=True))
-        levels = {} if self.lasting is None else side_variances_by_name(self.lasting, names)
-        return estimates(self.fitted, self.profiles, units, levels=levels)
+        variances = variances_by_name(self.lasting, names)
+        return estimates(self.fitted, self.profiles, variances, side_variances_by_name(self.lasting, names))
 
     def sd_given_geometry(self) -> dict[str, float]:
         """Standard errors of the alloy's constants if the dimensions were exactly as stated, SI."""
@@ -309,11 +315,11 @@ def _profiled(
     """Profiles that know about zeros of the instruments, and those; see `to_the_end`."""
     fisher = information(joint.problem, joint.parameters)
     last = zeros(joint.problem, joint.parameters, fisher)
-    units = dict(zip(fisher.names, map(float, last.variance), strict=True))
     wanted = _wanted(joint, profile)
     if not wanted:
         return {}, last
-    return profiles(joint, wanted, units, told.of(PROFILE, len(wanted)), leave), last
+    variances = variances_by_name(last, fisher.names)
+    return profiles(joint, wanted, variances, told.of(PROFILE, len(wanted)), leave), last
 
 
 def _wanted(joint: Joint, profile: int | Sequence[str]) -> list[str]:

@@ -8,14 +8,14 @@ from fitting.calibrate.profile_search import profile_likelihoods
 from fitting.inference.least_squares import FitResult
 from fitting.specimens.spring_trajectory import decided
 
-from .joint import Joint, lead
+from .joint import Joint, chi_square_unit
 from .problem import constraints_of, fit_constrained, values_of
 
 
 def profiles(
     joint: Joint,
     names: Sequence[str],
-    units: Mapping[str, float] | None = None,
+    rises_per_sd: Mapping[str, float] | None = None,
     progress: Callable[[str], None] = lambda _: None,
     leave: bool = False,
 ) -> dict[str, Profile]:
@@ -24,7 +24,7 @@ def profiles(
     Args:
         joint: the fit, with the errors of the best start alone.
         names: names of free parameters with a standard error, or at a bound.
-        units: rise of chi-square that counts as one standard deviation, by name.
+        rises_per_sd: rise of chi-square that counts as one standard deviation, by name.
         progress: called with the name of each that begins.
         leave: true to end with the first that falls below the fit.
     """
@@ -39,14 +39,13 @@ def profiles(
         return problem.fit(constraints=constraints_of(problem, held, joint.parameters))
 
     fitted = joint.parameters, joint.values, joint.result.uncertainty
-    return profile_likelihoods(names, *fitted, fit, again, units, progress, leave)
+    return profile_likelihoods(names, *fitted, fit, again, rises_per_sd, progress, leave)
 
 
 def with_other_fits(found: Mapping[str, Profile], joint: Joint) -> dict[str, Profile]:
     """Profiles that know the other fits which are nearly as good: other turning points, other constants.
 
-    If no other start ends at the best fit, nobody knows that it is the best. Chi-square then counts in units
-    of the best fit's lead over the next.
+    Chi-square between fits counts in units of `chi_square_unit`.
 
     Args:
         found: profile of each parameter, by name.
@@ -55,7 +54,7 @@ def with_other_fits(found: Mapping[str, Profile], joint: Joint) -> dict[str, Pro
     best = joint.starts[0].result
     if best.chi_square is None:
         return dict(found)
-    unit = max(joint.inflation**2, lead(joint))
+    unit = chi_square_unit(joint)
     others = [s.result for s in joint.starts[1:] if s.result.chi_square is not None]
     return {
         name: profile.joined([

@@ -27,6 +27,7 @@ from .intervals import (
     lasting,
     lasting_beside_trajectories,
     side_variances_by_name,
+    variances_by_name,
 )
 from .shared import Shared
 from .zeros import Series, Size, courses_of, modes_of
@@ -42,4 +43,5 @@ __all__ = [
     "lasting_beside_trajectories",
     "modes_of",
     "side_variances_by_name",
+    "variances_by_name",
 ]

@@ -64,6 +64,11 @@ class Lasting:
         return {n: Size(self.drift[n], self.offset[n], self.scale[n]) for n in self.drift}
 
 
+def variances_by_name(found: Lasting, names: Sequence[str]) -> dict[str, float]:
+    """`Lasting.variance` of each parameter."""
+    return dict(zip(names, np.broadcast_to(found.variance, len(names)).tolist(), strict=True))
+
+
 def side_variances_by_name(
     found: Lasting, names: Sequence[str]
 ) -> dict[str, dict[int, tuple[float, float]]]:
