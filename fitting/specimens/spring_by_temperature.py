@@ -21,7 +21,7 @@ from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.pipeline import Effect
 
 from . import priors
-from .input_noise import carried_over, noisy, with_drivers
+from .input_noise import have_driver_noise, with_driver_noise, with_effective_variance
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
 from .specimen import EVERY, FITTED, RowOptions, Specimen
@@ -97,16 +97,16 @@ class SpringByTemperature(Specimen):
                 extra={},
                 specimen=np.asarray(number[recording.specimen]),
             )
-            found.append(with_drivers(rows, recording, drivers, block) if options.compared else rows)
+            found.append(with_driver_noise(rows, recording, drivers, block) if options.compared else rows)
         return found
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
         """True if weights change with the parameters, through the noise of the drivers."""
-        return noisy(recordings)
+        return have_driver_noise(recordings)
 
     def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
         """Recordings weighted by the noise of elongation and temperature, too, at these parameters."""
-        return carried_over(self, values, recordings)
+        return with_effective_variance(self, values, recordings)
 
     def parameters_for(self, campaign: Campaign, base: str | Path | None = None) -> Parameters:
         """Free parameters of a campaign with their priors. They are those of springs without the

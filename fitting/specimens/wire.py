@@ -25,7 +25,7 @@ from pneusma_jax.nitinol import SpringState, WireAlloy, simulate_wire
 from pneusma_jax.pipeline import Effect
 
 from . import priors
-from .input_noise import carried_over, noisy, with_drivers
+from .input_noise import have_driver_noise, with_driver_noise, with_effective_variance
 from .registry import register
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows, numbers
@@ -159,7 +159,7 @@ def _rows_of(
         extra=extra,
         specimen=np.asarray(specimen),
     )
-    return with_drivers(rows, recording, (driver, "temperature"), block) if options.compared else rows
+    return with_driver_noise(rows, recording, (driver, "temperature"), block) if options.compared else rows
 
 
 def _time_of(recording: Recording, row: int) -> float:
@@ -278,12 +278,12 @@ class StraightWire(Specimen):
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
         """True if weights change with the parameters, through the noise of the drivers."""
-        return noisy(recordings)
+        return have_driver_noise(recordings)
 
     def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
         """Recordings weighted by the noise of temperature and of stress or strain, too, at these
         parameters."""
-        return carried_over(self, values, recordings)
+        return with_effective_variance(self, values, recordings)
 
     def cautions(self, recording: Recording, rows: Rows, outputs: Courses, drivers: Courses) -> list[str]:
         """Name of the wire's driver, and a warning about rows without an answer."""

@@ -29,7 +29,7 @@ from pneusma_jax.model_discrepancy import CHANNELS
 from pneusma_jax.numerics.safe import as_arrays
 from pneusma_jax.pipeline import Effect
 
-from .input_noise import carried_over, noisy
+from .input_noise import have_driver_noise, with_effective_variance
 from .priors import CUT, FIT
 from .reduction import thinned
 from .registry import of_each, specimen_of
@@ -362,8 +362,8 @@ class Augmented(Model):
     def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
         """Actuators with phases that their resistances imply at these parameters; springs with what they
         remember; wires with noise of drivers."""
-        if noisy(recordings):
-            return carried_over(self, values, recordings)
+        if have_driver_noise(recordings):
+            return with_effective_variance(self, values, recordings)
         if not self.more_than_base:
             return self.specimen.decided(values, recordings)
         program = eqx.filter_jit(lambda values, stacked: of_each(self, partial(self.answer, values), stacked))

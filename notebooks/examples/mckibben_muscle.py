@@ -34,7 +34,7 @@ from fitting.data.recordings.nominal import nominal_geometry
 from fitting.data.recordings.schema import Columns, Kind
 from fitting.inference.parameters import Parameters
 from fitting.specimens import FITTED, RowOptions, Rows, Specimen, numbers, priors, register
-from fitting.specimens.input_noise import carried_over, noisy, with_drivers
+from fitting.specimens.input_noise import have_driver_noise, with_driver_noise, with_effective_variance
 from fitting.specimens.row_builders import columns_of, measured_and_weight
 from fitting.specimens.saved_models import AugmentedModel, add_effect
 from fitting.specimens.simulation import simulated
@@ -239,8 +239,9 @@ class McKibbenMuscle(Specimen):
                 extra={},
                 specimen=np.asarray(number[recording.specimen]),
             )
-            noisy_too = options.compared  # what the noise of pressure and length adds to that of the force
-            found.append(with_drivers(rows, recording, self.drivers(recording), block) if noisy_too else rows)
+            if options.compared:  # the noise of pressure and length adds to that of the force
+                rows = with_driver_noise(rows, recording, self.drivers(recording), block)
+            found.append(rows)
         return found
 
     def parameters_for(self, campaign: Campaign, **tables: Any) -> Parameters:
@@ -249,11 +250,11 @@ class McKibbenMuscle(Specimen):
 
     def decides(self, recordings: Sequence[Rows]) -> bool:
         """Weights change with the parameters: so does what the noise of pressure and length adds."""
-        return noisy(recordings)
+        return have_driver_noise(recordings)
 
     def decided(self, values: Mapping[str, float], recordings: list[Rows]) -> list[Rows]:
         """Recordings weighted by that noise, too."""
-        return carried_over(self, values, recordings)
+        return with_effective_variance(self, values, recordings)
 
     def answer(
         self, values: Mapping[str, Array], rows: Rows, effects: tuple[Effect, ...] = ()
