@@ -27,7 +27,7 @@ from pneusma_jax.actuator.implicit import attached
 from pneusma_jax.numerics.lengths import fixed_length, lengthened
 from pneusma_jax.program_cache import stored_jit
 
-from .walks import SHORTEST, along, cold_rows, costs_of, kinds_of, smoothed
+from .walks import SHORTEST, cold_rows, costs_of, kinds_of, linear_readings, smoothed
 
 ROUNDS = 24
 """Maximum number of linearisations. Most recordings take three to six."""
@@ -115,7 +115,7 @@ class _Readings:
         ohms = np.where(good[:, None], ohms, self.read - UNPREDICTED * self.noise)
         slope = np.where(good[:, None, None], slope, 0.0)
         # beyond its ends a fraction is continued, so that noise about a cold spring does not heat it
-        ohms = ohms + along(slope, x - inside)
+        ohms = ohms + linear_readings(slope, x - inside)
         return (self.read - ohms) / self.noise, slope / self.noise[:, None]
 
     def with_fractions(self, x: np.ndarray) -> tuple[pj.MartensiteFraction, ...]:
@@ -195,7 +195,7 @@ def _likely_cold(readings: _Readings, found: _Trajectory) -> np.ndarray:
             x = found.x.copy()
             x[:, k] = of_spring
             missed, slope = readings.missed(x)
-            about.append((missed + along(slope, x), slope))
+            about.append((missed + linear_readings(slope, x), slope))
         cold[:, k] = cold_rows(readings.time, *about, cold, k)
     return cold
 
@@ -274,11 +274,11 @@ def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
     """
     time = readings.time
     missed, slope = readings.missed(x)
-    kind = kinds_of(time, missed + along(slope, x), slope, cold)
+    kind = kinds_of(time, missed + linear_readings(slope, x), slope, cold)
     costs = costs_of(time, x, missed, kind, cold)
     hold = np.zeros(len(time))
     for _ in range(ROUNDS):
-        after, _ = smoothed(time, missed + along(slope, x), slope, kind, cold, (x, hold))
+        after, _ = smoothed(time, missed + linear_readings(slope, x), slope, kind, cold, (x, hold))
         step = np.clip(after - x, -LONGEST, LONGEST)
         trial = x + step
         found = readings.missed(trial)
@@ -294,12 +294,12 @@ def _smoothed(readings: _Readings, x: np.ndarray, cold: np.ndarray) -> _Trajecto
             hold = np.where(worse, np.maximum(HELD * hold, FIRST_HOLD), hold)
         if settled:
             break
-    after, evidence = smoothed(time, missed + along(slope, x), slope, kind, cold)
+    after, evidence = smoothed(time, missed + linear_readings(slope, x), slope, kind, cold)
     # the likelihood of these fractions, not of those that the tangent promises
-    promised = np.sum(costs_of(time, after, missed + along(slope, x - after), kind, cold))
+    promised = np.sum(costs_of(time, after, missed + linear_readings(slope, x - after), kind, cold))
     turns = np.sum(cold[1:] != cold[:-1]) + np.sum(kind[1:] != kind[:-1])
     # no fraction is beyond 0 or 1: there readings miss what they would at the ends
-    ends = np.sum(along(slope, x - np.clip(x, 0.0, 1.0)) ** 2, axis=1)
+    ends = np.sum(linear_readings(slope, x - np.clip(x, 0.0, 1.0)) ** 2, axis=1)
     ends = 0.5 * np.sum(ends[ends > MISSED**2])
     likelihood = evidence + promised - np.sum(costs) - turns * np.log(len(time)) - ends
     return _Trajectory(x, cold, missed, float(likelihood))

@@ -20,28 +20,33 @@ PROCESS_NOISES = 10.0 ** np.arange(-9.0, 0.0, 1.0)
 seconds."""
 RAMP_NOISES = 10.0 ** np.arange(-9.0, -2.0, 1.0)
 """Candidate variances of the difference between a fraction's change and the one before [1/s]."""
-TURNS = 4
-"""Rows for which a filter remembers a corner although a later one seems likelier: so many show its ramp."""
-NOISES = np.concatenate([PROCESS_NOISES, RAMP_NOISES, np.repeat(RAMP_NOISES, TURNS)])
+CORNERS_KEPT = 4
+"""Number of rows for which a filter keeps a corner although a later one seems likelier, to show its ramp."""
+NOISES = np.concatenate([PROCESS_NOISES, RAMP_NOISES, np.repeat(RAMP_NOISES, CORNERS_KEPT)])
 """Variances of all kinds of steps [1/s]: of walks, of ramps that go on, of ramps that begin with a corner."""
 RAMPS = np.arange(len(NOISES)) >= len(PROCESS_NOISES)
 """True for kinds of steps that go on as before."""
 CORNERS = np.arange(len(NOISES)) >= len(PROCESS_NOISES) + len(RAMP_NOISES)
 """True for kinds whose first step may have any size."""
-TURN = np.where(CORNERS, np.arange(len(NOISES)) % TURNS, -1)
-"""Row, modulo `TURNS`, in which a kind may begin; -1 for any."""
+BEGINS_IN = np.where(CORNERS, np.arange(len(NOISES)) % CORNERS_KEPT, -1)
+"""Row, modulo `CORNERS_KEPT`, in which a kind may begin; -1 for any."""
 CORNER = 1e-3
 """Variance of a step that may have any size [1/s]: 0.03 in a second, as a strong current heats."""
-OTHERS = 5
-"""Kind of the steps of other springs' fractions while one is looked at: a walk of 1e-4 1/s."""
+OTHERS = int(np.argmin(np.abs(np.log(PROCESS_NOISES / 1e-4))))
+"""Kind of the steps of other springs' fractions while one is looked at: the walk of 1e-4 1/s."""
 FIRST = 1.0
 """Variance of a fraction before the first reading [1], when it is unknown."""
 SHORTEST = 1e-9
 """Least time between rows [s], so that none has a variance of zero."""
 
 
-def along(slope: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Change of the readings with fractions, shape (rows, wired)."""
+def linear_readings(slope: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Readings that slopes give for fractions, or their change for a change of fractions, shape (n, m).
+
+    Args:
+        slope: slope of the readings over the fractions, shape (n, m, m): rows, readings, fractions.
+        x: fractions, or a change of them [1], shape (n, m).
+    """
     return np.einsum("tij,tj->ti", slope, x)
 
 
@@ -92,7 +97,7 @@ def kinds_of(time: np.ndarray, target: np.ndarray, slope: np.ndarray, cold: np.n
     return np.asarray(_kinds(*longer, np.log(len(time))))[: len(time)]
 
 
-def cold_rows(time: np.ndarray, free: tuple, held: tuple, cold: np.ndarray, k: int) -> np.ndarray:
+def cold_rows(time: np.ndarray, free: tuple, at_cold: tuple, cold: np.ndarray, k: int) -> np.ndarray:
     """Rows in which a spring is most likely exactly cold, shape (n,).
 
     In each row it is either cold or takes a step of any kind. Another state than before costs the logarithm
@@ -100,15 +105,15 @@ def cold_rows(time: np.ndarray, free: tuple, held: tuple, cold: np.ndarray, k: i
 
     Args:
         time: time [s], ascending, shape (n,).
-        free, held: targets and slopes about fractions that walk, and about those with this spring cold; see
-            `smoothed`.
+        free, at_cold: targets and slopes of the readings, linearised about fractions that walk and about the
+            same with this spring cold; see `smoothed`.
         cold: true where a spring is held cold, shape (n, m); that of spring `k` is not used.
         k: index of the spring.
     """
     length = fixed_length(len(time))
-    (clock, *free), (_, *held) = (_with_silent_rows(time, given) for given in (free, held))
+    (clock, *free), (_, *at_cold) = (_with_silent_rows(time, given) for given in (free, at_cold))
     (cold,) = lengthened((cold,), length)
-    return np.asarray(_cold_rows(clock, tuple(free), tuple(held), cold, np.log(len(time)), k))[: len(time)]
+    return np.asarray(_cold_rows(clock, tuple(free), tuple(at_cold), cold, np.log(len(time)), k))[: len(time)]
 
 
 def smoothed(
@@ -174,7 +179,7 @@ def smoothed(
     banded[0, 2 * count :] += second[:-2].ravel()
     factor = cholesky_banded(banded)
     x = cho_solve_banded((factor, False), right.ravel()).reshape(rows, count)
-    missed = target - along(slope, x)
+    missed = target - linear_readings(slope, x)
     spread = np.sum(np.log(weight[weight > 0.0])) - np.sum(free[0]) * np.log(FIRST)
     evidence = 0.5 * spread - np.sum(np.log(factor[-1])) - np.sum(costs_of(time, x, missed, kind, cold))
     return x, float(evidence)
@@ -190,10 +195,10 @@ def _with_silent_rows(time: np.ndarray, courses: tuple) -> tuple:
 
 
 class _Filtered(NamedTuple):
-    """What `_filtered` finds for several candidates side by side.
+    """Result of `_filtered` for several candidates side by side.
 
     Attributes:
-        score: log-likelihoods of all readings less the cost of changes between candidates, (candidates,).
+        score: log-likelihood of all readings less the cost of changes of candidate, shape (candidates,).
         parents: candidate that each one went on from, shape (n, candidates).
     """
 
@@ -209,8 +214,8 @@ def _kinds(time: Array, target: Array, slope: Array, cold: Array, change: Array)
     def one_spring(kind: Array, k: Array) -> tuple[Array, None]:
         trials = jnp.repeat(kind[:, None], len(NOISES), axis=1)
         trials = trials.at[:, :, k].set(jnp.arange(len(NOISES)))
-        turn = jnp.asarray(TURN)
-        found = _filtered(time, target[:, None], slope[:, None], trials, cold[:, None], turn, change, k)
+        begins_in = jnp.asarray(BEGINS_IN)
+        found = _filtered(time, target[:, None], slope[:, None], trials, cold[:, None], begins_in, change, k)
         return kind.at[:, k].set(_likeliest(found)), None
 
     order = jnp.tile(jnp.arange(count), 2)
@@ -218,19 +223,19 @@ def _kinds(time: Array, target: Array, slope: Array, cold: Array, change: Array)
 
 
 @stored_jit()
-def _cold_rows(time: Array, free: tuple, held: tuple, cold: Array, change: Array, k: Array) -> Array:
-    """See `cold_rows`."""
+def _cold_rows(time: Array, free: tuple, at_cold: tuple, cold: Array, change: Array, k: Array) -> Array:
+    """See `cold_rows`; `change` is the cost of another state [nat]. The last candidate is a cold spring."""
     kinds = jnp.arange(len(NOISES) + 1)
-    is_held = kinds == len(NOISES)
-    turn = jnp.asarray([*TURN, -1])
+    is_cold = kinds == len(NOISES)
+    begins_in = jnp.asarray([*BEGINS_IN, -1])
     target, slope = (
-        jnp.where(jnp.expand_dims(is_held, range(1, jnp.ndim(a))), b[:, None], a[:, None])
-        for a, b in zip(free, held, strict=True)
+        jnp.where(jnp.expand_dims(is_cold, range(1, jnp.ndim(a))), b[:, None], a[:, None])
+        for a, b in zip(free, at_cold, strict=True)
     )
     of_k = jnp.arange(cold.shape[1]) == k
-    cold = jnp.where(of_k, is_held[:, None], cold[:, None])
-    trials = jnp.broadcast_to(jnp.where(of_k, jnp.where(is_held, 0, kinds)[:, None], OTHERS), cold.shape)
-    return is_held[_likeliest(_filtered(time, target, slope, trials, cold, turn, change, k))]
+    cold = jnp.where(of_k, is_cold[:, None], cold[:, None])
+    trials = jnp.broadcast_to(jnp.where(of_k, jnp.where(is_cold, 0, kinds)[:, None], OTHERS), cold.shape)
+    return is_cold[_likeliest(_filtered(time, target, slope, trials, cold, begins_in, change, k))]
 
 
 def _likeliest(found: _Filtered) -> Array:
@@ -245,7 +250,7 @@ def _filtered(
     slope: Array,
     kind: Array,
     cold: Array,
-    turn: Array,
+    begins_in: Array,
     change: Array,
     k: Array,
 ) -> _Filtered:
@@ -255,7 +260,8 @@ def _filtered(
         time: see `smoothed`.
         target, slope, cold: see `smoothed`, with an axis of one or all candidates after the first one.
         kind: kind of the step to each row, shape (n, candidates, m).
-        turn: row modulo `TURNS` in which a candidate may follow another one, -1 for any, (candidates,).
+        begins_in: row modulo `CORNERS_KEPT` in which a candidate may follow another one, -1 for any, shape
+            (candidates,).
         change: cost of going on with another candidate [nat].
         k: index of the spring whose kinds the candidates differ in.
     """
@@ -274,12 +280,14 @@ def _filtered(
         return values[:, :, None] * jnp.eye(values.shape[1])
 
     def row(carry: tuple, at: tuple) -> tuple[tuple, Array]:
-        (mean, variance, score), (number, step, ratio, ohms, tangents, kind, cold, begins) = carry, at
+        (mean, variance, score), (number, step, ratio, target, slope, kind, cold, begins) = carry, at
+        # each candidate goes on from itself, or from the best one where that scores more in spite of the cost
         best = jnp.argmax(score)
-        may = (turn < 0) | (turn == number % TURNS)
+        may = (begins_in < 0) | (begins_in == number % CORNERS_KEPT)
         from_ = jnp.where(may & (score[best] - change > score), best, own)
         mean, score = mean[from_], jnp.where(from_ != own, score[best] - change, score)
         begins = jnp.where(of_k, (from_ != own)[:, None], begins)
+        # prediction: of each fraction its value and the one before
         noise = jnp.where(begins & corners[kind], CORNER, noises[kind])
         gain = ramps[kind] * ratio
         goes_on = jnp.concatenate(
@@ -292,14 +300,15 @@ def _filtered(
         mean = jnp.einsum("sij,sj->si", goes_on, mean)
         variance = jnp.einsum("sij,sjk,slk->sil", goes_on, variance[from_], goes_on)
         variance = variance + diagonal(jnp.concatenate([noise * step, nothing], axis=1))
-        now = jnp.concatenate([jnp.broadcast_to(cold, nothing.shape), nothing > 1.0], axis=1)
-        mean = jnp.where(now, 1.0, mean)
-        variance = variance * (~now[:, :, None] & ~now[:, None, :])
+        is_cold = jnp.concatenate([jnp.broadcast_to(cold, nothing.shape), nothing > 1.0], axis=1)
+        mean = jnp.where(is_cold, 1.0, mean)
+        variance = variance * (~is_cold[:, :, None] & ~is_cold[:, None, :])
         evidence = jnp.zeros(several)
-        for k in range(count):  # the readings of one row, at most three
-            reach = jnp.sum(variance[:, :, :count] * tangents[:, k, None, :], axis=2)
-            spread = jnp.sum(reach[:, :count] * tangents[:, k], axis=1) + 1.0
-            surprise = ohms[:, k] - jnp.sum(mean[:, :count] * tangents[:, k], axis=1)
+        for reading in range(count):  # update by the readings of one row, at most three
+            tangent = slope[:, reading]
+            reach = jnp.sum(variance[:, :, :count] * tangent[:, None, :], axis=2)
+            spread = jnp.sum(reach[:, :count] * tangent, axis=1) + 1.0
+            surprise = target[:, reading] - jnp.sum(mean[:, :count] * tangent, axis=1)
             mean = mean + (surprise / spread)[:, None] * reach
             variance = variance - reach[:, :, None] * (reach / spread[:, None])[:, None, :]
             evidence = evidence - 0.5 * (surprise**2 / spread + jnp.log(spread))

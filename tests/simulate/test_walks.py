@@ -4,7 +4,17 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from fitting.simulate.walks import CORNER, CORNERS, FIRST, NOISES, RAMPS, along, cold_rows, kinds_of, smoothed
+from fitting.simulate.walks import (
+    CORNER,
+    CORNERS,
+    FIRST,
+    NOISES,
+    RAMPS,
+    cold_rows,
+    kinds_of,
+    linear_readings,
+    smoothed,
+)
 
 ROWS = 7
 WALK, RAMP = np.flatnonzero(~RAMPS), np.flatnonzero(RAMPS)
@@ -81,7 +91,7 @@ def test_kinds_follow_a_spring_that_is_heated_and_then_held_still():
     time = np.arange(rows) * 1.0
     x = 1.0 - 0.5 * np.clip(time / 50.0, 0.0, 1.0)[:, None]
     slope = np.full((rows, 1, 1), 1e3)
-    target = along(slope, x) + random.normal(size=(rows, 1))
+    target = linear_readings(slope, x) + random.normal(size=(rows, 1))
     cold = np.zeros((rows, 1), bool)
     kind = kinds_of(time, target, slope, cold)
     assert np.all(RAMPS[kind[5:45]]) and np.median(NOISES[kind[60:]]) < 1e-7
@@ -95,7 +105,7 @@ def test_the_corner_between_two_ramps_is_a_step_of_its_own():
     time = np.arange(rows) * 1.0
     x = 0.2 + 0.01 * np.abs(time - 60.0)[:, None]
     slope, cold = np.full((rows, 1, 1), 1e3), np.zeros((rows, 1), bool)
-    target = along(slope, x) + random.normal(size=(rows, 1))
+    target = linear_readings(slope, x) + random.normal(size=(rows, 1))
     kind = kinds_of(time, target, slope, cold)
     assert np.any(kind[57:64] != kind[56:63])
     found, _ = smoothed(time, target, slope, kind, cold)
@@ -108,7 +118,7 @@ def test_rows_before_a_heating_are_found_cold_and_a_steady_warm_spring_is_not():
     time = np.arange(rows) * 1.0
     slope = np.full((rows, 1, 1), 1e3)
     for x, expected in ((1.0 - 0.01 * np.clip(time - 40.0, 0.0, None), 41), (np.full(rows, 0.995), 0)):
-        target = along(slope, x[:, None]) + random.normal(size=(rows, 1))
+        target = linear_readings(slope, x[:, None]) + random.normal(size=(rows, 1))
         found = cold_rows(time, (target, slope), (target, slope), np.zeros((rows, 1), bool), 0)
         assert abs(int(np.sum(found)) - expected) <= 1 and not np.any(found[expected + 1 :])
 
