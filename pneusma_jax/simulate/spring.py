@@ -19,7 +19,8 @@ class SpringHistory(eqx.Module):
     Attributes:
         rows: response of the spring in every row.
         states: memory of the spring after every row.
-        kept: mask of the rows whose martensite fraction the memory keeps from then on, shape (rows,).
+        kept: mask of the rows whose martensite fraction the memory keeps from then on, shape (rows,). They
+            are as hot as any before, or renew the memory.
         seen: instrument readings `force` [N] and `resistance` [ohm], shape (rows,).
     """
 
@@ -68,39 +69,48 @@ def simulate_spring(
     span = jnp.max(jnp.abs(elongation))
 
     def step(carry: tuple, row: tuple) -> tuple:
-        state, memories, smooth = carry
+        """One row. A second memory follows `decided_by` and makes the decisions of both; None without it."""
+        state, memories, deciding = carry
         elongation, activation, time, interval, recorded, fraction = row
-        decided = None if fraction is None else Decided(fraction <= smooth.xi_min, jnp.asarray(False))
+        decided = None if fraction is None else Decided(fraction <= deciding.xi_min, jnp.asarray(False))
         state = SpringState(state.prestrain, state.xi_min, decided)
         known = Known(dict(time=time, interval=interval, number=1, span=span) | recorded)
         pipeline = Pipeline(effects, memories, known)
-        if pipeline.acts_at("compliance"):
-            train = pipeline.apply("compliance", jnp.zeros(2))
-
-            def pull(given: tuple, length: Array) -> Array:
-                spring, activation, state, pipeline = given
-                return spring.pull(length, activation, state, pipeline)
-
-            given = spring, activation, state, pipeline
-            in_train = lambda length: strain_in_train(pull, given, length, *train)  # noqa: E731
-            elongation = pipeline.where_acting("compliance", in_train, lambda length: length, elongation)
+        elongation = _of_the_spring(elongation, spring, activation, state, pipeline)
         response = spring.respond(elongation, activation, state, pipeline)
-        if decided is not None:
-            decided = Decided(decided.hotter, spring.alloy.renews(smooth, response.gamma, fraction, margin))
-            smooth, state = (SpringState(s.prestrain, s.xi_min, decided) for s in (smooth, state))
-            smooth = spring.alloy.remember(smooth, response.gamma, fraction)
+        if decided is not None:  # the strain of the row is known now, and decides about a renewal
+            decided = Decided(decided.hotter, spring.alloy.renews(deciding, response.gamma, fraction, margin))
+            deciding, state = (SpringState(s.prestrain, s.xi_min, decided) for s in (deciding, state))
+            deciding = spring.alloy.remember(deciding, response.gamma, fraction)
         after = spring.remember(state, response)
         kept = after.xi_min == response.xi0 if decided is None else decided.hotter | decided.renews
         true = dict(force=response.force, resistance=response.resistance)
         more = dict(spring=spring, solved=response, elongation=elongation)
         seen = pipeline.apply("outputs", true, **more)
         later = pipeline.remembered(**more, seen=true) if effects else ()
-        return (after, later, smooth), (response, after, kept, seen)
+        return (after, later, deciding), (response, after, kept, seen)
 
     begun = jax.tree.map(lambda x: x[0], recorded)
     at_rest = Pipeline.begin(effects, spring=spring, number=1, states=(state,), **begun)
     history = (elongation, spread, clock, jnp.diff(clock, prepend=clock[:1]), recorded, decided_by)
-    smooth = None if decided_by is None else state
-    first = begun_as((state, at_rest.memories, smooth), (spring, effects, history))
+    deciding = None if decided_by is None else state
+    first = begun_as((state, at_rest.memories, deciding), (spring, effects, history))
     _, (responses, memories, kept, seen) = jax.lax.scan(step, first, history)  # type: ignore[var-annotated]
     return SpringHistory(responses, memories, kept, as_recorded(effects, seen, clock))
+
+
+def _of_the_spring(
+    recorded: Array, spring: Spring, activation: Activation, state: SpringState, pipeline: Pipeline
+) -> Array:
+    """Elongation of the spring alone [m] from the recorded one, which includes that of a compliant train."""
+    if not pipeline.acts_at("compliance"):
+        return recorded
+    train = pipeline.apply("compliance", jnp.zeros(2))
+
+    def pull(given: tuple, elongation: Array) -> Array:
+        spring, activation, state, pipeline = given
+        return spring.pull(elongation, activation, state, pipeline)
+
+    given = spring, activation, state, pipeline
+    in_train = lambda elongation: strain_in_train(pull, given, elongation, *train)  # noqa: E731
+    return pipeline.where_acting("compliance", in_train, lambda elongation: elongation, recorded)
