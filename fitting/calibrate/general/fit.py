@@ -24,7 +24,7 @@ MAX_STEPS = 300
 FEW_STEPS = 50
 """The same of a fit with a constant held, for a profile; see `fitting.calibrate.spring.problem`."""
 MISFIT = 1.3
-"""Reduced chi-square from which what is left is more than noise."""
+"""Reduced chi-square above which the misfit is more than noise."""
 OVERSTATED = 0.5
 """The same from which noise that is stated is larger than what recordings scatter by."""
 ROUNDS = 5
@@ -51,7 +51,7 @@ class GeneralFit:
         reduced_chi_square: reduced chi-square for the noise as stated.
         inflation: factor on the noise, and so on the standard errors.
         correlation_time: samples of misfit that make one independent one.
-        zeros: sizes of zeros that are off or drift, by output, which its noise is correlated by.
+        zeros: sizes of the zeros of instruments that are off or drift, by output, which correlate its noise.
     """
 
     recordings: tuple[Recording, ...]
@@ -136,7 +136,8 @@ def fit_campaign(
     more: tuple[float, ...] = ()
     undecided, first = rows, result
     rows, result = _decided(model, recordings, undecided, first)
-    if missed(result):  # noise of drivers does not explain it; and at false values it is not known, either
+    # the noise of drivers was taken over at these values; if they are wrong, so is that noise
+    if has_misfit(result):
         result, more = _searched(model, recordings, undecided, first, *further)
         rows, result = _decided(model, recordings, undecided, result)
     if result.status is Status.STALLED:
@@ -203,7 +204,7 @@ def beside_zeros(
     rows = [correlated(one, sizes) for one in fit.rows]
     begin = fit.result.parameters.at(fit.result.values)
     result = _fit(fit.model, fit.recordings, rows, begin, 1, 0)
-    if missed(result):
+    if has_misfit(result):
         return fit
     return replace(fit, rows=tuple(rows), result=result, inflation=1.0, zeros=dict(sizes))
 
@@ -230,8 +231,8 @@ def _settled(
     return fit
 
 
-def missed(result: FitResult) -> bool:
-    """True if the misfit is more than noise."""
+def has_misfit(result: FitResult) -> bool:
+    """True if the misfit is more than the noise that the fit was made with."""
     return (result.reduced_chi_square or np.inf) > MISFIT
 
 
@@ -252,7 +253,7 @@ def _searched(
     """
     ends: list[float] = []
     for draw in range(1, DRAWS + 1):
-        misfits = missed(result)
+        misfits = has_misfit(result)
         if starts < 2 or not (misfits or result.status is Status.STALLED):
             break
         progress("from further starts")

@@ -26,8 +26,10 @@ FEWEST = 3
 """Minimum number of tests for one of them to be left out."""
 WIDE_MARGIN = 0.15
 """Part of the residual strain by which turning points may be off the rule at first."""
-LOOSENED = 3
-"""Best fits that are tried so, or decided anew, and how often each while it helps."""
+MOST_ENDS = 3
+"""Maximum number of fits, the best first, that a search goes on from."""
+MOST_REPEATS = 3
+"""Maximum number of times that each of them is fitted again, while it helps."""
 DEVIATIONS = 3.0
 """Maximum excess of chi-square over what is expected that chance makes [sd]."""
 PROCESS_NOISE_ROUNDS = 2
@@ -145,21 +147,22 @@ def retried(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> J
     tried: set[int] = set()
     for _ in range(RETRIES):
         problem, best = joint.starts[0].problem, joint.starts[0].result
-        missed = misfits(problem, best.values)
-        worst = [k for k in sorted(missed, key=lambda k: -missed[k]) if missed[k] > MISFIT and k not in tried]
-        if not worst or len(missed) < FEWEST:
+        series = force_misfit(problem, best.values)
+        square = {k: float(np.mean(misfit**2)) for k, misfit in series.items()}
+        worst = [k for k in sorted(square, key=lambda k: -square[k]) if square[k] > MISFIT and k not in tried]
+        if not worst or len(square) < FEWEST:
             break
         tried.add(worst[0])
         name = f"the tests without {problem.tests[worst[0]].name}"
         progress(f"from {name}")
-        rest, _ = problem.fitted_with(tests=[k for k in missed if k != worst[0]])
+        rest, _ = problem.fitted_with(tests=[k for k in square if k != worst[0]])
         start = Start(name, *problem.at(rest.values).fitted_with())
         starts = _ranked([*joint.starts, start])
         better = starts[0] is start and _cost(start.result) < _cost(best) - ALIKE
         joint = replace(joint, starts=tuple(starts if better else [*joint.starts, start]))
         tried = set() if better else tried
     if joint.starts[0].problem is joint.problem or joint.starts[0].result is joint.result:
-        return joint
+        return joint  # it is settled already: no start is better
     return _settled(joint.starts, progress)
 
 
@@ -177,7 +180,7 @@ def loosened(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> 
     def wider_first(problem: Problem) -> Problem:
         return problem.with_turning_margin(WIDE_MARGIN).fitted_with()[1].with_turning_margin(MARGIN)
 
-    return _gone_on(joint, joint.starts[:LOOSENED], wider_first, "turning points freed", progress)
+    return _gone_on(joint, joint.starts[:MOST_ENDS], wider_first, "turning points freed", progress)
 
 
 def decided_anew(joint: Joint, progress: Callable[[str], None] = lambda _: None) -> Joint:
@@ -242,6 +245,8 @@ def beside_zeros(
 ) -> Joint:
     """The fit with noise that zeros of these sizes correlate; the same where they do not explain it.
 
+    A zero is the reading of an instrument without load. It may be off by a constant, and drift.
+
     Each end of the fit goes on by itself, as the order of two may change. The variances of the walks are
     found anew beside these zeros: a fraction that walked as a zero drifts would take its place. All ends have
     those of the best one, so that their chi-squares compare.
@@ -253,12 +258,12 @@ def beside_zeros(
         steady: true if the fractions of cold wires are taken as steady.
     """
     starts, how = [], ", beside zeros"
-    walks = joint.problem.beside(sizes).with_process_noise(joint.values)
-    walks = walks.with_steady_cold_tests() if steady else walks
+    walking = joint.problem.beside(sizes).with_process_noise(joint.values)
+    walking = walking.with_steady_cold_tests() if steady else walking
     for start in _ends(joint):
         name = start.name.removesuffix(how) + how
         progress(f"from {name}")
-        problem = start.problem.inflated(1.0).beside(sizes).with_walks_of(walks).at(start.result.values)
+        problem = start.problem.inflated(1.0).beside(sizes).with_walks_of(walking).at(start.result.values)
         starts.append(Start(name, *problem.fitted_with()))
     starts = _ranked(starts)
     if not (starts[0].result.reduced_chi_square or np.inf) <= MISFIT:
@@ -272,7 +277,7 @@ def _ends(joint: Joint) -> list[Start]:
     for start in joint.starts:
         if not any(abs(_cost(start.result) - _cost(one.result)) < ALIKE for one in ends):
             ends.append(start)
-    return ends[:LOOSENED]
+    return ends[:MOST_ENDS]
 
 
 def _gone_on(
@@ -286,7 +291,7 @@ def _gone_on(
     starts = list(joint.starts)
     for start in begun:
         known = start
-        for _ in range(LOOSENED):
+        for _ in range(MOST_REPEATS):
             name = f"{start.name}, {how}"
             progress(f"from {name}")
             found = Start(name, *change(known.problem).fitted_with())
@@ -356,27 +361,40 @@ def chi_square_unit(joint: Joint) -> float:
 def missed(problem: Problem, values: Mapping[str, float]) -> dict[tuple[str, str], float]:
     """Root mean square misfit at values over the noise as stated, by fitted test and output [1]."""
     found, _ = residuals_and_freedom(values_of(problem.parameters, values), problem.stacked)
-    size, result = problem.stacked.mask.shape[1], {}
-    for place, output in enumerate(OUTPUTS):
-        weight = np.asarray(problem.stacked.weight[output])
-        for k in problem.fitted:
-            series = found[k, place * size : (place + 1) * size][weight[k] > 0.0]
-            if series.size:
-                result[problem.tests[k].name, output] = float(np.sqrt(np.mean(series**2)))
-    return result
+    return {
+        (problem.tests[k].name, output): float(np.sqrt(np.mean(series**2)))
+        for output in OUTPUTS
+        for k, series in _misfit_by_test(problem, found, output).items()
+    }
 
 
-def misfits(problem: Problem, values: Mapping[str, float]) -> dict[int, float]:
-    """Mean square of the force's misfit over its noise, of every fitted test, by its index."""
-    series = force_misfit(problem, values)
-    with_force = [k for k in problem.fitted if np.any(np.asarray(problem.stacked.weight["force"][k]) > 0.0)]
-    return {k: float(np.mean(misfit**2)) for k, misfit in zip(with_force, series, strict=True)}
+def force_misfit(problem: Problem, values: Mapping[str, float]) -> dict[int, np.ndarray]:
+    """Misfit of the force over its noise as stated, of every fitted test with a force, by its index.
+
+    Each is in the order of sampling, shape (samples with a force,).
+    """
+    found, _ = residuals_and_freedom(values_of(problem.parameters, values), problem.stacked)
+    return _misfit_by_test(problem, found, "force")
+
+
+def _misfit_by_test(problem: Problem, residuals: np.ndarray, output: str) -> dict[int, np.ndarray]:
+    """Misfit of an output over its noise, of every fitted test that has it, by its index.
+
+    Args:
+        problem: the problem.
+        residuals: those of all tests, the outputs one after the other, shape (tests, outputs * rows).
+        output: name of the output.
+    """
+    rows, place = problem.stacked.mask.shape[1], OUTPUTS.index(output)
+    weight = np.asarray(problem.stacked.weight[output])
+    series = {k: residuals[k, place * rows : (place + 1) * rows][weight[k] > 0.0] for k in problem.fitted}
+    return {k: misfit for k, misfit in series.items() if misfit.size}
 
 
 def _settled(starts: tuple[Start, ...], progress: Callable[[str], None]) -> Joint:
     """The best fit with errors that know about misfit and serial correlation."""
     best, problem = starts[0].result, starts[0].problem
-    misfit = force_misfit(problem, best.values)
+    misfit = list(force_misfit(problem, best.values).values())
     time, reduced = correlation_time(misfit), best.reduced_chi_square or np.nan
     factor = inflation_of(reduced, misfit)
     if factor > 1.0:
@@ -402,20 +420,6 @@ def _ranked(starts: Sequence[Start]) -> list[Start]:
 
 def _cost(result: FitResult) -> float:
     return np.inf if result.chi_square is None else result.chi_square
-
-
-def force_misfit(problem: Problem, values: Mapping[str, float]) -> list[np.ndarray]:
-    """Misfit of the force over its noise, of every test that is fitted, in the order of sampling."""
-    found, _ = residuals_and_freedom(values_of(problem.parameters, values), problem.stacked)
-    size = problem.stacked.mask.shape[1]
-    place = OUTPUTS.index("force")
-    weight = np.asarray(problem.stacked.weight["force"])
-    series = []
-    for k in problem.fitted:
-        held = weight[k] > 0.0
-        if held.any():
-            series.append(found[k, place * size : (place + 1) * size][held])
-    return series
 
 
 def shifted(result: FitResult, sizes: float) -> dict[str, float]:
