@@ -16,16 +16,19 @@ from .split_by_name import names_specimens
 from .words import meaning
 
 ELAPSED_S = 60.0
-"""Minimum reading of a time of day beside one date [s]. One that begins at midnight is an elapsed time."""
-APART = 0.02
-"""Minimum difference of the durations of two clocks that is reported, as part of the longer one."""
+"""Minimum reading of a time of day that stands beside one date alone [s]. A column that begins within a
+minute of midnight counts the time of the test: few tests begin then."""
+DURATIONS_DIFFER = 0.02
+"""Minimum difference of the durations of two clocks that is reported, as part of the longer one [1]."""
 YEAR_DAYS = 366.0
 """Maximum length of a test whose clock counts from a date [d]."""
-SERIAL = (36526.0, 73050.0)
-"""Days since 1900, as spreadsheets count them, from the year 2000 to 2099."""
+CENTURY_D = (36526.0, 73050.0)
+"""Begin and end of the years 2000 to 2099 in days since 1900, as spreadsheets count them [d]."""
 _UNIX = datetime(1970, 1, 1)
-_EPOCHS = (946684800.0, 4102444800.0)  # the years 2000 to 2099 [s]
-_PARTS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+_CENTURY_S = (946684800.0, 4102444800.0)
+"""Begin and end of the same years in seconds since 1970 [s]."""
+_PER_SECOND = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+"""Number of units of time in a second, by their name."""
 _SECOND = r"(?:seconds?|secs?|s)"
 _FRACTION = re.compile(
     rf"(?:time )?(?:fraction(?:al|s)?(?: part)?|parts?)(?: of)?(?: an?| the)?,? {_SECOND}|"
@@ -66,7 +69,8 @@ def has_clock(grid: Grid) -> bool:
 def day_and_time(grid: Grid) -> tuple[int, int, Clock] | None:
     """The column of dates and that of the time of day which are one clock, and its readings.
 
-    None where a table has no such pair, or the order of day and month cannot be told.
+    None where a table has no such pair, or the order of day and month cannot be told. None also where the
+    times count from the begin of the test: near zero, beside one date alone or dates that jump by a day.
     """
     days, times = [], []
     for column, heading in enumerate(grid.headings):
@@ -86,15 +90,15 @@ def day_and_time(grid: Grid) -> tuple[int, int, Clock] | None:
     alone, clock = read_clock(texts, grid.headings[time].text), read_clock(pairs)
     if alone is None or clock is None or clock.origin is None:
         return None
-    moments, counted_on = np.array(clock.seconds), np.array(alone.seconds)
-    changes = len({date for date in dates_down if date}) > 1
+    moments, times_alone = np.array(clock.seconds), np.array(alone.seconds)
+    one_date = len({date for date in dates_down if date}) <= 1
     jumps = np.any(np.abs(np.diff(moments[np.isfinite(moments)])) >= DAY_S)
-    if (jumps or not changes) and not np.nanmin(counted_on) >= ELAPSED_S:
+    if (jumps or one_date) and not np.nanmin(times_alone) >= ELAPSED_S:
         return None
-    if not in_order(moments) and in_order(counted_on):
-        seconds = counted_on - counted_on[np.isfinite(moments)][0]
-        said = "the date stays the same past midnight, so the time of day was counted on"
-        clock = clock._replace(seconds=[float(x) for x in seconds], remedy=said)
+    if not in_order(moments) and in_order(times_alone):  # `read_clock` goes on past midnight
+        seconds = times_alone - times_alone[np.isfinite(moments)][0]
+        check = "the date stays the same past midnight, so the time of day was counted on"
+        clock = clock._replace(seconds=[float(x) for x in seconds], remedy=check)
     return day, time, clock
 
 
@@ -105,9 +109,9 @@ def in_order(values: np.ndarray) -> bool:
 
 
 def clock_under_another_heading(grid: Grid, column: int) -> Clock | None:
-    """Readings of a column that goes on like a clock, and whose heading names neither time nor specimen.
+    """Clock of a column whose heading names neither a quantity nor a specimen; None if it is no clock.
 
-    They may go back in every row: some logs begin with the newest one.
+    Its readings never fall, or never rise: some logs begin with the newest one.
     """
     heading = grid.headings[column]
     if names_specimens(heading) or meaning(heading) is not None:
@@ -121,12 +125,12 @@ def clock_under_another_heading(grid: Grid, column: int) -> Clock | None:
 
 
 def since_1900(values: np.ndarray) -> Clock | None:
-    """Readings of numbers that count the days since 1900, as spreadsheets do, most with a time of day.
+    """Clock of numbers that count the days since 1900, as spreadsheets do; None if they count anything else.
 
-    None of others.
+    They do if all lie in this century and within a year, and most have a time of day behind the point.
     """
     there = values[np.isfinite(values)]
-    if there.min() < SERIAL[0] or there.max() > SERIAL[1] or np.ptp(there) > YEAR_DAYS:
+    if there.min() < CENTURY_D[0] or there.max() > CENTURY_D[1] or np.ptp(there) > YEAR_DAYS:
         return None
     if 2 * np.sum(there % 1.0 > 0.0) <= there.size:
         return None
@@ -135,18 +139,19 @@ def since_1900(values: np.ndarray) -> Clock | None:
 
 
 def since_1970(values: np.ndarray) -> tuple[Clock, str] | None:
-    """Readings of numbers that count seconds, or parts of one, since 1970; None of others.
+    """Clock of numbers that count seconds, or parts of one, since 1970; None if they count anything else.
 
     Returns:
         The clock, and the unit that the numbers count.
     """
     there = values[np.isfinite(values)]
-    for unit, parts in _PARTS.items():
-        if there.size > 1 and np.all((parts * _EPOCHS[0] <= there) & (there <= parts * _EPOCHS[1])):
-            if 0.0 < np.ptp(there) <= parts * DAY_S * YEAR_DAYS:
+    begin, end = _CENTURY_S
+    for unit, count in _PER_SECOND.items():
+        if there.size > 1 and np.all((count * begin <= there) & (there <= count * end)):
+            if 0.0 < np.ptp(there) <= count * DAY_S * YEAR_DAYS:
                 first = float(there[0])
-                seconds = [float(x) for x in (values - first) / parts]
-                return Clock(seconds, origin=(_UNIX - EPOCH).total_seconds() + first / parts), unit
+                seconds = [float(x) for x in (values - first) / count]
+                return Clock(seconds, origin=(_UNIX - EPOCH).total_seconds() + first / count), unit
     return None
 
 
@@ -173,12 +178,14 @@ def add_fractions(grid: Grid) -> None:
 
 
 def disagreement(grid: Grid, column: int, clock: Clock) -> str:
-    """Notice about dates that last another time than the clock of a table; empty where they agree.
+    """Notice that by its dates a test lasts longer or shorter than by its clock; empty where they agree.
+
+    They agree within `DURATIONS_DIFFER`, or two steps of the dates, which may be whole seconds or minutes.
 
     Args:
         grid: table whose clock has been read.
         column: column of the dates.
-        clock: its readings.
+        clock: readings of the dates.
     """
     dated = np.array(clock.seconds)
     for other, heading in enumerate(grid.headings):
@@ -186,24 +193,25 @@ def disagreement(grid: Grid, column: int, clock: Clock) -> str:
         both = np.isfinite(values) & np.isfinite(dated)
         if means is None or means.quantity != "time" or dimension(heading.unit) != "time" or both.sum() < 2:
             continue
-        lasts = float(convert(np.ptp(values[both]), unit_name(str(heading.unit)), "s"))
-        said = float(np.ptp(dated[both]))
+        by_clock = float(convert(np.ptp(values[both]), unit_name(str(heading.unit)), "s"))
+        by_dates = float(np.ptp(dated[both]))
         steps = np.diff(dated[both])
         step = float(steps[steps > 0.0].min()) if (steps > 0.0).any() else math.inf
-        if abs(lasts - said) > max(APART * max(lasts, said), 2.0 * step):
+        if abs(by_clock - by_dates) > max(DURATIONS_DIFFER * max(by_clock, by_dates), 2.0 * step):
             dates = repr(grid.headings[column].text)
             return (
-                f"check: by {heading.text!r} the test lasts {lasts:.6g} s, and by {dates} {said:.6g} s:"
-                f" is the unit of {heading.text!r} right? --unit time=... or --map"
+                f"check: by {heading.text!r} the test lasts {by_clock:.6g} s, and by {dates}"
+                f" {by_dates:.6g} s: is the unit of {heading.text!r} right? --unit time=... or --map"
                 f" time={column + 1} corrects it"
             )
     return ""
 
 
 def _filled_down(texts: Sequence[str]) -> list[str]:
-    """Texts in which an empty field repeats the one above; midnights are left out."""
+    """Dates in which an empty field repeats the one above, without the midnight behind each."""
     found, last = [], ""
     for text in texts:
-        last = (without_midnight([text]) or [""])[0] if text and not is_blank(text) else last
+        if text and not is_blank(text):
+            last = (without_midnight([text]) or [""])[0]
         found.append(last)
     return found

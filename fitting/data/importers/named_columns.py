@@ -23,7 +23,7 @@ from .other_headings import unrecognised
 from .parts import Sample, stated_specimen
 from .specimen_sizes import area_mm2
 from .spelling import dimension, unit_name
-from .unmodelled import KINDS, unmodelled
+from .unmodelled import KINDS_IN_WORDS, unmodelled
 
 NAME = "named-columns"
 COIL_SIZES = (
@@ -64,7 +64,11 @@ def read(sample: Sample, options: Options) -> Recording:
 
 
 def _taken_as(kind: str, sample: Sample, channels: dict[str, Channel], options: Options) -> str:
-    """Sentence on the kind that was told from the columns, and on what ground."""
+    """Sentence on the kind that was told from the columns, and on what ground.
+
+    A spring is certain by a size of its coil, by words, or by a resistance or elongation that is named so.
+    Without any of these, or beside sizes of a straight specimen, the sentence asks the user to check.
+    """
     if kind != "spring":
         return f"taken as kind {kind} from its columns (--kind to correct)"
     measured = any(name.startswith("resistance") for name in _available(channels, options, sample))
@@ -73,7 +77,7 @@ def _taken_as(kind: str, sample: Sample, channels: dict[str, Channel], options: 
     coils = [sizes[key] for key in COIL_SIZES if key in sizes and key not in NOT_ONLY_OF_COILS]
     if coils:
         return f"taken as kind spring from its columns and {coils[0]!r} (--kind to correct)"
-    if _coiled(sample, options):
+    if _mentions_a_spring(sample, options):
         return "taken as kind spring from its columns and the words of the file (--kind to correct)"
     others = [sizes[key] for key in (*STRAIGHT_SIZES, "mandrel_diameter_mm") if key in sizes]
     if others and "wire_diameter_mm" not in sizes:
@@ -124,7 +128,7 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
     if "spring" in fits and {"wire", "elastomer"} & set(fits):
         if _has_coils(sample, options):
             fits = ["spring"]  # its wire has a cross-section, too
-        elif not _coiled(sample, options):
+        elif not _mentions_a_spring(sample, options):
             fits.remove("spring")  # a gauge length and a cross-section are those of a straight specimen
     if {"tube", "actuator"} <= set(fits):
         fits.remove(
@@ -144,27 +148,27 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
         unread = ", ".join(map(repr, lines_unread(grid)))
         may = f"; not read, though they may state a size: {unread}" if unread else ""
         raise unusable(
-            place, f"{kinds_text} ({columns}){_nearest(available)}{may}"
+            place, f"{kinds_text} ({columns}){_hints(available)}{may}"
             f"{f'; {others}' if others else ''}; state --kind, and name the columns with --map"
-            f" QUANTITY=COLUMN. Kinds: {KINDS}",
+            f" QUANTITY=COLUMN. Kinds: {KINDS_IN_WORDS}",
         )  # fmt: skip
     return fits[0]
 
 
-def _coiled(sample: Sample, options: Options) -> bool:
-    """True if the file or the user mentions a spring."""
+def _mentions_a_spring(sample: Sample, options: Options) -> bool:
+    """True if the words of the file are about a spring, or its sizes or the user's are those of a coil."""
     words = f"{sample.title} {sample.head}".lower()
     return bool(re.search(r"spring|feder|coil|ressort|弹簧|ばね", words)) or _has_coils(sample, options)
 
 
 def _has_coils(sample: Sample, options: Options) -> bool:
-    """True if the file or the user states sizes that only a coil has."""
+    """True if the file states a size that only a coil has, or the user any size of a coil."""
     of_file = {*sample.sizes} - {*NOT_ONLY_OF_COILS}
     return bool({*options.dimensions, *of_file} & set(COIL_SIZES))
 
 
-def _nearest(available: set[str]) -> str:
-    """Missing quantities of the kinds that lack one or two, and the way to state them."""
+def _hints(available: set[str]) -> str:
+    """Quantities that a kind needs beside the available ones, and how to state them, as end of a message."""
     near = []
     if {"strain", "temperature"} <= available and "stress" not in available:
         near.append("of a wire the stress is missing: if it did not change, --constant stress_MPa=...")
@@ -193,7 +197,7 @@ def _nearest(available: set[str]) -> str:
     return f"; {'; '.join(near)}" if near else ""
 
 
-def _most_stress_MPa(sample: Sample, channels: dict[str, Channel], options: Options) -> float | None:
+def _largest_stress_MPa(sample: Sample, channels: dict[str, Channel], options: Options) -> float | None:
     """Largest stress, measured or as load over the cross-section [MPa]; None where neither is known."""
     stress, force = channels.get("stress"), channels.get("force")
     if "stress" in options.constants:
@@ -208,10 +212,10 @@ def _most_stress_MPa(sample: Sample, channels: dict[str, Channel], options: Opti
     return float(np.nanmax(np.abs(in_unit(force, "N", "force", sample.raw.path)))) / area
 
 
-def _farthest(sample: Sample, channels: dict[str, Channel], options: Options) -> float | None:
+def _strain_range(sample: Sample, channels: dict[str, Channel], options: Options) -> float | None:
     """Range of the strain, as a fraction; None where no unit or gauge length states it.
 
-    A position that is counted from the machine's zero is as good as an extension for that.
+    A range does not depend on the zero, so a position of the machine serves as well as an extension.
     """
     strain, stretch, extension = (channels.get(name) for name in ("strain", "stretch", "elongation"))
     if strain is not None:
@@ -232,22 +236,24 @@ def _range(values: np.ndarray) -> float:
     return float(np.ptp(finite)) if finite.size else 0.0
 
 
-def _is_wire(sample: Sample, channels: dict[str, Channel], options: Options, held: set[str]) -> bool:
+def _is_wire(
+    sample: Sample, channels: dict[str, Channel], options: Options, available: set[str]
+) -> bool:
     """True for strain and stress of a wire, false for those of a coupon.
 
-    Their sizes decide first: no wire strains as far as a rubber, and no rubber bears the stress of a metal.
-    Where both are possible, a temperature or a resistance tells a wire.
+    Strain and stress decide first: no wire strains as far as a rubber, and no rubber bears the stress of a
+    metal. Where both are possible, a temperature or a resistance tells a wire, and then the modulus.
     """
-    most, far = _most_stress_MPa(sample, channels, options), _farthest(sample, channels, options)
-    if far is not None and far > WIRE_STRAIN_FRACTION_LIMIT:
+    stress, strain = _largest_stress_MPa(sample, channels, options), _strain_range(sample, channels, options)
+    if strain is not None and strain > WIRE_STRAIN_FRACTION_LIMIT:
         return False
-    if most is not None and most > METAL_MPA:
+    if stress is not None and stress > METAL_MPA:
         return True
-    if most is not None and far is not None and far > WIRE_STRAIN_LIMIT:
+    if stress is not None and strain is not None and strain > WIRE_STRAIN_LIMIT:
         return False
-    if held & {"temperature", "resistance"}:
+    if available & {"temperature", "resistance"}:
         return True
-    return most is not None and bool(far) and most / far > METAL_MODULUS_MPA
+    return stress is not None and bool(strain) and stress / strain > METAL_MODULUS_MPA
 
 
 FORMAT = Format(

@@ -114,7 +114,7 @@ _SYMBOLS = {
     "thickness_mm": "athds", "wire_diameter_mm": "d", "mandrel_diameter_mm": "d", "coil_diameter_mm": "d",
     "active_coils": "n", "initial_pitch_mm": "p",
 }  # fmt: skip
-"""Letters that machines write behind the name of a size, with or without a 0: `Probenbreite b0`."""
+"""Letters by size: machines write one of them behind its name, with or without a 0: `Probenbreite b0`."""
 _ALSO = {"wire_diameter_mm": "diameter_mm"}
 """Size of a straight specimen that a size of its own name is as well."""
 _COUNTED = re.compile(r"(coils?|turns?|windungen|spires?|pcs|圈|匝|巻き?|회|-|1)?", re.IGNORECASE)
@@ -147,7 +147,8 @@ LONGEST = 200
 """Maximum number of letters of a text that states a size."""
 SAME = 0.02
 """Maximum relative difference of two statements of one size that agree. Calipers read to a percent or two."""
-_MOST_ROWS = 60  # Maximum number of specimens in a table of dimensions, and of lines above it
+_MOST_ROWS = 60
+"""Maximum number of specimens in a table of dimensions, and of lines above its headings."""
 
 
 @dataclass(frozen=True)
@@ -359,11 +360,28 @@ def key_named(name: str) -> str | None:
 
 
 def _size(name: str, number: str, unit: str | None, said: str, mark: str = ".") -> tuple[str, Size] | None:
-    key, value, grouped = key_named(name), *_amount(number.strip(), mark)
-    if key is None or math.isnan(value):
+    """The size that a heading names, with its key; None where it names none. Arguments as of `_size_of`."""
+    key = key_named(name)
+    if key is None or (plain(name).split()[-1:] == ["id"] and not unit):
+        return None  # no size, or the name of a specimen: `Tube ID: 8`
+    return _size_of(key, number, unit, said, mark)
+
+
+def _size_of(
+    key: str, number: str, unit: str | None, said: str, mark: str = "."
+) -> tuple[str, Size] | None:
+    """A size in the unit of its key, with that key; None where number and unit cannot be those of one.
+
+    Args:
+        key: name of `--dimension` or `--constant`. It ends in the unit, but for `length` [mm] and coils.
+        number: the number as text.
+        unit: the unit as text; None or empty where none is stated. One of area makes a thickness an area.
+        said: original text, for messages.
+        mark: decimal mark.
+    """
+    value, grouped = _amount(number.strip(), mark)
+    if math.isnan(value):
         return None
-    if plain(name).split()[-1:] == ["id"] and not unit:
-        return None  # the name of a specimen: `Tube ID: 8`
     if key == "active_coils":
         counts = value > 0.0 and _COUNTED.fullmatch((unit or "").strip()) is not None
         return (key, Size(value, said, grouped=grouped)) if counts else None
@@ -380,6 +398,7 @@ def _size(name: str, number: str, unit: str | None, said: str, mark: str = ".") 
             return None
     except InputError:
         return None
+    # a conversion between units of temperature adds up to 273.15, whose rounding error stays
     converted, other = (
         float(shortest(convert(number, unit_name(unit), wanted), 273.15 * (key in CONSTANTS)))
         for number in (value, grouped)
@@ -422,7 +441,7 @@ def sizes_in_a_name(name: str) -> Sizes:
     return found
 
 
-def names_sizes(header: Sequence[str]) -> int:
+def count_of_sizes(header: Sequence[str]) -> int:
     """Number of sizes of a specimen that some headings name."""
     keys = {key_named(parse_heading(text).name) for text in header if text}
     return len(keys - {None, *CONSTANTS})
@@ -467,13 +486,19 @@ def _is_pressure(heading: str) -> bool:
 def _by_specimen(
     body: list[list[str]], labels: list[int], sized: Mapping[int, tuple[str, str | None, str]]
 ) -> dict[str, Sizes]:
+    """Sizes by specimen, up to the first row without one.
+
+    Args:
+        body: fields of the rows, one specimen each.
+        labels: columns that may name the specimen; the first filled one does. Else it is the row's number.
+        sized: key, unit and heading of each column of sizes, by its index.
+    """
     found: dict[str, Sizes] = {}
     for number, row in enumerate(body, start=1):
         sizes: Sizes = {}
         for column, (key, unit, written) in sized.items():
             text = row[column] if column < len(row) else ""
-            word = next(word for word, known in _KEY.items() if known == key)
-            read = _size(word, text, unit, f"{written} {text}") if text else None
+            read = _size_of(key, text, unit, f"{written} {text}") if text else None
             if read is not None:
                 sizes |= dict.fromkeys(_names_of(key), read[1])
         named = next((row[c] for c in labels if c < len(row) and row[c]), "")

@@ -26,7 +26,7 @@ from .headers import (
 from .numerals import like_a_number
 from .raw import Page
 from .separators import LEAST_ROWS, best_reading, numeric_row
-from .sizes import names_sizes
+from .sizes import count_of_sizes
 from .spelling import may_be_unit, parse_heading, same_unit
 from .summaries import counts_columns, statistics_rows, unlabelled_statistics
 from .texts import read_texts
@@ -149,7 +149,7 @@ def _blocks(fields: Rows, parsed: Parsed) -> list[tuple[int, int]]:
 def _is_header(other: list[str], first: list[str]) -> bool:
     """True if a row above numbers is a header: the first one again, or one of two quantities or sizes."""
     again = [t.casefold() for t in other] == [t.casefold() for t in first]
-    return again or names_quantities(other) >= 2 or names_sizes(other) >= 2
+    return again or names_quantities(other) >= 2 or count_of_sizes(other) >= 2
 
 
 def _grid_of(lines: _Lines, begin: int, end: int) -> Grid | None:

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from .making import Channel
 from .parts import Sample
 
-KINDS = (
+KINDS_IN_WORDS = (
     "spring (force, elongation and resistance of a nitinol spring), wire (strain, stress and temperature of"
     " a straight wire),"
     " elastomer (strain and stress of a coupon or tube), tube (pressure and length), actuator (pressure"
     " with curvature, bend"
     " angle or length)"
 )
+"""Every kind of recording with its quantities, for messages."""
 TORSION = "torsion"
 """Name of a subject that is uncertain: a machine that can twist writes torque and angle of every pull,
 too."""
@@ -66,7 +67,7 @@ def unmodelled(sample: Sample, channels: dict[str, Channel]) -> UnmodelledTest |
             return UnmodelledTest(
                 f"this speaks of {what}; an elastomer or wire recording is uniaxial. If this one is, state"
                 " --kind elastomer"
-                f" (or wire). The kinds that are modelled: {KINDS}",
+                f" (or wire). The kinds that are modelled: {KINDS_IN_WORDS}",
                 True,
             )
     for pattern, what in _THINGS:
@@ -83,7 +84,7 @@ def unmodelled(sample: Sample, channels: dict[str, Channel]) -> UnmodelledTest |
 
 def _sentence(what: str) -> str:
     return (
-        f"{what}, which is not a kind that is modelled; those that are: {KINDS}. If it is one of them after"
-        " all, state --kind and"
+        f"{what}, which is not a kind that is modelled; those that are: {KINDS_IN_WORDS}."
+        " If it is one of them after all, state --kind and"
         " name the columns with --map QUANTITY=COLUMN"
     )
