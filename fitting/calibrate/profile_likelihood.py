@@ -376,8 +376,8 @@ def with_intervals(found: Mapping[str, Profile]) -> frozenset[str]:
     return frozenset(name for name, profile in found.items() if profile.gives_interval)
 
 
-def lower_end(found: Mapping[str, Profile]) -> tuple[str, Mapping[str, float]] | None:
-    """Parameter and place of the profile that fell furthest below the fit; None where none did."""
+def lowest_point(found: Mapping[str, Profile]) -> tuple[str, Mapping[str, float]] | None:
+    """Parameter whose profile fell furthest below the fit, and all parameters there; None where none did."""
     deepest = max(found.values(), key=lambda p: p.below, default=None)
     return (deepest.name, deepest.lowest) if deepest and deepest.below > ALIKE else None
 
@@ -385,23 +385,23 @@ def lower_end(found: Mapping[str, Profile]) -> tuple[str, Mapping[str, float]] |
 def to_the_end(
     fit: Any,
     profiled: Callable[[Any, bool], tuple],
-    gone_on: Callable[[Any, str, Mapping[str, float]], tuple[Any, bool]],
+    continued: Callable[[Any, str, Mapping[str, float]], tuple[Any, bool]],
 ) -> tuple[Any, tuple]:
     """A fit and its profiles; the fit goes on where a profile finds a lower chi-square than the fit has.
 
     Args:
         fit: the fit to begin with.
-        profiled: function from a fit to a tuple that begins with its profiles by name. With true it may end
-            at the first that falls below the fit.
-        gone_on: function that continues a fit from the lowest point of a profile, given by name and
+        profiled: function from a fit and a truth value to a tuple that begins with its profiles by name. With
+            true it may end at the first that falls below the fit.
+        continued: function that continues a fit from the lowest point of a profile, given by name and
             parameters. It returns the new fit, and true if it is better.
     """
     for _ in range(RENEWALS):
         found = profiled(fit, True)
-        lower = lower_end(found[0])
-        if not lower:
+        lowest = lowest_point(found[0])
+        if not lowest:
             return fit, found
-        fit, better = gone_on(fit, *lower)
+        fit, better = continued(fit, *lowest)
         if not better:
             break
     return fit, profiled(fit, False)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fitting.calibrate.general import profiles as profiling
-from fitting.calibrate.general.fit import fit_campaign, gone_on
+from fitting.calibrate.general.fit import continued_from, fit_campaign
 from fitting.calibrate.profile_likelihood import WIDTH_90
 from fitting.inference.parameters import Parameters, Prior
 from fitting.specimens import Model, Rows
@@ -88,7 +88,7 @@ def test_all_pins_share_the_program_of_the_fit(fitted):
     fit = fitted(line)
     before = fit.model.traced
     profiling.profiles(fit, ["a", "b"])
-    gone_on(fit, {"a": 3.0})
+    continued_from(fit, {"a": 3.0})
     assert fit.model.traced == before
 
 

@@ -123,7 +123,7 @@ def test_constants_that_only_loops_show_are_free_with_their_priors(monkeypatch, 
 
     monkeypatch.setattr(pipeline, "fit_campaign", stopped)
     with pytest.raises(InputError, match="far enough"):
-        pipeline.characterise_general(under_load(takes_off), WIRE, starts=1, held=held)
+        pipeline.characterise_general(under_load(takes_off), WIRE, starts=1, hold_unseen=held)
     known = load_calibration("niti_wire", "alloy").quantities
     assert [name in asked[0] for name in HELD] == [not held] * 4
     for name in HELD if not held else ():

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
-from fitting.calibrate.profile_likelihood import RENEWALS, RISES, WIDTH_90, Profile, lower_end, to_the_end
+from fitting.calibrate.profile_likelihood import RENEWALS, RISES, WIDTH_90, Profile, lowest_point, to_the_end
 from fitting.calibrate.profile_search import BEYOND, FITS, LONGER, MOST, profile_likelihoods
 from fitting.calibrate.quoted import estimate, merely_prior
 from fitting.inference.least_squares import Status
@@ -176,7 +176,7 @@ def test_a_stopped_fit_far_out_changes_nothing_where_a_converged_one_has_ended_t
 def test_a_lower_minimum_is_reported_with_its_place():
     problem = Problem(lambda x, y: min(x**2, (x - 3.0) ** 2 - 5.0) + (y - x) ** 2)
     found = problem.profile()
-    name, place = lower_end({"x": found})
+    name, place = lowest_point({"x": found})
     assert name == "x" and place["x"] > 1.0
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fitting.calibrate.alloy_table import alloy_table
-from fitting.calibrate.profile_likelihood import WIDTH_90, lower_end
+from fitting.calibrate.profile_likelihood import WIDTH_90, lowest_point
 from fitting.calibrate.spring import pipeline, search, stand_tests
 from fitting.calibrate.spring import profiles as profiling
 from fitting.calibrate.spring.joint import Joint, Start, lead, spanned
@@ -149,7 +149,7 @@ def profiled(monkeypatch):
 def test_a_profile_that_falls_below_the_fit_is_said_and_says_where(profiled):
     found = profiled(lambda x: 50.0 + 9.0 * ((x - 2.0) ** 2 - 4.0))
     assert found.below == pytest.approx(36.0 - 9.0 * (2.0 - WIDTH_90) ** 2) and found.rise.min() == 0.0
-    name, place = lower_end({"x": found})
+    name, place = lowest_point({"x": found})
     assert name == "x" and place == {"x": WIDTH_90, "y": 2.0 * WIDTH_90}
     low, high = found.interval()
     assert low > 1.0
@@ -157,7 +157,7 @@ def test_a_profile_that_falls_below_the_fit_is_said_and_says_where(profiled):
 
 def test_a_profile_above_its_fit_is_left_as_it_is(profiled):
     found = profiled(lambda x: 50.0 + x**2)
-    assert found.below == 0.0 and lower_end({"x": found}) is None and not found.curved
+    assert found.below == 0.0 and lowest_point({"x": found}) is None and not found.curved
     np.testing.assert_allclose(found.interval(), [-1.0, 1.0])
 
 

@@ -167,10 +167,10 @@ def _size(entry: Parameter) -> float:
     return CONSTRAINT_SD * (entry.prior.sd if entry.prior is not None else abs(entry.value) or 1.0)
 
 
-def gone_on(
+def continued_from(
     fit: GeneralFit, values: Mapping[str, float], progress: Callable[[str], None] = lambda _: None
 ) -> GeneralFit:
-    """The fit from other values on, decided and with errors anew; the same where it ends no lower.
+    """The fit from other values on, decided and with errors anew; the same fit where it ends no lower.
 
     Args:
         fit: any.

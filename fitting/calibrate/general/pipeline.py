@@ -31,7 +31,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.precision import require_float64
 from pneusma_jax.units import to_si
 
-from .fit import GeneralFit, beside_zeros, fit_campaign, gone_on
+from .fit import GeneralFit, beside_zeros, continued_from, fit_campaign
 from .information import Repeat, held_back, informed, repeats
 from .profiles import profiles
 from .scores import Score, scores
@@ -113,7 +113,7 @@ class GeneralCharacterisation(Characterisation):
     @property
     def unseen(self) -> dict[str, Quantity]:
         """Constants that no recording shows, held at their table's values, by name; SI."""
-        return _held(self.specimen, self.campaign, self.options, self.fitted)
+        return _held_unseen(self.specimen, self.campaign, self.options, self.fitted)
 
     def held(self) -> list[Held]:
         """Numbers of the model on disk that this fit left as they are; nothing for the base model."""
@@ -140,13 +140,13 @@ def characterise_general(
     seed: int = 0,
     progress: Callable[[str], None] = lambda _: None,
     model: Augmented | None = None,
-    held: bool = False,
+    hold_unseen: bool = False,
     **options: str | Path,
 ) -> GeneralCharacterisation:
     """Fit a campaign of one kind: priors, least squares from several starts, errors, what stays open.
 
-    Constants that `Specimen.unseen` names are free with the priors of their table. So their doubt counts in
-    every interval.
+    Constants that no recording shows (`Specimen.unseen`) are free with the priors of their table. So their
+    doubt counts in every interval.
 
     Args:
         campaign: recordings.
@@ -157,28 +157,28 @@ def characterise_general(
         seed: seed of the scattered starts.
         progress: called with a word for each step that begins.
         model: model on disk, of this kind; the base model by default.
-        held: true to hold those constants at their table's values.
+        hold_unseen: true to hold the constants that no recording shows at their table's values.
         **options: tables to start from, as the specimen's `rows_for` takes them.
 
     Raises:
         InputError: if the recordings or options cannot be used, in one line.
     """
     require_float64()
-    told = Stages(progress, (FITS, PROFILE) if profile else (FITS,))
+    stage_progress = Stages(progress, (FITS, PROFILE) if profile else (FITS,))
     recordings = campaign.fittable(specimen.kind)
     predictor = model or specimen
-    doubtful = {} if model or held else specimen.unseen(campaign, **options)
+    doubtful = {} if model or hold_unseen else specimen.unseen(campaign, **options)
     parameters = _free(campaign, predictor, adjust or {}, options, doubtful)
     start = {name: entry.value for name, entry in parameters.items()}
     rows = predictor.rows_for(campaign, **options)
     if model is not None:
         rows = model.prepared(start, rows)
-    fits = told.of(FITS)
+    fits = stage_progress.of(FITS)
     fit = fit_campaign(recordings, rows, parameters, starts, seed, fits, predictor)
-    unseen = {} if model else _held(specimen, campaign, options, fit.result.parameters)
-    begun = _beside_zeros(_informed(fit, unseen), unseen, fits)
-    ended, found = _profiled(begun, unseen, profile, told)
-    return _result(campaign, start, ended, found, options, seed, model)
+    unseen = {} if model else _held_unseen(specimen, campaign, options, fit.result.parameters)
+    begun = _beside_zeros(_FitWithErrors.of(fit, unseen), unseen, fits)
+    ended, profiled = _profiled(begun, unseen, profile, stage_progress)
+    return _result(campaign, start, ended, profiled, options, seed, model)
 
 
 def _free(
@@ -206,7 +206,7 @@ def _free(
     return parameters
 
 
-def _held(
+def _held_unseen(
     specimen: Specimen, campaign: Campaign, options: Mapping[str, Any], fitted: Parameters
 ) -> dict[str, Quantity]:
     """Constants that no recording shows, held at their table's values, by name; SI."""
@@ -215,14 +215,14 @@ def _held(
 
 
 @dataclass(frozen=True)
-class _Informed:
+class _FitWithErrors:
     """A fit with standard errors.
 
     Attributes:
         fit: the fit.
-        information: Fisher information of all its recordings.
-        each: Fisher information of each recording, SI.
-        lasting: noise that lasts.
+        information: Fisher information of all its recordings with `role = fit`.
+        each: Fisher information of each recording, SI, shape (parameters, parameters) each.
+        lasting: zeros of instruments that are off or drift, and what they add to errors.
     """
 
     fit: GeneralFit
@@ -230,63 +230,65 @@ class _Informed:
     each: list[np.ndarray]
     lasting: Lasting
 
-
-def _informed(fit: GeneralFit, unseen: Mapping[str, Quantity]) -> _Informed:
-    fisher, each, last = informed(fit, unseen)
-    return _Informed(replace(fit, result=with_errors(fit.result, lambda _: fisher)), fisher, each, last)
+    @classmethod
+    def of(cls, fit: GeneralFit, unseen: Mapping[str, Quantity]) -> "_FitWithErrors":
+        """A fit with the errors by its information; the doubt of held constants counts in `lasting`."""
+        fisher, each, last = informed(fit, unseen)
+        return cls(replace(fit, result=with_errors(fit.result, lambda _: fisher)), fisher, each, last)
 
 
 def _beside_zeros(
-    now: _Informed, unseen: Mapping[str, Quantity], progress: Callable[[str], None]
-) -> _Informed:
+    now: _FitWithErrors, unseen: Mapping[str, Quantity], progress: Callable[[str], None]
+) -> _FitWithErrors:
     """The fit with correlated noise, where zeros of instruments probably are off or drift.
 
-    Constants that are held at their table's values leave slow misfit, too. Beside them no zero is believed.
+    A constant that is held at a wrong value leaves slow misfit, as a zero does. So noise stays white while
+    one is held.
     """
     if now.fit.zeros or unseen or now.lasting.steady >= SURE_OF_WHITE:
         return now
     found = beside_zeros(now.fit, now.lasting.sizes, progress)
-    return _informed(found, unseen) if found.zeros else now
+    return _FitWithErrors.of(found, unseen) if found.zeros else now
 
 
 def _profiled(
-    begun: _Informed,
+    begun: _FitWithErrors,
     unseen: Mapping[str, Quantity],
     profile: int | Sequence[str],
-    told: Stages,
-) -> tuple[_Informed, dict[str, Profile]]:
+    stage_progress: Stages,
+) -> tuple[_FitWithErrors, dict[str, Profile]]:
     """Profile likelihoods by parameter, and the fit, which goes on where a profile falls below it.
 
     Args:
         begun: the fit to begin with.
         unseen: constants that no recording shows, held at their table's values.
         profile: as of `characterise_general`.
-        told: progress of its stages.
+        stage_progress: progress of its stages.
     """
 
-    def profiled(now: _Informed, leave: bool) -> tuple[dict[str, Profile], list[str]]:
+    def profiles_of(now: _FitWithErrors, leave: bool) -> tuple[dict[str, Profile], list[str]]:
         wanted = _wanted(now.fit, profile)
         if not wanted:
             return {}, wanted
         variances = variances_by_name(now.lasting, now.information.names)
-        return profiles(now.fit, wanted, variances, leave, told.of(PROFILE, len(wanted))), wanted
+        return profiles(now.fit, wanted, variances, leave, stage_progress.of(PROFILE, len(wanted))), wanted
 
-    def gone_on_from(now: _Informed, _: str, lower: Mapping[str, float]) -> tuple[_Informed, bool]:
-        fits = told.of(FITS)
-        further = gone_on(now.fit, lower, fits)
+    def continued(now: _FitWithErrors, _: str, lowest: Mapping[str, float]) -> tuple[_FitWithErrors, bool]:
+        fits = stage_progress.of(FITS)
+        further = continued_from(now.fit, lowest, fits)
         if further.result is now.fit.result:
             return replace(now, fit=further), False
-        return _beside_zeros(_informed(further, unseen), unseen, fits), True
+        return _beside_zeros(_FitWithErrors.of(further, unseen), unseen, fits), True
 
-    ended, (found, _) = to_the_end(begun, profiled, gone_on_from)
-    return ended, found
+    ended, (profiled, _) = to_the_end(begun, profiles_of, continued)
+    return ended, profiled
 
 
 def _result(
     campaign: Campaign,
     start: dict[str, float],
-    ended: _Informed,
-    found: dict[str, Profile],
+    ended: _FitWithErrors,
+    profiled: dict[str, Profile],
     options: Mapping[str, str | Path],
     seed: int,
     model: Augmented | None,
@@ -297,12 +299,12 @@ def _result(
         campaign, options, seed, model: as of `characterise_general`.
         start: values of the free parameters before the fit, SI.
         ended: the fit.
-        found: profile likelihoods by parameter.
+        profiled: profile likelihoods by parameter.
     """
     fit, fisher = ended.fit, ended.information
     fitted = fit.result.parameters
     absent, natural = (model.absent(fitted), model.natural_ends()) if model else ({}, frozenset())
-    left_open = open_constants(fisher, fitted, start, absent, natural, profiled=with_intervals(found))
+    left_open = open_constants(fisher, fitted, start, absent, natural, profiled=with_intervals(profiled))
     result = GeneralCharacterisation(
         campaign=campaign,
         identify=_identifies(fit.recordings),
@@ -310,7 +312,7 @@ def _result(
         start=start,
         information=fisher,
         identifiability=left_open,
-        profiles=found,
+        profiles=profiled,
         scores=tuple(scores(fit)),
         repeats=tuple(repeats(fit, fisher, ended.each)),
         options=dict(options),
@@ -322,15 +324,20 @@ def _result(
 
 
 def _wanted(fit: GeneralFit, profile: int | Sequence[str]) -> list[str]:
-    """Parameters to profile: so many of the loosest, or those of a list."""
-    found = fit.result.parameters
+    """Parameters to profile: so many of the loosest, or those of a list.
+
+    A parameter of the list at a bound is left out if it has no prior. An unknown name stays, so that the
+    search refuses it.
+    """
+    known = fit.result.parameters
     if isinstance(profile, int):
-        return loosest(found, found.layout().free, profile)
-    able = loosest(found, [name for name in profile if name in found], EVERY)
-    return [name for name in profile if name in able or name not in found]
+        return loosest(known, known.layout().free, profile)
+    able = loosest(known, [name for name in profile if name in known], EVERY)
+    return [name for name in profile if name in able or name not in known]
 
 
 def _identifies(recordings: Sequence[Recording]) -> bool:
+    """True if a recording asks for its alloy or material to be identified."""
     geometry = [recording.full_geometry() for recording in recordings]
     return any(str(g.get(key)) == priors.FIT for g in geometry for key in ("alloy", "material"))
 
@@ -358,9 +365,10 @@ def characterise_specimen(
     progress: Callable[[str], None] = lambda _: None,
     **tables: str | Path,
 ) -> GeneralCharacterisation:
-    """Constants of specimens of one kind; by a simpler law where the whole one does not hold.
+    """Constants of specimens of one kind; by a simpler law where the whole one misses the recordings.
 
-    It is not tried if the user adjusts one of the constants that it lacks.
+    The simpler law (`Specimen.simpler`) lacks constants that no recording shows. It is not tried if the user
+    adjusts one of these.
 
     Args:
         campaign: recordings of one kind.
@@ -383,5 +391,5 @@ def characterise_specimen(
     asked = set(adjust or {}) & set(specimen.unseen(campaign, **tables))
     if plain and found.fit.misses and not asked:
         common["progress"] = lambda word: progress(f"{words}, {word}")
-        found = characterise_general(campaign, specimen, **common, held=True, **{**tables, **plain})
+        found = characterise_general(campaign, specimen, **common, hold_unseen=True, **{**tables, **plain})
     return found

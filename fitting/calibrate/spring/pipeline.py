@@ -54,7 +54,7 @@ STARTS = 3
 DIAMETER = "wire_diameter"
 FITS, ZERO, PROFILE, LAST = "fit", "fit beside zeros", "profile", "step"
 """What is counted in each stage of a characterisation."""
-ZEROS = 2
+ZERO_ROUNDS = 2
 """Rounds of estimating the sizes of zeros and fitting beside them."""
 
 
@@ -175,18 +175,18 @@ def characterise_spring(
     quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
     known = None if identify else Alloy(**{name: q.value for name, q in quantities.items()})
     readings = readings_of(recordings, phases, known, softer)
-    told = Stages(progress, (FITS, ZERO, *([PROFILE] if profile else []), LAST))
-    fits = told.of(FITS)
+    stage_progress = Stages(progress, (FITS, ZERO, *([PROFILE] if profile else []), LAST))
+    fits = stage_progress.of(FITS)
     found, best = best_of_readings(campaign, readings, base, identify, adjust or {}, starts, seed, fits)
     chosen = found[best]
-    begun = _beside_zeros(chosen.single, told.of(ZERO))
-    single, (profiled, last) = _profiled_to_the_end(begun, profile, told)
+    begun = _beside_zeros(chosen.single, stage_progress.of(ZERO))
+    single, (profiled, last) = _profiled_to_the_end(begun, profile, stage_progress)
     of_memory = identify and not {*profiled}.isdisjoint(UNLOADING)
-    others = valleys(single, fits_aside(single, told.of(FITS))) if of_memory else ()
+    others = valleys(single, fits_aside(single, stage_progress.of(FITS))) if of_memory else ()
     joint = spanned(single)
     tests = joint.problem.tests
     fitted = [test for test in tests if test.fitted]
-    closing = told.of(LAST, 2)
+    closing = stage_progress.of(LAST, 2)
     closing("what the tests tell")
     fisher = information(joint.problem, joint.parameters)
     closing("the next test")
@@ -264,27 +264,27 @@ def _identifiability(
 
 
 def _profiled_to_the_end(
-    single: Joint, profile: int | Sequence[str], told: Stages
+    single: Joint, profile: int | Sequence[str], stage_progress: Stages
 ) -> tuple[Joint, tuple[dict[str, Profile], Lasting]]:
     """A fit that no profile finds a lower chi-square for, and `_profiled` of it."""
 
-    def again(now: Joint, name: str, lower: Mapping[str, float]) -> tuple[Joint, bool]:
-        found = try_others(now, {f"the profile of {name}": lower}, told.of(FITS))
+    def again(now: Joint, name: str, lowest: Mapping[str, float]) -> tuple[Joint, bool]:
+        found = try_others(now, {f"the profile of {name}": lowest}, stage_progress.of(FITS))
         if found.starts[0] is now.starts[0]:
             return found, False
-        return _beside_zeros(found, told.of(ZERO)), True
+        return _beside_zeros(found, stage_progress.of(ZERO)), True
 
-    return to_the_end(single, lambda now, leave: _profiled(now, profile, told, leave), again)
+    return to_the_end(single, lambda now, leave: _profiled(now, profile, stage_progress, leave), again)
 
 
 def _beside_zeros(joint: Joint, progress: Callable[[str], None]) -> Joint:
     """The fit with correlated noise, where zeros of instruments probably are off or drift.
 
-    Their sizes follow from a linearised fit. The first is that of white noise, which may be far off, so they
-    are estimated again beside themselves.
+    The zeros' sizes follow from a linearised fit. The first estimate rests on the fit with white noise, which
+    may be far off. So they are estimated again from the fit with correlated noise.
 
-    A zero of the resistance that drifts looks like a fraction that walks, and both hide constants that are
-    off. A walk that was found beside a steady zero keeps itself: the zero is then found too small, and the
+    A resistance whose zero drifts looks like a martensite fraction that walks, and both hide wrong constants.
+    A walk that was found beside a steady zero keeps itself: the zero is then found too small, and the
     constants stay where they are. So the first fit has a zero that drifts far and cold wires that are steady.
     From there both are found in turn.
     """
@@ -294,7 +294,7 @@ def _beside_zeros(joint: Joint, progress: Callable[[str], None]) -> Joint:
     if last.steady >= SURE_OF_WHITE:
         return joint
     joint = beside_zeros(joint, _drifting(last.sizes), progress, steady=True)
-    for _ in range(ZEROS):
+    for _ in range(ZERO_ROUNDS):
         joint = beside_zeros(joint, _lasting(joint).sizes, progress)
     return decided_anew(joint, progress) if joint.problem.zeros else joint
 
@@ -310,7 +310,7 @@ def _drifting(sizes: Mapping[str, Size]) -> dict[str, Size]:
 
 
 def _profiled(
-    joint: Joint, profile: int | Sequence[str], told: Stages, leave: bool
+    joint: Joint, profile: int | Sequence[str], stage_progress: Stages, leave: bool
 ) -> tuple[dict[str, Profile], Lasting]:
     """Profiles that know about zeros of the instruments, and those; see `to_the_end`."""
     fisher = information(joint.problem, joint.parameters)
@@ -319,7 +319,7 @@ def _profiled(
     if not wanted:
         return {}, last
     variances = variances_by_name(last, fisher.names)
-    return profiles(joint, wanted, variances, told.of(PROFILE, len(wanted)), leave), last
+    return profiles(joint, wanted, variances, stage_progress.of(PROFILE, len(wanted)), leave), last
 
 
 def _wanted(joint: Joint, profile: int | Sequence[str]) -> list[str]:
