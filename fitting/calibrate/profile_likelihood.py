@@ -22,8 +22,6 @@ ALIKE = 1.0
 """Chi-square within which two fits are as good."""
 CURVED = 0.3
 """Relative departure from a parabola from which the standard error misleads."""
-FLAT = float(np.sqrt(12.0))
-"""Width of a flat prior in its standard deviations."""
 RISES = {50: 0.454936, 68: 1.0, 90: 2.705543}
 """Chi-square that an interval of so many per cent spans: quantiles of its distribution for one parameter.
 
@@ -415,9 +413,8 @@ def loosest(parameters: Parameters, names: Sequence[str], count: int) -> list[st
     share = {}
     for name in names:
         entry = parameters[name]
-        size = entry.prior.sd if entry.prior is not None else (entry.max - entry.min) / FLAT
         if entry.standard_error is not None:
-            share[name] = entry.standard_error / size
+            share[name] = entry.standard_error / entry.prior_sd
         elif entry.at_bound and entry.prior is not None:
             share[name] = 0.0
     return sorted(share, key=share.get, reverse=True)[:count]

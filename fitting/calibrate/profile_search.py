@@ -20,7 +20,7 @@ from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameter
 from pneusma_jax.errors import InputError, nearest
 
-from .profile_likelihood import ALIKE, FADED, FLAT, NEAR, RISES, WIDTH_90, WIDTH_99, Profile
+from .profile_likelihood import ALIKE, FADED, NEAR, RISES, WIDTH_90, WIDTH_99, Profile
 
 MOST = 9
 """Fits on one side of a parameter up to the end of the 90 % interval, at most."""
@@ -256,8 +256,7 @@ class _Search:
         error = self.entry.standard_error
         if not error:
             return WIDTH_99
-        low, high = self.entry.min, self.entry.max
-        wide = (high - low) / FLAT if self.entry.prior is None else self.entry.prior.sd
+        wide = self.entry.prior_sd
         if not np.isfinite(wide):
             return WIDTH_99
         share = max(wide / (error * np.sqrt(self.rise_per_sd)), 1.0) / PLATEAU

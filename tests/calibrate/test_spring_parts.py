@@ -122,7 +122,7 @@ def profiled(monkeypatch):
     """Profile of x, whose fit ended at 0, along a chi-square that is a test's own."""
 
     def of(chi_square):
-        entry = SimpleNamespace(value=0.0, standard_error=1.0, min=-9.0, max=9.0, at_bound=False, prior=None)
+        entry = Parameter("x", 0.0, -9.0, 9.0, standard_error=1.0)
         errors = uncertainty(1.0)
         problem = SimpleNamespace(
             parameters=Names(NAMES), data=lambda: {"rows": None}, at=lambda values: problem

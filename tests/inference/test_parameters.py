@@ -213,3 +213,9 @@ def test_the_table_says_what_is_what():
     assert "AT BOUND" in lines["stiffness"] and "standard error not determined" in lines["stiffness"]
     assert "mu, stiffness  -0.980" in str(parameters)
     assert "mu, stiffness" not in parameters.table(correlations_above=0.99)
+
+
+def test_without_a_prior_a_parameter_spreads_over_its_bounds():
+    assert Parameter("x", 1.0, prior=Prior(1.0, 0.2)).prior_sd == 0.2
+    assert Parameter("x", 1.0, 0.0, 6.0).prior_sd == pytest.approx(np.std(np.linspace(0.0, 6.0, 100001)), rel=1e-4)
+    assert Parameter("x", 1.0).prior_sd == np.inf

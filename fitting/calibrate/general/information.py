@@ -9,6 +9,7 @@ import numpy as np
 from fitting.calibrate.information import Information
 from fitting.inference.lasting_noise import Lasting, Series, lasting
 from fitting.inference.parameters import Parameter
+from fitting.inference.parameters.parameter import FLAT
 from fitting.specimens import Rows
 from fitting.specimens.correlated_noise import independent
 from pneusma_jax.calibration.records import Quantity
@@ -17,8 +18,6 @@ from .fit import GeneralFit
 
 STEP = 1e-3
 """Step of a derivative, as a share of the parameter's prior 1-sigma."""
-FLAT = 12.0**0.5
-"""Width of a flat prior in its standard deviations."""
 CONSIDERED = 0.1
 """Step of a constant that is held, as a share of its prior's 1-sigma."""
 NOTHING = 0.98
@@ -104,14 +103,13 @@ def _series(
 
 
 def _scale(entry: Parameter) -> float:
-    """Natural size of a parameter: of its prior, of its range where it is flat, or its own."""
-    if entry.prior is not None:
-        return float(entry.prior.sd)
-    width = entry.max - entry.min
-    return width / FLAT if np.isfinite(width) else abs(float(entry.value)) or 1.0
+    """Natural size of a parameter: the standard deviation of its prior, or its magnitude without bounds."""
+    sd = float(entry.prior_sd)
+    return sd if np.isfinite(sd) else abs(float(entry.value)) or 1.0
 
 
 def _precision(entry: Parameter) -> float:
+    """Precision of the prior [SI^-2]; zero without a prior and bounds."""
     if entry.prior is not None:
         return entry.prior.sd**-2
     width = entry.max - entry.min

@@ -10,6 +10,9 @@ from pneusma_jax.errors import InputError, nearest
 
 from .ties import RESERVED, names_in
 
+FLAT = math.sqrt(12.0)
+"""Width of a flat distribution in its standard deviations [1]."""
+
 
 @dataclass
 class Parameter:
@@ -116,6 +119,11 @@ class Parameter:
     def free(self) -> bool:
         """True if a fit adjusts it."""
         return self.vary and self.tie is None
+
+    @property
+    def prior_sd(self) -> float:
+        """Standard deviation of the prior; without one that of a flat prior between the bounds."""
+        return self.prior.sd if self.prior is not None else (self.max - self.min) / FLAT
 
     @property
     def at_bound(self) -> bool:
