@@ -20,7 +20,7 @@ from . import Actuator
 from .balance import Problem, measured, start
 from .load_steps import LOAD_STEPS
 from .phase_map import PhaseMap, as_map, grid_points
-from .result import Equilibrium, Validity, at_phases_told, equilibrium_of
+from .result import Equilibrium, Validity, count_and_stability, equilibrium_of
 from .root_find import MOST_STEPS, Ended, newton_many
 
 BLOCK = 64
@@ -97,7 +97,7 @@ def _chunk(
     def finish(row: tuple, before: Array, held: Array, ended: Ended) -> Solved:
         problem = Problem(actuator, *row)
         steps = before + ended.steps
-        told = (1, ended.signs[1] > 0.0) if measured(problem) else at_phases_told(problem, ended)
+        told = (1, ended.signs[1] > 0.0) if measured(problem) else count_and_stability(problem, ended)
         result = equilibrium_of(problem, ended.unknowns, steps, *told, held)
         pairs = zip(actuator.springs, result.springs, strict=True)
         contrasts = [spring.contrast(response.gamma) for spring, response in pairs]

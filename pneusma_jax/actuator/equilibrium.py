@@ -20,7 +20,7 @@ from .batches import BLOCK, Rows, is_resistance, solved_at_phases
 from .implicit import attached
 from .known_derivatives import with_derivatives
 from .load_steps import at_given_phases
-from .result import Equilibrium, Status, Validity, at_phases_told, equilibrium_of, raise_unless_converged
+from .result import Equilibrium, Status, Validity, count_and_stability, equilibrium_of, raise_unless_converged
 from .root_find import BALANCED
 from .root_search import MOST_ROOTS, all_roots
 from .several import solved_by_resistance, unusable
@@ -218,7 +218,7 @@ def _rows_of(problem: Problem) -> Rows:
 
 
 def _known(problem: Problem, guess: Array | None) -> tuple[Equilibrium, Array]:
-    """`solve` of known numbers, and the joint unknowns."""
+    """`solve` of known numbers, and the joint unknowns: those of the shape, then fractions by resistance."""
     rows = _rows_of(problem)
     if not measured(problem):
         common = jax.tree.map(np.asarray, problem.states)
@@ -229,16 +229,16 @@ def _known(problem: Problem, guess: Array | None) -> tuple[Equilibrium, Array]:
     else:
         known, which = every_root(rows), 0
         if guess is not None:
-            count = freedoms(problem)
+            shape = freedoms(problem)  # fractions of springs with a measured resistance stand behind
             found = known.every.unknowns[known.which[0]]
-            away = np.max(np.abs(found[:, :count] - np.asarray(guess)[:count]), axis=1)
+            away = np.max(np.abs(found[:, :shape] - np.asarray(guess)[:shape]), axis=1)
             which = int(np.argmin(np.where(known.real[0], away, np.inf)))
         result, roots = known.result(which)
     return jax.device_put(jax.tree.map(lambda x: x[0], (result, roots)))
 
 
 def _all_known(problem: Problem) -> tuple[Equilibrium, Array, Array]:
-    """`solve_all` of known numbers, joint unknowns, and which are equilibria."""
+    """`solve_all` of known numbers, joint unknowns, and which are equilibria, each with an axis of roots."""
     rows = _rows_of(problem)
     if measured(problem) and rows.usable[0]:
         known = every_root(rows)
@@ -255,7 +255,14 @@ def _all_known(problem: Problem) -> tuple[Equilibrium, Array, Array]:
 
 
 def _batch(actuator: Actuator, each: tuple, common: tuple, shared: bool) -> tuple[Equilibrium, np.ndarray]:
-    """`solve_batch` of known numbers, and the joint unknowns."""
+    """`solve_batch` of known numbers, and the joint unknowns, shape (rows, unknowns).
+
+    Args:
+        actuator: the same for every row.
+        each: pressure, activations and states of the rows.
+        common: states of the first row, for the grid of equilibria by resistance.
+        shared: true if all rows have these states.
+    """
     require_doubles(actuator)
     rows = Rows(actuator, jax.tree.map(np.asarray, each))
     if any(is_resistance(a) for a in each[1]):
@@ -275,16 +282,18 @@ def _solve(problem: Problem, guess: Array | None) -> Equilibrium:
     """`solve` inside of a transformation: one compiled program per design."""
     if not measured(problem):
         ended = at_given_phases(problem, start(problem.actuator) if guess is None else guess)
-        root, steps, told = ended.unknowns, ended.steps, at_phases_told(problem, ended)
+        root, steps = ended.unknowns, ended.steps
+        count, stable = count_and_stability(problem, ended)
     else:
         roots = all_roots(problem)
         which = jnp.asarray(0)
         if guess is not None:
-            count = freedoms(problem)
-            away = jnp.max(jnp.abs(roots.unknowns[:, :count] - guess[:count]), axis=1)
+            shape = freedoms(problem)  # fractions of springs with a measured resistance stand behind
+            away = jnp.max(jnp.abs(roots.unknowns[:, :shape] - guess[:shape]), axis=1)
             which = jnp.argmin(jnp.where(roots.real, away, jnp.inf))
-        root, steps, told = roots.unknowns[which], roots.steps, (roots.count, roots.signs[which] > 0.0)
-    return equilibrium_of(problem, attached(problem, root), steps, *told)
+        root, steps = roots.unknowns[which], roots.steps
+        count, stable = roots.count, roots.signs[which] > 0.0
+    return equilibrium_of(problem, attached(problem, root), steps, count, stable)
 
 
 @eqx.filter_jit
@@ -294,7 +303,7 @@ def _solve_all(problem: Problem) -> Equilibrium:
         ended = at_given_phases(problem, start(problem.actuator))
         real = jnp.arange(MOST_ROOTS) == 0
         found = jnp.broadcast_to(ended.unknowns, (MOST_ROOTS, ended.unknowns.size))
-        count, steps, stable = ended.good.astype(int), ended.steps, at_phases_told(problem, ended)[1]
+        count, steps, stable = ended.good.astype(int), ended.steps, count_and_stability(problem, ended)[1]
         stable = jnp.broadcast_to(stable, MOST_ROOTS)
     else:
         roots = all_roots(problem)

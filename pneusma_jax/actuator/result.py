@@ -252,8 +252,8 @@ def _first_of(conditions: dict[Status, Array]) -> Array:
     return jnp.select(list(conditions.values()), list(map(int, conditions)), int(Status.converged))
 
 
-def at_phases_told(problem: Problem, ended: Ended) -> tuple[Array | int, Array | bool]:
-    """Number of equilibria, and whether the one found at given phases is stable.
+def count_and_stability(problem: Problem, ended: Ended) -> tuple[Array | int, Array | bool]:
+    """Number of equilibria at given phases, and whether the one that was found is stable.
 
     Without loads there is one, and it is stable. Under loads, one with a stiffness that is not positive is
     one of three at least, as of a buckled column.

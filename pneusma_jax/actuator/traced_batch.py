@@ -21,7 +21,7 @@ from .batches import BLOCK, CHUNK, WORTHWHILE, is_resistance
 from .implicit import attached
 from .load_steps import LOAD_STEPS, at_rest, loaded_by
 from .phase_map import as_map, grid_points
-from .result import KEPT, Equilibrium, at_phases_told, equilibrium_of
+from .result import KEPT, Equilibrium, count_and_stability, equilibrium_of
 from .root_find import Ended, newton
 from .traced_several import traced_roots
 
@@ -43,7 +43,7 @@ def traced_batch(actuator: Actuator, each: tuple, common: tuple, shared: bool) -
         slopes = None
     else:
         ended = _at_phases(*searched)
-        told = jax.vmap(lambda row, one: at_phases_told(Problem(actuator, *row), one))(each, ended)
+        told = jax.vmap(lambda row, one: count_and_stability(Problem(actuator, *row), one))(each, ended)
         spread = lambda x: jnp.broadcast_to(x, each[0].shape)  # noqa: E731
         roots, steps, count, stable = ended.unknowns, ended.steps, *map(spread, told)
         # a row without equilibrium has no slope; a singular one would make every derivative NaN

@@ -17,7 +17,7 @@ from ..actuator.balance import Problem, start
 from ..actuator.branches import Branch, follow
 from ..actuator.implicit import attached
 from ..actuator.load_steps import at_given_phases
-from ..actuator.result import Equilibrium, Validity, at_phases_told, equilibrium_of
+from ..actuator.result import Equilibrium, Validity, count_and_stability, equilibrium_of
 from ..actuator.stability import stiffness_signs
 from ..nitinol import MartensiteFraction, Spring, SpringResponse, SpringState
 from ..nitinol.spring import Activation, Resistance, check_fractions, drives_of
@@ -184,7 +184,7 @@ def _solved(problem: Problem, carry: _Carry, way: Branch | None) -> Equilibrium:
     """Equilibrium of a row: near the row before at given phases, on the chosen path at given resistances."""
     if way is None:
         ended = at_given_phases(problem, carry.unknowns)
-        told = at_phases_told(problem, ended)
+        told = count_and_stability(problem, ended)
         return equilibrium_of(problem, attached(problem, ended.unknowns), ended.steps, *told)
     root = jnp.where(way.good, attached(problem, way.unknowns), jnp.nan)
     firm = stiffness_signs(problem, way.unknowns)[1] > 0.0
