@@ -67,7 +67,7 @@ def characterise(
     """
     if not isinstance(campaign, Campaign):
         campaign = read_campaign(campaign)
-    share_full_scale(campaign.recordings)
+    share_full_scale(campaign.recordings)  # kept in the recordings' memo
     pipeline, known = pipeline_of(campaign) if model is None else _pipeline_with(campaign, model)
     given = {name: value for name, value in options.items() if value is not None}
     for name in given:

@@ -28,7 +28,7 @@ class Evaluator:
 
     Args:
         row: values of one row, shape (values,), to columns and a status.
-        side_by_side: rows that one device computes together.
+        side_by_side: rows that one device computes together, rounded down to a power of two.
         devices: devices to use; all local ones if None.
         identity: text that says everything that `row` depends on besides the source of the packages. With it
             programs for one device are kept on disk, and not traced again in every process.
@@ -78,6 +78,7 @@ class Evaluator:
         return self._in_calls(self._gradients[of], x, spread=False)
 
     def _in_calls(self, row: Callable, x: np.ndarray, spread: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        """Results of any number of rows, in calls of one size. Only whole calls go to several devices."""
         if not len(x):
             shapes = jax.eval_shape(row, jax.ShapeDtypeStruct(x.shape[1:], x.dtype))
             return tuple(np.zeros((0, *one.shape), one.dtype) for one in shapes)
@@ -90,14 +91,15 @@ class Evaluator:
     def _call(
         self, row: Callable, x: np.ndarray, step: int, spread: bool
     ) -> tuple[np.ndarray, np.ndarray]:
-        least = self._together * (self.devices if spread else 1)
-        whole = least * -(-step // least)
-        placed = jax.device_put(filled(x, whole), self._split if spread else self._mesh.devices[0])
+        """Results of at most `step` rows, padded so that all devices have whole groups of rows."""
+        group = self._together * (self.devices if spread else 1)
+        padded = group * -(-step // group)
+        placed = jax.device_put(filled(x, padded), self._split if spread else self._mesh.devices[0])
         found = self._program(row, spread)(placed)
         return first_rows(tuple(found), len(x))
 
     def _program(self, row: Callable, spread: bool) -> Callable:
-        """Compiled for each number of rows of a call that is asked for."""
+        """The program of a function for one device or for all; compiled for each number of rows of a call."""
         if (row, spread) not in self._programs:
             together = self._together
             part = lambda x: jax.lax.map(row, x, batch_size=together)  # noqa: E731

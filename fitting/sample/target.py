@@ -125,7 +125,7 @@ class Target(eqx.Module):
         layout = parameters.layout()
         if not layout.free:
             raise InputError("no parameter is free; set vary=True and no tie for those to be sampled")
-        parameters.valuesdict()
+        parameters.valuesdict()  # refuses ties without a finite value
         names = tuple(name for name, p in parameters.items() if p.prior is not None and (p.free or p.tie))
         lower, upper = (as_array(side) for side in parameters.box())
         return cls(
@@ -211,13 +211,19 @@ class Target(eqx.Module):
 
 @stored_jit()
 def _values(layout: Layout, stored: Array, points: Array) -> dict[str, Array]:
-    """Every parameter at many points."""
+    """Every parameter at many points, shape (points, n), in one compiled program."""
     return jax.vmap(lambda vector: layout.values(vector, stored))(points)
 
 
 @functools.lru_cache(maxsize=64)
 def _program(functions: tuple, static: Any, structure: Any) -> Callable:
-    """Compiled log-probability of a block of points; one program for each structure of a target."""
+    """Compiled log-probability of a block of points; one program for each structure of a target.
+
+    Args:
+        functions: leaves of the target that are no arrays, such as the residual.
+        static: structure of the tree of these.
+        structure: structure of the tree of its arrays, which the program takes as arguments.
+    """
 
     def block(leaves: list[Array], points: Array) -> Array:
         fixed = jax.tree.unflatten(static, functions)

@@ -28,11 +28,13 @@ class Signature:
     """One effect on one protocol.
 
     Attributes:
-        slug: slug of the effect; kind: kind of the recording, in words.
+        slug: slug of the effect.
+        kind: name of the kind of recording.
         parameters: parameters of the effect, SI.
         drive: prescribed inputs by canonical column, shape (rows,); the first is the horizontal axis of a
             loop.
-        without, present: outputs by canonical column, shape (rows,).
+        without: outputs without the effect, by canonical column, shape (rows,).
+        present: the same with the effect.
     """
 
     slug: str
@@ -48,16 +50,21 @@ class Signature:
         return {name: float(np.nanmax(np.abs(change))) for name, change in changes.items()}
 
 
-def chosen(slug: str, kind: str, values: Mapping[str, float]) -> dict[str, float]:
-    """Parameters of an effect in a kind of recording: the given ones, the rest typical.
+def chosen(slug: str, letter: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Parameters of an effect in a kind of recording: the given ones, the rest typical; SI.
+
+    Args:
+        slug: slug of the effect.
+        letter: letter of the kind of recording, as `Specimen.letter`.
+        values: the given ones, SI, by name.
 
     Raises:
         InputError: for a parameter that the effect does not have there, or one outside its physical bounds.
     """
-    specs = specs_of(find_effect(slug), kind)
+    specs = specs_of(find_effect(slug), letter)
     for name, value in values.items():
         if name not in specs:
-            where = f"{slug} on a recording of kind {by_letter(kind).kind}"
+            where = f"{slug} on a recording of kind {by_letter(letter).kind}"
             raise pj.InputError(f"{where} has no parameter {name!r}, known: {', '.join(specs)}")
         spec = specs[name]
         if not spec.low <= value <= spec.high:
@@ -66,24 +73,24 @@ def chosen(slug: str, kind: str, values: Mapping[str, float]) -> dict[str, float
     return {name: float(values.get(name, spec.typical)) for name, spec in specs.items()}
 
 
-def signature(slug: str, kind: str | None = None, values: Mapping[str, float] | None = None) -> Signature:
+def signature(slug: str, letter: str | None = None, values: Mapping[str, float] | None = None) -> Signature:
     """Simulate the typical protocol of a kind without an effect and with it.
 
     Args:
         slug: slug of the effect.
-        kind: letter of a kind of recording that can show it; the first such kind if None.
+        letter: letter of a kind of recording that can show it; the first such kind if None.
         values: parameter values that replace the typical ones, SI.
 
     Raises:
         InputError: for an unknown effect, a kind that it does not concern, or impossible parameters.
     """
     effect = find_effect(slug)
-    kind = kind or effect.kinds[0]
-    specimen = by_letter(kind)
-    if kind not in effect.kinds:
+    letter = letter or effect.kinds[0]
+    specimen = by_letter(letter)
+    if letter not in effect.kinds:
         kinds_text = ", ".join(named_by(effect.kinds))
         raise pj.InputError(f"{slug} does not concern recordings of kind {specimen.kind}, only: {kinds_text}")
-    parameters = chosen(slug, kind, values or {})
+    parameters = chosen(slug, letter, values or {})
     drive, simulate = typical(specimen)
     plain, present = simulate(()), simulate((effect(**parameters),))
     return Signature(slug, specimen.kind, parameters, drive, plain, present)

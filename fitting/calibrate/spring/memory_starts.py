@@ -1,4 +1,6 @@
-"""Starts of the constants of the residual strain: the best of many trials, each with its own decisions.
+"""Starts of the constants of the residual strain: the best of many trials.
+
+Each trial decides by itself which rows renew the memory of a spring.
 
 The residual strain is the smaller of two curves and is renewed at turning points. Where the other curve is
 the smaller one, or the memory of the wrong row is kept, its constants have no slope at all. A fit leaves them
@@ -19,13 +21,15 @@ from .stages import COLD, UNLOADING
 stats = Late("scipy.stats")
 
 TRIALS = 64
-KEPT = 2
-"""Best trials that are fitted."""
+"""Number of draws from the priors; a power of two, as Sobol points need."""
+BEST = 2
+"""Number of trials, the best first, that become starts."""
 APART = 0.5
-"""Distance between two of them, in prior 1-sigmas."""
-HEATED = "gR_decay"
-"""The constant that cold tests know nothing of."""
+"""Minimum distance of two of these in one constant [sd of its prior]."""
+HEALING = "gR_decay"
+"""Constant by which heat heals the residual strain. Cold tests do not show it."""
 DECAYS = 16
+"""Number of trials of this constant alone, over three standard deviations of its prior to both sides."""
 
 
 def memory_starts(
@@ -36,14 +40,18 @@ def memory_starts(
 ) -> dict[str, dict[str, float]]:
     """Further starts by name: the best constants of the residual strain among draws from their priors.
 
-    Some are drawn for all tests. Others are what cold tests alone say, fitted from several trials: their
-    phase is known, so that nothing else bends the constants. How the memory heals is then read off all tests.
+    Some are the best draws by all tests. Others are fits of the cold tests alone from several draws. The
+    martensite fraction of these is known, so that no error of it falsifies the constants. The constant of
+    healing is then chosen by all tests.
 
     Args:
         problem: problem to be fitted.
         values: values of all free parameters; those of the residual strain are drawn anew.
         seed: seed of the draws.
         progress: called with a word for each step that begins.
+
+    Returns:
+        Values of all free parameters, SI, by the name of the start; empty where no such constant is free.
     """
     free = problem.parameters.layout().free
     names = [n for n in UNLOADING if n in free and problem.parameters[n].prior is not None]
@@ -51,12 +59,12 @@ def memory_starts(
         return {}
     progress("trials of the residual strain")
     points = _draws(problem, names, seed)
-    kept = _best(problem, values, names, points, problem.fitted, KEPT)
+    kept = _best(problem, values, names, points, problem.fitted, BEST)
     starts = {f"trial {k} of the residual strain": {**values, **start} for k, start in enumerate(kept, 1)}
     cold = [k for k in problem.fitted if problem.tests[k].phase == "cold" and problem.tests[k].unloads]
     if cold and len(cold) < len(problem.fitted):
         progress("cold tests alone")
-        for k, trial in enumerate(_best(problem, values, names, points, cold, KEPT), 1):
+        for k, trial in enumerate(_best(problem, values, names, points, cold, BEST), 1):
             starts[f"cold tests alone, trial {k}"] = _from_cold(problem, {**values, **trial}, names, cold)
     return starts
 
@@ -64,21 +72,21 @@ def memory_starts(
 def _from_cold(
     problem: Problem, values: Mapping[str, float], names: Sequence[str], cold: Sequence[int]
 ) -> dict[str, float]:
-    """All values: what cold tests say by themselves, and how all tests say that the memory heals.
+    """All values: fitted to the cold tests alone, but the constant of healing, which all tests choose.
 
     A hot test shows the residual strain too, reduced by its healing. If it were fitted together with the
     constant of healing held at a draw, the other constants would give way to that draw.
     """
     start = problem.at(values)
-    seen = {*COLD, *names} - {HEATED}
+    seen = {*COLD, *names} - {HEALING}
     unseen = [n for n in problem.parameters.layout().free if n not in seen]
     found = start.fit(tests=cold, constraints=start.held(unseen))
-    if HEATED not in names:
+    if HEALING not in names:
         return found.values
-    entry = problem.parameters[HEATED]
+    entry = problem.parameters[HEALING]
     low, high = max(entry.min, entry.prior.mean - 3 * entry.prior.sd), entry.prior.mean + 3 * entry.prior.sd
     decays = np.linspace(low, min(high, entry.max), DECAYS)[:, None]
-    (last,) = _best(problem, found.values, [HEATED], decays, problem.fitted, 1)
+    (last,) = _best(problem, found.values, [HEALING], decays, problem.fitted, 1)
     return {**found.values, **last}
 
 
@@ -99,7 +107,16 @@ def _best(
     tests: Iterable[int],
     count: int,
 ) -> list[dict[str, float]]:
-    """The best few trials that differ from each other, by chi-square of some tests with the priors."""
+    """The best few trials that differ from each other, by chi-square of some tests with the priors.
+
+    Args:
+        problem: problem to be fitted.
+        values: values of the other parameters, SI.
+        names: parameters that are tried.
+        points: their values, SI, shape (trials, names).
+        tests: indices of the tests that count.
+        count: number of trials to return.
+    """
     rows, base = undecided(problem.data(tests=tests)["rows"]), values_of(problem.parameters, values)
     scale = np.array([problem.parameters[n].prior.sd for n in names])
     mean = np.array([problem.parameters[n].prior.mean for n in names])

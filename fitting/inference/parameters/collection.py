@@ -93,7 +93,7 @@ class Parameters(Mapping[str, Parameter]):
         if name not in self._entries:
             raise InputError(f"there is no parameter {name!r}; {nearest(name, self._entries)}")
         parameter = self._entries[name]
-        if parameter.tie is not None:
+        if parameter.tie is not None:  # its value is computed when it is read
             parameter.__dict__["value"] = self.valuesdict()[name]
         return parameter
 
