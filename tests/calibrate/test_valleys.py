@@ -1,4 +1,4 @@
-"""Valleys of an open alloy: fits that end in them, their evidence, and intervals that hold those that count."""
+"""Valleys of an open alloy: fits that end in them, their minus_two_log_evidence, and intervals that hold those that count."""
 
 from dataclasses import dataclass, field
 from types import SimpleNamespace
@@ -11,7 +11,7 @@ from fitting.calibrate.information import Information
 from fitting.calibrate.profile_likelihood import RISES, WIDTH_90, Beside, Profile
 from fitting.calibrate.spring import valleys as finding
 from fitting.calibrate.spring.joint import Joint, Start
-from fitting.calibrate.spring.valleys import ASIDE, evidence, fits_aside, valleys, with_valleys
+from fitting.calibrate.spring.valleys import ASIDE, fits_aside, minus_two_log_evidence, valleys, with_valleys
 from fitting.inference.least_squares.covariance import Uncertainty
 from fitting.inference.parameters import Parameters
 
@@ -85,7 +85,7 @@ def test_a_valley_that_is_lower_but_narrow_does_not_count():
     ends = fits_aside(joint)
     end = next(end for end in ends if end.result.values[NAME] == 0.06)
     assert valleys(joint, ends) == ()
-    assert evidence(joint, end) - evidence(joint, joint.starts[0]) == pytest.approx(2.0 * np.log(5e5) - 5.7)
+    assert minus_two_log_evidence(joint, end) - minus_two_log_evidence(joint, joint.starts[0]) == pytest.approx(2.0 * np.log(5e5) - 5.7)
 
 
 def test_intervals_of_the_residual_strain_alone_hold_other_valleys():
@@ -110,7 +110,7 @@ def test_evidence_counts_misfit_over_the_noise_as_found():
     joint = fit_in((0.0, 1000.0, SD), (0.1, 1008.0, SD))
     noisy = Joint(joint.problem.inflated(2.0), joint.result, joint.starts, 4.0, 1.0)
     other = Start("other", ended(0.1, 1008.0, SD), joint.problem)
-    gaps = [evidence(one, other) - evidence(one, one.starts[0]) for one in (joint, noisy)]
+    gaps = [minus_two_log_evidence(one, other) - minus_two_log_evidence(one, one.starts[0]) for one in (joint, noisy)]
     assert gaps == pytest.approx([8.0, 2.0])
 
 

@@ -47,8 +47,8 @@ class Valley:
     sd: Mapping[str, float]
 
 
-def evidence(joint: Joint, end: Start) -> float:
-    """Minus twice the logarithm of a fit's evidence, up to a constant of the problem: the least is best.
+def minus_two_log_evidence(joint: Joint, end: Start) -> float:
+    """Minus twice the logarithm of a fit's evidence, up to a constant of the problem; the least is the best.
 
     The volume is that over the constants of the residual strain, all others following. Decisions change no
     other curve. In one campaign two ends on one bent curve of the resistivity differed by a factor of 100 in
@@ -62,7 +62,7 @@ def evidence(joint: Joint, end: Start) -> float:
 
 
 def _weighed(joint: Joint, end: Start) -> tuple[float, Information]:
-    """The evidence of a fit, see `evidence`, and the information that its volume is from."""
+    """`minus_two_log_evidence` of a fit, and the information that its volume is from."""
     known = information(end.problem.inflated(joint.inflation), end.result.parameters)
     return _cost(end) / joint.inflation**2 - known.log_volume(UNLOADING), known
 
@@ -74,7 +74,7 @@ def valleys(joint: Joint, ends: Sequence[Start]) -> tuple[Valley, ...]:
         joint: the fit, with the errors of its valley.
         ends: fits of the same problem that any search has found.
     """
-    least, errors = evidence(joint, joint.starts[0]), joint.result.uncertainty
+    least, errors = minus_two_log_evidence(joint, joint.starts[0]), joint.result.uncertainty
     weighed = [(*_weighed(joint, end), end) for end in ends if np.isfinite(_cost(end))]
     found: list[Valley] = []
     for weight, fisher, end in sorted(weighed, key=lambda one: one[0]):

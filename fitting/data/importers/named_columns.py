@@ -6,6 +6,8 @@ import shlex
 
 import numpy as np
 
+from pneusma_jax.errors import InputError
+
 from ..recordings import Recording, schema
 from ..recordings.columns import convert
 from ..recordings.kinds import WIRE_STRAIN_FRACTION_LIMIT, WIRE_STRAIN_LIMIT
@@ -138,21 +140,28 @@ def _kind(sample: Sample, channels: dict[str, Channel], options: Options) -> str
     if unmodelled_test and (not fits or unmodelled_test.certain):
         raise unusable(sample.raw.path, unmodelled_test.sentence)
     if len(fits) != 1:
-        kinds_text = (
-            f"its columns fit the kinds {', '.join(fits)}" if fits else "its columns fit no kind of recording"
-        )
-        grid = sample.require_grid()
-        columns = ", ".join(repr(heading.text) for heading in grid.headings) or "no headings"
-        others = unrecognised(grid.headings, {c.column for c in channels.values()}, available)
-        place = f"{sample.raw.path} ({sample.title})" if sample.title else sample.raw.path
-        unread = ", ".join(map(repr, lines_unread(grid)))
-        may = f"; not read, though they may state a size: {unread}" if unread else ""
-        raise unusable(
-            place, f"{kinds_text} ({columns}){_hints(available)}{may}"
-            f"{f'; {others}' if others else ''}; state --kind, and name the columns with --map"
-            f" QUANTITY=COLUMN. Kinds: {KINDS_IN_WORDS}",
-        )  # fmt: skip
+        raise _not_one_kind(sample, channels, fits, available)
     return fits[0]
+
+
+def _not_one_kind(
+    sample: Sample, channels: dict[str, Channel], fits: list[str], available: set[str]
+) -> InputError:
+    """The error for columns that fit no kind, or several: what they are, what is missing, how to state it."""
+    kinds_text = (
+        f"its columns fit the kinds {', '.join(fits)}" if fits else "its columns fit no kind of recording"
+    )
+    grid = sample.require_grid()
+    columns = ", ".join(repr(heading.text) for heading in grid.headings) or "no headings"
+    others = unrecognised(grid.headings, {c.column for c in channels.values()}, available)
+    place = f"{sample.raw.path} ({sample.title})" if sample.title else sample.raw.path
+    unread = ", ".join(map(repr, lines_unread(grid)))
+    may = f"; not read, though they may state a size: {unread}" if unread else ""
+    return unusable(
+        place, f"{kinds_text} ({columns}){_hints(available)}{may}"
+        f"{f'; {others}' if others else ''}; state --kind, and name the columns with --map"
+        f" QUANTITY=COLUMN. Kinds: {KINDS_IN_WORDS}",
+    )  # fmt: skip
 
 
 def _mentions_a_spring(sample: Sample, options: Options) -> bool:
