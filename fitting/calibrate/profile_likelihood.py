@@ -32,7 +32,8 @@ WIDTH_99 = 2.575829
 """The same of a 99 % interval, the end of a profile. 1 % of a Gaussian lies beyond it. That is a tenth of the
 10 % that decide about the ends of a 90 % interval."""
 NEAR = 0.15
-"""Relative distance of the root of a rise from that of a limit up to which no further point is looked for.
+"""Relative distance of the root of a rise from that of a limit, within which a point stands for the limit. No
+further point is looked for then, and the profile is extended to the limit.
 
 Between points the value is interpolated over the root, in which a parabola is a straight line."""
 FADED = 5.0
@@ -56,11 +57,11 @@ with the first profile that finds one, so that it costs less than a whole set.""
 
 @dataclass(frozen=True)
 class Beside:
-    """Another valley of the misfit, as a Gaussian.
+    """Another valley of the misfit beside the profiled one, as a Gaussian.
 
     Attributes:
         value: place of its least chi-square, SI.
-        sd: its standard error, SI.
+        sd: standard error of the parameter in it, SI.
         lost: twice the logarithm of the profiled valley's evidence over this one's.
     """
 
@@ -127,13 +128,13 @@ class Profile:
 
         Beyond the 90 % interval only what lies lower than the parabola counts.
         """
-        off = self._off
+        off = self._departure
         return bool(np.any(off < -CURVED) or np.any(off[~self.stopped & self._inside] > CURVED))
 
     @property
     def unsure(self) -> bool:
         """Fits that stopped early leave open whether the profile is that parabola."""
-        return not self.curved and bool(np.any(self._off[self.stopped & self._inside] > CURVED))
+        return not self.curved and bool(np.any(self._departure[self.stopped & self._inside] > CURVED))
 
     @property
     def _inside(self) -> np.ndarray:
@@ -142,7 +143,7 @@ class Profile:
         return (self.rise <= end) | (self.parabola <= end)
 
     @property
-    def _off(self) -> np.ndarray:
+    def _departure(self) -> np.ndarray:
         """Relative departure from the parabola, 0 next to its centre, shape (points,)."""
         wanted = self.parabola
         away = wanted > 0.5
@@ -171,8 +172,9 @@ class Profile:
             lower, upper = (self._in_units(side).quoted(percent) for side in level)
             return lower[0], upper[1]
         low, high = self.interval(RISES[percent])
-        below, above = self._holding(percent)
-        low, high = min(low, below, self._unknown(-1, percent)), max(high, above, self._unknown(1, percent))
+        below, above = self._ends_by_density(percent)
+        low = min(low, below, self._end_by_error(-1, percent))
+        high = max(high, above, self._end_by_error(1, percent))
         if self.alone is not None:
             own = self.alone.quoted(percent)
             low, high = min(low, own[0]), max(high, own[1])
@@ -183,7 +185,7 @@ class Profile:
         alone = None if self.alone is None else self.alone._in_units(factor)
         return replace(self, rise_per_sd=factor * self.rise_per_sd, alone=alone)
 
-    def _unknown(self, side: int, percent: int) -> float:
+    def _end_by_error(self, side: int, percent: int) -> float:
         """End of the standard error's interval on one side, where only fits that stopped early end the
         profile's; the best value elsewhere.
 
@@ -196,7 +198,7 @@ class Profile:
             return float(self.value[best])
         return float(self.value[best] + side * self.sd * math.sqrt(limit))
 
-    def _holding(self, percent: int) -> tuple[float, float]:
+    def _ends_by_density(self, percent: int) -> tuple[float, float]:
         """Ends of equal rise that hold a share of the density."""
         rise = np.unique(np.concatenate([root for _, root in self._sides]))
         pairs = zip(self._sides, self._masses, strict=True)
@@ -234,7 +236,7 @@ class Profile:
 
         Between points the root is interpolated. Beyond them it goes on as it has grown over the last third.
         """
-        value, root, _ = self._course(side)
+        value, root, _ = self._outwards(side)
         best, root = float(value[0]), root / math.sqrt(self.rise_per_sd)
         if len(root) < 2:
             return np.array([best]), np.zeros(1)
@@ -262,7 +264,7 @@ class Profile:
         """True if the recordings make at least half of the rise at one end of the 90 % interval."""
         if not np.isfinite(self._end(side, RISES[90])):
             return False
-        value, root, rise_by_data = self._course(side)
+        value, root, rise_by_data = self._outwards(side)
         k = 1 + int(np.argmin(np.abs(value[1:] - end)))
         return rise_by_data is None or bool(rise_by_data[k] >= 0.5 * root[k] ** 2)
 
@@ -271,7 +273,7 @@ class Profile:
 
         A fit that stopped early leaves an upper limit, so what lies further out and lower counts.
         """
-        value, root, _ = self._course(side)
+        value, root, _ = self._outwards(side)
         limit = float(np.sqrt(rise * self.rise_per_sd))
         if len(root) < 2 or root[-1] < (1.0 - NEAR) * limit:
             return side * np.inf
@@ -283,10 +285,16 @@ class Profile:
             return side * np.inf
         return float(value[-1] + further)
 
-    def _course(self, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """Values of one side outwards, the root of their rise, ascending, and the recordings' part of it.
+    def _outwards(self, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """Points of one side from the best one outwards, of which the rise grows.
 
         A point with one as low further out is left out.
+
+        Args:
+            side: -1 for the lower side, 1 for the upper one.
+
+        Returns:
+            Values, SI, roots of the rise, and the recordings' part of the rise or None; shape (points,) each.
         """
         outwards = slice(int(np.argmin(self.rise)), None, side)
         value, rise = self.value[outwards], self.rise[outwards]

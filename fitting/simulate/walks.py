@@ -135,15 +135,43 @@ def smoothed(
         held: fractions near which rows are held, shape (n, m), and with which precision [1], shape (n,).
 
     Returns:
-        Fractions, shape (n, m), and the log-likelihood of all readings less its constant; holds are not
-        readings and count in none.
+        Fractions, shape (n, m), and the log-likelihood of all readings less its constant. Where rows are held
+        the latter means nothing, since holds sharpen the fractions and are no readings.
     """
-    rows, count = cold.shape
     free = ~cold
     step, ratio = _steps_and_ratios(time)
     weight = np.where(free[1:], 1.0 / (_variances(kind, cold) * step[:, None]), 0.0)
     gain = RAMPS[kind[1:]] * ratio[:, None]
-    # blocks of the precision: of a row, of a row and the next, of a row and the one after it
+    own, next_, second, right = _normal_equations(target, slope, weight, gain, cold, held)
+    factor = cholesky_banded(_banded(own, next_, second))
+    x = cho_solve_banded((factor, False), right.ravel()).reshape(cold.shape)
+    missed = target - linear_readings(slope, x)
+    spread = np.sum(np.log(weight[weight > 0.0])) - np.sum(free[0]) * np.log(FIRST)
+    evidence = 0.5 * spread - np.sum(np.log(factor[-1])) - np.sum(costs_of(time, x, missed, kind, cold))
+    return x, float(evidence)
+
+
+def _normal_equations(
+    target: np.ndarray,
+    slope: np.ndarray,
+    weight: np.ndarray,
+    gain: np.ndarray,
+    cold: np.ndarray,
+    held: tuple[np.ndarray, np.ndarray] | None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Normal equations of `smoothed`, in which a cold fraction has the solution 1.
+
+    Args:
+        target, slope, cold, held: as of `smoothed`.
+        weight: precision of the step to each row but the first, 0 to a cold one, shape (n - 1, m).
+        gain: part of the step before with which a step goes on, 0 for a walk, shape (n - 1, m).
+
+    Returns:
+        Blocks of the precision: of a row, shape (n, m, m), of a row and the next, and of a row and the one
+        after it, each diagonal, shape (n, m). And the right side, shape (n, m).
+    """
+    rows, count = cold.shape
+    free = ~cold
     own = np.einsum("tij,tik->tjk", slope, slope)
     right = np.einsum("tij,ti->tj", slope, target)
     diagonal, next_, second = np.zeros((rows, count)), np.zeros((rows, count)), np.zeros((rows, count))
@@ -171,18 +199,19 @@ def smoothed(
     own = np.where(free[:, :, None] & free[:, None, :], own, np.eye(count) * cold[:, :, None])
     next_[:-1] *= free[:-1] & free[1:]
     second[:-2] *= free[:-2] & free[2:]
+    return own, next_, second, right
+
+
+def _banded(own: np.ndarray, next_: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Blocks of `_normal_equations` in the upper form of `cholesky_banded`, shape (2 m + 1, n m)."""
+    rows, count = next_.shape
     banded = np.zeros((2 * count + 1, rows * count))  # upper diagonals, the outermost first
     for offset in range(count):
         for j in range(offset, count):
             banded[2 * count - offset, j::count] += own[:, j - offset, j]
     banded[count, count:] += next_[:-1].ravel()
     banded[0, 2 * count :] += second[:-2].ravel()
-    factor = cholesky_banded(banded)
-    x = cho_solve_banded((factor, False), right.ravel()).reshape(rows, count)
-    missed = target - linear_readings(slope, x)
-    spread = np.sum(np.log(weight[weight > 0.0])) - np.sum(free[0]) * np.log(FIRST)
-    evidence = 0.5 * spread - np.sum(np.log(factor[-1])) - np.sum(costs_of(time, x, missed, kind, cold))
-    return x, float(evidence)
+    return banded
 
 
 def _with_silent_rows(time: np.ndarray, courses: tuple) -> tuple:

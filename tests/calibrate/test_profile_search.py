@@ -234,5 +234,5 @@ def test_ends_that_hold_a_share_of_a_gaussian_are_its_own(low):
     value = np.arange(low, 4.01, 0.25)
     whole = Profile("x", value, value**2, np.zeros(len(value), bool), 1.0, bounds=(low if low == 0.0 else -20.0, 20.0))
     for percent, width in ((50, 0.674490), (68, 1.0), (90, 1.644854)):
-        below, above = whole._holding(percent)
+        below, above = whole._ends_by_density(percent)
         np.testing.assert_allclose([below, above], [width * np.sign(low), width], atol=2e-5)
