@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.data.importers import Options, import_file, import_tests
+from fitting.data.importers.sizes import table_of_sizes
 from pneusma_jax.errors import InputError
 
 STRAIN = np.linspace(0.0, 0.5, 12)
@@ -195,3 +196,9 @@ def test_a_table_that_is_read_as_sizes_is_said(put):
     pull = "Time (s),Strain (-),Stress (kPa)\n" + "".join(f"{k},{0.05 * k:.2f},{4 * k}\n" for k in range(8))
     recording = import_file(put("a.csv", pull + sizes))
     assert any("'Thickness (mm)' was read as sizes of 5 specimens, and no test" in note for note in recording.notices)
+
+
+def test_an_area_in_a_table_of_specimens_is_no_thickness():
+    """`A0` is the name of a thickness, but its unit says otherwise; beside a width it gave a wrong area."""
+    (sizes,) = table_of_sizes([["Specimen", "A0 (mm2)", "Width (mm)"], ["S1", "12.5", "6"]]).values()
+    assert {name: size.value for name, size in sizes.items()} == {"area_mm2": 12.5, "width_mm": 6.0}

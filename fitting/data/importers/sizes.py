@@ -500,7 +500,8 @@ def _by_specimen(
             text = row[column] if column < len(row) else ""
             read = _size_of(key, text, unit, f"{written} {text}") if text else None
             if read is not None:
-                sizes |= dict.fromkeys(_names_of(key), read[1])
+                name, size = read
+                sizes |= dict.fromkeys(_names_of(name), size)
         named = next((row[c] for c in labels if c < len(row) and row[c]), "")
         if not sizes:
             break
