@@ -8,6 +8,7 @@ interval.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import jax
 import jax.numpy as jnp
@@ -47,6 +48,7 @@ def propagated(
     values: Mapping[str, float],
     uncertainty: Uncertainty,
     profiles: Mapping[str, Profile],
+    variances: Mapping[str, float] = MappingProxyType({}),
 ) -> list[Combination]:
     """Quantities of a law with their 90 % intervals.
 
@@ -56,6 +58,8 @@ def propagated(
         values: free parameters at the fit, SI.
         uncertainty: uncertainty of the fit.
         profiles: profiles with the constrained fits that they went through.
+        variances: factors on the variances of constants, by name, as zeros of instruments that are off or
+            drift make them; correlations stay.
     """
     if not labels:
         return []
@@ -65,6 +69,7 @@ def propagated(
     slopes = jax.jacfwd(lambda free: law({**point, **free}))({name: point[name] for name in names})
     columns = [np.asarray(slopes[name]) for name in names]
     slope = np.stack(columns, axis=-1) if names else np.zeros((len(here), 0))
+    slope = slope * np.sqrt([variances.get(name, 1.0) for name in names])
     variance = np.einsum("qi,ij,qj->q", slope, uncertainty.covariance, slope)
     half = WIDTH_90 * np.sqrt(np.maximum(variance, 0.0))
     below, above = half.copy(), half.copy()

@@ -108,11 +108,6 @@ class Profile:
     alone: "Profile | None" = None
 
     @property
-    def unit(self) -> float:
-        """`rise_per_sd` under the name by which reports read it."""
-        return self.rise_per_sd
-
-    @property
     def gives_interval(self) -> bool:
         """True if it has points beside the fit."""
         return len(self.value) > 1

@@ -136,7 +136,7 @@ def document(result: Profiled) -> dict[str, Any]:
     return {
         name: {"value_SI": list(p.value), "rise": list(p.rise),
                "interval_68_SI": _in_si(result.parameters[name], 68),
-               "interval_90_SI": _in_si(result.parameters[name], 90), "rise_per_sd": p.unit,
+               "interval_90_SI": _in_si(result.parameters[name], 90), "rise_per_sd": p.rise_per_sd,
                "stopped": [bool(x) for x in p.stopped], "curved": p.curved, "below_the_fit": p.below,
                "ended_early": p.cut}
         for name, p in result.profiles.items()

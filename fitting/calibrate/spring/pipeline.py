@@ -191,6 +191,7 @@ def characterise_spring(
     fisher = information(joint.problem, joint.parameters)
     closing("the next test")
     further = next_test(joint.problem, joint.parameters, fisher, identify)
+    drifting = variances_by_name(last, fisher.names)
     return SpringCharacterisation(
         title=campaign.title,
         identify=identify,
@@ -213,7 +214,7 @@ def characterise_spring(
         ),
         seed=seed,
         softer=chosen.reading.softer,
-        combinations=tuple(plateaus(single, quantities, fitted, profiled)),
+        combinations=tuple(plateaus(single, quantities, fitted, profiled, drifting)),
         lasting=last,
         path=campaign.path,
     )

@@ -24,7 +24,11 @@ ROUND = 0.001
 
 
 def plateaus(
-    joint: Joint, base: Mapping[str, Quantity], tests: Sequence[StandTest], profiles: Mapping[str, Profile]
+    joint: Joint,
+    base: Mapping[str, Quantity],
+    tests: Sequence[StandTest],
+    profiles: Mapping[str, Profile],
+    variances: Mapping[str, float],
 ) -> list[Combination]:
     """Resistivities of both phases at rest and stretched, and their stresses, each with its 90 % interval.
 
@@ -33,9 +37,10 @@ def plateaus(
         base: constants of the alloy that it started from.
         tests: the fitted tests; a phase that no test shows is left out.
         profiles: profiles of the constants.
+        variances: factors on the variances of constants by zeros of the instruments; 1 where one is missing.
     """
     labels, law = shown_by(base, tests)
-    return propagated(labels, law, joint.values, joint.result.uncertainty, profiles)
+    return propagated(labels, law, joint.values, joint.result.uncertainty, profiles, variances)
 
 
 def shown_by(
