@@ -11,11 +11,12 @@ import contextlib
 import dataclasses
 import functools
 import hashlib
+import itertools
 import json
 import os
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,33 @@ PACKAGES = ("pneusma_jax", "fitting", "validation")
 """Packages whose source identifies a program."""
 KNOWN = {*PACKAGES, "builtins", "collections", "equinox", "jax", "jaxlib", "numpy", "pathlib"}
 """Packages whose types may be among the arguments of a stored program."""
+TRACING, COMPILING, LOADING = "tracing", "compiling", "loading"
+"""Steps by which a program is made ready. A program that is loaded was traced before; where its compiled form
+is lost, it is compiled again."""
+_listeners: list[Callable[[int, str, str], None]] = []
+_numbers = itertools.count(1)
+
+
+@contextlib.contextmanager
+def made_ready(listener: Callable[[int, str, str], None]) -> Iterator[None]:
+    """Tell a listener of every program that is made ready meanwhile, in any thread.
+
+    A program that this process has already is never told of. One whose traced form is on disk is not traced.
+
+    Args:
+        listener: called with a number of the program, its name, and the step that begins in words. The number
+            is the same for all steps of one program.
+    """
+    _listeners.append(listener)
+    try:
+        yield
+    finally:
+        _listeners.remove(listener)
+
+
+def _tell(number: int, name: str, step: str) -> None:
+    for listener in tuple(_listeners):
+        listener(number, name, step)
 
 
 def cached_program(
@@ -77,25 +105,37 @@ def cached_program(
             return ready[key](*leaves)
         with first.setdefault(key, threading.Lock()):  # or every thread would trace and compile it
             if key not in ready:
-                made = stored(folder, leaves, structure)
+                number = next(_numbers)
+                made, step = stored(folder, leaves, structure, number)
+                _tell(number, name, step)
                 found = made(*leaves)
                 ready[key] = made
                 return found
         return ready[key](*leaves)
 
-    def stored(folder: str | None, leaves: list, structure: jax.tree_util.PyTreeDef) -> Callable:
-        """The program of these arguments, from disk or written there; untold ones are only compiled."""
+    def stored(
+        folder: str | None, leaves: list, structure: jax.tree_util.PyTreeDef, number: int
+    ) -> tuple[Callable, str]:
+        """The program of these arguments, from disk or written there, and the step that its first run begins
+        with. Untold ones are only compiled."""
         whole = lambda *leaves: plain()(*jax.tree.unflatten(structure, leaves))  # noqa: E731
         shapes = [jax.typeof(leaf) for leaf in leaves]
         words = f"{name}|{structure}|{shapes}"
         lasting = " at 0x" not in words and "..." not in words  # or a long array that is not told in full
         if not (keep and folder and lasting and _ours(structure)):
-            return whole
+            return whole, COMPILING
+        step = LOADING
+
+        def tracing() -> None:
+            nonlocal step
+            step = COMPILING
+            _tell(number, name, TRACING)
+
         try:
-            program = _program(Path(folder) / FOLDER, words, function, structure, shapes)
+            program = _program(Path(folder) / FOLDER, words, function, structure, shapes, tracing)
         except NotImplementedError:  # a check inside the program that calls back cannot be stored
-            return whole
-        return jax.jit(program.call, compiler_options=usable())
+            return whole, COMPILING
+        return jax.jit(program.call, compiler_options=usable()), step
 
     return call
 
@@ -239,9 +279,14 @@ def _tuples(value: Any) -> Any:
 
 
 def _program(
-    folder: Path, words: str, function: Callable, structure: Any, shapes: list[Any]
+    folder: Path,
+    words: str,
+    function: Callable,
+    structure: Any,
+    shapes: list[Any],
+    tracing: Callable[[], None],
 ) -> export.Exported:
-    """The traced program, from disk if it is stored."""
+    """The traced program, from disk if it is stored; `tracing` is called before it is traced."""
     key = hashlib.sha256(f"{_versions()}|{jax.default_backend()}|{_source()}|{words}".encode())
     path = folder / f"{key.hexdigest()[:32]}.stablehlo"
     try:
@@ -254,6 +299,7 @@ def _program(
     except Exception:  # a damaged file is written again
         with contextlib.suppress(OSError):
             path.unlink(missing_ok=True)
+    tracing()
     flat = lambda *leaves: function(*jax.tree.unflatten(structure, leaves))  # noqa: E731
     program = export.export(jax.jit(flat))(*(jax.ShapeDtypeStruct(s.shape, s.dtype) for s in shapes))
     content = bytes(program.serialize())

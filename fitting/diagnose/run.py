@@ -67,8 +67,9 @@ def diagnose(
     _refuse_few_values(campaign, _readings(campaign))
     start = start_of(campaign, kind, progress) if model is None else Start(f"the model {model.name}")
     start = dataclasses.replace(start, constants=base_tables(campaign, kind, start.tables))
-    progress("building the model of the campaign")
-    program = Program.of(campaign, kind, model=model, tables=start.tables, held=start.held)
+    program = Program.of(
+        campaign, kind, model=model, tables=start.tables, held=start.held, progress=progress
+    )
     _refuse_few_values(campaign, program.observations(program.fitted))
     searched = _search(campaign, kind, seed, progress, model, thorough)
     explanation = searched(program)

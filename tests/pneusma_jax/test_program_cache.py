@@ -12,7 +12,17 @@ import pytest
 
 import pneusma_jax as pj
 from fitting.specimens.specimen import OF_HISTORIES
-from pneusma_jax.program_cache import FOLDER, _known, cached_program, of_package, stored_jit
+from pneusma_jax.program_cache import (
+    COMPILING,
+    FOLDER,
+    LOADING,
+    TRACING,
+    _known,
+    cached_program,
+    made_ready,
+    of_package,
+    stored_jit,
+)
 
 
 @pytest.fixture
@@ -41,6 +51,24 @@ def test_a_second_process_does_not_trace(cache: Path) -> None:
     np.testing.assert_array_equal(first["sum"], again["sum"])
     np.testing.assert_array_equal(again["pair"][1], np.arange(3.0))
     assert len(list(cache.glob("*.stablehlo"))) == 1
+
+
+def test_listeners_are_told_what_a_first_use_does(cache: Path) -> None:
+    arguments, said = ({"a": jnp.arange(3.0)}, jnp.ones(3)), []
+    with made_ready(lambda number, name, step: said.append((name, step))):
+        for _ in range(2):
+            program = cached_program(_counted([]), "twice")
+            program(*arguments)
+            program(*arguments)  # which is ready
+    cached_program(_counted([]), "other")(*arguments)  # nobody listens
+    assert said == [("twice", TRACING), ("twice", COMPILING), ("twice", LOADING)]
+
+
+def test_a_program_that_is_not_stored_is_told_as_compiled(cache: Path) -> None:
+    said = []
+    with made_ready(lambda number, name, step: said.append(step)):
+        cached_program(_counted([]), "own", keep=False)({"a": jnp.arange(3.0)}, jnp.ones(3))
+    assert said == [COMPILING]
 
 
 def test_other_names_and_shapes_are_other_programs(cache: Path) -> None:

@@ -22,6 +22,7 @@ from pneusma_jax.pipeline import Effect, Switched
 from pneusma_jax.program_cache import cached_program, of_package
 
 from ..settings import DEFAULT
+from .building import DIAGNOSIS
 from .evaluation import TRAJECTORY, Raw, trajectories_of
 from .latent_trajectories import remembered_rows
 from .packed import Grouped, Named, Packed
@@ -86,7 +87,7 @@ class Compiled:
             )
             return Grouped.of(found), Grouped.of(slopes), Grouped.of(drivers)
 
-        name = f"diagnosis of {specimen!r}: {' '.join(unknowns.slugs)}"
+        name = f"{DIAGNOSIS} {specimen!r}: {' '.join(unknowns.slugs)}"
         keep = all(of_package(CATALOGUE[slug]) for slug in unknowns.slugs)  # one's own may change
         self._evaluate = cached_program(evaluate, name, specimen.compiler_options, keep)
 

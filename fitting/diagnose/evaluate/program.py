@@ -4,7 +4,7 @@ One evaluation gives the whitened misfit of all recordings, with latent trajecto
 derivatives by a few numbers. Everything else in a diagnosis is linear algebra on these results.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -24,6 +24,7 @@ from fitting.specimens.specimen import Specimen
 from pneusma_jax.calibration.records import Calibration
 
 from ..settings import DEFAULT
+from .building import Building
 from .compared import compared_channels
 from .compiled import Compiled
 from .evaluation import TRAJECTORY, Evaluation, Raw, row_count, trajectories_of, with_trajectories
@@ -86,6 +87,7 @@ class Program:
         tables: Mapping[str, str | Path | Calibration] = MappingProxyType({}),
         held: Collection[str] = (),
         like: "Program | None" = None,
+        progress: Callable[[str], None] = lambda _: None,
     ) -> "Program":
         """Build a program.
 
@@ -98,11 +100,14 @@ class Program:
                 `rows_for` takes them.
             held: names of constants of the base model that are not free.
             like: program of the same campaign with other rows, whose compiled function is taken over.
+            progress: called with the stage that runs, and with what is compiled in it.
 
         Raises:
             InputError: if the recordings cannot be used together.
         """
         specimen = specimen_of(kind)
+        building = Building(progress, kind, len(candidates(kind) if slugs is None else slugs))
+        building.begins()
         latent = specimen.latent
         campaign = thinned(campaign, specimen.most_rows_with_effects)
         rows = latent.rows_for(campaign, **tables)
@@ -127,10 +132,12 @@ class Program:
         program.process_noise = np.zeros((len(channels), columns))
         own = like is None
         program._compiled = Compiled(specimen, unknowns, model.effects, columns) if own else like._compiled
-        program.prepare(unknowns.neutral)
-        program.count_input_noise(unknowns.neutral)
-        program.prepare(unknowns.neutral)
-        nominal = program.evaluate(unknowns.neutral, unknowns.base[:0]).misfit
+        with building.listening():
+            for stage in (program.prepare, program.count_input_noise, program.prepare):
+                building.begins()
+                stage(unknowns.neutral)
+            building.begins()
+            nominal = program.evaluate(unknowns.neutral, unknowns.base[:0]).misfit
         program.failed = max(
             OPTIMISER.failed_deviation, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal)
         )

@@ -1,0 +1,42 @@
+"""The building of a program says which stage runs, and what is compiled in it."""
+
+from pathlib import Path
+
+import pytest
+
+from fitting.data.recordings import read_campaign
+from fitting.diagnose.evaluate.building import DIAGNOSIS, STAGES, Building
+from fitting.diagnose.evaluate.program import Program
+from pneusma_jax import program_cache
+from pneusma_jax.program_cache import COMPILING, LOADING, TRACING, _tell
+
+TUBES = Path(__file__).parents[2] / "calibration_data" / "examples" / "tube"
+
+
+def test_all_stages_are_told_in_their_order():
+    said = []
+    program = Program.of(read_campaign(TUBES), "tube", progress=said.append)
+    begun = [text for text in said if text.endswith(STAGES)]
+    assert [text.partition(":")[0] for text in begun] == [
+        f"building the model, stage {k + 1} of {len(STAGES)}" for k in range(len(STAGES))
+    ]
+    assert not program_cache._listeners
+    again = []
+    Program.of(read_campaign(TUBES), "tube", like=program, progress=again.append)  # whose program is ready
+    assert len(again) == len(STAGES)
+
+
+@pytest.mark.parametrize(
+    ("step", "words"), [(TRACING, "once per version"), (COMPILING, "once per version"), (LOADING, "from disk")]
+)
+def test_a_program_is_told_with_what_is_in_it(step, words):
+    said = []
+    building = Building(said.append, "tube", 11)
+    building.begins()
+    with building.listening():
+        _tell(7, "best trajectories: Numbers(1, 2)|()", step)
+        _tell(9, f"{DIAGNOSIS} Tube(): a b", step)
+        _tell(9, f"{DIAGNOSIS} Tube(): a b", COMPILING)
+    assert said[1].startswith(f"building the model, stage 1 of 5: {step} best trajectories (program 1, ") and words in said[1]
+    assert f"{step} the laws of kind tube and 11 effects (program 2, " in said[2] and words in said[2]
+    assert f"{COMPILING} the laws of kind tube and 11 effects (program 2, " in said[3]
