@@ -281,7 +281,24 @@ def correlation_time(series: Sequence[np.ndarray]) -> float:
     Returns:
         The factor, 1 or more; at most the length of the longest recording.
     """
-    lags = autocorrelation(series)
+    return _summed(autocorrelation(series), series)
+
+
+def swing_time(series: Sequence[np.ndarray]) -> float:
+    """Number of samples that count as one where a misfit meets a number that acts as slowly as it changes.
+
+    That is the sum of the squared autocorrelation (M. S. Bartlett, J. R. Stat. Soc. 98 (1935) 536). A slow
+    misfit that swings about zero has a short `correlation_time`, since a mean averages its swings out. What a
+    number does to the outputs may swing with it.
+
+    Returns:
+        The factor, 1 or more; at most the length of the longest recording.
+    """
+    return _summed(autocorrelation(series) ** 2, series)
+
+
+def _summed(lags: np.ndarray, series: Sequence[np.ndarray]) -> float:
+    """Sum over both signs of the lags, in a window of `WINDOW` times the sum inside it."""
     summed = 2.0 * np.cumsum(lags) - 1.0
     inside = np.flatnonzero(np.arange(len(lags)) >= WINDOW * summed)
     time = summed[inside[0]] if len(inside) else summed.max()

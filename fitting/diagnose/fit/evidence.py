@@ -73,7 +73,7 @@ def _occam(program: Program, current: Fit, further: Fit, added: list[str], infla
     costs no more than that.
     """
     own, items = program.unknowns.of(added), program.unknowns.items
-    before, after = (_information(program, fit, inflation) for fit in (current, further))
+    before, after = (information(program, fit, inflation) for fit in (current, further))
     total = 0.5 * (np.linalg.slogdet(before)[1] - np.linalg.slogdet(after)[1])
     present = 0.5 * np.log(2.0 * np.pi)
     shape = SCALING.shape_deviation * np.sqrt(2.0 * np.pi)
@@ -91,9 +91,9 @@ def _occam(program: Program, current: Fit, further: Fit, added: list[str], infla
     return min(total, 0.0)
 
 
-def _information(program: Program, fit: Fit, inflation: float) -> np.ndarray:
+def information(program: Program, fit: Fit, inflation: float) -> np.ndarray:
     """Information of recordings and priors about a fit's free numbers, (free, free); misfit counts by 1 /
-    inflation."""
+    inflation. The prior of a strength is even between its bounds."""
     unknowns, prior = program.unknowns, prior_sd(program.unknowns, fit.free) ** -2
     seen = np.linalg.inv(fit.covariance) - np.diag(prior)
     span = unknowns.high[fit.free] - unknowns.low[fit.free]

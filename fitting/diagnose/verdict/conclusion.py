@@ -3,12 +3,14 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..evaluate.start import Start
-from ..fit.evidence import inflation_of
 from ..fit.misfit import accurate
 from ..fit.refit import Fit
+from ..fit.standard_errors import standard_errors
 from ..search.steps import Explanation
 from ..settings import DEFAULT
 from .discrepancy import Discrepancy
@@ -124,20 +126,12 @@ class Conclusion:
         return x.program, x.final if named else x.base
 
     def sd(self, index: int) -> float:
-        """Standard deviation of a base constant of the model, scaled; at most that of its prior, 1.
-
-        A misfit that is forgiven as less than the accuracy of instruments makes constants as uncertain as it
-        is large and lasting.
-        """
-        own = self.model[1].sd(index)
-        return max(own, min(own * self._widening, 1.0))
+        """Scaled standard deviation of a number of the model, see `standard_errors`; 0 if it was not free."""
+        return float(self._standard_errors[index])
 
     @cached_property
-    def _widening(self) -> float:
-        """Factor on standard deviations of base constants by a forgiven misfit, at least 1."""
-        program, fit = self.model
-        forgiven = not self.mismatch and accurate(program, fit)
-        return inflation_of(program, fit) ** 0.5 if forgiven else 1.0
+    def _standard_errors(self) -> np.ndarray:
+        return standard_errors(*self.model)
 
     @property
     def changed(self) -> bool:

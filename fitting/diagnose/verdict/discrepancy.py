@@ -14,6 +14,7 @@ from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..fit.cross_validation import Masks, deciding
 from ..fit.refit import Fit
+from ..fit.standard_errors import widening
 from ..settings import DEFAULT
 from .discrepancy_places import Response, acts, hats, responses
 from .locate import Place, distinct_drivers, drivers_of, knots_of
@@ -33,7 +34,7 @@ class Discrepancy:
         driver: quantity that it is a function of.
         along: values of the driver, shape (recordings, rows).
         knots: knots of the driver, ascending, from its smallest to its largest fitted value.
-        values, sd: added at each knot, and standard errors; SI.
+        values, sd: added at each knot, and standard errors, which count what is left, see `widening`; SI.
     """
 
     program: Program
@@ -173,7 +174,8 @@ def _described(
         return None
     everything = [np.full(size, float(f)) for size, f in zip(sizes, program.fitted, strict=True)]
     values, sd = best.solved(evaluation, everything)
-    return replace(best, values=values, sd=sd)
+    found = replace(best, values=values, sd=sd)
+    return replace(found, sd=sd * widening(program, found.shown(evaluation)))
 
 
 def _knots(program: Program, along: np.ndarray, count: int) -> np.ndarray | None:

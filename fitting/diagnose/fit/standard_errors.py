@@ -1,0 +1,42 @@
+"""Standard errors of a model's numbers beside the misfit that it leaves: the one source of them.
+
+A misfit that changes slowly says the same in many rows, so a stretch of it counts once. The information of
+the recordings is divided by the mean square of the misfit, and by the number of rows that count as one. The
+priors keep theirs: a misfit does not make a tolerance wider.
+
+The bias by a wrong form does not show in a misfit. So beside one these errors may still be too small.
+"""
+
+import numpy as np
+
+from fitting.inference.noise import CHANCE, correlation_time, swing_time
+
+from ..evaluate.evaluation import Evaluation
+from ..evaluate.program import Program
+from .evidence import information
+from .refit import Fit
+
+
+def standard_errors(program: Program, fit: Fit) -> np.ndarray:
+    """Standard deviations of all scaled numbers, (unknowns,); 0 for one that was not free.
+
+    Args:
+        program: program of the campaign.
+        fit: model.
+    """
+    found = np.zeros(len(program.unknowns))
+    counted = information(program, fit, widening(program, fit.evaluation) ** 2)
+    found[fit.free] = np.sqrt(np.diag(np.linalg.inv(counted)))
+    return found
+
+
+def widening(program: Program, evaluation: Evaluation) -> float:
+    """Factor on standard deviations by what a model leaves in the fitted recordings [1], at least 1."""
+    series = []
+    for k in np.flatnonzero(program.fitted):
+        ends = np.cumsum([len(channel.measured) for channel in program.channels[k]])
+        pieces = np.split(evaluation.misfit[k], ends[:-1])
+        series += [r[np.isfinite(c.sigma)] for r, c in zip(pieces, program.channels[k], strict=True)]
+    left = evaluation.chi2(program.fitted.astype(float)) / max(program.observations(program.fitted), 1)
+    variance = max(1.0, left) * max(correlation_time(series), swing_time(series))
+    return float(np.sqrt(variance)) if variance > CHANCE else 1.0
