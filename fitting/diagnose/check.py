@@ -284,14 +284,15 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
     Returns:
         For each its name, whether it could be tested, and a sentence.
     """
-    named = {f.slug: f.probability for f in conclusion.reported}
+    named = {f.slug: f for f in conclusion.reported}
     letter = conclusion.explanation.program.specimen.letter
     steps = conclusion.explanation.steps
     untestable = steps[0].score_test.untestable if steps else []
     found = []
     for slug in asked:
         if slug in named:
-            text = f"{slug} was found, with a probability of {named[slug]:.2f}."
+            perhaps = "perhaps " if named[slug].tentative else ""
+            text = f"{slug} was {perhaps}found, with a probability of {named[slug].probability:.2f}."
         elif slug in untestable:
             text = (
                 f"{slug} cannot be tested with these recordings: no output changes with it, or base "

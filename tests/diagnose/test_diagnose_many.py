@@ -10,6 +10,7 @@ import fitting.diagnose.batch
 from fitting.cli import main
 from fitting.diagnose.batch import Asked, diagnose_batch, job_of
 from fitting.engine import Store
+from fitting.report.diagnosis.batch import _row
 from fitting.report.results import save, text
 from fitting.synthesise import synthesise, write_synthetic
 from pneusma_jax.errors import InputError
@@ -38,7 +39,10 @@ def asked_for(monkeypatch):
 
 def present(conclusion, title, command, seed, start):
     """A report that names friction, and the command that makes it again."""
-    effects = [{"name": "wrap_friction", "probability": 0.97}]
+    sizes = {"constant": {"value": 2e-4, "sd": 3e-4, "unit": "N m"}}
+    doubtful = "strip_2" in command
+    effects = [{"name": "wrap_friction", "probability": 0.35 if doubtful else 0.97, "tentative": doubtful,
+                "strength": "constant", "parameters": sizes}]  # fmt: skip
     fit = {"before": {"reduced_chi2": 9.0}, "after": {"reduced_chi2": 1.1}}
     content = {"verdict": "mismatch", "effects": effects, "fit": fit, "command": command}
     return ["A mismatch."], {"report.json": json.dumps(content).encode(), "figure.png": b"\x89PNG"}
@@ -66,12 +70,16 @@ def test_one_that_cannot_be_read_stops_no_other_and_is_tried_again(strips, asked
     assert [member.done for member in result.members] == [False, True, True]
     said = " ".join(text(result).split())
     assert "2 of 3 campaigns were diagnosed" in said and "nothing was not diagnosed" in said
-    assert "Named first: wrap friction (2)." in said
+    assert "Named first: wrap friction (1). Named first with a perhaps: wrap friction (1)." in said
+    assert _row(result.members[2])[2] == "perhaps wrap friction 0.35 (constant 0.00020 ± 0.00030 N m)"
     write_synthetic(synthesise("elastomer", seed=3), nowhere)
     assert all(member.done for member in diagnose_batch(job, store).members)
     assert asked_for == ["strip_1", "strip_2", "nothing"]
     files = {path.name for path in save(result, tmp_path / "table")}
     assert files == {"report.html", "report.json", "campaigns.csv"}
+    rows = [line.split(",") for line in (tmp_path / "table" / "campaigns.csv").read_text().splitlines()]
+    place = [rows[0].index(name) for name in ("effect", "tentative", "strength", "value", "standard_error", "unit")]
+    assert [rows[3][k] for k in place] == ["wrap_friction", "True", "constant", "0.0002", "0.0003", "N m"]
     with pytest.raises(InputError, match="none of 1 campaign could be diagnosed"):
         diagnose_batch(job_of([tmp_path / "table"], tmp_path, Asked(), present), store)
 

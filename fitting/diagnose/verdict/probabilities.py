@@ -5,13 +5,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fitting.inference.parameters.table import format_estimate
 from pneusma_jax.effects import CATALOGUE
+from pneusma_jax.units import amount
 
 from ..evaluate.program import Program
 from ..fit.candidates import CandidateFit
 from ..fit.evidence import evidence, inflation_of
 from ..fit.misfit import reduced
 from ..fit.refit import at_its_bound
+from ..fit.standard_errors import standard_errors
 from ..search.steps import Explanation, LeaveOneOutEvidence
 from ..settings import DEFAULT
 
@@ -33,6 +36,8 @@ class Found:
         confusable: slugs that the recordings do not tell it from.
         text: description for a laboratory.
         instead: probability of each candidate in its place beside the other effects, its own included.
+        strength: name of the parameter that tells best how strong it is; empty where none does.
+        errors: by how many standard errors that strength is from its absence [1].
     """
 
     slug: str
@@ -42,6 +47,27 @@ class Found:
     confusable: list[str]
     text: str
     instead: dict[str, float] = field(default_factory=dict)
+    strength: str = ""
+    errors: float = np.inf
+
+    @property
+    def tentative(self) -> bool:
+        """True if a report says "perhaps" of the name.
+
+        It is no likelier than tentative ones are, or the error of every strength exceeds it.
+        """
+        hardly = bool(self.probability <= VERDICT.tentative or self.errors < 1.0)
+        return self.slug != UNMODELLED and hardly
+
+    @property
+    def words(self) -> str:
+        """The name with its strength and the error of that; of a tentative one with its probability."""
+        told = [f"probability {self.probability:.2f}"] if self.tentative else []
+        if self.strength:
+            entry = self.parameters[self.strength]
+            size = format_estimate(entry["value"], entry["sd"]).replace("+/-", "±")
+            told.append(f"{self.strength.replace('_', ' ')} {amount(size, entry['unit'])}")
+        return f"{self.slug} ({', '.join(told)})" if told else self.slug
 
 
 def probabilities(
@@ -100,7 +126,7 @@ def told_apart(best: float, other: float) -> bool:
 def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
     """The effects of the final model; `unknown` is the probability of something else."""
     program, fit = explanation.program, explanation.final
-    found = []
+    errors, found = standard_errors(program, fit) if fit.slugs else np.zeros(0), []
     for slug in fit.slugs:
         one_out = explanation.named.leave_one_out[slug]
         candidate = one_out.own
@@ -122,8 +148,12 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
         parameters = {}
         for k in program.unknowns.of([slug]):
             item = program.unknowns.items[k]
-            sd = item.spread(fit.u[k], fit.sd(k))
+            sd = item.spread(fit.u[k], float(errors[k]))
             parameters[item.name] = {"value": float(item.value(fit.u[k])), "sd": float(sd), "unit": item.unit}
+        own = program.unknowns.amplitudes(slug)
+        distance = np.abs(fit.u[own] - program.unknowns.neutral[own])
+        away = distance / np.maximum(errors[own], np.finfo(float).tiny)
+        best = int(np.argmax(away))
         close = [t.slug for t in rivals if not told_apart(net, t.bayes) or _alike(program, t, one_out)]
         close += dict.fromkeys(s for pair in others for s in pair if s not in close and s not in fit.slugs)
         found.append(
@@ -135,6 +165,8 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
                 close,
                 CATALOGUE[slug].sentence,
                 instead,
+                program.unknowns.items[own[best]].name,
+                float(away[best]),
             )
         )
     return found

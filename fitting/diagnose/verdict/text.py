@@ -11,7 +11,6 @@ from fitting.inference.noise import ACCURACY
 from fitting.inference.notes import capital, joined
 from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
-from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.units import amount, from_si
 
 from ..fit.base_fit import told_at_bound
@@ -243,12 +242,23 @@ def _unexplained(conclusion: Conclusion, whole: str) -> str:
 
 
 def _named(conclusion: Conclusion, names: Sequence[str]) -> str:
-    """The first sentence where effects are named; with what they leave beyond noise and uncertainty."""
+    """The first sentence where effects are named; with what they leave beyond noise and uncertainty.
+
+    Names that are hardly likelier than not come last, after "perhaps".
+    """
     left = "" if conclusion.left is None or conclusion.left.open else f"; {conclusion.left.text}"
-    lead = f"{capital(base_named(conclusion))} leaves out {joined(names)}"
+    named = [f for f in conclusion.found if f.slug in names]
+    sure, perhaps = (joined([f.words for f in named if f.tentative is doubt]) for doubt in (False, True))
+    whole = capital(base_named(conclusion))
+    if not perhaps:
+        lead = f"{whole} leaves out {sure}"
+    elif sure:
+        lead = f"{whole} leaves out {sure}, and perhaps {perhaps}"
+    else:
+        lead = f"{whole} perhaps leaves out {perhaps}"
     if len(names) > 1:
         return f"{lead}{left}."
-    return f"{lead}{left}: {CATALOGUE[names[0]].sentence}"
+    return f"{lead}{left}: {named[0].text}"
 
 
 def _open(conclusion: Conclusion) -> list[str]:

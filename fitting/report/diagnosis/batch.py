@@ -10,15 +10,18 @@ from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.inference.notes import joined
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.errors import counted
+from pneusma_jax.units import amount
 
 from .. import render
-from ..cells import number
+from ..cells import number, with_error
 from ..report import Points, Report, Section
 from ..table import Table
 from .report import report_of as diagnosis_report
 from .tables import words_of
 
 SCHEMA = "pneusma-diagnosis-batch/1"
+CONTENT = ("name", "probability", "tentative", "strength", "parameters")
+"""What the content of many diagnoses keeps of an effect."""
 
 
 def present(
@@ -40,10 +43,11 @@ def verdict(result: Diagnoses) -> list[str]:
         f"{len(done)} of {counted(len(result.members), 'campaign')} {were} diagnosed; the model leaves "
         f"physics out in {len(wrong)} of them."
     ]
-    counts = Counter(_effects(member)[0]["name"] for member in wrong if _effects(member))
-    if counts:
+    first = [_effects(member)[0] for member in wrong if _effects(member)]
+    for words, doubt in (("Named first", False), ("Named first with a perhaps", True)):
+        counts = Counter(effect["name"] for effect in first if effect["tentative"] is doubt)
         names = [f"{words_of(slug)} ({count})" for slug, count in counts.most_common()]
-        said.append(f"Named first: {joined(names)}.")
+        said += [f"{words}: {joined(names)}."] if names else []
     said += [f"{m.name} was not diagnosed: {m.problem}." for m in result.members if not m.done]
     return said + [f"{member.name}: {member.problem}." for member in done if member.problem]
 
@@ -52,20 +56,36 @@ def _effects(member: Diagnosed) -> list[dict[str, Any]]:
     return member.content.get("effects", [])
 
 
+def _name(effect: dict[str, Any]) -> str:
+    """An effect with its probability, and its strength with the error of that."""
+    perhaps = "perhaps " if effect["tentative"] else ""
+    name = f"{perhaps}{words_of(effect['name'])} {effect['probability']:.2f}"
+    if effect["strength"] is None:
+        return name
+    entry = effect["parameters"][effect["strength"]]
+    size = amount(with_error(entry["value"], entry["sd"]), entry["unit"])
+    return f"{name} ({words_of(effect['strength'])} {size})"
+
+
 def _row(member: Diagnosed) -> list[str]:
     if not member.done:
         return [member.name, "failed", "", "", ""]
-    names = [f"{words_of(effect['name'])} {effect['probability']:.2f}" for effect in _effects(member)]
+    names = [_name(effect) for effect in _effects(member)]
     fit = member.content["fit"]
     before, after = (fit[when]["reduced_chi2"] for when in ("before", "after"))
     return [member.name, member.content["verdict"], ", ".join(names), number(before), number(after)]
 
 
-HEADER = ("campaign", "verdict", "effects and their probabilities", "base model", "with effects")
+HEADER = ("campaign", "verdict", "effects, their probabilities and strengths", "base model", "with effects")
 NOTE = (
-    "The last columns are reduced chi-squares on recordings that were not fitted, or on all where none was "
-    "held out. Each campaign has a folder of its own with its report."
+    "The strength of an effect has its standard error. Perhaps: the name is hardly likelier than not, or the "
+    "error is larger than the strength. The last columns are reduced chi-squares on recordings that were not "
+    "fitted, or on all where none was held out. Each campaign has a folder of its own with its report."
 )
+
+
+NO_EFFECT = {"name": "", "probability": None, "tentative": None, "strength": None, "parameters": {}}
+"""Entry of a campaign without effects."""
 
 
 def _csv(result: Diagnoses) -> str:
@@ -75,6 +95,11 @@ def _csv(result: Diagnoses) -> str:
         "verdict",
         "effect",
         "probability",
+        "tentative",
+        "strength",
+        "value",
+        "standard_error",
+        "unit",
         "chi2_base",
         "chi2_with_effects",
         "problem",
@@ -84,8 +109,10 @@ def _csv(result: Diagnoses) -> str:
         fit = member.content.get("fit", {})
         scores = [fit[when]["reduced_chi2"] if fit else None for when in ("before", "after")]
         outcome = member.content.get("verdict", "failed")
-        for effect in _effects(member) or [{"name": "", "probability": None}]:
-            of = [effect["name"], effect["probability"]]
+        for effect in _effects(member) or [NO_EFFECT]:
+            size = effect["parameters"].get(effect["strength"], {})
+            of = [effect[key] for key in ("name", "probability", "tentative", "strength")]
+            of += [size.get(key) for key in ("value", "sd", "unit")]
             rows.append([member.name, str(member.path), outcome, *of, *scores, member.problem])
     return csv_rows(header, rows)
 
@@ -96,7 +123,7 @@ def _content(result: Diagnoses) -> dict[str, Any]:
             "name": member.name,
             "path": str(member.path),
             "verdict": member.content.get("verdict"),
-            "effects": [{key: e[key] for key in ("name", "probability")} for e in _effects(member)],
+            "effects": [{key: e[key] for key in CONTENT} for e in _effects(member)],
             "problem": member.problem or None,
         }
         for member in result.members

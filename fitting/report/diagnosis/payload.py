@@ -34,6 +34,8 @@ def content(conclusion: Conclusion) -> dict:
             {
                 "name": f.slug,
                 "probability": float(f.probability),
+                "tentative": f.tentative,
+                "strength": f.strength or None,
                 "parameters": f.parameters,
                 "log_bayes_factor": _finite(f.bayes),
                 "confusable_with": f.confusable,

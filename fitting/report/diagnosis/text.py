@@ -48,7 +48,8 @@ def effect(found: Found) -> str:
     named = found.slug == UNMODELLED and found.bayes > 0.0  # the text says already which names leave too much
     alike = [] if named else found.confusable
     close = f" The recordings do not tell it from {', '.join(alike)}." if alike else ""
-    return f"{found.text} {sure}{close}"
+    perhaps = " The name is tentative: something else may act in its place." if found.tentative else ""
+    return f"{found.text} {sure}{perhaps}{close}"
 
 
 def untestable(conclusion: Conclusion) -> str:
