@@ -13,7 +13,8 @@ at. If it has a history, it also has a memory that is carried from row to row. E
 which they are given. A pipeline without effects is the base model and adds nothing to the compiled program.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -52,6 +53,7 @@ class Effect(eqx.Module):
         component: where a report locates it.
         kinds: recordings that can show it: A actuator, S spring, W wire, E elastomer, T tube.
         sentence: what was left out, for a laboratory.
+        sentences: the same by kind, for kinds whose recordings need other words; see `sentence_for`.
         literature: where the form comes from.
         lookalike: what is not in the catalogue and leaves the same misfit, as the subject of a sentence;
             empty if nothing is known to.
@@ -67,11 +69,17 @@ class Effect(eqx.Module):
     component: ClassVar[str] = "unknown"
     kinds: ClassVar[str] = ""
     sentence: ClassVar[str] = ""
+    sentences: ClassVar[Mapping[str, str]] = MappingProxyType({})
     literature: ClassVar[str] = ""
     lookalike: ClassVar[str] = ""
     lookalike_kinds: ClassVar[str] = ""
     by_rate: ClassVar[bool] = False
     remembers: ClassVar[bool] = False
+
+    @classmethod
+    def sentence_for(cls, kind: str) -> str:
+        """What was left out of recordings of a kind, a letter of `kinds`."""
+        return cls.sentences.get(kind, cls.sentence)
 
     def begin(self, at: Known) -> Any:
         """Memory before the first row, at rest."""

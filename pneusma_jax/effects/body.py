@@ -1,5 +1,6 @@
 """Effects on the end cap's balance: contact, friction, pressure on more than the nominal bore."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -67,6 +68,9 @@ class WrapFriction(Effect):
     component: ClassVar[str] = "friction"
     kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "The fibre wrapping rubs: bending and straightening follow different paths."
+    sentences: ClassVar[Mapping[str, str]] = {
+        "T": "The fibre wrapping rubs: the tube lengthens and shortens along different paths."
+    }
     literature: ClassVar[str] = "W. D. Iwan, J. Appl. Mech. 33 (1966) 893: elastic-slip elements in parallel"
     specs: ClassVar[dict[str, Spec]] = {
         "constant": Spec(0.0, 0.0, 2e-3, 2e-4, "N m", "friction moment without pressure"),
@@ -74,6 +78,14 @@ class WrapFriction(Effect):
         "slip": Spec(0.1, 0.02, 0.8, 0.1, "rad", "bend over which the friction builds up", True),
         "spread": Spec(0.5, 0.0, 1.2, 0.5, "1", "spread of the elements' slips", True),
         "begun": Spec(0.0, -1.0, 1.0, 1.0, "1", "friction in the first row, of that on the way there", True),
+    }
+
+    within: ClassVar[dict[str, dict[str, dict[str, Any]]]] = {
+        "T": {
+            "constant": {"text": "friction force without pressure, times the outer radius"},
+            "per_pressure": {"text": "the same per pressure"},
+            "slip": {"text": "lengthening over which the friction builds up, over the outer radius"},
+        }
     }
 
     def begin(self, at: Known) -> tuple[Array, Array, Array]:

@@ -1,5 +1,6 @@
 """Effects of the transformation itself: its branches, a third phase, stress, sign, rate and repetition."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -35,6 +36,9 @@ class TransformationHysteresis(Effect):
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "ASW"
     sentence: ClassVar[str] = "The nitinol returns along a lower branch than it was loaded on."
+    sentences: ClassVar[Mapping[str, str]] = {
+        "W": "The nitinol returns along another branch than it came on, by heat or by load."
+    }
     literature: ClassVar[str] = "Liang and Rogers, J. Intell. Mater. Syst. Struct. 1 (1990) 207"
     specs: ClassVar[dict[str, Spec]] = {
         "gap_m": Spec(0.0, 0.0, 500e6, 15e6, "Pa", "stress gap of the martensite"),
@@ -223,6 +227,9 @@ class SelfHeatingRate(Effect):
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "SW"
     sentence: ClassVar[str] = "Strained fast, the nitinol warms by its latent heat and its plateau rises."
+    sentences: ClassVar[Mapping[str, str]] = {
+        "W": "Transforming fast, the nitinol is warmer or colder than measured, by its latent heat."
+    }
     literature: ClassVar[str] = "Shaw and Kyriakides, J. Mech. Phys. Solids 43 (1995) 1243"
     specs: ClassVar[dict[str, Spec]] = {
         "rise": Spec(0.0, 0.0, 0.6, 0.1, "1", "rise of the stress per recent strain of 0.05"),

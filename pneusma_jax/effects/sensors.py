@@ -200,6 +200,12 @@ class ChannelLag(Effect):
         "delay": Spec(0.0, 0.0, 3.0, 0.3, "s", "delay of the camera, the force or the length"),
         "delay_resistance": Spec(0.0, 0.0, 3.0, 0.3, "s", "delay of the resistance", kinds="S"),
     }
+    within: ClassVar[dict[str, dict[str, dict[str, Any]]]] = {
+        kind: {"delay": {"text": f"delay of the {channel}"}}
+        for kind, channel in {
+            "A": "camera", "S": "force", "W": "strain or the stress", "E": "force", "T": "length",
+        }.items()
+    }  # fmt: skip
 
     def recorded(self, value: dict[str, Array], time: Array) -> dict[str, Array]:
         """See `Effect.recorded`; the model's own signal is shifted, so no noise is averaged."""

@@ -27,6 +27,12 @@ def test_an_entry_gives_law_source_and_ranges():
     assert "Acts at: phase." in told and "3 to 200 s" in told and "Source:" in told
 
 
+def test_an_entry_has_the_words_of_every_kind():
+    told = " ".join(run("wrap_friction").split())
+    assert "different paths. The fibre wrapping rubs: the tube lengthens and shortens along different paths (only: tube)." in told
+    assert "lengthening over which the friction builds up, over the outer radius (only: tube)" in told
+
+
 def test_a_signature_is_drawn_with_its_numbers(tmp_path):
     told = run(
         "mullins_softening", "--plot", "--kind", "elastomer", "--set", "depth=0.4", "--out", str(tmp_path)

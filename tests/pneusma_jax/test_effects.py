@@ -113,3 +113,20 @@ def test_an_incomplete_or_doubled_effect_is_refused():
     with pytest.raises(ValueError, match="is taken by Weight"):
         register(Second)
     assert "nameless" not in CATALOGUE and CATALOGUE["gravity"].__name__ == "Weight"
+
+
+@pytest.mark.parametrize("slug", CATALOGUE)
+def test_words_of_a_kind_are_for_kinds_that_show_the_effect(slug):
+    effect = CATALOGUE[slug]
+    assert set(effect.sentences) <= set(effect.kinds)
+    for kind in effect.kinds:
+        assert effect.sentence_for(kind).endswith(".")
+        words = " ".join([effect.sentence_for(kind), *(spec.text for spec in specs_of(effect, kind).values())])
+        if kind != "A":
+            assert not re.search(r"\b(bend|bending|moment|camera|straightening)\b", words), (kind, words)
+
+
+def test_a_tube_rubs_as_it_lengthens():
+    effect = CATALOGUE["wrap_friction"]
+    assert "bending" in effect.sentence_for("A") and "lengthens" in effect.sentence_for("T")
+    assert "lengthening" in specs_of(effect, "T")["slip"].text and "bend" in specs_of(effect, "A")["slip"].text

@@ -163,7 +163,7 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
                 float(candidate.bayes),
                 parameters,
                 close,
-                CATALOGUE[slug].sentence,
+                CATALOGUE[slug].sentence_for(program.specimen.letter),
                 instead,
                 program.unknowns.items[own[best]].name,
                 float(away[best]),

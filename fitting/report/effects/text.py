@@ -6,7 +6,7 @@ import textwrap
 
 from fitting.specimens import SPECIMENS
 from fitting.specimens.registry import named_by
-from pneusma_jax.effects import CATALOGUE, Effect, find_effect
+from pneusma_jax.effects import CATALOGUE, Effect, find_effect, specs_of
 
 from ..table import WIDTH, Table, table_text
 
@@ -39,6 +39,7 @@ def described(slug: str) -> str:
     lines = [
         slug,
         *_filled(effect.sentence),
+        *(line for kind, text in effect.sentences.items() for line in _filled(f"{text[:-1]}{_only(kind)}.")),
         *(_filled(_lookalike(effect)) if effect.lookalike else ()),
         "",
         *_filled(f"Law: {law}"),
@@ -51,6 +52,10 @@ def described(slug: str) -> str:
         absent = "shape" if spec.shape else f"absent at {spec.neutral:g}"
         numbers = f"{spec.low:g} to {spec.high:g} {spec.unit}, typically {spec.typical:g}; {absent}"
         lines.append(f"  {name:18} {spec.text}{_only(spec.kinds)}: {numbers}")
+        own = {k: s[name].text for k in effect.kinds if name in (s := specs_of(effect, k))}
+        for text in dict.fromkeys(own.values()):
+            if text != spec.text:
+                lines.append(f"  {'':18} {text}{_only(''.join(k for k in own if own[k] == text))}")
     return "\n".join(lines)
 
 

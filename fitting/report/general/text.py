@@ -12,7 +12,7 @@ from fitting.calibrate.general.scores import overall
 from fitting.inference.lasting_noise import Lasting
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
-from fitting.specimens import BY_TEMPERATURE, WIRE
+from fitting.specimens import BY_TEMPERATURE, WIRE, kind_of, specimen_of
 from fitting.specimens.spring_by_temperature import ELECTRICAL
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import counted
@@ -211,8 +211,8 @@ def about_the_model(result: GeneralCharacterisation) -> list[str]:
     model = result.model.model
     sentences = [f"Fitted with the model {model.name}{f' ({model.path})' if model.path else ''}."]
     for added in result.model.acting:
-        effect = find_effect(added.slug)
-        sentences.append(f"{added.slug}: {effect.sentence}")
+        sentence = find_effect(added.slug).sentence_for(specimen_of(kind_of(result.campaign)).letter)
+        sentences.append(f"{added.slug}: {sentence}")
     return [*sentences, *result.model.notes(result.campaign)]
 
 
