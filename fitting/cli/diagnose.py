@@ -69,7 +69,7 @@ def _one(campaign: Path, out: Path, options: dict[str, Any]) -> None:
 
     from fitting.report import render
     from fitting.report.diagnosis.report import report_of
-    from fitting.report.diagnosis.text import base_model
+    from fitting.report.diagnosis.text import ask, base_model, untestable
 
     asked = _asked(options)
     start = asked.start()
@@ -89,6 +89,9 @@ def _one(campaign: Path, out: Path, options: dict[str, Any]) -> None:
         click.echo(one["text"])
     for sentence in base_model(conclusion):
         click.echo(sentence)
+    if not conclusion.named and not conclusion.asked:
+        for sentence in filter(None, (untestable(conclusion), ask(conclusion))):
+            click.echo(sentence)
     click.echo()
     done(files)
 

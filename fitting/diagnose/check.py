@@ -286,8 +286,7 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
     """
     named = {f.slug: f for f in conclusion.reported}
     letter = conclusion.explanation.program.specimen.letter
-    steps = conclusion.explanation.steps
-    untestable = steps[0].score_test.untestable if steps else []
+    untestable = conclusion.untestable
     found = []
     for slug in asked:
         if slug in named:
@@ -295,8 +294,7 @@ def answers(asked: Sequence[str], conclusion: Conclusion) -> list[dict]:
             text = f"{slug} was {perhaps}found, with a probability of {named[slug].probability:.2f}."
         elif slug in untestable:
             text = (
-                f"{slug} cannot be tested with these recordings: no output changes with it, or base "
-                f"constants absorb what does. To test it: "
+                f"{slug} cannot be tested with these recordings: {untestable[slug]}. To test it: "
                 f"{to_separate(slug, letter, 'vary what drives it')}."
             )
         elif slug in conclusion.candidates and conclusion.within_accuracy:

@@ -22,6 +22,7 @@ from pneusma_jax.model_discrepancy import EDGE
 
 from .check import answers, asked_effects, checked
 from .evaluate.base_tables import base_tables
+from .evaluate.noise_used import slow_as_noise
 from .evaluate.program import Program
 from .evaluate.start import Start, begun_at, characterised, start_of
 from .fit.base_fit import told_at_bound
@@ -175,7 +176,8 @@ def _notes(
     whole = [recording.whole for recording in program.recordings]
     readings = [*cautions(program.recordings), *said(program.recordings), *offered(whole)]
     notes = [
-        *_bodies(conclusion), *_moved(conclusion), *_untimed(program), *conclusion.start.notes, *found,
+        *_bodies(conclusion), *_moved(conclusion), *slow_as_noise(program), *_untimed(program),
+        *conclusion.start.notes, *found,
         *specimen_of(program.kind).notes(campaign), *readings, *apart, *_beyond(conclusion, model),
         *_at_bounds(conclusion), *conclusion.notes,
     ]  # fmt: skip

@@ -26,6 +26,11 @@ from .sensitivities import Block, Projector, Sensitivities, sensitivities_about
 SCORE_TEST = DEFAULT.score_test
 OPTIMISER = DEFAULT.optimiser
 
+UNSEEN = "no output of a fitted recording changes with it"
+ABSORBED = "constants of the base model absorb all that it changes"
+UNTIMED = "only a clock tells it, and time_s only counts rows"
+"""Reasons why an effect cannot be tested."""
+
 
 @dataclass(frozen=True)
 class Score:
@@ -57,7 +62,7 @@ class ScoreTest:
         p_value: probability of the strongest score by chance; all effects, shapes and slow cosines are
             counted.
         p_is_bound: no simulated null was as strong.
-        untestable: slugs of effects that these recordings do not show.
+        untestable: slugs of effects that these recordings do not show, with the reason in words.
         scale: standard deviation of fast residuals; above 1 where the noise is larger than stated.
         tried: slugs of all effects that were asked for.
         look: sensitivities that the scores are made of.
@@ -66,7 +71,7 @@ class ScoreTest:
     scores: list[Score]
     p_value: float
     p_is_bound: bool
-    untestable: list[str]
+    untestable: dict[str, str]
     scale: float
     tried: tuple[str, ...]
     look: Sensitivities | None = field(default=None, repr=False)
@@ -86,8 +91,12 @@ def score_effects(refitter: Refitter, fit: Fit, slugs: Sequence[str], rng: np.ra
     scores, pool = _scores(refitter.unknowns, look)
     pool.append((None, _slow_cosines(look.here, weight, look.project)))
     p_value, bound = _p_value(pool, look.left, rng)
-    untestable = [slug for slug in slugs if look.strength[slug] < OPTIMISER.negligible]
-    untestable += refitter.program.untimed
+    untestable = {
+        slug: UNSEEN if look.change[slug] < OPTIMISER.negligible else ABSORBED
+        for slug in slugs
+        if look.strength[slug] < OPTIMISER.negligible
+    }
+    untestable |= dict.fromkeys(refitter.program.untimed, UNTIMED)
     return ScoreTest(scores, p_value, bound, untestable, look.scale, tuple(slugs), look)
 
 

@@ -52,6 +52,7 @@ class Sensitivities:
         left: projected residuals, in units of `scale`; departures of priors are rows of it.
         blocks: blocks of every effect and shape that these recordings show.
         strength: longest sensitivity of every effect.
+        change: the same before the projection: zero where no output that counts changes with the effect.
     """
 
     here: Evaluation
@@ -60,6 +61,7 @@ class Sensitivities:
     left: np.ndarray
     blocks: list[Block]
     strength: dict[str, float]
+    change: dict[str, float]
 
 
 class Projector:
@@ -99,7 +101,7 @@ def sensitivities_about(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> S
     scale = _noise_scale(here, weight)
     left = project(r[:, None], (departure / sd)[movable, None])[:, 0] / scale
     blocks: list[Block] = []
-    strength = dict.fromkeys(slugs, 0.0)
+    strength, change = dict.fromkeys(slugs, 0.0), dict.fromkeys(slugs, 0.0)
     shaped = [slug for slug in slugs if unknowns.shapes(slug).size]
     for number, u in enumerate(_shapes(refitter, fit, slugs)):
         members = shaped if number else slugs
@@ -110,7 +112,9 @@ def sensitivities_about(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> S
         _, J = program.evaluate(u, columns, near=fit.evaluation, chosen=refitter.counted).joined(weight)
         for slug in members:
             own = unknowns.amplitudes(slug)
-            P = project(J[:, np.isin(columns, own)])
+            whole = J[:, np.isin(columns, own)]
+            change[slug] = max(change[slug], float(np.linalg.norm(whole, axis=0).max(initial=0.0)))
+            P = project(whole)
             lengths = np.linalg.norm(P, axis=0)
             kept = lengths > OPTIMISER.negligible
             strength[slug] = max(strength[slug], float(lengths.max(initial=0.0)))
@@ -121,12 +125,13 @@ def sensitivities_about(refitter: Refitter, fit: Fit, slugs: Sequence[str]) -> S
         own = unknowns.of([slug])
         u[own] = [unknowns.items[k].start for k in own]
         changed = program.evaluate(u, own[:0], near=fit.evaluation, chosen=refitter.counted)
-        change = changed.joined(weight)[0] - r
-        sensitivity = project(change[:, None])
+        difference = changed.joined(weight)[0] - r
+        change[slug] = max(change[slug], float(np.linalg.norm(difference)))
+        sensitivity = project(difference[:, None])
         strength[slug] = float(np.linalg.norm(sensitivity))
         if strength[slug] >= OPTIMISER.negligible:
             blocks.append(Block(slug, sensitivity, own, u, whole=True))
-    return Sensitivities(here, project, scale, left, blocks, strength)
+    return Sensitivities(here, project, scale, left, blocks, strength, change)
 
 
 def constants_at_bound(unknowns: Unknowns, fit: Fit) -> np.ndarray:

@@ -89,6 +89,11 @@ class Noise:
     )
     dither: float = threshold(0.5, "Factor from a rounding step to the width of errors drawn anew.")
     minimum_differences: int = threshold(60, "Minimum number of second differences for a noise estimate.")
+    maximum_over_fast: float = threshold(
+        2.4,
+        "Maximum ratio of an estimated noise to the fast scatter of its readings for a report not to warn.",
+        basis="50 generated campaigns: right to a quarter up to 2.36, 1.3 to 1.7 times too large above",
+    )
 
 
 @dataclass(frozen=True)

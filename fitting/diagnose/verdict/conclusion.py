@@ -106,6 +106,12 @@ class Conclusion:
         return list(dict.fromkeys(slug for one in self.explanation_sets for slug in one))
 
     @property
+    def untestable(self) -> dict[str, str]:
+        """Effects that these recordings cannot show, with the reason in words."""
+        steps = self.explanation.steps
+        return steps[0].score_test.untestable if steps and steps[0].score_test else {}
+
+    @property
     def missed_validation(self) -> bool:
         """True if validation recordings are missed by the base model, by more than faintly."""
         return not self.explanation.program.fitted.all() and self.before.reduced_chi2 > FAINT
@@ -117,6 +123,11 @@ class Conclusion:
         if self.mismatch or not accurate(program, base):
             return False
         return self.explanation.p_value <= LEVEL or self.missed_validation
+
+    @property
+    def named(self) -> bool:
+        """True if an effect has a name first."""
+        return bool(self.found) and self.found[0].slug != UNMODELLED
 
     @property
     def model(self) -> tuple[Program, Fit]:

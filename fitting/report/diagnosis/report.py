@@ -102,6 +102,7 @@ def _findings(conclusion: Conclusion) -> list[Block]:
         Picture("probabilities", CAPTIONS["probabilities"], lambda: probability_figure(conclusion)),
         candidates if candidates.rows else text.NO_CANDIDATE,
         text.untestable(conclusion),
+        text.ask(conclusion),
     ]
 
 

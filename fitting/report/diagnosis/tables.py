@@ -23,11 +23,14 @@ CANDIDATES = (
     "candidate", "probability", "log Bayes factor", "reduced chi2, fitted", "reduced chi2, cross-validated",
     "largest deviation (sd)", "at its bound",
 )  # fmt: skip
-NOISE = ("recordings", "column", "sd of a row", "stated sd", "readings a row", "correlation")
+NOISE = (
+    "recordings", "column", "sd of a row", "stated sd", "fast scatter", "readings a row", "correlation",
+)  # fmt: skip
 NOISE_NOTE = (
     "Standard deviations are in the unit of the column. Where none is stated, it is told from neighbouring "
     "readings and what the fitted model leaves. Noise of inputs is added. The correlation is that of "
-    "neighbouring rows."
+    "neighbouring rows. The fast scatter is what neighbouring readings alone say of a row, as if errors were "
+    "independent. An estimate far above it may hold slow misfit: state the noise then."
 )
 DEPARTURE = (
     "In brackets: the departure from nominal, in standard deviations of what is known of the constant."
@@ -119,7 +122,9 @@ def noise_table(conclusion: Conclusion) -> Table:
     used = noise_used(conclusion.explanation.program)
     for one in used:
         stated = NONE if one.stated is None else number(one.stated, ".3g")
-        cells = one.column, number(one.sd, ".3g"), stated, str(one.readings), number(one.correlation, ".2f")
+        fast = NONE if one.fast_scatter is None else number(one.fast_scatter, ".3g")
+        told = str(one.readings), number(one.correlation, ".2f")
+        cells = one.column, number(one.sd, ".3g"), stated, fast, *told
         shared.setdefault(cells, []).append(one.recording)
     everywhere = len({one.recording for one in used})
     rows = [

@@ -53,10 +53,23 @@ def effect(found: Found) -> str:
 
 
 def untestable(conclusion: Conclusion) -> str:
-    """Effects that these recordings cannot show; empty where there are none."""
-    steps = conclusion.explanation.steps
-    names = steps[0].score_test.untestable if steps else []
-    return f"Not testable with these recordings: {', '.join(names)}." if names else ""
+    """Effects that these recordings cannot show, by the reason; empty where there are none."""
+    reasons = conclusion.untestable
+    told = [
+        f"{joined([slug for slug in reasons if reasons[slug] == why])} ({why})"
+        for why in dict.fromkeys(reasons.values())
+    ]
+    return f"Not testable with these recordings: {'; '.join(told)}." if told else ""
+
+
+def ask(conclusion: Conclusion) -> str:
+    """A sentence on how to ask about one effect."""
+    kind = conclusion.explanation.program.kind
+    return (
+        "`--effect NAME` asks about one effect: whether it was tried, and what to record where it cannot be "
+        f"tested. `pneusma effects` lists all, with the kinds that show them; recordings of kind {kind} have "
+        f"{counted(len(conclusion.candidates), 'candidate')}."
+    )
 
 
 def race(conclusion: Conclusion) -> str:
