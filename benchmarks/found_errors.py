@@ -60,7 +60,8 @@ def table(rows: list[tuple[bool, float, float]], title: str) -> None:
     for name, place in (("of the fit", 1), ("told", 2)):
         z = np.array([row[place] for row in rows])
         shares = " ".join(f"{np.mean(z < most):.2f}" for most in (1.0, 2.0, 3.0))
-        print(f"{title}, {len(z)} numbers, errors {name}: {shares}, root mean square {np.sqrt(np.mean(z**2)):.1f}")
+        spread = np.sqrt(np.mean(z**2))
+        print(f"{title}, {len(z)} numbers, errors {name}: {shares}, root mean square {spread:.1f}")
 
 
 def main() -> None:

@@ -1,11 +1,15 @@
 """Effects that recordings cannot show are told with the reason, and how to ask about one."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from linear_world import ANOTHER, CONSTANT, DELAY, World, tubes
 
+import fitting.diagnose.batch
+from fitting.cli import main
 from fitting.diagnose.check import answers
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.fit.score_test import ABSORBED, UNSEEN, UNTIMED, score_effects
@@ -13,6 +17,8 @@ from fitting.diagnose.search.explain import explain
 from fitting.diagnose.verdict.conclude import conclude
 from fitting.report.diagnosis import text
 from fitting.report.diagnosis.payload import content
+
+TUBES = Path(__file__).parents[2] / "calibration_data" / "examples" / "tube"
 
 
 @pytest.fixture(scope="module")
@@ -30,8 +36,21 @@ def test_every_reason_is_told(program):
     assert found.untestable == {CONSTANT: ABSORBED, ANOTHER: UNSEEN, "channel_lag_2": UNTIMED}
 
 
-def test_a_report_says_what_cannot_be_tested_and_how_to_ask(program):
-    conclusion = conclude(explain(program, np.random.default_rng(1), lambda _: None))
+@pytest.fixture(scope="module")
+def conclusion(program):
+    return conclude(explain(program, np.random.default_rng(1), lambda _: None))
+
+
+def test_the_command_says_how_to_ask_where_nothing_is_named(conclusion, monkeypatch, tmp_path):
+    monkeypatch.setattr(fitting.diagnose.batch, "diagnose", lambda *_: conclusion)
+    done = CliRunner().invoke(main, ["diagnose", str(TUBES), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.output
+    assert text.ask(conclusion) in done.stdout and text.untestable(conclusion) in done.stdout
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "asks about one effect" in page and UNSEEN in page
+
+
+def test_a_report_says_what_cannot_be_tested_and_how_to_ask(conclusion):
     assert not conclusion.named
     assert text.untestable(conclusion) == (
         f"Not testable with these recordings: {CONSTANT} ({ABSORBED}); {ANOTHER} ({UNSEEN}); channel_lag_2 ({UNTIMED})."

@@ -91,7 +91,8 @@ def slow_as_noise(program: Program) -> list[str]:
         f"rows. The fast scatter of the readings "
         f"alone says {amount(number(one.fast_scatter), one.unit)}, {number(one.over_fast, '.2g')} times less "
         f"({one.recording}). Slow misfit may have been taken for noise: effects may be missed then, and "
-        f"errors are too large. State the noise of {one.column}, in [noise] of campaign.toml"
+        f"errors are too large. State the noise of {one.column}, in [noise] of campaign.toml or of the "
+        "sidecars"
         for one in largest.values()
     ]
 
