@@ -4,6 +4,11 @@ A misfit that changes slowly says the same in many rows, so a stretch of it coun
 the recordings is divided by the mean square of the misfit, and by the number of rows that count as one. The
 priors keep theirs: a misfit does not make a tolerance wider.
 
+One factor serves all numbers. It is wide for a number that acts faster than the misfit changes, such as a
+delay beside a drift. A factor for every direction of the numbers, from the spectrum of the misfit, was tried.
+It held the truth less often: of 95 numbers 64, 83 and 90 % lay within one, two and three errors, and not 67,
+85 and 91 %.
+
 The bias by a wrong form does not show in a misfit. So beside one these errors may still be too small.
 """
 
