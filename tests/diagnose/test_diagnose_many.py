@@ -71,7 +71,7 @@ def test_one_that_cannot_be_read_stops_no_other_and_is_tried_again(strips, asked
     said = " ".join(text(result).split())
     assert "2 of 3 campaigns were diagnosed" in said and "nothing was not diagnosed" in said
     assert "Named first: wrap friction (1). Named first with a perhaps: wrap friction (1)." in said
-    assert _row(result.members[2])[2] == "perhaps wrap friction 0.35 (constant 0.00020 ± 0.00030 N m)"
+    assert _row(result.members[2])[2] == "perhaps wrap friction 0.35 (constant = 0.00020 ± 0.00030 N m)"
     write_synthetic(synthesise("elastomer", seed=3), nowhere)
     assert all(member.done for member in diagnose_batch(job, store).members)
     assert asked_for == ["strip_1", "strip_2", "nothing"]

@@ -31,7 +31,7 @@ def but(conclusion, **changes):
 
 def test_a_sure_name_is_told_with_its_strength_and_error(conclusion):
     first = verdict_sentences(conclusion)[0]
-    assert first.startswith(f"The base model leaves out {CONSTANT} (shift ") and "±" in first and "perhaps" not in first
+    assert first.startswith(f"The base model leaves out {CONSTANT} (shift = ") and "±" in first and "perhaps" not in first
     assert content(conclusion)["effects"][0] | {"tentative": False, "strength": "shift"} == content(conclusion)["effects"][0]
 
 
@@ -40,7 +40,7 @@ def test_a_tentative_name_says_perhaps(conclusion, changes):
     doubted = but(conclusion, **changes)
     probability = doubted.found[0].probability
     first = verdict_sentences(doubted)[0]
-    assert first.startswith(f"The base model perhaps leaves out {CONSTANT} (probability {probability:.2f}, shift ")
+    assert first.startswith(f"The base model perhaps leaves out {CONSTANT} (probability {probability:.2f}, shift = ")
     assert "±" in first
     assert "The name is tentative" in text.effect(doubted.found[0])
     assert "perhaps found" in answers([CONSTANT], doubted)[0]["text"]
@@ -51,7 +51,7 @@ def test_of_two_names_the_tentative_one_comes_last(conclusion):
     first = conclusion.found[0]
     other = dataclasses.replace(first, slug="thick_wall", probability=np.float64(0.4))
     said = verdict_sentences(dataclasses.replace(conclusion, found=[other, first]))[0]
-    assert f"leaves out {CONSTANT} (shift" in said and ", and perhaps thick_wall (probability 0.40, shift" in said
+    assert f"leaves out {CONSTANT} (shift =" in said and ", and perhaps thick_wall (probability 0.40, shift =" in said
 
 
 def test_an_effect_at_its_bound_is_tentative():

@@ -66,7 +66,7 @@ class Found:
         if self.strength:
             entry = self.parameters[self.strength]
             size = format_estimate(entry["value"], entry["sd"]).replace("+/-", "±")
-            told.append(f"{self.strength.replace('_', ' ')} {amount(size, entry['unit'])}")
+            told.append(f"{self.strength} = {amount(size, entry['unit'])}")
         return f"{self.slug} ({', '.join(told)})" if told else self.slug
 
 

@@ -64,7 +64,7 @@ def _name(effect: dict[str, Any]) -> str:
         return name
     entry = effect["parameters"][effect["strength"]]
     size = amount(with_error(entry["value"], entry["sd"]), entry["unit"])
-    return f"{name} ({words_of(effect['strength'])} {size})"
+    return f"{name} ({effect['strength']} = {size})"
 
 
 def _row(member: Diagnosed) -> list[str]:
