@@ -74,7 +74,7 @@ def diagnose(
     _refuse_few_values(campaign, program.observations(program.fitted))
     searched = _search(campaign, kind, seed, progress, model, thorough)
     explanation = searched(program)
-    turned = _with_turning_points(campaign, program, model, start)
+    turned = _with_turning_points(campaign, program, model, start, progress)
     if turned is not None:
         progress("trying turning points between rows")
         tried = TriedTurns.beside(turned, explanation)
@@ -142,7 +142,11 @@ def _search(
 
 
 def _with_turning_points(
-    campaign: Campaign, program: Program, model: AugmentedModel | None, start: Start
+    campaign: Campaign,
+    program: Program,
+    model: AugmentedModel | None,
+    start: Start,
+    progress: Callable[[str], None],
 ) -> Program | None:
     """The program with turning points of drives between rows; None where there are none."""
     turned = [with_unsampled_turns(recording) for recording in program.recordings]
@@ -150,7 +154,13 @@ def _with_turning_points(
         return None
     whole = dataclasses.replace(campaign, recordings=turned)
     other = Program.of(
-        whole, program.kind, model=model, tables=start.tables, held=start.held, like=program
+        whole,
+        program.kind,
+        model=model,
+        tables=start.tables,
+        held=start.held,
+        like=program,
+        progress=progress,
     )
     other.tally = program.tally  # a report counts all models that were fitted
     return other
