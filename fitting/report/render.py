@@ -106,7 +106,7 @@ def _is(kind: type, block: object) -> bool:
 
 def data_uri(picture: Picture) -> str:
     """A picture as a vector image that a page holds itself."""
-    return f"data:image/svg+xml;base64,{base64.b64encode(svg(picture.figure)).decode('ascii')}"
+    return f"data:image/svg+xml;base64,{base64.b64encode(svg(picture.figure, True)).decode('ascii')}"
 
 
 def json_text(content: Mapping[str, Any]) -> str:
@@ -140,5 +140,5 @@ def documents(report: Report) -> dict[str, str | bytes]:
         **files,
         MARK: json_text(report.content()),
         report.page_name: page(report),
-        **{f"{picture.name}.png": png(picture.figure) for picture in pictures},
+        **{f"{picture.name}.png": png(picture.figure, True) for picture in pictures},
     }

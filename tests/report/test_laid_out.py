@@ -5,6 +5,8 @@ import pytest
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from fitting.report.figures import laid_out, new, panel_grid, png, style, svg
+from fitting.report.render import documents
+from fitting.report.report import Picture, Report, Section
 
 
 def drawn():
@@ -48,3 +50,30 @@ def test_a_figure_without_a_layout_stays_as_it_is():
     there = places(figure)
     assert laid_out(figure).get_layout_engine() is None
     np.testing.assert_array_equal(places(figure), there)
+
+
+def test_a_figure_is_drawn_once_for_every_file(monkeypatch):
+    with style():
+        figure = laid_out(drawn())
+    count, draw = [], new.Figure.draw
+    monkeypatch.setattr(new.Figure, "draw", lambda *given: (count.append(1), draw(*given)))
+    png(figure), svg(figure)
+    assert len(count) == 2
+
+
+def test_saving_leaves_the_way_in_which_a_figure_is_laid_out():
+    with style():
+        figure = drawn()
+    first, engine = png(figure), figure.get_layout_engine()
+    assert isinstance(engine, ConstrainedLayoutEngine)
+    there = places(figure)
+    figure.axes[0].set_ylabel("a label that takes\nthree\nlines")
+    assert png(figure) != first and np.abs(places(figure) - there).max() > 0.01
+
+
+def test_names_in_a_report_are_looked_for_once(monkeypatch):
+    count, looked_for = [], new.Figure.findobj
+    monkeypatch.setattr(new.Figure, "findobj", lambda *given: (count.append(1), looked_for(*given))[1])
+    picture = Picture("one", "A figure.", drawn)
+    report = Report("A report", "of a test", ["It holds."], [Section("A section", [picture])])
+    assert {"one.png"} < set(documents(report)) and len(count) == 1

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -54,6 +54,8 @@ STYLE = {
     "lines.linewidth": 1.8,
     "figure.dpi": 150,
     "savefig.dpi": 150,
+    "figure.autolayout": False,
+    "figure.constrained_layout.use": False,
 }
 QUANTITIES = {
     "time_s": "time [s]",
@@ -127,12 +129,12 @@ def as_written(figure: Figure) -> Figure:
 def laid_out(figure: Figure) -> Figure:
     """The same figure, whose panels and labels have found their places and keep them.
 
-    Otherwise they are looked for twice at each saving. That took a ninth of the time of a coupon's report.
+    Otherwise they are looked for twice at each saving, and every saving draws the figure once more for it.
     """
     engine = figure.get_layout_engine()
     if engine is not None:
         engine.execute(figure)
-        figure.set_layout_engine("none")
+        figure.set_layout_engine(None)
     return figure
 
 
@@ -151,19 +153,27 @@ def shown(figure: Figure) -> Figure:
     return figure
 
 
-def png(figure: Figure) -> bytes:
-    """The figure as PNG."""
-    stream = io.BytesIO()
+def png(figure: Figure, written: bool = False) -> bytes:
+    """The figure as PNG.
+
+    Args:
+        figure: figure whose layout is found for it alone, if it is not `laid_out`.
+        written: true if the figure is `as_written` already.
+    """
     with style():
-        as_written(figure).savefig(stream, format="png")
-    return stream.getvalue()
+        return _saved(figure, written, "png")
 
 
-def svg(figure: Figure) -> bytes:
-    """The figure as SVG, the same bytes for the same figure."""
-    stream = io.BytesIO()
+def svg(figure: Figure, written: bool = False) -> bytes:
+    """The figure as SVG, the same bytes for the same figure; arguments as those of `png`."""
     with style(), matplotlib.rc_context({"svg.hashsalt": "pneusma"}):
-        as_written(figure).savefig(stream, format="svg", metadata={"Date": None})
+        return _saved(figure, written, "svg", metadata={"Date": None})
+
+
+def _saved(figure: Figure, written: bool, form: str, **options: Any) -> bytes:
+    stream, engine = io.BytesIO(), figure.get_layout_engine()
+    laid_out(figure if written else as_written(figure)).savefig(stream, format=form, **options)
+    figure.set_layout_engine(engine)
     return stream.getvalue()
 
 
