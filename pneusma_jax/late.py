@@ -19,5 +19,7 @@ class Late:
         return getattr(importlib.import_module(self._module), name)
 
 
+optimistix = Late("optimistix")
+"""Finds roots in programs that are traced, and takes 130 ms to load. A program from disk is not traced."""
 tomlkit = Late("tomlkit")
 """Writes TOML, and takes 50 ms to load. What only reads TOML uses `tomllib`."""

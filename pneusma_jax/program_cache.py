@@ -11,6 +11,7 @@ import contextlib
 import dataclasses
 import functools
 import hashlib
+import importlib.metadata
 import itertools
 import json
 import os
@@ -23,7 +24,6 @@ from typing import Any
 import equinox as eqx
 import jax
 import numpy as np
-import optimistix as optx
 from jax import export
 
 from .errors import InputError
@@ -348,7 +348,7 @@ def _accepted(name: str, value: bool | int) -> bool:
 
 def _versions() -> str:
     """Versions of the libraries whose own functions are traced."""
-    return f"{jax.__version__} {eqx.__version__} {optx.__version__}"
+    return f"{jax.__version__} {eqx.__version__} {importlib.metadata.version('optimistix')}"
 
 
 @functools.cache

@@ -9,11 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from pneusma_jax.late import Late
 
-stats = Late("scipy.stats")
+optimize, stats = Late("scipy.optimize"), Late("scipy.stats")
 
 LEVEL = 0.9
 """Probability of the quoted intervals."""
@@ -121,7 +120,8 @@ def _spread(x: np.ndarray, s: np.ndarray) -> float:
         mean = weight @ x / weight.sum()
         return 0.5 * (np.log(weight.sum()) - np.log(weight).sum() + weight @ (x - mean) ** 2)
 
-    found = minimize_scalar(minus_log, bounds=(0.0, WIDEST), method="bounded", options={"xatol": 1e-8})
+    within = {"bounds": (0.0, WIDEST), "method": "bounded", "options": {"xatol": 1e-8}}
+    found = optimize.minimize_scalar(minus_log, **within)
     return 0.0 if minus_log(0.0) <= found.fun else float(found.x)
 
 

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
-import optimistix as optx
 from jaxtyping import Array
 
 from pneusma_jax.actuator import Actuator
 from pneusma_jax.actuator.balance import Problem, imbalance
 from pneusma_jax.actuator.result import Equilibrium
+from pneusma_jax.late import optimistix as optx
 from pneusma_jax.nitinol import MartensiteFraction, Spring
 from pneusma_jax.numerics.newton import BoundedNewton
 from pneusma_jax.numerics.safe import safe_norm

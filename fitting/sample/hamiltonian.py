@@ -14,18 +14,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import blackjax
 import equinox as eqx
 import h5py
 import jax
 import jax.numpy as jnp
 import numpy as np
-from blackjax.adaptation.base import get_filter_adapt_info_fn
-from blackjax.mcmc.hmc import HMCState
-from blackjax.mcmc.metrics import LowRankInverseMassMatrix
 from jaxtyping import Array, Float
 
 from fitting.inference.parallel import run_parallel
+from pneusma_jax.late import Late
 
 from . import checkpoint
 from .chains import Chains
@@ -36,6 +33,9 @@ from .settings import Settings
 from .starts import CLOSER, TRIES, no_start
 from .target import Evaluator, Target
 from .unbounded import WhitenedMaps
+
+blackjax, adaptation_base = Late("blackjax"), Late("blackjax.adaptation.base")
+hmc, metrics = Late("blackjax.mcmc.hmc"), Late("blackjax.mcmc.metrics")
 
 ACCEPTANCE = 0.9
 """Target of the warm-up for the mean acceptance along trajectories. Curved valleys need more than the usual
@@ -72,9 +72,9 @@ class Draws(NamedTuple):
 class _Chain:
     """State of one chain between two calls."""
 
-    state: HMCState
+    state: "hmc.HMCState"
     step: Array
-    metric: LowRankInverseMassMatrix
+    metric: "metrics.LowRankInverseMassMatrix"
     warm_up: int
     draws: Draws
 
@@ -258,7 +258,8 @@ def _read(group: h5py.Group) -> _Chain:
     def part(kind: type) -> Any:
         return kind(*(group[f"{kind.__name__}/{name}"][()] for name in kind._fields))
 
-    state, metric = (jax.tree.map(jnp.asarray, part(kind)) for kind in (HMCState, LowRankInverseMassMatrix))
+    kinds = hmc.HMCState, metrics.LowRankInverseMassMatrix
+    state, metric = (jax.tree.map(jnp.asarray, part(kind)) for kind in kinds)
     draws = part(Draws)
     for name in ("u", "log_probability", "energy"):
         if not np.all(np.isfinite(getattr(draws, name))):
@@ -289,7 +290,7 @@ def _programs(
 
     density = with_gradient(plain, how)
     kernel = blackjax.nuts.build_kernel()
-    keep = get_filter_adapt_info_fn(
+    keep = adaptation_base.get_filter_adapt_info_fn(
         {"position", "logdensity", "logdensity_grad"}, {"num_integration_steps"}, {"mu_star"}
     )
 

@@ -6,13 +6,13 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
 from jaxtyping import Array, Float
 
 from fitting.inference.least_squares import Box, solve
 from fitting.inference.parameters import Layout
 from fitting.inference.parameters.transforms import to_bounded, to_unconstrained
 from pneusma_jax.errors import InputError
+from pneusma_jax.late import optimistix as optx
 from pneusma_jax.numerics.safe import as_array
 from pneusma_jax.program_cache import stored_jit
 

@@ -9,19 +9,19 @@ that has missed a mode.
 import functools
 from typing import Any, NamedTuple
 
-import blackjax.smc.resampling as resampling
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from blackjax.mcmc import random_walk
-from blackjax.smc import adaptive_tempered
 from jaxtyping import Array, Float
-from scipy.stats import truncnorm
 
 from pneusma_jax.errors import InputError
+from pneusma_jax.late import Late
 
 from .target import Target
+
+resampling, random_walk = Late("blackjax.smc.resampling"), Late("blackjax.mcmc.random_walk")
+adaptive_tempered, stats = Late("blackjax.smc.adaptive_tempered"), Late("scipy.stats")
 
 PARTICLES = 512
 """Number of points of a run. The error of the log-evidence is then about 0.1 (measured: 0.1, two modes)."""
@@ -74,7 +74,7 @@ def draw_prior(target: Target, count: int, seed: Any) -> Float[np.ndarray, "coun
             k = target.prior_names.index(name)
             mean, sd = float(target.prior_mean[k]), float(target.prior_sd[k])
             low, high = (np.exp(lower), np.exp(upper)) if logarithmic else (lower, upper)
-            values = truncnorm.rvs(
+            values = stats.truncnorm.rvs(
                 (low - mean) / sd, (high - mean) / sd, mean, sd, size=count, random_state=random
             )
             columns.append(np.clip(np.log(values) if logarithmic else values, lower, upper))

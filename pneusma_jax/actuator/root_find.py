@@ -10,9 +10,9 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import optimistix as optx
 from jaxtyping import Array, Bool, Float, PyTree
 
+from ..late import optimistix as optx
 from ..numerics.newton import BoundedNewton, newton_rows
 from ..numerics.safe import frozen
 from . import Actuator
@@ -82,7 +82,7 @@ def newton(
     """
     problem, guess, held = frozen((problem, guess, held))
     count = freedoms(problem)
-    found = optx.root_find(  # type: ignore[var-annotated]
+    found = optx.root_find(
         lambda y, given: joint_residual(y, given[0], 1, given[1]), method, guess, (problem, held),
         options={"free": count, "few": few, "closing": CLOSING},
         max_steps=most_steps, throw=False,

@@ -8,9 +8,9 @@ surface.
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
 from jaxtyping import Array
 
+from ..late import optimistix as optx
 from ..numerics.newton import BoundedNewton
 from ..numerics.safe import as_array, as_numpy, is_concrete, namespace_of
 
@@ -125,7 +125,7 @@ def _slope_at(gamma: Array, initial: Array, index: Array, poisson_ratio: Array) 
         return _sheared(slope, *wire) - gamma
 
     begin = (initial + index * gamma)[None]
-    found = optx.root_find(  # type: ignore[var-annotated]
+    found = optx.root_find(
         excess, BoundedNewton(longest=jnp.inf), begin, given, max_steps=MOST_STEPS, throw=False
     )
     off = jnp.abs(excess(found.value[0], given))

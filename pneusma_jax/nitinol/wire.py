@@ -13,10 +13,10 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
 from jaxtyping import Array, Int
 
 from ..calibration import Calibration, load_calibration
+from ..late import optimistix as optx
 from ..numerics.newton import BoundedNewton
 from ..numerics.safe import as_array, is_concrete, safe_divide
 from ..pipeline import PLAIN, Pipeline
@@ -253,7 +253,7 @@ def _step(slope: Callable, excess: Array) -> Array:
 def _refined_root(f: Callable, low: Array, high: Array) -> tuple[Array, Array]:
     """Root between `low`, where f < 0, and `high`, and 1 where there is one, else 0."""
     place = lambda share: low + share * (high - low)  # noqa: E731
-    found = optx.root_find(  # type: ignore[var-annotated]
+    found = optx.root_find(
         lambda share, _: f(place(share[0]))[None] / (high - low), BoundedNewton(), jnp.full(1, 0.5),
         options={"free": 0}, max_steps=MOST_STEPS, throw=False,
     )  # fmt: skip

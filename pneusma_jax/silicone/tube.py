@@ -2,9 +2,9 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-import optimistix as optx
 from jaxtyping import Array
 
+from ..late import optimistix as optx
 from ..precision import require_float64
 from .laws import SiliconeLaw
 
@@ -34,9 +34,9 @@ def tube_strain(
         return (law(strain) - pressure * ratio) / 1e5
 
     # Newton from rest diverges where a law softens; a bracketed search cannot
-    solver = optx.Bisection(rtol=1e-14, atol=1e-14, flip=False)  # type: ignore[call-arg, var-annotated]
+    solver = optx.Bisection(rtol=1e-14, atol=1e-14, flip=False)
     options = dict(lower=LEAST, upper=MOST)
-    found = optx.root_find(  # type: ignore[var-annotated]
+    found = optx.root_find(
         balance, solver, jnp.asarray(0.1), None, options=options, max_steps=200, throw=False
     )
     held = (balance(jnp.asarray(LEAST), None) < 0.0) & (balance(jnp.asarray(MOST), None) > 0.0)

@@ -10,13 +10,13 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import optimistix as optx
 from jaxtyping import Array, Float
 
 from ..actuator import Actuator
 from ..actuator.balance import Problem, configuration, residual, spring_responses, start
 from ..actuator.result import SHORTEST, Equilibrium, Status
 from ..actuator.root_find import BALANCED
+from ..late import optimistix as optx
 from ..nitinol import SpringState
 from ..nitinol.spring import Activation
 from ..numerics.linear import solve_small
@@ -127,7 +127,7 @@ def _equilibrium_near(problem: Problem, guess: Array) -> Equilibrium:
     fixed_phases = tuple(getattr(a, "held", lambda a=a: a)() for a in problem.activations)
     frozen = eqx.tree_at(lambda p: p.activations, frozen, jax.lax.stop_gradient(fixed_phases))
     guess = jax.lax.stop_gradient(guess)
-    found = optx.root_find(_residual, METHOD, guess, frozen, max_steps=MOST_STEPS, throw=False)  # type: ignore[var-annotated]
+    found = optx.root_find(_residual, METHOD, guess, frozen, max_steps=MOST_STEPS, throw=False)
     root, slope = jax.lax.stop_gradient((found.value, found.stats["slope"]))
     excess = _residual(root, problem)
     missed = jax.lax.stop_gradient(excess)

@@ -11,13 +11,15 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from scipy.optimize import brentq, minimize
 from scipy.special import ndtri
 
 from fitting.inference.channels import Channel, block_noise
 from fitting.specimens.block_means import averaged
+from pneusma_jax.late import Late
 
 from ..settings import DEFAULT
+
+optimize = Late("scipy.optimize")
 
 NOISE = DEFAULT.noise
 EVIDENCE = DEFAULT.evidence
@@ -226,7 +228,7 @@ def _least(cost: Callable[..., float], free: tuple[int, ...]) -> tuple[np.ndarra
 
     for start in (np.array([0.0, 0.3, 0.3]), np.array([0.0, 1.5, 0.7])):
         bounds = list(zip(low[chosen], high[chosen], strict=True))
-        found.append(minimize(part, start[chosen], bounds=bounds, method="L-BFGS-B"))
+        found.append(optimize.minimize(part, start[chosen], bounds=bounds, method="L-BFGS-B"))
     best = min(found, key=lambda f: f.fun)
     at = np.zeros(3)
     at[chosen] = best.x
@@ -248,4 +250,5 @@ def _usual(bends: Sequence[Sequence[tuple[np.ndarray, np.ndarray]]]) -> float:
 def _core(tails: float) -> float:
     """Scale of Student's t that is most likely for Gaussian numbers of unit size."""
     z = ndtri((np.arange(4000) + 0.5) / 4000)
-    return float(brentq(lambda s: np.mean((tails + 1.0) * z**2 / (tails * s**2 + z**2)) - 1.0, 0.3, 1.5))
+    slope = lambda s: np.mean((tails + 1.0) * z**2 / (tails * s**2 + z**2)) - 1.0  # noqa: E731
+    return float(optimize.brentq(slope, 0.3, 1.5))

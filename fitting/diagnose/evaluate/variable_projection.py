@@ -11,14 +11,15 @@ from dataclasses import dataclass, field
 
 import jax
 import numpy as np
-from scipy.sparse import csc_array, csr_array, vstack
-from scipy.sparse.linalg import SuperLU, splu
 
 from fitting.inference.channels import Channel
+from pneusma_jax.late import Late
 
 from ..settings import DEFAULT
 from .latent_trajectories import LatentTrajectory
 from .trajectory_elimination import best_steps, projected_columns
+
+sparse, sparse_linalg = Late("scipy.sparse"), Late("scipy.sparse.linalg")
 
 TRAJECTORIES = DEFAULT.trajectories
 
@@ -60,7 +61,7 @@ class Projection:
     _answers: dict[bytes, dict] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @functools.cached_property
-    def design(self) -> csr_array:
+    def design(self) -> "sparse.csr_array":
         """Derivative of the misfit by the unknowns, (values, unknowns).
 
         A whitened value depends on its own row and the one before, and on the rows that these remember.
@@ -75,7 +76,7 @@ class Projection:
         return _sparse(np.stack(values, axis=-1), np.stack(columns, axis=-1), self.fraction.size)
 
     @functools.cached_property
-    def _walk(self) -> csr_array:
+    def _walk(self) -> "sparse.csr_array":
         """Derivative of the weighted increments and of a hold on every row, (equations, unknowns)."""
         information = max(float(self.design.power(2).sum(axis=0).max()), TRAJECTORIES.hold_weight)
         maximum = TRAJECTORIES.maximum_stiffness * information  # more is lost to rounding
@@ -85,12 +86,12 @@ class Projection:
         columns = np.stack([places, _earlier(places)], axis=-1)
         held = np.full((count, 1), np.sqrt(TRAJECTORIES.hold_weight))
         hold = _sparse(held, np.arange(count)[:, None], count)
-        return vstack([_sparse(values, columns, count), hold], format="csr")
+        return sparse.vstack([_sparse(values, columns, count), hold], format="csr")
 
     @functools.cached_property
-    def system(self) -> csc_array:
+    def system(self) -> "sparse.csc_array":
         """Second derivative of half the square of misfit and increments, (unknowns, unknowns)."""
-        whole = vstack([self.design, self._walk], format="csr")
+        whole = sparse.vstack([self.design, self._walk], format="csr")
         found = whole.T @ whole
         found.sort_indices()
         return found
@@ -162,16 +163,17 @@ class Projection:
         column = np.repeat(np.arange(self.system.shape[1]), np.diff(self.system.indptr))
         return self.system.indices, column, np.flatnonzero(self.system.indices == column)
 
-    def _factor(self, free: np.ndarray) -> SuperLU:
+    def _factor(self, free: np.ndarray) -> "sparse_linalg.SuperLU":
         """Factor of the system in which all but the free unknowns are held."""
         row, column, diagonal = self._entries
         entries = self.system.data * (free[row] & free[column])
         entries[diagonal] += ~free
-        held = csc_array((entries, row, self.system.indptr), shape=self.system.shape)
-        return splu(held, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        held = sparse.csc_array((entries, row, self.system.indptr), shape=self.system.shape)
+        how = {"SymmetricMode": True}
+        return sparse_linalg.splu(held, permc_spec="NATURAL", diag_pivot_thresh=0.0, options=how)
 
     def _project(
-        self, jacobian: np.ndarray, free: np.ndarray, factor: SuperLU
+        self, jacobian: np.ndarray, free: np.ndarray, factor: "sparse_linalg.SuperLU"
     ) -> tuple[np.ndarray, np.ndarray]:
         """See `projected`, for a given mask of free unknowns and the factor of their system."""
         slopes = np.zeros((len(jacobian), len(free)))
@@ -249,7 +251,7 @@ def _earlier(each: np.ndarray) -> np.ndarray:
     return np.concatenate([each[..., :1], each[..., :-1]], axis=-1)
 
 
-def _sparse(values: np.ndarray, columns: np.ndarray, count: int) -> csr_array:
+def _sparse(values: np.ndarray, columns: np.ndarray, count: int) -> "sparse.csr_array":
     """A sparse matrix with the same number of entries in every row.
 
     Args:
@@ -260,4 +262,4 @@ def _sparse(values: np.ndarray, columns: np.ndarray, count: int) -> csr_array:
     rows = values.size // values.shape[-1]
     starts = np.arange(rows + 1, dtype=np.int32) * values.shape[-1]
     at = np.broadcast_to(columns, values.shape).astype(np.int32)
-    return csr_array((values.ravel(), at.ravel(), starts), shape=(rows, count))
+    return sparse.csr_array((values.ravel(), at.ravel(), starts), shape=(rows, count))

@@ -14,12 +14,15 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import lsq_linear
+
+from pneusma_jax.late import Late
 
 from ..evaluate.program import Program
 from ..settings import DEFAULT
 from .misfit import reduced
 from .refit import Fit, Refitter, Shown
+
+optimize = Late("scipy.optimize")
 
 OPTIMISER = DEFAULT.optimiser
 
@@ -114,7 +117,8 @@ class _Growth:
         within = low - OPTIMISER.rounding, high + OPTIMISER.rounding
         r, A = fit.evaluation.joined(self.chosen.astype(float))
         held, pull = self._held
-        step = lsq_linear(np.concatenate([A, held]), np.concatenate([-r, -pull]), within, method="bvls").x
+        rows, missed = np.concatenate([A, held]), np.concatenate([-r, -pull])
+        step = optimize.lsq_linear(rows, missed, within, method="bvls").x
         return np.clip(step, low, high)
 
     def _widened(self, fit: Fit) -> float:

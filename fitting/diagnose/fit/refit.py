@@ -15,14 +15,16 @@ from typing import TypeVar
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.optimize import lsq_linear
 
 from fitting.inference.parallel import FITS
+from pneusma_jax.late import Late
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..evaluate.unknowns import Unknowns
 from ..settings import DEFAULT
+
+optimize = Late("scipy.optimize")
 
 SCALING = DEFAULT.scaling
 OPTIMISER = DEFAULT.optimiser
@@ -292,7 +294,7 @@ class Refitter:
             return np.zeros(len(u)), 0.0
         factor = np.linalg.cholesky(damped)
         pull = solve_triangular(factor, -g, lower=True)
-        step = lsq_linear(
+        step = optimize.lsq_linear(
             factor.T, pull, (low - OPTIMISER.rounding, high + OPTIMISER.rounding), method="bvls"
         ).x
         step = np.clip(step, low, high)

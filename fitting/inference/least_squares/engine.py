@@ -26,8 +26,9 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import optimistix as optx
 from jaxtyping import Array, Bool, Float, Int, PyTree, Scalar
+
+from pneusma_jax.late import optimistix as optx
 
 from .trust_region import Box, Linearised, Proposal, linearise, propose, undamped
 
@@ -58,10 +59,10 @@ class EngineState(eqx.Module):
     converged: Bool[Array, ""]
     precise: Bool[Array, ""]
     stalled: Bool[Array, ""]
-    result: optx.RESULTS
+    result: Any
 
 
-class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
+class BoxedTrustRegion(eqx.Module):
     """Trust-region Levenberg-Marquardt with MINPACK's column scaling, between bounds, for flat vectors.
 
     The solve has converged when the undamped step is below `rtol` standard errors of the fit (relative
@@ -69,6 +70,8 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
     resolves a step and steps no longer shrink. In the second, steps stay below `atol + rtol * size` in every
     component without becoming a small part of a standard error. This happens where the residual itself
     vanishes. The size is a component's magnitude (`relative`) or one.
+
+    The methods are those of `optimistix.AbstractLeastSquaresSolver`, see `pneusma_jax.late.optimistix`.
 
     Attributes:
         rtol: relative tolerance, see above.
@@ -194,7 +197,7 @@ class BoxedTrustRegion(optx.AbstractLeastSquaresSolver):
         # A ratio of NaN, from a residual of NaN, fails both comparisons and shrinks the radius.
         return jnp.where(ratio >= 0.25, enlarged, 0.25 * state.proposal.length)
 
-    def terminate(self, fn, y, args, options, state, tags) -> tuple[Bool[Array, ""], optx.RESULTS]:
+    def terminate(self, fn, y, args, options, state, tags) -> tuple[Bool[Array, ""], Any]:
         """True where the state ends the solve."""
         del fn, y, args, options, tags
         return state.converged | state.precise | state.stalled | (state.taken >= self.most), state.result

@@ -7,10 +7,10 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import optimistix as optx
 from jaxtyping import Array, Bool, Float, Int, PyTree
 
 from pneusma_jax.errors import InputError
+from pneusma_jax.late import optimistix as optx
 from pneusma_jax.program_cache import stored_jit
 
 from ..parameters import Layout
