@@ -286,5 +286,5 @@ def _misfits(compared: dict[str, tuple], noise: dict[str, float]) -> str:
         rows.append(
             [name, str(off.size), f"{rmse:.4g}", f"{np.mean(off) if off.size else math.nan:.4g}", stated]
         )
-    header = ("output", "samples", "rmse", "mean of recording - model", "noise")
+    header = ("output", "samples", "rmse", "mean of measured - model", "noise")
     return table_text(Table(header, rows), indent=0)

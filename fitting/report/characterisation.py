@@ -16,6 +16,7 @@ from pneusma_jax.errors import counted
 from pneusma_jax.units import amount
 
 from .cells import number, percent, relative, with_error
+from .figures import RESIDUAL
 from .table import Table
 
 ERRORS = "± one standard error."
@@ -23,6 +24,8 @@ QUOTED = (
     "± one standard error; where the misfit is no parabola, the errors to either side (68 %). The 90 % "
     "interval is that of the profile likelihood. Of prior's: its width over that of the prior."
 )
+SIGNED = f"Signed: the same of {RESIDUAL}, so it is positive where the model is low."
+"""Sentence on the signed relative difference of every table of errors."""
 COMBINED = "What the recordings tell whatever single constants are. Stresses are those of a first pull."
 CSV_DIGITS = 10
 """Number of significant digits in CSV files of results."""

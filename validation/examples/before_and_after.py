@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from fitting.data.recordings import read_campaign
 from fitting.diagnose import diagnose
 from fitting.diagnose.verdict.conclusion import Conclusion
-from fitting.report.figures import BLUE, GREY, VERMILION, style
+from fitting.report.figures import BLUE, GREY, VERMILION, measured_marks, residual_over_noise, style
 from pneusma_jax import enable_float64
 
 CAMPAIGN = Path(__file__).resolve().parents[2] / "calibration_data" / "examples" / "pulled_silicone"
@@ -45,15 +45,15 @@ def figure_of(conclusion: Conclusion) -> Figure:
         )
         for (title, (predicted, colour)), (top, below) in zip(models.items(), axes.T, strict=True):
             predicted = np.asarray(predicted)[used] / 1e3
-            top.plot(strain, measured, ".", color=GREY, ms=4, label="measured")
-            top.plot(strain, predicted, color=colour, lw=1.6, label="model")
+            top.plot(strain, measured, label="measured", **measured_marks(len(strain)))
+            top.plot(strain, predicted, color=colour, lw=1.3, label="model")
             top.set_title(title)
             top.legend(loc="upper left")
-            below.plot(strain, (predicted - measured) / (channel.sigma[used] / 1e3), ".", color=colour, ms=3)
+            below.plot(strain, (measured - predicted) / (channel.sigma[used] / 1e3), ".", color=colour, ms=3)
             below.axhspan(-2.0, 2.0, color=GREY, alpha=0.2, lw=0)
             below.set_xlabel("engineering strain [1]")
         axes[0, 0].set_ylabel("engineering stress [kPa]")
-        axes[1, 0].set_ylabel("miss / noise [1]")
+        axes[1, 0].set_ylabel(residual_over_noise())
     return figure
 
 

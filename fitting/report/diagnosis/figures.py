@@ -19,6 +19,8 @@ from fitting.report.figures import (
     VERMILION,
     axis_label,
     legend_over,
+    measured_marks,
+    residual_over_noise,
     style,
 )
 from fitting.specimens import specimen_of
@@ -97,13 +99,14 @@ def _one(conclusion: Conclusion, k: int, panels: Sequence[Axes], other: str | No
     time = np.asarray(x.program.stacked.time)[k]
     show = lambda values: from_si(np.asarray(values)[counted], unit)  # noqa: E731
     base, after = x.base.evaluation.predicted[k][0], conclusion.shown.predicted[k][0]
-    top.plot(time[counted], show(channel.measured), ".", ms=2.5, color=DATA, label="measured")
+    marks = measured_marks(int(np.sum(counted)))
+    top.plot(time[counted], show(channel.measured), label="measured", **marks)
     begun = specimen_of(recording.kind).set_apart(recording)
     if begun is not None:
         clock = recording.si("time") if recording.has("time") else np.arange(len(recording))
         first = recording.columns[column][: begun.rows]
         top.plot(clock[: begun.rows], first, "x", ms=2.5, color=APART, label="first heating, set apart")
-    top.plot(time[counted], show(base), color=BASE, lw=1.3, label="base model, refitted")
+    top.plot(time[counted], show(base), color=BASE, ls="--", lw=1.3, label="base model, refitted")
     if conclusion.changed:
         terms = ["what was found"] if conclusion.model[1].slugs else []
         terms += ["a smooth term, unexplained"] if conclusion.remainder is not None else []
@@ -113,12 +116,12 @@ def _one(conclusion: Conclusion, k: int, panels: Sequence[Axes], other: str | No
     top.set_ylabel(axis_label(column), fontsize=8)
     _residuals(conclusion, k, 0, below)
     if other is not None:
-        below.set_ylabel(f"{channel.quantity.replace('_', ' ')}\nresidual / noise [1]", fontsize=7)
+        below.set_ylabel(residual_over_noise(channel.quantity.replace("_", " ")), fontsize=7)
         second = [j for j, more in enumerate(channels) if j > 0 and more.quantity == other]
         for j in second:
             _residuals(conclusion, k, j, panels[2])
         if second:
-            panels[2].set_ylabel(f"{other.replace('_', ' ')}\nresidual / noise [1]", fontsize=7)
+            panels[2].set_ylabel(residual_over_noise(other.replace("_", " ")), fontsize=7)
         else:
             panels[2].axis("off")
             panels = panels[:2]
@@ -133,17 +136,20 @@ def _one(conclusion: Conclusion, k: int, panels: Sequence[Axes], other: str | No
 
 
 def _residuals(conclusion: Conclusion, k: int, j: int, axes: Axes) -> None:
-    """Residuals of one output of one recording under both models, in standard deviations of its noise."""
+    """Residuals of one output of one recording under both models, in standard deviations of its noise.
+
+    A residual is measured less model.
+    """
     x = conclusion.explanation
     channel = x.program.channels[k][j]
     counted = np.isfinite(channel.sigma)
     time, sigma = np.asarray(x.program.stacked.time)[k][counted], channel.sigma[counted]
     models = [(x.base.evaluation, BASE), *([(conclusion.shown, AFTER)] if conclusion.changed else [])]
     for evaluation, colour in models:
-        missed = (np.asarray(evaluation.predicted[k][j]) - channel.measured)[counted]
+        missed = (channel.measured - np.asarray(evaluation.predicted[k][j]))[counted]
         axes.plot(time, missed / sigma, color=colour, lw=0.9)
     axes.axhspan(-2, 2, color=SKY, alpha=0.25, lw=0)
-    axes.set_ylabel("residual\n/ noise [1]", fontsize=8)
+    axes.set_ylabel(residual_over_noise(), fontsize=7)
 
 
 def probability_figure(conclusion: Conclusion) -> Figure:

@@ -23,8 +23,8 @@ from .tables import (
 )
 
 CAPTIONS = {
-    "recordings": "Recordings and the base model, refitted within its tolerances{found}. Residuals in "
-    "standard deviations of the noise; shaded: within two{place}.",
+    "recordings": "Recordings and the base model, refitted within its tolerances{found}. Residuals "
+    "(measured less model) in standard deviations of the noise; shaded: within two{place}.",
     "probabilities": "What the recordings say about the strongest explanation.",
 }
 

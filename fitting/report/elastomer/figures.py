@@ -20,6 +20,7 @@ from ..figures import (
     VERMILION,
     axis_label,
     legend_over,
+    residual_label,
     thinned,
 )
 from ..report import Picture
@@ -53,7 +54,8 @@ def pictures(result: ElastomerCharacterisation) -> dict[str, Picture]:
         ),
         Picture(
             "residuals",
-            "What each law leaves of the curve. Noise would scatter around zero; slow waves are its shape.",
+            "Measured less model, of each law. Noise would scatter around zero; slow waves are the shape of "
+            "the curve.",
             lambda: residual_figure(result),
         ),
         Picture(
@@ -159,7 +161,7 @@ def residual_figure(result: ElastomerCharacterisation) -> Figure:
     for axes in (left, right):
         axes.axhline(0.0, color=BLACK, lw=0.8)
         axes.set_xlabel("stretch [1]")
-        axes.set_ylabel("measured - fitted stress [kPa]")
+        axes.set_ylabel(residual_label("stress_kPa"))
         axes.legend(ncols=2 if axes is right else 1)
     return drawing
 

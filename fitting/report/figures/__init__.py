@@ -37,6 +37,12 @@ SERIES = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 """Colours of series that are alike, such as springs, in their order. Yellow is too faint on white."""
 LINES, MARKS = ("-", "--", ":", "-."), ("o", "s", "^", "D")
 """Line styles and markers of series: those of the second seven have the second, and so on."""
+RESIDUAL = "measured - model"
+"""Sign of every residual: positive where the model is low."""
+FEW_MARKS = 60
+"""Maximum number of measured rows that are open circles above the model's line. More would hide it.
+
+So they are dots below it, three times as wide as the line."""
 MOST_COLUMNS = 4
 """Maximum number of panels beside each other."""
 STYLE = {
@@ -89,6 +95,33 @@ def series(k: int, points: bool = False) -> dict[str, str]:
     turn = k // len(SERIES) % len(LINES)
     look = {"linestyle": "none", "marker": MARKS[turn]} if points else {"linestyle": LINES[turn]}
     return {"color": SERIES[k % len(SERIES)], **look}
+
+
+def measured_marks(count: int) -> dict[str, Any]:
+    """Look of measured rows beside the model's line, as arguments of `plot`: both are seen where they agree.
+
+    Args:
+        count: number of rows of the recording.
+    """
+    look = {"linestyle": "none", "marker": "o", "color": BLACK}
+    if count <= FEW_MARKS:
+        return look | {"markerfacecolor": "none", "markersize": 5.5, "markeredgewidth": 1.0, "zorder": 3}
+    return look | {"markersize": 4.2, "markeredgewidth": 0.0, "zorder": 1.5}
+
+
+def residual_label(column: str, lines: str = " ") -> str:
+    """Words, sign and unit of a residual of a canonical column, such as `measured - model [kPa]`.
+
+    Args:
+        column: canonical column.
+        lines: text between the words and the unit.
+    """
+    return f"{RESIDUAL}{lines}{unit_of(column)}".strip()
+
+
+def residual_over_noise(words: str = "") -> str:
+    """Label of a residual over the noise, under the name of the quantity if there is one."""
+    return "\n".join(filter(None, (words, f"({RESIDUAL})", "/ noise [1]")))
 
 
 def thinned(values: np.ndarray, most: int) -> np.ndarray:
@@ -268,16 +301,16 @@ def recording_figure(
             above.set_ylabel(axis_label(column))
             _residuals(below, values, measured - predicted, noise.get(column))
             below.set_xlabel(axis_label(name))
-            below.set_ylabel("recording - model " + unit_of(column))
+            below.set_ylabel(residual_label(column))
         figure.align_ylabels()
     return figure
 
 
 def _compared(axes: Axes, name: str, x: np.ndarray, measured: np.ndarray, predicted: np.ndarray) -> None:
-    axes.plot(x, measured, ".", color=GREY, markersize=4, label="recording")
+    axes.plot(x, measured, label="measured", **measured_marks(len(x)))
     single = name == "time_s" or np.all(np.diff(x[np.isfinite(x)]) >= 0.0)
     order = np.arange(len(x)) if single else np.argsort(x, kind="stable")
-    axes.plot(x[order], predicted[order], "-", color=VERMILION, label="model")
+    axes.plot(x[order], predicted[order], "-", color=VERMILION, linewidth=1.3, label="model")
     legend_above(axes)
 
 

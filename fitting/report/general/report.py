@@ -19,8 +19,8 @@ from .figures import pictures
 from .payload import content, most_rows
 
 SCORES = (
-    "MAE and RMSE in the unit of the column. RPD is the mean relative difference (Eq. 2.52), absolute "
-    "and signed. The last column is the misfit over the noise."
+    "MAE and RMSE in the unit of the column. RPD is the mean relative difference (Eq. 2.52) of absolute "
+    f"values. {characterisation.SIGNED} The last column is the misfit over the noise."
 )
 HELD = "Numbers that were held."
 NOTHING = "Nothing: everything that was free is known better than before."

@@ -22,10 +22,11 @@ from ..figures import (
     VERMILION,
     axis_label,
     legend_over,
+    measured_marks,
     only_first,
     panel_grid,
+    residual_label,
     thinned,
-    unit_of,
 )
 from ..report import Picture
 
@@ -199,7 +200,7 @@ def _bands(above: Axes, below: Axes, curve, predicted: np.ndarray) -> None:
     spread = np.sqrt(np.var(predicted[:, order], axis=0) + curve.sigma[order] ** 2)
     reach = 1.6448536269514722 * spread  # 90 % of a Gaussian
     marks = thinned(order, MOST_MARKS)
-    above.plot(curve.x[marks], curve.measured[marks], ".", color=GREY, ms=4, zorder=1, label="measured")
+    above.plot(curve.x[marks], curve.measured[marks], label="measured", **measured_marks(len(marks)))
     above.fill_between(
         x, middle - reach, middle + reach, color=SKY, alpha=0.3, lw=0, label="90 % of new measurements"
     )
@@ -207,11 +208,11 @@ def _bands(above: Axes, below: Axes, curve, predicted: np.ndarray) -> None:
     above.plot(x, middle, color=VERMILION, lw=1.3, label="median")
     below.fill_between(x, -reach, reach, color=SKY, alpha=0.3, lw=0)
     below.fill_between(x, low - middle, high - middle, color=VERMILION, alpha=0.35, lw=0)
-    below.plot(x, curve.measured[order] - middle, ".", color=GREY, ms=3)
+    below.plot(x, curve.measured[order] - middle, ".", color=BLACK, ms=3)
     below.axhline(0.0, color=BLACK, lw=0.8)
     above.set_title(curve.recording + (" (validation, not fitted)" if curve.role == "validation" else ""))
     above.set_ylabel(axis_label(curve.y_column))
-    below.set_ylabel(f"difference {unit_of(curve.y_column)}".strip())
+    below.set_ylabel(residual_label(curve.y_column))
     below.set_xlabel(axis_label(curve.x_column))
 
 

@@ -19,7 +19,7 @@ def pictures(result: SpringCharacterisation) -> dict[str, Picture]:
     drawn = [
         Picture(
             "fit",
-            "Shear stress of every test (dots) and the model from resistance alone (lines).",
+            "Shear stress of every test (dots or circles) and the model from resistance alone (lines).",
             lambda: _panels(result, _stress),
         ),
         Picture(
@@ -50,8 +50,8 @@ def _panels(result: SpringCharacterisation, draw: Callable[[Axes, Score], None])
 
 
 def _stress(panel: Axes, score: Score) -> None:
-    panel.plot(score.gamma, score.stress / 1e6, ".", color=house.GREY, markersize=3, label="recording")
-    panel.plot(score.gamma, score.predicted / 1e6, "-", color=house.VERMILION, linewidth=1.2, label="model")
+    panel.plot(score.gamma, score.stress / 1e6, label="measured", **house.measured_marks(len(score.gamma)))
+    panel.plot(score.gamma, score.predicted / 1e6, "-", color=house.VERMILION, linewidth=1.3, label="model")
     panel.set_xlabel("shear strain [1]")
     panel.set_ylabel("shear stress [MPa]")
 

@@ -14,9 +14,9 @@ from .figures import pictures
 from .payload import content
 
 SCORES = (
-    "Shear stress predicted from elongation and resistance alone. MAE and RMSE in MPa; RPD is the mean "
-    "relative difference (Eq. 2.52), signed and absolute; blind: rows whose resistance hardly tells the "
-    "martensite fraction."
+    "Shear stress predicted from elongation and resistance alone. MAE and RMSE in MPa. RPD is the mean "
+    f"relative difference (Eq. 2.52) of absolute values. {characterisation.SIGNED} Blind: rows whose "
+    "resistance hardly tells the martensite fraction."
 )
 NOTHING = "Nothing: every free constant is known better than before."
 
