@@ -15,7 +15,7 @@ from fitting.inference.notes import joined
 from pneusma_jax.errors import counted
 from pneusma_jax.units import amount
 
-from .cells import number, percent, relative, with_error
+from .cells import number, percent, relative, told_apart, with_error
 from .figures import RESIDUAL
 from .table import Table
 
@@ -112,7 +112,7 @@ def estimate_text(estimate: Estimate) -> str:
     if estimate.curved and 68 in estimate.interval:
         low, high = estimate.interval[68]
         below, above = max(estimate.value - low, 0.0), max(high - estimate.value, 0.0)
-        value = _ends(estimate.value, low, high)[0]
+        value = told_apart(estimate.value, low, high)[0]
         return f"{value} (-{number(below, '.2g')} +{number(above, '.2g')})"
     without = estimate.at_bound and not math.isfinite(estimate.sd)
     return with_error(estimate.value, None if without else estimate.sd)
@@ -122,20 +122,10 @@ def interval_text(estimate: Estimate) -> str:
     """The 90 % interval, or the bound that the recordings give."""
     if 90 not in estimate.interval:
         return ""
-    low, high = _ends(*estimate.interval[90])
+    low, high = told_apart(*estimate.interval[90])
     if estimate.determined == (True, False):
         return f"above {low}"
     return f"below {high}" if estimate.determined == (False, True) else f"{low} to {high}"
-
-
-def _ends(*numbers: float) -> list[str]:
-    """Numbers with as many digits as tell them apart: two of half the distance between the extremes."""
-    width = 0.5 * (max(numbers) - min(numbers))
-    size = max(map(abs, numbers))
-    if not (math.isfinite(size) and width > 0.0):
-        return [number(one, ".4g") for one in numbers]
-    digits = max(4, math.floor(math.log10(size)) - math.floor(math.log10(width)) + 2)
-    return [number(one, f".{digits}g") for one in numbers]
 
 
 def remark(estimate: Estimate) -> str:
@@ -154,10 +144,10 @@ def remark(estimate: Estimate) -> str:
 
 def combination_table(found: Sequence[Combination]) -> Table:
     """Quantities that are known better than single constants, with their 90 % intervals."""
-    rows = [
-        [one.name, _ends(one.value, one.low, one.high)[0], " to ".join(_ends(one.low, one.high)), one.unit]
-        for one in found
-    ]
+    rows = []
+    for one in found:
+        value, interval = told_apart(one.value, one.low, one.high)[0], told_apart(one.low, one.high)
+        rows.append([one.name, value, " to ".join(interval), one.unit])
     return Table(["quantity", "value", "90 % interval", "unit"], rows, COMBINED)
 
 

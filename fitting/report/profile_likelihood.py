@@ -13,6 +13,7 @@ from fitting.calibrate.result import Estimate
 from pneusma_jax.units import amount, from_si, to_si
 
 from . import figures as house
+from .cells import told_apart
 from .report import Picture
 
 CAPTION = (
@@ -125,7 +126,7 @@ def interval(result: Profiled, name: str) -> str:
     risen = result.profiles[name].interval(RISES[90])
     low, high = (q if np.isfinite(end) else end for q, end in zip(quoted, risen, strict=True))
     if np.isfinite(low) and np.isfinite(high):
-        return amount(f"{low:.4g} to {high:.4g}", unit)
+        return amount(" to ".join(told_apart(low, high)), unit)
     if np.isfinite(low):
         return f"{amount(f'{low:.4g}', unit)} or more"
     return f"{amount(f'{high:.4g}', unit)} or less" if np.isfinite(high) else "anything within its range"

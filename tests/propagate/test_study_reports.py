@@ -118,3 +118,67 @@ def test_few_failed_rows_do_not_tell_where_they_failed_and_many_do(tmp_path):
 )
 def test_an_axis_has_a_unit_where_its_name_ends_in_one(column, label, unit):
     assert (axis_label(column), unit_of(column)) == (label, unit)
+
+
+def many(count):
+    """An expression of so many inputs, each with its own share of the variance."""
+    inputs = "".join(f"[input.x{k}]\nmean = 0\nsd = {1 + 0.1 * k}\n" for k in range(count))
+    return f"schema = 'pneusma-study/1'\n[model]\nthrough = 'expression'\noutputs = {{y = '{' + '.join(f'x{k}' for k in range(count))}'}}\n{inputs}"
+
+
+@pytest.mark.parametrize(("count", "cut"), [(12, False), (16, True)])
+def test_a_table_of_the_largest_indices_says_how_many_there_are_and_which_file_has_all(tmp_path, count, cut):
+    """The other indices were left out without a word."""
+    said, out = run(tmp_path, many(count) + "[indices]\nkind = 'sobol'\n[sampling]\nrows = 2000\n")
+    assert len(re.findall(r"x\d+ on y", said)) == min(count, 12)
+    assert (f"For each output, the 12 largest of {count}; indices.csv has all." in said) == cut
+    listed = {line.split(",")[0] for line in (out / "indices.csv").read_text().splitlines()[1:]}
+    assert len(listed) == count
+    assert ("The 15 largest of 16 inputs or groups are drawn." in (out / "report.html").read_text()) == cut
+
+
+def test_a_study_says_what_its_rows_are_and_why_there_are_more_than_asked_for(tmp_path):
+    """A newcomer read `4,004 rows` of a study that asks for 4,000."""
+    said, _ = run(tmp_path, many(20) + "[indices]\nkind = 'sobol'\n[sampling]\nrows = 4000\n")
+    assert "4,004 rows. A row is the model computed once, with one set of values of 20 inputs (Sobol points)." in said
+    assert "The study asks for 4,000. Indices need whole blocks of 22 rows, so there are 4,004." in said
+    said, _ = run(tmp_path / "plain", PLAIN + SMALL)
+    assert "200 rows. A row is the model" in said and "blocks" not in said
+
+
+@pytest.mark.parametrize(
+    ("output", "pattern"),
+    [
+        ("0.506 + 1e-7*a", r"y: 0\.5060001, 90 % of rows between (0\.50\d+) and (0\.50\d+),"),
+        ("3 + 0*a", r"y: 3 in 90 % of rows or more, which have no spread, nominal 3\."),
+        ("(a > 2) * a", r"y: 0 in 90 % of rows or more, which have no spread, and all between 0 and (\d+\.\d+), nominal 0\."),
+    ],
+)
+def test_an_interval_shows_its_width_or_says_that_there_is_none(tmp_path, output, pattern):
+    """It read `0.506 to 0.506`."""
+    text = PLAIN.replace("a + 2*b", output)
+    said, _ = run(tmp_path, text + SMALL)
+    found = re.search(pattern, said)
+    assert found, said
+    if len(found.groups()) == 2:
+        low, high = map(float, found.groups())
+        assert high - low == pytest.approx(2 * 1.645 * 0.5e-7, rel=0.1)
+        assert "nominal 0.5060001." in said
+        (row,) = re.findall(r"\by 0\.506\d* .*?Each output", said)
+        assert found[1] in row and found[2] in row  # the table tells them apart, too
+
+
+@pytest.mark.parametrize(("output", "cell"), [("a + 2*b", "every row has one"), ("a + 2*sqrt(b + 1)", r"0\.\d+ to 0\.\d+")])
+def test_bounds_for_rows_without_a_result_stand_where_there_are_any(tmp_path, output, cell):
+    """Where every row has a result, the bounds read `0.506 to 0.506`."""
+    said, _ = run(tmp_path, PLAIN.replace("a + 2*b", output) + LIMIT.format(3) + SMALL)
+    assert re.search(rf"y above 3 +0\.\d+ +0\.\d+ to 0\.\d+ +{cell}\b", said), said
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "text"), [(0.84, 0.012, "0.84 ± 0.01"), (0.84, 2.3e-5, "0.84000 ± 0.00002"), (0.84, np.nan, "0.84 ± n/a"), (0.0, 0.0, "0.00 ± 0.00")]
+)
+def test_the_width_of_an_index_keeps_a_digit(value, half, text):
+    from fitting.report.cells import with_half_width
+
+    assert with_half_width(value, half, 2) == text

@@ -19,6 +19,7 @@ from ..figures import (
     axis_label,
     legend_above,
     literal,
+    only_first,
     style,
     unit_of,
 )
@@ -29,6 +30,10 @@ FAILED_ROWS = (
     "Where in the inputs rows have no result; level lines are inputs that do not matter for it."
 )
 MOST_BANDS = 6
+MOST_COURSES = 6
+"""Maximum number of inputs or groups whose indices are drawn along the driver: so many colours differ."""
+MOST_UNEVEN = 4
+"""Maximum number of inputs in the figure of rows without a result."""
 MOST_BARS = 15
 """Maximum number of bars of a tornado diagram; the smallest of more are zero on any scale."""
 
@@ -36,13 +41,14 @@ MOST_BARS = 15
 def pictures(result: Propagation) -> list[Picture]:
     """Every figure, not drawn yet."""
     found, columns = [], result.problem.columns
+    first = only_first(MOST_BANDS, len(columns.quantities), "outputs")
     for quantity in columns.quantities[:MOST_BANDS]:
         name = quantity.name
         if columns.along(name):
-            caption = f"{name}: median, central 68 and 90 % of rows, and the model at nominal values."
+            caption = f"{name}: median, central 68 and 90 % of rows, and the model at nominal values.{first}"
             found.append(Picture(f"band_{_file(name)}", caption, partial(band, result, name)))
         else:
-            caption = f"{name}: distribution over rows (0.2 to 99.8 %)."
+            caption = f"{name}: distribution over rows (0.2 to 99.8 %).{first}"
             found.append(Picture(f"distribution_{_file(name)}", caption, partial(distribution, result, name)))
     if result.summary.indices is not None:
         found += _of_indices(result)
@@ -51,18 +57,29 @@ def pictures(result: Propagation) -> list[Picture]:
             caption = f"Share of rows in which {limit.limit} held at this point or before."
             found.append(Picture(f"failure_{_file(limit.limit)}", caption, partial(failure, result, limit)))
     if result.summary.failures.count:
-        found.append(Picture("failed_rows", FAILED_ROWS, partial(failed_rows, result)))
+        uneven = _largest(MOST_UNEVEN, len(result.problem.inputs.names), "inputs", "most uneven")
+        found.append(Picture("failed_rows", FAILED_ROWS + uneven, partial(failed_rows, result)))
     return _named_apart(found)
+
+
+def _largest(most: int, count: int, things: str, which: str = "largest") -> str:
+    """End of the caption of a figure that draws the largest of `count` things; empty if it draws all."""
+    return f" The {most} {which} of {count} {things} are drawn." if count > most else ""
 
 
 def _of_indices(result: Propagation) -> list[Picture]:
     columns, found = result.problem.columns, []
-    for name in (result.problem.study.indices.of or [q.name for q in columns.quantities])[:MOST_BANDS]:
+    names = result.problem.study.indices.of or [q.name for q in columns.quantities]
+    first = only_first(MOST_BANDS, len(names), "outputs")
+    for name in names[:MOST_BANDS]:
         label = columns.labels[shown_column(result, name)]
-        caption = f"What the variance of {label} comes from, with 95 % intervals of the bootstrap."
+        largest = _largest(MOST_BARS, len(result.problem.groups), "inputs or groups")
+        said = f"What the variance of {label} comes from, with 95 % intervals of the bootstrap."
+        caption = said + largest + first
         found.append(Picture(f"tornado_{_file(name)}", caption, partial(tornado, result, name)))
         if columns.along(name):
-            caption = f"What {name} depends on, along the driver; bands are 95 % intervals."
+            largest = _largest(MOST_COURSES, len(result.problem.groups), "inputs or groups")
+            caption = f"What {name} depends on, along the driver; bands are 95 % intervals.{largest}"
             found.append(Picture(f"indices_{_file(name)}", caption, partial(indices_along, result, name)))
     return found
 
@@ -162,7 +179,7 @@ def indices_along(result: Propagation, name: str) -> Figure:
     kind = "total" if sums.kind == "sobol" else "shapley"
     value, half = (x[:, first : first + len(driver.values)] for x in sums.estimates()[kind])
     groups = [literal(group) for group in problem.groups]
-    order = np.argsort(-np.nan_to_num(value, nan=0.0).max(axis=1))[:6]
+    order = np.argsort(-np.nan_to_num(value, nan=0.0).max(axis=1))[:MOST_COURSES]
     colours = (BLUE, ORANGE, VERMILION, SKY, BLACK, GREY)
     with style():
         figure = Figure(figsize=(6.8, 4.4), layout="constrained")
@@ -198,7 +215,7 @@ def failure(result: Propagation, found: object) -> Figure:
 def failed_rows(result: Propagation) -> Figure:
     """Figure of the share of failed rows over the quantile of the most telling inputs."""
     failures, names = result.summary.failures, result.problem.inputs.names
-    order = np.argsort(-failures.uneven)[:4]
+    order = np.argsort(-failures.uneven)[:MOST_UNEVEN]
     middle = 100.0 * (np.arange(BINS) + 0.5) / BINS
     with style():
         figure = Figure(figsize=(6.8, 4.2), layout="constrained")

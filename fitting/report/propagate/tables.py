@@ -4,10 +4,14 @@ import numpy as np
 
 from fitting.propagate import Propagation
 
-from ..cells import number
+from ..cells import digits_apart, number, told_apart, with_half_width
 from ..table import Table
-from .numbers import exceedances, index_table, shown_column
+from .numbers import exceedances, index_table, lost, shown_column
 
+ROW = "A row is the model computed once, with one set of values of all inputs."
+"""Sentence on the word for a sample of a study."""
+IF_ALL = "if every row had a result"
+"""Heading of bounds that hold whatever the result of failed rows would be."""
 MOST_SHOWN = 12
 """Maximum number of rows for a quantity in the table of indices; the files have all."""
 
@@ -19,14 +23,20 @@ def quantity_table(result: Propagation) -> Table:
     for quantity in result.problem.columns.quantities:
         k = shown_column(result, quantity.name)
         low, middle, high = result.quantiles([0.05, 0.5, 0.95])[:, k]
-        numbers = (result.nominal[k], moments.mean[k], moments.sd[k], low, middle, high)
-        rows.append([result.problem.columns.labels[k], *(number(x, ".4g") for x in numbers)])
+        form = f".{digits_apart(low, high)}g"
+        before = number(result.nominal[k], form), number(moments.mean[k], form), number(moments.sd[k], ".4g")
+        cells = *before, *(number(x, form) for x in (low, middle, high))
+        rows.append([result.problem.columns.labels[k], *cells])
     header = ["output", "nominal", "mean", "sd", "5 %", "50 %", "95 %"]
-    return Table(header, rows, "Where each spreads most; columns.csv has all.")
+    note = f"Each output where it spreads most; columns.csv has all. {ROW}"
+    return Table(header, rows, note)
 
 
 def index_tables(result: Propagation) -> list[Table]:
-    """The largest indices of every quantity, at the point of its largest spread."""
+    """The largest indices of every quantity, at the point of its largest spread.
+
+    The note says how many there are, if the table has not all.
+    """
     if result.summary.indices is None:
         return []
     wanted = result.problem.study.indices.of or [q.name for q in result.problem.columns.quantities]
@@ -44,13 +54,16 @@ def index_tables(result: Propagation) -> list[Table]:
             cells = []
             for kind in kinds:
                 value, low, high, least, most = found[key][kind]
-                cells.append(f"{number(value, '.3f')} ± {number(high - value, '.3f')}")
+                cells.append(with_half_width(value, high - value, 3))
                 cells += [f"{number(least, '.2f')} to {number(most, '.2f')}"] if left_out else []
             rows.append([f"{key[1]} on {column}", *cells])
-    header = [cell for kind in kinds for cell in (kind, *(("whatever failed",) if left_out else ()))]
+    header = [cell for kind in kinds for cell in (kind, *((IF_ALL,) if left_out else ()))]
     note = "95 % intervals of the bootstrap."
+    groups = len(result.problem.groups)
+    if groups > MOST_SHOWN:
+        note += f" For each output, the {MOST_SHOWN} largest of {groups}; indices.csv has all."
     if left_out:
-        note += " Beside them: between what each index lies, whatever failed rows are."
+        note += " Beside them: bounds of each index, if rows without a result had any result that was seen."
     return [Table(["input or group", *header], rows, note)]
 
 
@@ -58,9 +71,9 @@ def limit_table(result: Propagation) -> Table:
     """Table of the failure probability of each limit, by counting."""
     rows = [
         [
-            e.limit, f"{e.probability[-1]:.4g}", f"{e.low[-1]:.3g} to {e.high[-1]:.3g}",
-            f"{e.bounds[0]:.3g} to {e.bounds[1]:.3g}",
+            e.limit, f"{e.probability[-1]:.4g}", " to ".join(told_apart(e.low[-1], e.high[-1], least=3)),
+            " to ".join(told_apart(*e.bounds, least=3)) if lost(result) else "every row has one",
         ]
         for e in exceedances(result)
     ]  # fmt: skip
-    return Table(["limit", "share of rows", "95 % interval", "whatever failed rows are"], rows)
+    return Table(["limit", "share of rows", "95 % interval", f"{IF_ALL} (bounds)"], rows)

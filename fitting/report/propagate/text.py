@@ -11,6 +11,7 @@ from fitting.propagate.responses import reason, undefined_output
 from pneusma_jax.actuator.result import solved
 from pneusma_jax.errors import counted
 
+from ..cells import digits_apart, number, told_apart, with_half_width
 from ..table import Table, table_text
 from .numbers import bounds_of, exceedances, lost, shown_column
 
@@ -35,9 +36,10 @@ def verdict(result: Propagation) -> list[str]:
     problem, sentences = result.problem, []
     failures = result.summary.failures
     words = {"sobol": "Sobol points", "monte_carlo": "random draws", "latin_hypercube": "Latin hypercubes"}
+    inputs, method = counted(len(problem.inputs.names), "input"), words[problem.study.sampling.method]
     sentences.append(
-        f"{problem.response.title}: {_rows(problem.rows)} of {counted(len(problem.inputs.names), 'input')}, "
-        f"by {words[problem.study.sampling.method]}."
+        f"{problem.response.title}: {_rows(problem.rows)}. A row is the model computed once, with one set of "
+        f"values of {inputs} ({method}).{_rounded(problem)}"
     )
     sentences += [_quantity(result, quantity.name) for quantity in problem.columns.quantities[:MOST_TOLD]]
     rest = len(problem.columns.quantities) - MOST_TOLD
@@ -46,7 +48,7 @@ def verdict(result: Propagation) -> list[str]:
     for found in exceedances(result):
         sentences.append(
             f"{found.limit}: in {_percent(found.probability[-1])} of rows, "
-            f"{_percent(found.low[-1])} to {_percent(found.high[-1])} (95 %)."
+            f"{_percents(found.low[-1], found.high[-1])} (95 %)."
         )
     sentences += [sentence for rare in result.rare.values() for sentence in rare_sentences(rare)]
     if result.summary.indices is not None:
@@ -56,21 +58,43 @@ def verdict(result: Propagation) -> list[str]:
     return sentences
 
 
+def _rounded(problem: Problem) -> str:
+    """Sentence on rows beyond those that were asked for; empty where there are none."""
+    asked = problem.study.sampling.rows
+    if problem.rows == asked:
+        return ""
+    return (
+        f" The study asks for {asked:,}. Indices need whole blocks of {problem.design.block} rows, so there "
+        f"are {problem.rows:,}."
+    )
+
+
 def _quantity(result: Propagation, name: str) -> str:
     k = shown_column(result, name)
     low, middle, high = result.quantiles([0.05, 0.5, 0.95])[:, k]
     if not np.isfinite(middle):
         return f"{result.problem.columns.labels[k]}: no row has a result."
     nominal = result.nominal[k]
-    beside = f", nominal {nominal:.4g}" if np.isfinite(nominal) else ""
+    beside = f", nominal {number(nominal, f'.{digits_apart(low, high)}g')}" if np.isfinite(nominal) else ""
     failures = result.summary.failures
     if failures.count:
         beside += f", of the {_rows(failures.total - failures.count)} with a result"
-    return f"{result.problem.columns.labels[k]}: {middle:.4g}, 90 % between {low:.4g} and {high:.4g}{beside}."
+    label = result.problem.columns.labels[k]
+    if low == high:
+        least, most = result.moments.smallest[k], result.moments.largest[k]
+        rest = "" if least == most else f", and all between {' and '.join(told_apart(least, most))}"
+        return f"{label}: {middle:.4g} in 90 % of rows or more, which have no spread{rest}{beside}."
+    texts = told_apart(low, middle, high)
+    return f"{label}: {texts[1]}, 90 % of rows between {texts[0]} and {texts[2]}{beside}."
 
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.3g} %"
+
+
+def _percents(low: float, high: float) -> str:
+    """Ends of an interval of shares."""
+    return " to ".join(f"{text} %" for text in told_apart(100.0 * low, 100.0 * high, least=3))
 
 
 def _index_sentences(result: Propagation) -> list[str]:
@@ -99,7 +123,7 @@ def _causes(result: Propagation, shown: int) -> str:
         return f"{label}: {few}; take more."
     groups, words = list(problem.groups), "total Sobol index" if kind == "total" else "Shapley effect"
     order = [int(i) for i in np.argsort(-np.nan_to_num(value, nan=-1.0))[:MOST_CAUSES]]
-    parts = ", ".join(f"{groups[i]} {value[i]:.2f} ± {half_width[i]:.2f}" for i in order)
+    parts = ", ".join(f"{groups[i]} {with_half_width(value[i], half_width[i], 2)}" for i in order)
     return f"What {label} depends on most ({words}, 95 %): {parts}."
 
 
@@ -245,5 +269,5 @@ def bounds_sentence(result: Propagation) -> str:
     return (
         "If every row without a result lay within what was seen, the mean of "
         f"{result.problem.columns.labels[0]} would be between {low} and {high}. At the widest, 90 % of rows "
-        f"would be between {found.q5_least[0]:.4g} and {found.q95_most[0]:.4g}."
+        f"would be between {' and '.join(told_apart(found.q5_least[0], found.q95_most[0]))}."
     )
