@@ -180,3 +180,80 @@ def test_resistances_in_another_unit_are_refused_though_the_alloy_is_unknown(put
         return
     with pytest.raises(InputError, match=r"row 2, column resistance_ohm: .* 52 coils .*resistance_mohm heads the column, or on import --unit resistance=mohm"):
         read_recording(path)
+
+
+def pressures(tmp_path, scale, unit="Pa"):
+    """A pressed tube whose pressures are written in a unit; ordinary ones are 0 to 60 kPa."""
+    kilopascal = [60.0 * (1 - abs(t - 20) / 20) for t in range(41)]
+    rows = "".join(f"{t},{scale * p:.6g},{60 + 0.05 * p:.6g}\n" for t, p in enumerate(kilopascal))
+    (tmp_path / "tube.csv").write_text(f"Time (s),Pressure ({unit}),Length (mm)\n{rows}")
+    return [note for note in import_file(tmp_path / "tube.csv", make_options()).notices if "mostly it is" in note]
+
+
+def test_pressures_of_a_few_pascal_are_asked_about_with_the_largest_in_kilopascal(tmp_path):
+    """A tube with 60 kPa under the heading Pa was imported without a word."""
+    (said,) = pressures(tmp_path, 1.0)
+    assert said == (
+        "check: pressure_kPa: the largest pressure is 0.06 kPa, and mostly it is 0.2 kPa or more; is its unit right?"
+        " Usual would be 1000 times as much, 60 kPa (on import: --unit pressure=...)"
+    )
+    assert not pressures(tmp_path, 1000.0) and not pressures(tmp_path, 1.0, "kPa") and not pressures(tmp_path, 0.06, "kPa")
+
+
+SLOW = np.sin(np.linspace(0.0, 3.0, 40)) ** 2
+HEADS = {
+    "spring": ("time_s,elongation_mm,force_N,resistance_ohm,current_A", (40.0, 2.0, 3.5, 0.8)),
+    "tube": ("time_s,pressure_kPa,length_mm", (60.0, 62.0)),
+    "actuator": ("time_s,pressure_kPa,curvature_1pm,resistance_1_ohm,current_1_A", (40.0, 50.0, 3.5, 0.8)),
+    "elastomer": ("time_s,strain,stress_kPa", (0.9, 90.0)),
+}
+COLUMNS = [(kind, k + 1) for kind, (_, largest) in HEADS.items() for k in range(len(largest)) if (kind, k) != ("elastomer", 0)]
+
+
+def magnitudes_asked(put, kind, scale, sidecar="", shape=SLOW):
+    """Questions about magnitudes of a recording whose columns are those of an ordinary specimen, times factors."""
+    head, largest = HEADS[kind]
+    rows = [",".join([str(t), *(f"{most * scale.get(k, 1.0) * max(x, 0.01):.9g}" for k, most in enumerate(largest, 1))]) for t, x in enumerate(shape)]
+    notices = read_recording(put(head + "\n" + "\n".join(rows) + "\n", f'kind = "{kind}"\n{sidecar}')).notices
+    return [note for note in notices if "mostly it is" in note]
+
+
+FIT = '[geometry]\nalloy = "fit"\n'
+
+
+@pytest.mark.parametrize(("kind", "column"), COLUMNS)
+@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3])
+def test_a_reading_a_thousand_times_off_is_asked_about_or_refused(put, kind, column, factor):
+    name = HEADS[kind][0].split(",")[column]
+    sidecar = FIT if kind in ("spring", "actuator") else ""
+    try:
+        asked = magnitudes_asked(put, kind, {column: factor}, sidecar)
+    except InputError as error:
+        assert factor > 1.0 and name == "pressure_kPa" and "is the unit right" in str(error)
+        return
+    if factor == 1.0 or (name == "stress_kPa" and factor > 1.0):
+        assert asked == []  # an import asks about a stress that no rubber bears
+        return
+    (said,) = asked
+    assert said.startswith(f"check: {name}: the largest ") and "Usual would be " in said
+
+
+@pytest.mark.parametrize("factor", [0.1, 10.0])
+@pytest.mark.parametrize("kind", ["spring", "tube", "actuator", "elastomer"])
+def test_readings_of_a_specimen_ten_times_smaller_or_larger_are_not_asked_about(put, kind, factor):
+    sidecar = FIT if kind in ("spring", "actuator") else ""
+    assert magnitudes_asked(put, kind, dict.fromkeys(range(1, 5), factor), sidecar) == []
+
+
+def test_a_column_at_rest_is_not_asked_about(put):
+    """A load cell without a load shows its noise, and a tube without pressure that of its sensor."""
+    noise = np.abs(np.random.default_rng(0).standard_normal(40))
+    assert magnitudes_asked(put, "tube", {1: 1e-5}, shape=0.3 + 0.7 * noise / noise.max()) == []
+    assert magnitudes_asked(put, "tube", {1: 0.0}) == []
+
+
+def test_resistances_of_a_stated_wire_are_bounded_by_its_sizes_alone(put):
+    thin = '[geometry]\nalloy = "fit"\nwire_diameter_mm = 0.02\nmandrel_diameter_mm = 0.2\ninitial_pitch_mm = 0.03\nactive_coils = 800\n'
+    scale = {1: 0.5, 2: 0.01, 3: 400.0}
+    assert magnitudes_asked(put, "spring", scale, thin, 0.8 + 0.2 * SLOW) == []
+    assert [note.split(":")[1] for note in magnitudes_asked(put, "spring", scale, FIT)] == [" resistance_ohm"]

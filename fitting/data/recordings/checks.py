@@ -2,6 +2,7 @@
 
 import functools
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 from pneusma_jax.calibration import Calibration, load_calibration
 from pneusma_jax.calibration.plausible import questions
 from pneusma_jax.errors import InputError
+from pneusma_jax.units import amount
 
 from . import schema
 from .recording import Recording
@@ -50,6 +52,7 @@ def check_recording(
     _check_kelvin(recording, place)
     _check_resistance(recording, place, rows)
     _check_against_sizes(recording, place, rows)
+    _ask_about_magnitudes(recording)
 
 
 def _check_tube(recording: Recording, where: Path | str) -> None:
@@ -343,6 +346,68 @@ def _check_against_sizes(recording: Recording, place: Path | str, rows: Sequence
             said = f"[geometry] length_mm = {rest:g} is the length at rest; {_right_unit('length', 'cm')}"
             ends = rest / TIMES_LENGTH, TIMES_LENGTH * rest
             _refuse_beyond(recording, "length_mm", ends, said, place, rows)
+
+
+USUAL: dict[str, tuple[float, float]] = {
+    "pressure_kPa": (0.2, PRESSURE_LIMIT_KPA),
+    "length_mm": (1.0, 5e3),
+    "elongation_mm": (0.1, 2e3),
+    "force_N": (5e-3, 500.0),
+    "resistance_ohm": (0.02, 1e3),
+    "current_A": (1e-3, 30.0),
+    "stress_kPa": (0.3, math.inf),
+    "stress_MPa": (0.5, math.inf),
+    "curvature_1pm": (0.1, 2e3),
+}
+"""Least and most of what the largest reading of a column usually is, in its unit; others are asked about.
+
+Most limits are a decade wider than what is known. Balloons of soft gels inflate at 1 to 5 kPa. Wires of 50 um
+to 1 mm make springs that pull with 0.02 to 50 N, over 1 to 200 mm, and have 0.2 to 200 ohm. They heat at
+0.05 to 5 A, and 5 mA are enough to sense. Gels bear 1 kPa, wires without a load some MPa. Actuators bend to a
+radius of 5 mm. A factor of 1000 from an ordinary reading leads outside. Import asks about larger stresses.
+"""
+THOUSAND = 1000.0
+"""Factor between units with neighbouring prefixes, which are taken for each other most often [1]."""
+
+
+def _ask_about_magnitudes(recording: Recording) -> None:
+    """Ask about columns whose largest reading few specimens have, though it is possible.
+
+    Nothing is asked of zeros and of readings that scatter about zero. The sizes of a stated wire bound its
+    resistance, so nothing is asked of that either.
+    """
+    for name in recording.known_columns:
+        quantity, unit = schema.quantity_and_unit(name)
+        quantity = re.sub(r"_[0-9]+$", "", quantity)
+        usual = USUAL.get(f"{'resistance' if quantity == 'setpoint' else quantity}_{unit}")
+        if usual is None or (unit == "ohm" and "wire_diameter_mm" in recording.geometry):
+            continue
+        values = recording.columns[name]
+        most = float(np.nanmax(np.abs(values)))
+        is_small = most < usual[0]
+        if most == 0.0 or usual[0] <= most <= usual[1] or (is_small and _scatters(values)):
+            continue
+        limit, end = (usual[0], "or more") if is_small else (usual[1], "or less")
+        said = (
+            f"check: {name}: the largest {quantity} is {amount(f'{most:.4g}', unit)}, and mostly it is "
+            f"{amount(f'{limit:g}', unit)} {end}; is its unit right?"
+        )
+        meant, words = (
+            (THOUSAND * most, "1000 times as much") if is_small else (most / THOUSAND, "a thousandth of it")
+        )
+        if usual[0] <= meant <= usual[1]:
+            said += f" Usual would be {words}, {amount(f'{meant:.4g}', unit)}"
+            said += f" (on import: --unit {schema.quantity_and_unit(name)[0]}=...)"
+        _ask(recording, said)
+
+
+def _scatters(values: np.ndarray) -> bool:
+    """True for readings that are noise about a level: neighbouring ones differ as any two do.
+
+    The mean square of their differences is twice the variance for white noise, and less for a slow drive.
+    """
+    known = values[np.isfinite(values)]
+    return known.size > 2 and float(np.mean(np.diff(known) ** 2)) > float(np.var(known)) > 0.0
 
 
 def _right_unit(quantity: str, other: str) -> str:
