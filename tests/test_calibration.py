@@ -236,6 +236,8 @@ def test_a_file_that_is_not_toml(tmp_path):
 def test_an_unknown_name():
     with pytest.raises(InputError, match="no table of constants is called 'krl53', did you mean 'krl"):
         load_calibration("krl53")
+    with pytest.raises(InputError, match=r"did you mean 'krl45'\? Known of kind alloy: krl35, krl45, new_nitinol, new_sma, niti_wire$"):
+        load_calibration("krl53", kind="alloy")
     with pytest.raises(InputError, match="known: dragon_skin_10_fast"):
         load_calibration("ecoflex", kind="silicone")
 

@@ -27,7 +27,7 @@ docs/design.md has every key.
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -35,6 +35,7 @@ from typing import Any
 import numpy as np
 
 from fitting.specimens.saved_models import AugmentedModel, load_model
+from pneusma_jax.calibration import load_calibration
 from pneusma_jax.documents import read_document, shipped_names
 from pneusma_jax.errors import InputError, nearest
 
@@ -96,6 +97,11 @@ def _study(document: dict[str, Any], path: Path) -> Study:
     )
     if len(designs) * len(alloys) * len(materials) > MOST_CHOICES:
         raise InputError(f"{path}: more than {MOST_CHOICES} combinations of design, alloy and material")
+    for design in designs:
+        _known("design", lambda design=design: plan_of(design), path)
+    for key, kind, names in (("alloy", "alloy", alloys), ("material", "silicone", materials)):
+        for name in filter(None, names):
+            _known(key, lambda name=name, kind=kind: load_calibration(name, kind), path)
     try:
         plans = [plan_of(d, a, m, model) for d in designs for a in alloys for m in materials]
         for plan in plans:
@@ -166,6 +172,14 @@ def _check_effects(study: Study, plans: Sequence[Plan]) -> None:
                     f"{study.path}: [{table}.{one.name}]: {one.quantity} is that of the base model alone, "
                     f"but {name} has effects"
                 )
+
+
+def _known(key: str, load: Callable[[], object], path: Path) -> None:
+    """Load a table that a key of the study names, so that an error says which key."""
+    try:
+        load()
+    except InputError as error:
+        raise InputError(f"{path}: {key}: {error}") from None
 
 
 def _tables(document: dict[str, Any], key: str, path: Path, model: AugmentedModel) -> tuple:

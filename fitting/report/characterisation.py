@@ -12,6 +12,7 @@ from fitting.calibrate.result import SCHEMA, Estimate
 from fitting.data.csv_text import csv_rows
 from fitting.inference.lasting_noise import Lasting
 from fitting.inference.notes import joined
+from fitting.specimens.with_saved_model import Augmented
 from pneusma_jax.errors import counted
 from pneusma_jax.units import amount
 
@@ -33,25 +34,37 @@ MOST_NAMES = 12
 """Maximum number of recordings that a subtitle names."""
 
 
-def ask(path: Path | None) -> str:
-    """Command that looks for missing physics in a campaign."""
-    return f"`pneusma diagnose {'' if path is None else shlex.quote(str(path))}".rstrip() + "`"
+def ask(path: Path | None, model: Augmented | None = None) -> str:
+    """Command that looks for missing physics in a campaign, beside that of a model on disk if any."""
+    words = ["pneusma diagnose", *([] if path is None else [shlex.quote(str(path))])]
+    if model is not None:
+        words.append(f"--model {shlex.quote(str(model.model.path or 'MODEL'))}")
+    return f"`{' '.join(words)}`"
 
 
-def another_cause(moved: Sequence[str], zeros: Sequence[str], path: Path | None) -> list[str]:
+def another_cause(
+    moved: Sequence[str], zeros: Sequence[str], path: Path | None, model: Augmented | None = None
+) -> list[str]:
     """A sentence that leads on where several constants moved far, or zeros of instruments seem to be off.
 
     Args:
         moved: sentences on constants that moved far.
         zeros: sentences on zeros.
         path: the campaign's folder.
+        model: model on disk that was fitted, if any.
     """
-    if len(moved) < 2 and not zeros:
+    if (len(moved) < 2 and not zeros) or (model is not None and model.diagnosed_here):
         return []
-    return [f"Physics that the law leaves out looks like this, too. {ask(path)} tells whether any is there."]
+    law, command = "law" if model is None else "model", ask(path, model)
+    return [f"Physics that the {law} leaves out looks like this, too. {command} tells whether any is there."]
 
 
-def doubtful(shifts: Mapping[str, float], drifts: Mapping[str, float], path: Path | None) -> list[str]:
+def doubtful(
+    shifts: Mapping[str, float],
+    drifts: Mapping[str, float],
+    path: Path | None,
+    model: Augmented | None = None,
+) -> list[str]:
     """Sentences on constants that are not to be trusted although the law fits; empty where they may be.
 
     Constants that move, and noise that drifts, take up physics that the law leaves out. What is left then
@@ -61,12 +74,22 @@ def doubtful(shifts: Mapping[str, float], drifts: Mapping[str, float], path: Pat
         shifts: shifts that chance hardly makes, see `surprising`.
         drifts: drifts of zeros of instruments that are large, in units of the noise, by output.
         path: the campaign's folder.
+        model: model on disk that was fitted, if any. A diagnosis of the same campaign has looked already.
     """
     if not shifts and not drifts:
         return []
-    said = [
-        f"Do not trust these constants before {ask(path)} has looked for physics that the law leaves out."
-    ]
+    looked = model is not None and model.diagnosed_here
+    if looked:
+        said = [
+            "Do not trust these constants yet, although a diagnosis of this campaign has looked for missing "
+            f"physics. The model {model.model.name} holds what it found."
+        ]
+    else:
+        law = "law" if model is None else "model"
+        said = [
+            f"Do not trust these constants before {ask(path, model)} has looked for physics that the {law} "
+            "leaves out."
+        ]
     if shifts:
         sizes = sorted(map(abs, shifts.values()))
         by = " to ".join(dict.fromkeys(f"{size:.1f}" for size in (sizes[0], sizes[-1])))
@@ -83,7 +106,10 @@ def doubtful(shifts: Mapping[str, float], drifts: Mapping[str, float], path: Pat
     causes = ["Sizes or an alloy other than stated"] * bool(shifts)
     causes += ["instruments that drift"] * bool(drifts)
     cause = " or ".join(causes)
-    return [*said, f"{cause[0].upper()}{cause[1:]} would look like that, too. Intervals count none of this."]
+    like = f"{cause[0].upper()}{cause[1:]} would look like that"
+    if looked:
+        return [*said, f"{like}: check them first. Intervals count none of this."]
+    return [*said, f"{like}, too. Intervals count none of this."]
 
 
 def parameter_table(

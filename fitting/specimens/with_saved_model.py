@@ -34,7 +34,7 @@ from .priors import CUT, FIT
 from .reduction import thinned
 from .registry import of_each, specimen_of
 from .rows import MARK, MOST_ROWS, Rows, stack, with_numbers
-from .saved_models import AddedDiscrepancy, AddedEffect, AugmentedModel
+from .saved_models import DIAGNOSIS, AddedDiscrepancy, AddedEffect, AugmentedModel
 from .silicones import FACTOR
 from .specimen import Model, Specimen
 
@@ -208,6 +208,11 @@ class Augmented(Model):
         """True if a number's source names the campaign that is fitted: `S1` is not named by `S10`."""
         named = rf"(?<![\w-]){re.escape(self.title)}(?![\w-])"
         return bool(self.title) and re.search(named, quantity.source) is not None
+
+    @property
+    def diagnosed_here(self) -> bool:
+        """True if a diagnosis of the campaign that is fitted led to the model, and so has looked already."""
+        return bool(self.title) and self.model.description.startswith(f"{DIAGNOSIS} {self.title}, ")
 
     def _quantity(self, campaign: Campaign, name: str) -> Quantity | None:
         stem, mark, number = name.partition(MARK)

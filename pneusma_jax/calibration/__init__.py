@@ -120,6 +120,9 @@ def _locate(name_or_path: str | Path, kind: str | None) -> tuple[Path, Any]:
             raise InputError(f"{name} is a chain of actuators, but {WANTED} is wanted here")
         alloys = unknown() if kind in (None, "alloy") else []
         known = available(kind) + alloys + (examples() if kind in (None, "actuator") else [])
-        raise InputError(f"no table of constants is called {name!r}, {nearest(name, known)}")
+        offered = nearest(name, known)
+        if kind is not None and offered.endswith("?"):  # a list of all tables is long
+            offered += f" Known of kind {kind}: {', '.join(sorted(known))}"
+        raise InputError(f"no table of constants is called {name!r}, {offered}")
     file = f"{name}.toml"
     return Path("calibration_data", file), resources.files("calibration_data").joinpath(file)

@@ -23,6 +23,7 @@ from fitting.report.general.text import about_the_model, verdict, warnings
 from fitting.sample.problems import sampling_problem
 from fitting.specimens import residual_of, specimen_of, stack
 from fitting.specimens.saved_models import (
+    DIAGNOSIS,
     AddedDiscrepancy,
     AugmentedModel,
     add_effect,
@@ -107,8 +108,12 @@ def test_what_is_left_at_its_neutral_value_is_called_absent(fit):
 def test_of_a_model_of_a_diagnosis_no_diagnosis_is_asked_for(fit, monkeypatch):
     """After a diagnosis its own model was said to need one."""
     monkeypatch.setattr(text, "moved", lambda *_: ["G_m moved far.", "G_a moved far."])
-    asked = [any("`pneusma diagnose" in said for said in warnings(one)) for one in (fit, dataclasses.replace(fit, model=None))]
-    assert asked == [False, True]
+    description = f"{DIAGNOSIS} {fit.model.title}, seed 0"
+    diagnosed = dataclasses.replace(fit.model, model=dataclasses.replace(fit.model.model, description=description))
+    results = [dataclasses.replace(fit, model=model) for model in (diagnosed, fit.model, None)]
+    asked = [any("`pneusma diagnose" in said for said in warnings(one)) for one in results]
+    beside = [any("--model" in said for said in warnings(one)) for one in results]
+    assert asked == [False, True, True] and beside == [False, True, False] and fit.model.title
 
 
 def test_a_shape_at_an_end_of_its_range_is_no_warning(fit):

@@ -49,7 +49,7 @@ CASES = {
     "two drivers": (GRID.replace("xi0_2 = 0.4", "xi0_2 = [0.2, 0.4]"), "is the driver already"),
     "a driver that falls": (STATE.replace("30.0", "[30.0, 10.0]"), "must rise"),
     "no such design": (STATE.replace("pneusma2", "pneusma7"), "study.toml: [model] design is 'pneusma7', did you mean 'pneusma"),
-    "no such alloy": (STATE.replace('"pneusma2"', '"pneusma2"\nalloy = "krl99"'), "study.toml: [model]: [geometry] alloy"),
+    "no such alloy": (STATE.replace('"pneusma2"', '"pneusma2"\nalloy = "krl99"'), "study.toml: [model]: alloy: no table of constants is called 'krl99', did you mean 'krl45'? Known of kind alloy: krl35, krl45,"),
     "a chain as an actuator": (STATE.replace('"pneusma2"', '"orthogonal_chain"'), "is a chain"),
     "no such number": (STATE.replace("G_m", "G_n"), "no number 'G_n' to vary, did you mean"),
     "a unit of something else": (STATE.replace("GPa", "mm"), "unit 'mm' is one of length"),
@@ -94,6 +94,7 @@ CASES = {
     "no recording": (STATE.replace("state", "recording").replace("design", "recording"), "unknown key 'pressure_kPa'"),
     "no protocol": (STATE.replace("state", "protocol").replace("pressure_kPa = 30.0\nxi0_2 = 0.4\n", ""), "needs protocol"),
     "tolerance in percent": (STATE + "[vary]\ntolerance = {wall_thickness = 3.0}\n", "3 percent is 0.03"),
+    "alloy without a name": (STATE.replace('"pneusma2"', '"pneusma2"\nalloy = ""'), "study.toml: [model]: alloy = '' must be a name"),
     "noise of an expression": (PLAIN + "[noise]\npressure_kPa = 0.1\n", "an expression has no channels"),
     "noise of no channel": (STATE + "[noise]\npresure_kPa = 0.1\n", "no channel 'presure_kPa', did you mean 'pressure_kPa'?"),
     "noise in a wrong unit": (STATE + "[noise]\npressure_mm = 0.1\n", "must be a pressure"),
@@ -242,4 +243,4 @@ def test_a_study_of_one_row_ends_with_a_report(tmp_path):
     path, out = tmp_path / "study.toml", tmp_path / "out"
     path.write_text(PLAIN + "[sampling]\nrows = 1\n")
     result = CliRunner().invoke(main, ["propagate", str(path), "--out", str(out)])
-    assert result.exit_code == 0 and "1 row of 2 inputs" in result.stdout, result.exception
+    assert result.exit_code == 0 and "expressions: 1 row. A row is the model computed once" in result.stdout, result.exception

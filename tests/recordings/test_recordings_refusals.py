@@ -133,7 +133,9 @@ def test_walls_without_a_bore(put):
 
 def test_an_alloy_that_is_not_there(put):
     message = refusal(read_recording, put(STAND + "0,0,0,3.7\n", 'kind="spring"\n[geometry]\nalloy = "krl53"'))
-    assert "[geometry] alloy" in message and "did you mean 'krl" in message
+    assert "run_1.toml: [geometry] alloy: no table" in message and "did you mean 'krl" in message
+    message = refusal(read_recording, put(STAND + "0,0,0,3.7\n", 'kind="spring"\n'), {"geometry": {"alloy": ""}})
+    assert message.startswith("command line: --alloy = '' must be a name")
 
 
 def test_resistance_is_free_where_the_alloy_is_identified_too(put):

@@ -16,8 +16,11 @@ from fitting.calibrate.result import Estimate
 from fitting.inference.lasting_noise import Lasting
 from fitting.inference.parameters import Parameter, Parameters, Prior
 from fitting.report import batch
+from fitting.report.characterisation import another_cause
 from fitting.report.general import text as general
 from fitting.report.spring import text as spring
+from fitting.specimens.saved_models import DIAGNOSIS, AugmentedModel
+from fitting.specimens.with_saved_model import Augmented
 from fitting.synthesise import synthesise
 
 NAMES = ("G_m", "G_a", "alpha_1", "rho_mean", "rho_span", "a", "b", *(f"d_spring__{k}" for k in range(1, 34)))
@@ -115,7 +118,7 @@ def general_of(drift, shifts=(0.0,), reduced=1.0, beside=True, offset=0.0):
     made = spring_of(drift, shifts, reduced, beside, offset)
     result = SimpleNamespace(values=made.joint.values)
     fit = SimpleNamespace(reduced_chi_square=reduced, result=result)
-    return SimpleNamespace(fit=fit, fitted=made.fitted, lasting=made.lasting, campaign=SimpleNamespace(path=PATH))
+    return SimpleNamespace(fit=fit, fitted=made.fitted, lasting=made.lasting, campaign=SimpleNamespace(path=PATH), model=None)
 
 
 KINDS = pytest.mark.parametrize(("doubts", "made"), [(spring.doubts, spring_of), (general.doubts, general_of)])
@@ -145,6 +148,38 @@ def test_constants_that_moved_far_come_first_with_the_command(doubts, made):
     assert reason == "The fit moved G_m and G_a by 2.8 to 4.0 standard deviations of what was known before."
     assert cause.startswith("Sizes or an alloy other than stated would look like that")
     assert len(doubts(made(8.0, (2.8, -4.0, 0.5)))) == 4
+
+
+def model_from(description):
+    """A model on disk that is fitted to the campaign of the title `Wires`."""
+    path = Path("out/my diagnosis/augmented.toml")
+    return Augmented("wire", AugmentedModel(name="augmented", description=description, path=path), "Wires")
+
+
+BESIDE = "`pneusma diagnose 'my campaign' --model 'out/my diagnosis/augmented.toml'`"
+
+
+def test_a_model_of_a_diagnosis_that_has_looked_sends_nobody_to_a_diagnosis():
+    """The report said to wait for the command that had made the model."""
+    result = general_of(8.0, (2.8, -4.0, 0.5))
+    result.model = model_from(f"{DIAGNOSIS} Wires, seed 0")
+    said = general.doubts(result)
+    assert said[0].startswith("Do not trust these constants yet, although a diagnosis of this campaign has looked")
+    assert "The model augmented holds what it found." in said[0] and "pneusma diagnose" not in " ".join(said)
+    assert said[-1].startswith("Sizes or an alloy other than stated or instruments that drift would look like that: check them first.")
+    assert not another_cause(["a", "b"], ["c"], PATH, result.model)
+
+
+@pytest.mark.parametrize("description", ["", f"{DIAGNOSIS} Wires of another alloy, seed 0", "Fitted to Wires"])
+def test_a_model_of_elsewhere_is_diagnosed_with_it(description):
+    """The command named began from the base model, without what the model has."""
+    result = general_of(8.0, (2.8, -4.0, 0.5))
+    result.model = model_from(description)
+    first, *_, cause = general.doubts(result)
+    assert first == f"Do not trust these constants before {BESIDE} has looked for physics that the model leaves out."
+    assert "would look like that, too" in cause
+    (said,) = another_cause(["a", "b"], [], PATH, result.model)
+    assert said == f"Physics that the model leaves out looks like this, too. {BESIDE} tells whether any is there."
 
 
 class OfAWire(GeneralCharacterisation):

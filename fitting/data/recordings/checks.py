@@ -15,7 +15,7 @@ from pneusma_jax.units import amount
 
 from . import schema
 from .recording import Recording
-from .sidecar import unusual_size
+from .sidecar import place_of_word, unusual_size
 from .table import unusable
 
 PRESSURE_LIMIT_KPA = 1000.0
@@ -76,7 +76,7 @@ def _check_table_names(recording: Recording, where: Path | str) -> None:
             try:
                 table = _load(named, kind)
             except InputError as error:
-                raise unusable(where, f"[geometry] {key}: {error}") from None
+                raise unusable(where, f"{place_of_word(key, where)}: {error}") from None
             for why in questions(table.quantities):
                 _ask(recording, f"check: {key} {named}: {why}")
 

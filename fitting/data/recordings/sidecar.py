@@ -195,6 +195,17 @@ def unusual_size(canonical: str, number: float, unit: str) -> str:
     return unusual(name, dimension_of(unit), number, unit)
 
 
+def place_of_word(key: str, where: Path | str) -> str:
+    """Words for messages on where the specimen's alloy, material or design is stated, after a file's name.
+
+    Beside a recording that is `[geometry]`. On the command line it is an option, in a study a key of
+    `[model]`.
+    """
+    if where == COMMAND_LINE:
+        return f"--{key}"
+    return key if str(where).endswith("[model]") else f"[geometry] {key}"
+
+
 def _geometry_word(key: str, value: Any, where: Path | str) -> str:
     words = schema.GEOMETRY_WORDS[key]
     if key == "design" and not isinstance(where, Path):  # of any actuator, which a recording cannot name
@@ -202,9 +213,10 @@ def _geometry_word(key: str, value: Any, where: Path | str) -> str:
             return value
         words = (*words, *examples())
     if words is not None:
-        return _word(value, words, f"[geometry] {key}", where)
+        return _word(value, words, place_of_word(key, where), where)
     if not isinstance(value, str) or not value.strip():
-        raise unusable(where, f'[geometry] {key} = {value!r} must be a name, the path of a TOML, or "fit"')
+        place = place_of_word(key, where)
+        raise unusable(where, f'{place} = {value!r} must be a name, the path of a TOML, or "fit"')
     return value
 
 

@@ -2,7 +2,7 @@
 
 from fitting.diagnose.verdict.conclusion import Conclusion
 from fitting.diagnose.verdict.text import place_text, verdict_sentences
-from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.saved_models import DIAGNOSIS, AugmentedModel
 from fitting.specimens.saved_models.files import render_model
 from pneusma_jax.calibration.toml import render_calibration
 from pneusma_jax.errors import counted
@@ -47,7 +47,7 @@ def report_of(
         start: model that the diagnosis started from.
     """
     x = conclusion.explanation
-    source = f"pneusma diagnose of {title}, seed {seed}"
+    source = f"{DIAGNOSIS} {title}, seed {seed}"
     simulated = all(recording.real is False for recording in x.program.recordings)
     return Report(
         title=f"Diagnosis: {title}",

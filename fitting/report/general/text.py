@@ -61,14 +61,15 @@ def cautions(result: GeneralCharacterisation) -> list[str]:
 
 def _not_fitted(result: GeneralCharacterisation) -> list[str]:
     """Sentences on a law that misses its recordings: by how much, where, and which command tells why."""
-    law = law_of(result)
+    law, why = law_of(result), "the cause" if result.model is None else "what the model still leaves out"
     worst = max((s for s in result.scores if s.role == "fit"), key=lambda s: s.rms_over_noise)
     return [
         f"{law[0].upper()}{law[1:]} does not fit these recordings: the reduced chi-square is "
         f"{number(result.fit.reduced_chi_square)}, and {worst.name} is missed by "
         f"{number(worst.rms_over_noise, '.2g')} times its noise.",
         "The numbers are only the nearest fit, not constants of nature. "
-        f"{_counted(result.fit.inflation, result.lasting)} {ask(result.campaign.path)} looks for the cause.",
+        f"{_counted(result.fit.inflation, result.lasting)} "
+        f"{ask(result.campaign.path, result.model)} looks for {why}.",
     ]
 
 
@@ -77,7 +78,7 @@ def doubts(result: GeneralCharacterisation) -> list[str]:
     if result.fit.reduced_chi_square > MISFIT:
         return []
     shifts = surprising(result.fitted, result.fit.result.values)
-    return doubtful(shifts, large_drifts(result.lasting), result.campaign.path)
+    return doubtful(shifts, large_drifts(result.lasting), result.campaign.path, result.model)
 
 
 def _told(result: GeneralCharacterisation) -> str:
@@ -249,8 +250,7 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
         )
     far = moved(result.fit.recordings, result.fitted, result.fit.result.values)
     zeros = lasting_zeros(result.lasting)
-    looked = result.model is not None  # the model of a diagnosis, which has looked for more physics
-    said = [] if looked or doubts(result) else another_cause(far, zeros, result.campaign.path)
+    said = [] if doubts(result) else another_cause(far, zeros, result.campaign.path, result.model)
     sentences += [*far, *zeros, *said]
     return sentences + limits(result.parameters) + profile_likelihood.warnings(result)
 

@@ -61,6 +61,10 @@ class AddedEffect:
         return effect(**{name: made(value) for name, value in numbers.items()}, **self.options)
 
 
+DIAGNOSIS = "pneusma diagnose of"
+"""Words before the title of the campaign with which the description of a diagnosis's model begins."""
+
+
 @dataclass(frozen=True)
 class AugmentedModel:
     """A base model with constants of its own, and effects beyond it.
