@@ -1,12 +1,13 @@
 """Fitted constants as a table that simulations load by path."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from fitting.calibrate.quoted import KELVIN
 from fitting.calibrate.result import Estimate
+from fitting.data.recordings.checks import ON_A_STAND
 from fitting.inference.parameters import Parameter, Parameters
 from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.records import Prior, Quantity
@@ -26,6 +27,7 @@ def alloy_table(
     parameters: Parameters,
     simulated: bool,
     quoted: Mapping[str, Estimate] | None = None,
+    prestrains: Iterable[float] = (),
 ) -> Calibration:
     """Table of an alloy: what was fitted, with its quoted error as prior, and the rest as it was taken.
 
@@ -35,7 +37,9 @@ def alloy_table(
         parameters: free ones at the values found, in SI.
         simulated: true if the recordings were simulated.
         quoted: errors and intervals of those, in the unit of files; the standard errors where there are none.
+        prestrains: shear strains at which springs on a stand began [1]; empty of other specimens.
     """
+    begun = ", ".join(f"{strain:g}" for strain in sorted(set(prestrains)))
     source = f"Fitted to {title}{', simulated data' if simulated else ''}"
     quantities = {}
     for name, taken in base.items():
@@ -46,7 +50,7 @@ def alloy_table(
     return Calibration(
         name=slug(title),
         kind="alloy",
-        description=f"Alloy of {title}, characterised from tests",
+        description=f"Alloy of {title}, characterised from tests{f' {ON_A_STAND} {begun}' if begun else ''}",
         path=None,
         quantities=quantities,
     )

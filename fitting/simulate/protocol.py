@@ -142,7 +142,7 @@ def _(kind: BendingActuator, protocol: Protocol, specimen: Recording, model: Aug
     title = f"{protocol.name}: {_short(specimen.full_geometry()['design'])}"
     bent = () if actuator.planar else ("curvature", "bend_angle")
     marks, more = marked(model, history.seen, "actuator", bent)
-    return Course(title, {}, outputs, known | marks, notices + more)
+    return Course(title, {}, outputs, known | marks, [*specimen.notices, *notices, *more])
 
 
 def _short(name: str) -> str:
@@ -258,7 +258,7 @@ def run_chain_protocol(
     tips = from_si(np.asarray(history.shape.end_pose)[:, :3, 3], "mm")
     outputs = {f"model_tip_{axis}_mm": tips[:, k] for k, axis in enumerate("xyz")}
     states: dict[str, np.ndarray] = {}
-    notices = []
+    notices = list(dict.fromkeys(said for specimen in specimens for said in specimen.notices))
     for k, (body, part) in enumerate(zip(chain.segments, history.segments, strict=True), 1):
         segment_outputs, segment_states = _described(body, part, f"segment_{k}_")
         outputs, states = outputs | segment_outputs, states | segment_states

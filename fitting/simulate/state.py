@@ -223,7 +223,7 @@ def drive_of(
         InputError: for a resistance that the alloy cannot show.
     """
     _check_resistances(specimen, given)
-    notices, activations, known = [], [], {}
+    notices, activations, known = [*specimen.notices], [], {}
     for name in given:
         number = int(name.rpartition("_")[2])
         if number not in actuator.spring_numbers:

@@ -25,8 +25,9 @@ def tables(result: "GeneralCharacterisation") -> dict[str, Calibration]:
     found, simulated = {}, result.real is False
     alloy = _alloy(result)
     if alloy:
+        begun = [r.full_geometry()["prestrain"] for r in result.fit.recordings if r.kind == "spring"]
         found["alloy.toml"] = alloy_table(
-            result.title, alloy, result.fitted, simulated, result.parameters
+            result.title, alloy, result.fitted, simulated, result.parameters, begun
         )
     stiffness = {n: e for n, e in result.fitted.items() if n.partition(MARK)[0] == silicones.FACTOR}
     if stiffness:

@@ -131,7 +131,8 @@ class SpringCharacterisation(Characterisation):
 
     def table(self) -> Calibration:
         """The alloy as a table of constants."""
-        return alloy_table(self.title, self.base, self.fitted, self.real is False, self.parameters)
+        begun = [test.recording.full_geometry()["prestrain"] for test in self.tests]
+        return alloy_table(self.title, self.base, self.fitted, self.real is False, self.parameters, begun)
 
 
 def characterise_spring(

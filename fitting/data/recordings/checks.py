@@ -79,6 +79,27 @@ def _check_table_names(recording: Recording, where: Path | str) -> None:
                 raise unusable(where, f"{place_of_word(key, where)}: {error}") from None
             for why in questions(table.quantities):
                 _ask(recording, f"check: {key} {named}: {why}")
+            if key == "alloy" and recording.kind == "actuator":
+                _say_prestrain(recording, table)
+
+
+ON_A_STAND = "of springs on a stand, pre-strain"
+"""Words before the pre-strains of springs with which the description of their alloy's table ends."""
+
+
+def _say_prestrain(recording: Recording, alloy: Calibration) -> None:
+    """Say that springs of an actuator begin at another pre-strain than those that the alloy is known from.
+
+    Nothing is said where the recording states its own.
+    """
+    begun = alloy.description.partition(f"{ON_A_STAND} ")[2]
+    own = recording.full_geometry().get("prestrain")
+    if not begun or "prestrain" in recording.geometry or own is None or f"{own:g}" == begun:
+        return
+    name = recording.geometry["alloy"]
+    said = f"the alloy {name} was found with springs on a stand that began at a pre-strain of {begun}"
+    here = f"in this actuator springs begin at {own:g} (prestrain under [geometry] states another)"
+    _ask(recording, f"{said}; {here}")
 
 
 def _load(name_or_path: str | Path, kind: str) -> Calibration:
