@@ -122,8 +122,8 @@ def _loose(
             f"{name} {'rises' if axis[i] > 0 else 'falls'}" for name, i in zip(names, main, strict=True)
         )
         text = (
-            f"{_list(names)} cannot be separated by {reach(names)}: {senses}, by as much as the priors "
-            f"allow, and the fit stays as good (error along it {100.0 * ratio:.0f} % of the priors')."
+            f"{_list(names)} cannot be separated by {reach(names)}. Where {senses}, by as much as the priors "
+            f"allow, the fit stays as good (error along it {100.0 * ratio:.0f} % of the priors')."
         )
         entry = {"kind": "loose_direction", "parameters": names, "posterior_over_prior": float(ratio)}
         entries.append({**entry, "text": text})

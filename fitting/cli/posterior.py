@@ -20,8 +20,8 @@ from ._common import COUNT, SEED
     type=click.Choice(["auto", "emcee", "nuts", "tempered"]),
     default="auto",
     show_default=True,
-    help="emcee: ensembles around the fit; nuts: chains that follow gradients, for curved valleys; tempered: "
-    "ensembles that start from the prior, for several modes, with evidence; auto: a pilot chooses one of the "
+    help="emcee: ensembles around the fit. nuts: chains that follow gradients, for curved valleys. tempered: "
+    "ensembles that start from the prior, for several modes, with evidence. auto: a pilot chooses one of the "
     "first two.",
 )
 @click.option(

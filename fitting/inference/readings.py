@@ -245,7 +245,7 @@ def _cautions(recording: Recording) -> list[str]:
         if readings.saturated:
             level = float(from_si(readings.level, unit))
             found.append(
-                f"{place} stops at {level:.4g}, its extreme value, while other channels go on: "
+                f"{place} stops at {level:.4g}, its extreme value, while other channels go on. "
                 f"{readings.saturated} of {rows} rows there, or too near to it, are not compared with the"
                 " model"
             )
@@ -266,7 +266,7 @@ def _cautions(recording: Recording) -> list[str]:
             )
             found.append(
                 f"{place}: the stated noise of {stated_noise:.3g} {unit} is far below the {least:.3g} {unit} "
-                f"that rounding in steps of {step:.3g} {unit} leaves; it stays as stated, so rounding may "
+                f"that rounding in steps of {step:.3g} {unit} leaves. It stays as stated, so rounding may "
                 "look like misfit"
             )
     return found

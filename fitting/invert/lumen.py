@@ -72,8 +72,8 @@ def read_lumen(path: str | Path) -> Lumen:
     if np.linalg.norm(points[0]) > 0.5 * columns["diameter"][0]:
         place = ", ".join(f"{1e3 * x:g}" for x in points[0])
         raise InputError(
-            f"{path}: the chain begins at 0, 0, 0, but the lumen at {place} mm, which is out of its reach: "
-            "give the points in the frame of the chain's base, z along the straight chain"
+            f"{path}: the chain begins at 0, 0, 0, but the lumen at {place} mm, which is out of its reach. "
+            "Give the points in the frame of the chain's base, z along the straight chain"
         )
     return Lumen(path.stem, points, columns["diameter"])
 

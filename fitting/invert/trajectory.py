@@ -74,8 +74,8 @@ class Trajectory(Result):
                 words.append(
                     f"from {self.time[first]:g} s on, {targets} what spring "
                     f"{self.inversion.spring_name(k)} lost when it was heated to a fraction of "
-                    f"{least:.3g} at {when:g} s; "
-                    f"{name} is missed; only stretching the spring again brings it back"
+                    f"{least:.3g} at {when:g} s. So {name} is missed. Only stretching the spring again "
+                    "brings it back"
                 )
         return words
 

@@ -68,8 +68,8 @@ class Knowledge:
         found = np.concatenate(batches)[:count]
         if len(found) < count:
             raise InputError(
-                f"{self.table.name}: of the alloys that its priors allow next to none can exist (stress must"
-                " rise with strain and the cold wire resist more); narrow the priors of gamma_L, beta or ka"
+                f"{self.table.name}: of the alloys that its priors allow next to none can exist. Stress must"
+                " rise with strain, and the cold wire resist more. Narrow the priors of gamma_L, beta or ka"
             )
         spread = {name: np.full(count, nominal[name]) for name in CONSTANTS}
         return spread | {name: found[:, k] for k, name in enumerate(self.names)}

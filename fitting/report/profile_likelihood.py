@@ -17,8 +17,8 @@ from .cells import told_apart
 from .report import Picture
 
 CAPTION = (
-    "Chi-square above its least value over one parameter when all others follow it; dashed: the "
-    "parabola of its standard error; upright lines: the quoted 90 % interval. Open: the others stopped at a "
+    "Chi-square above its least value over one parameter when all others follow it. Dashed: the "
+    "parabola of its standard error. Upright lines: the quoted 90 % interval. Open: the others stopped at a "
     "kink, so that it may lie lower. Profiles that are parabolas are left out where others are none."
 )
 FEW = 4

@@ -64,8 +64,8 @@ def reduced(recording: Recording, most: int) -> Recording:
         count = len(next(iter(means.values())))
         left = len(recording) - block * count
         text = (
-            f"{recording.name}: reduced from {len(recording)} rows to {count}, each the mean of {block}; "
-            f"within none of them a channel moves by more than {100 * PART:.0f} % of its range, noise aside"
+            f"{recording.name}: reduced from {len(recording)} rows to {count}, each the mean of {block}. "
+            f"Within none of them a channel moves by more than {100 * PART:.0f} % of its range, noise aside"
         )
         if left:
             rest = counted(left, "row") + " left over before a turn or the end"

@@ -63,7 +63,7 @@ class FirstHeating:
     def text(self, name: str) -> str:
         """Sentence for a report about the recording of that name."""
         return (
-            f"{name}: the first heating (rows 1 to {self.rows}) is unlike the later ones: off by "
+            f"{name}: the first heating (rows 1 to {self.rows}) is unlike the later ones. It is off by "
             f"{100.0 * self.off:.2g} % of the whole range, while those agree to {100.0 * self.later:.2g} %. "
             "The specimen had not been through a cycle under this load. These rows were set apart: they are "
             "not fitted"

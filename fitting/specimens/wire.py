@@ -132,7 +132,7 @@ def _rows_of(
     if not recording.has("temperature"):
         raise InputError(
             f"{recording.path or recording.name}: there is no temperature_degC, and a wire's martensite "
-            "fraction follows its temperature; add the column, or state one that did not change in the"
+            "fraction follows its temperature. Add the column, or state one that did not change in the"
             " sidecar: [constant] temperature_degC = ..."
         )
     driver, output = ("stress", "strain") if stressed else ("strain", "stress")

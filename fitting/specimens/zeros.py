@@ -95,7 +95,7 @@ def offered(recordings: Sequence[Recording]) -> list[str]:
             start, zero = 2.0 * abs(slack.start), max(2.0 * abs(slack.zero), 0.1)
             found.append(
                 f"{recording.name}: stress is flat at {slack.zero:.3g} kPa up to strain {slack.start:.3g}, "
-                "as of a specimen that hung slack; fits take that for its law. A table [zero] in the sidecar "
+                "as of a specimen that hung slack. Fits take that for its law. A table [zero] in the sidecar "
                 f"(strain = {start:.2g}, stress_kPa = {zero:.2g}) lets them find both zeros"
             )
     return found

@@ -55,7 +55,46 @@ def test_no_sentence_of_a_page_is_long(page):
     assert long_sentences(text_of_page((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8"))) == []
 
 
+MOST = 32
+"""Maximum number of words between two full stops, wherever a user reads: colons and semicolons part no sentences here."""
+ALL_PAGES = sorted(path for path in (ROOT / "docs").glob("*.md") if path.stem not in ("proof", "corrections"))
+SAID = sorted(path for package in ("fitting", "pneusma_jax") for path in (ROOT / package).rglob("*.py"))
+
+
+def too_long(text: str) -> list[str]:
+    """Sentences of more than `MOST` words, told apart by full stops alone."""
+    found = []
+    for paragraph in re.split(r"\n\s*\n|\n\s*(?:[-*>]|\d+\.) ", "\n" + text):
+        for sentence in re.split(r"(?<=[.!?])\s+|(?<=\.X)\s+|(?<=\.\))\s+|(?<=\.\*\*)\s+", " ".join(paragraph.split())):
+            found += [sentence] if len(sentence.split()) > MOST and "$$" not in sentence else []
+    return found
+
+
+def strings_of_module(source: str) -> Iterator[str]:
+    """Strings that are no docstrings; what an f-string fills in counts as one word."""
+    nodes = list(ast.walk(ast.parse(source)))
+    beside = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    beside |= {id(part) for node in nodes if isinstance(node, ast.JoinedStr) for part in node.values}
+    for node in nodes:
+        if isinstance(node, ast.JoinedStr):
+            yield "".join(str(part.value) if isinstance(part, ast.Constant) else "X" for part in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in beside:
+            yield node.value
+
+
+@pytest.mark.parametrize("path", ALL_PAGES, ids=lambda path: path.stem)
+def test_no_page_has_a_sentence_that_only_semicolons_part(path):
+    assert too_long(text_of_page(path.read_text(encoding="utf-8"))) == []
+
+
+def test_no_message_has_a_sentence_that_only_semicolons_part():
+    found = {path.name: said for path in SAID for text in strings_of_module(path.read_text(encoding="utf-8")) if (said := too_long(text))}
+    assert found == {}
+
+
 def test_a_long_sentence_is_seen():
+    assert len(too_long("word; " * (MOST + 1))) == 1 and too_long("word " * (MOST - 1) + "end. Word.") == []
+    assert list(strings_of_module('"""A."""\nx = "B", f"C {y} D"\n')) == ["B", "C X D"]
     long = "word " * (LONGEST + 1) + "end."
     assert len(long_sentences(f"Short. {long}\n\nShort.")) == 1
     assert long_sentences("word " * LONGEST) == []

@@ -156,7 +156,7 @@ def draw(bench: Bench) -> Figure:
 
 
 _GRAVITY_REASON = (
-    "weight along the tube bends it about a quarter as much as on its end; the quoted numbers follow if the "
+    "weight along the tube bends it about a quarter as much as on its end. The quoted numbers follow if the "
     "whole weight is put into the balance of the end cap (Eqs. 3.35, 3.36): see 3.18-11 to -13"
 )
 _NEARLY_STRAIGHT = (

@@ -12,7 +12,7 @@ LOST = (
 )
 TOLERANCES = (
     "How agreement is judged: constants and strains that the text quotes with three digits agree within 1 to "
-    "2 %, measured or predicted values within 6 to 25 %; a trend holds if it does in every step, or nearly. "
+    "2 %, measured or predicted values within 6 to 25 %. A trend holds if it does in every step, or nearly. "
     "Beyond that, and up to the second bound given, a statement agrees in part. Every tolerance stands "
     "beside its number."
 )

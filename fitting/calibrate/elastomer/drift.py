@@ -130,5 +130,5 @@ def _several(moving: list[Drift]) -> str:
     verb = "depend" if len(moving) > 1 else "depends"
     return (
         f"{most.law.label}: {names} {verb} on the range fitted ({most.constant} {times}, {most.errors:.0f} "
-        "standard errors): quote the range with the constants, and do not use them past it."
+        "standard errors). Quote the range with the constants, and do not use them past it."
     )

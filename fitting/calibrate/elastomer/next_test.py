@@ -162,7 +162,7 @@ def _sentence(before: Mapping[str, float], candidates: list[Candidate]) -> str:
     return (
         f"{best.text[0].upper()}{best.text[1:]}. Over an actuator's strains ({ACTUATOR_STRAIN[0]:g} to "
         f"{ACTUATOR_STRAIN[1]:g}) the stress is now uncertain by {_short(start)} kPa, mostly through "
-        f"{WORDS[max(CAUSES, key=lambda cause: before[cause])]}; this test is expected to leave "
+        f"{WORDS[max(CAUSES, key=lambda cause: before[cause])]}. This test is expected to leave "
         f"{_short(best.error_after)} kPa by shrinking the error from {WORDS[shrinks]}. "
         f"Instead of it (kPa left): {others}. Assumed: {100 * RATE_PER_DECADE:.0f} % of stress per decade "
         "of rate."

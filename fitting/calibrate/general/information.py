@@ -156,7 +156,7 @@ def advice(found: Sequence[Repeat]) -> str:
     helped = ", ".join(f"{name} to {100.0 * ratio:.0f} %" for name, ratio in best.shrinks)
     return (
         f"Of repeats of what was measured, one more like {best.name} says most ({best.information:.1f} "
-        f"nats of information): it would shrink the error of {helped} of what it is. Tests of another kind "
+        f"nats of information). It would shrink the error of {helped} of what it is. Tests of another kind "
         "were not compared."
     )
 
@@ -164,7 +164,7 @@ def advice(found: Sequence[Repeat]) -> str:
 def held_back(name: str) -> dict[str, Any]:
     """An entry of `open_constants` for a constant that no recording shows, so that it was held."""
     text = (
-        f"{name} is still at the value it started from: it was held, since no recording takes the load off, "
-        "which alone would show it; its error is the prior's."
+        f"{name} is still at the value it started from. It was held, because only a recording that takes the "
+        "load off would show it. Its error is the prior's."
     )
     return {"kind": "at_start", "parameters": [name], "posterior_over_prior": 1.0, "text": text}

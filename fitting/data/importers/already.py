@@ -5,8 +5,8 @@ from .channels import named_channels
 from .parts import Sample
 
 SENTENCE = (
-    "this already is in the recording format; it can be used as it is (options that mend it, such as"
-    " --compression or --slack auto, are applied if stated)"
+    "this already is in the recording format; it can be used as it is. Options that mend it, such as"
+    " --compression or --slack auto, are applied if stated"
 )
 """What is said of such a file, unless options mend it."""
 

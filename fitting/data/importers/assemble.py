@@ -252,8 +252,8 @@ def _question_rows(columns: dict[str, np.ndarray], making: Making) -> None:
     for first, second in (*itertools.combinations(needed, 2), *itertools.product(needed, others)):
         if not (np.isfinite(columns[first]) & np.isfinite(columns[second])).any():
             making.warn(
-                f"no row has both {first} and {second}: where each was logged at moments of its own, bring"
-                " them to one clock in the file; a fit needs both in a row"
+                f"no row has both {first} and {second}, and a fit needs both in a row. Where each was logged"
+                " at moments of its own, bring them to one clock in the file"
             )
             return
 
@@ -274,7 +274,7 @@ def _identify_other_alloy(recording: Recording, making: Making) -> None:
     recording.geometry["alloy"] = "fit"
     making.warn(
         f"resistance_ohm is from {least:.3g} to {most:.3g}, and a spring of {assumed} of this size has "
-        f'{bounds[0]:.3g} to {bounds[1]:.3g}: alloy = "fit", its law is to be identified; if a size '
+        f'{bounds[0]:.3g} to {bounds[1]:.3g}. So alloy = "fit": its law is to be identified. If a size '
         "is wrong, state it with --dimension"
     )
 

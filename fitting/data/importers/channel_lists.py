@@ -114,6 +114,6 @@ def one_channel_a_row(grid: Grid) -> str:
         return ""
     shown = ", ".join(names[:SHOWN]) + (", ..." if len(names) > SHOWN else "")
     return (
-        f"every row holds a reading of one channel ({grid.headings[channel].text} {shown}); write a column"
+        f"every row holds a reading of one channel ({grid.headings[channel].text} {shown}). Write a column"
         " for each, with its quantity and unit above it, and the readings of one moment in one row"
     )

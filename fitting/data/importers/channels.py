@@ -342,7 +342,7 @@ def _check_present(columns: dict[str, np.ndarray], making: Making) -> None:
     if absent:
         raise unusable(
             making.place, f"a recording of kind {making.kind} needs {', '.join(absent)}, which was not"
-            f" found{others}; name the columns with --map QUANTITY=COLUMN, or state what did"
+            f" found{others}. Name the columns with --map QUANTITY=COLUMN, or state what did"
             f" not change with {constant}",
         )  # fmt: skip
     if rules.one_of and not any(name in columns for name in rules.one_of):

@@ -56,8 +56,8 @@ def refuse_several_clocks(sample: Sample, columns: Mapping[str, int]) -> list[st
         if float(np.ptp(apart)) > step:
             raise unusable(
                 sample.raw.path, f"the clocks {both} run up to {np.abs(apart).max():.4g} s apart, so the"
-                " values in a row are not of one moment; bring them to one clock in the file, or, if one"
-                f" clock is right for all columns, name it: --map time={first + 1}",
+                " values in a row are not of one moment. Bring them to one clock in the file. If one clock is"
+                f" right for all columns, name it: --map time={first + 1}",
             )  # fmt: skip
         usual, varied = float(np.median(apart)), float(np.ptp(apart))
         how = f", by up to {varied:.2g} s more in some rows than in others" if varied > EVEN * step else ""

@@ -92,8 +92,8 @@ def _one_of_two(grid: Grid, column: int, other: int, quantity: str) -> str:
     most = np.abs(first - second)[there].max() if there.any() else np.nan
     apart = f", from which it differs by up to {most:.4g}" if there.any() else ""
     return (
-        f"check: {labels[0]} was left aside, and {labels[1]} taken{apart}; --map {quantity}={column + 1}"
-        " takes the other; a mean of both needs a column of its own"
+        f"check: {labels[0]} was left aside, and {labels[1]} taken{apart}. --map {quantity}={column + 1}"
+        " takes the other. A mean of both needs a column of its own"
     )
 
 

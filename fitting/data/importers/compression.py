@@ -122,7 +122,8 @@ def make_compression_negative(
         far = ", but strain reaches more than can be pressed" if text else ""
         making.warn(
             f"a line speaks of compression ({(text or mentioned)[:60]!r}){far}: the specimen was taken as"
-            " pulled; --compression if it was pressed (--tension if it was pulled, and this line goes)"
+            " pulled. If it was pressed: --compression. If it was pulled, --tension says so, and this line"
+            " goes"
         )
     return ""
 
@@ -195,15 +196,15 @@ def ask_about_compression(
         return
     if way > 0.0:
         making.warn(
-            "stress only stiffens over strain, as a pressed rubber does and a pulled one does not at first;"
-            " if the specimen"
-            " was pressed, turn it with --compression (--tension if it was pulled, and this line goes)"
+            "stress only stiffens over strain, as a pressed rubber does and a pulled one does not at first."
+            " If the specimen was pressed, turn it with --compression. If it was pulled, --tension says so,"
+            " and this line goes"
         )
         return
     turned = " ".join(f"--scale {source_quantity(making, name)}=-1" for name in ("strain", "stress"))
     turned = "--tension" if by_line else turned
     making.warn(
         "strain and stress are negative, but stress softens over strain, as a pulled rubber does and a"
-        f" pressed one does not; if the specimen was pulled: {turned} (--compression if it was pressed, and"
-        " this line goes)"
+        f" pressed one does not. If the specimen was pulled: {turned}. If it was pressed, --compression says"
+        " so, and this line goes"
     )

@@ -246,7 +246,7 @@ def two_units(header: list[str], own: list[str]) -> tuple[list[str], dict[int, t
             continue
         said.append(
             f"check: the heading {before.text!r} states {before.unit}, and {taken} stands after it or in"
-            f" the row of units: {taken} was taken; --unit QUANTITY={before.unit} takes the other"
+            f" the row of units. {taken} was taken; --unit QUANTITY={before.unit} takes the other"
         )
     return said, contradictions
 

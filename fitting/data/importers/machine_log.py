@@ -90,7 +90,7 @@ def _bend(
     channels["stress"] = Channel(sign * grid.values[:, stress], heading.unit, heading.text, made=turned)
     notices.append(
         f"stress and strain are those of the stretched surface of a bent beam (span {span:g} mm, depth"
-        f" {depth:g} mm); a wire has the same strain all through, so fitted stiffness is only indicative"
+        f" {depth:g} mm). A wire has the same strain all through, so fitted stiffness is only indicative"
     )
 
 

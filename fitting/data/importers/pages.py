@@ -111,8 +111,8 @@ def _other_headings(above: Grid, below: Grid) -> str:
     one, two = next(pair for pair in zip(*texts, strict=True) if pair[0] != pair[1])
     return (
         f"check: the clock goes on from the table above to row {min(below.rows)}, but a heading is {two!r}"
-        f" and was {one!r}: read as a test of its own. If both are one test, give them the same headings and"
-        " units"
+        f" and was {one!r}. So it was read as a test of its own. If both are one test, give them the same"
+        " headings and units"
     )
 
 

@@ -32,7 +32,7 @@ def with_clock(
         making.clock_counts_rows = making.options.interval_s is None
         notices.append(
             f"the file has no clock: time_s counts the rows, {step:g} s apart (--interval states the true"
-            " step); nothing that depends on rate can be judged from it"
+            " step). Nothing that depends on rate can be judged from it"
         )
         return {"time_s": step * np.arange(len(rows), dtype=float), **columns}
     time = columns["time_s"]
@@ -46,8 +46,8 @@ def with_clock(
     if back.size:
         where = ", ".join(str(rows[i + 1]) for i in back[:5])
         making.warn(
-            f"the clock goes back {counted(back.size, 'time')} (row {where}): kept as"
-            f" {LOGGED_CLOCK}, which nothing uses; the order of rows is taken as the order of time"
+            f"the clock goes back {counted(back.size, 'time')} (row {where}). It is kept as"
+            f" {LOGGED_CLOCK}, which nothing uses. The order of rows is taken as the order of time"
         )
         others = {name: values for name, values in columns.items() if name != "time_s"}
         return {**others, LOGGED_CLOCK: time}

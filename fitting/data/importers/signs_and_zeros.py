@@ -58,7 +58,7 @@ def gauge_pressure(making: Making) -> None:
         making.warn(
             f"{channel.label!r} begins at {first[0]:.4g} kPa, as an absolute pressure of the open air does,"
             " and was taken as"
-            f" gauge; if it is absolute: --subtract pressure_kPa={ATMOSPHERE_KPA}"
+            f" gauge pressure. If it is absolute: --subtract pressure_kPa={ATMOSPHERE_KPA}"
         )
 
 
@@ -158,7 +158,7 @@ def _refuse_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], makin
     unit = pair[1].rpartition("_")[2]
     raise unusable(
         making.place, f"stress goes to {stress[at]:.4g} {unit} while strain goes to"
-        f" {strain[at]:.4g}: one of them is counted the other way; pulled: --scale"
+        f" {strain[at]:.4g}: one of them is counted the other way. Pulled: --scale"
         f" {sources[1 if stress[at] < stress[0] else 0]}=-1, pressed: --scale"
         f" {sources[0 if strain[at] > strain[0] else 1]}=-1",
     )  # fmt: skip
@@ -177,7 +177,7 @@ def _ask_opposed(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
         turned = "force" if y[at] < y[0] else "elongation"
         raise unusable(
             making.place, f"force goes to {y[at]:.4g} N while elongation goes to {x[at]:.4g} mm, and the"
-            f" phase stays: one of them is counted the other way; --scale {turned}=-1",
+            f" phase stays. One of them is counted the other way: --scale {turned}=-1",
         )  # fmt: skip
     if against:
         turned = "force" if largest(y) < 0.0 else "elongation"

@@ -42,7 +42,7 @@ def _warn_of_restart(grid: Grid) -> None:
             lines = [" ".join(filter(None, line)) for line in grid.breaks.get(int(i), [])]
             line = f"the line {lines[-1][:60]!r}" if lines else "an empty line"
             grid.notices.append(
-                f"check: below {line} the test begins anew (row {grid.rows[i]}), read as one test; if"
+                f"check: below {line} the test begins anew (row {grid.rows[i]}), read as one test. If"
                 " that is another specimen, write its name into that line (Specimen 2)"
             )
             return
@@ -54,7 +54,7 @@ def _warn_of_restart(grid: Grid) -> None:
             names = ", ".join(map(repr, dict.fromkeys(texts)))
             grid.notices.append(
                 f"check: the test begins anew (row {grid.rows[changes[0]]}) where {heading.text!r} changes"
-                f" ({names[:80]}), read as one test; if these are specimens, call that column Specimen"
+                f" ({names[:80]}), read as one test. If these are specimens, call that column Specimen"
             )
             return
 

@@ -56,7 +56,7 @@ def settle_strain_unit(making: Making) -> None:
     if _bends_as_percent(making, channel):
         raise unusable(
             making.place, f"{reaches}; as a fraction the curve would be far"
-            f" straighter than any rubber's up to a strain of {min(largest, SHAPED):.3g}, as percent it"
+            f" straighter than any rubber's up to a strain of {min(largest, SHAPED):.3g}. As percent it"
             f" would not: {ask}",
         )  # fmt: skip
     making.say(f"{channel.label!r} has no unit: taken as a fraction (--unit strain=percent to correct)")
@@ -144,8 +144,8 @@ def unit_assumed(channels: Mapping[str, Channel], unit: str) -> str:
     far = int(np.nanargmax(np.abs(stretch - 1.0)))
     modulus = float(stress[far] / (stretch[far] - 1.0))
     return (
-        f"check: the unit of stress is not stated: taken as {unit}, by which the material is of"
-        f" {modulus:.3g} {unit} (stress over strain at the farthest stretch); --unit stress=... if it is"
+        f"check: the unit of stress is not stated and was taken as {unit}. That makes a modulus of"
+        f" {modulus:.3g} {unit} (stress over strain at the farthest stretch). --unit stress=... states"
         " another"
     )
 

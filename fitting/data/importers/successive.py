@@ -94,7 +94,7 @@ def _refuse_unlike(first: Recording, other: Recording) -> None:
         more = ", ".join(sorted(set(other.columns) - set(first.columns))) or "nothing"
         raise unusable(
             place, f"its columns are not those of {before}, to which --successive joins it: it lacks {lacks},"
-            f" and has {more} besides; name them with --map, or import each file by itself",
+            f" and has {more} besides. Name them with --map, or import each file by itself",
         )  # fmt: skip
     for key in sorted({*first.geometry, *other.geometry}):
         one, two = (recording.geometry.get(key) for recording in (first, other))
@@ -122,7 +122,7 @@ def _refuse_other_sizes(first: Recording, other: Recording, known: Sizes, sizes:
         if abs(one.value - two.value) > SAME * abs(one.value):
             raise unusable(
                 _place(other), f"it states {two.said!r}, and {_place(first)} states {one.said!r}:"
-                " --successive joins tests of one specimen; mend the size in the file, or import each by"
+                " --successive joins tests of one specimen. Mend the size in the file, or import each by"
                 " itself",
             )  # fmt: skip
 
@@ -140,7 +140,7 @@ def _refuse_other_areas(first: Recording, other: Recording, known: Sizes, sizes:
     if abs(one - two) > SAME * one:
         raise unusable(
             _place(other), f"it states a cross-section of {two:.6g} mm2, and {_place(first)} states one of"
-            f" {one:.6g} mm2: --successive joins tests of one specimen; mend the size in the file, or import"
+            f" {one:.6g} mm2. --successive joins tests of one specimen: mend the size in the file, or import"
             " each by itself",
         )  # fmt: skip
 
@@ -188,9 +188,9 @@ def _counted_on(
         steps = np.diff(time[np.isfinite(time)])
         step = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
         said.append(
-            f"check: {_name(recording)} begins at {begin:g} s, and the one before ends at {end:g} s: its"
-            f" times were counted on from there, one step of {step:.3g} s later; the true pause is not known,"
-            " and nothing that heals in it can be judged"
+            f"check: {_name(recording)} begins at {begin:g} s, and the one before ends at {end:g} s. Its"
+            f" times were counted on from there, one step of {step:.3g} s later. The true pause is not known,"
+            " so nothing that heals in it can be judged"
         )
         zero = None  # times after this seam are no longer those of any calendar
         parts.append(time - begin + end + step)

@@ -366,7 +366,7 @@ def _other_units(fields: Rows, header: list[str], keep: list[int], dropped: list
             if own is not None and unit and may_be_unit(unit) and not same_unit(own, unit):
                 return (
                     f"row {i + 1} among the numbers states the unit {unit!r}, and the heading {heading!r}"
-                    " another one; write all rows in one unit, or a table with headings of its own below"
+                    " another one. Write all rows in one unit, or a table with headings of its own below"
                 )
     return ""
 
@@ -381,7 +381,7 @@ def _longer(fields: Rows, longer: list[int], stated: int) -> str:
     row, count = longer[0], len(longer)
     return (
         f"check: {counted(count, 'row has', 'rows have')} more fields than the {stated} headings (row"
-        f" {row + 1}: {len(fields[row])} fields); if a mark too many moved its numbers, mend it in the file"
+        f" {row + 1}: {len(fields[row])} fields). If a mark too many moved its numbers, mend it in the file"
     )
 
 

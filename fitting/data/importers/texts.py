@@ -145,7 +145,7 @@ def _leave_out(grid: Grid, column: int, texts: list[tuple[int, str]], filled: in
     if grid.headings and may_be_clock(grid.headings[column]):
         grid.notices.append(
             f"check: column {label} cannot be read as a clock ({example!r} in row {row})"
-            " and was left out; write it as seconds or as 2024-05-31 12:00:05, or state the step with"
+            " and was left out. Write it as seconds or as 2024-05-31 12:00:05, or state the step with"
             " --interval"
         )
     else:

@@ -7,11 +7,8 @@ from .making import Channel
 from .parts import Sample
 
 KINDS_IN_WORDS = (
-    "spring (force, elongation and resistance of a nitinol spring), wire (strain, stress and temperature of"
-    " a straight wire),"
-    " elastomer (strain and stress of a coupon or tube), tube (pressure and length), actuator (pressure"
-    " with curvature, bend"
-    " angle or length)"
+    "spring (force, elongation, resistance), wire (strain, stress, temperature), elastomer (strain, stress),"
+    " tube (pressure, length), actuator (pressure; curvature, bend angle or length)"
 )
 """Every kind of recording with its quantities, for messages."""
 TORSION = "torsion"

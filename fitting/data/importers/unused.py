@@ -77,7 +77,7 @@ def _why(making: Making, option: str, name: str) -> str:
     if option == "--slack" and kind == "wire":
         return (
             f"{text}: the temperature of this wire changes, so that a flat start may be the alloy's own"
-            " doing; take off a known zero with --subtract strain=... or --subtract stress_MPa=..."
+            " doing. Take off a known zero with --subtract strain=... or --subtract stress_MPa=..."
         )
     if option == "--slack":
         return (

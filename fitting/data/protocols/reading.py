@@ -246,7 +246,7 @@ def _clock(document: dict[str, Any], total: float, supply: dict[str, float], pat
     if supply.get("period") and interval > 0.1 * supply["period"]:
         raise InputError(
             f"{path}: interval_s is {interval:g}, but pulses of {supply['period']:g} s need a tenth of that"
-            " or less; leave out [supply] period_s to take the mean heat"
+            " or less. Leave out [supply] period_s to take the mean heat"
         )
     with np.errstate(over="ignore"):
         wanted = np.ceil(np.divide(total, interval) - 1e-9) + 1.0

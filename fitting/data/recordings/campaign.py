@@ -100,5 +100,5 @@ def _check_specimens(recordings: list[Recording]) -> None:
             raise unusable(
                 recording.path or recording.name,
                 f"specimen {recording.specimen!r} is of kind {recording.kind} here but of kind {other.kind}"
-                f" in {other.path}; one specimen is of one kind, give the other its own name",
+                f" in {other.path}. One specimen is of one kind: give the other its own name",
             )

@@ -308,7 +308,7 @@ def _check_resistance(recording: Recording, place: Path | str, rows: Sequence[in
     geometry = recording.full_geometry()
     right = (
         f"half to twice the range of alloy {geometry['alloy']!r} on {geometry['active_coils']:g} coils is"
-        f' {bounds[0]:.3g} to {bounds[1]:.3g} ohm; state the spring in [geometry], with '
+        f' {bounds[0]:.3g} to {bounds[1]:.3g} ohm. State the spring in [geometry], with '
         '--dimension where it is imported, or alloy = "fit"'
     )
     for name in resistances:

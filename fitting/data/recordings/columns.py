@@ -39,8 +39,8 @@ def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
             return kind.name, reason
     raise unusable(
         table.path,
-        f"the kind of recording cannot be told from the columns {', '.join(table.header)}; "
-        "bring a laboratory's file in with `pneusma import`, or state in the sidecar: kind = "
+        f"the kind of recording cannot be told from the columns {', '.join(table.header)}. "
+        "Bring a laboratory's file in with `pneusma import`, or state in the sidecar: kind = "
         + " | ".join(f'"{kind}"' for kind in schema.KINDS),
     )
 
@@ -198,7 +198,7 @@ def _check_present(table: Table, kind: str, assigned: set[str], unknown: list[st
             hint = f"; is it the one named {close[0]!r}?" if close else ""
             raise unusable(
                 table.path,
-                f"a recording of kind {kind} needs the column {canonical}{hint}{_remark(table, kind)}; what"
+                f"a recording of kind {kind} needs the column {canonical}{hint}{_remark(table, kind)}. What"
                 " did"
                 f" not change may be stated in the sidecar instead: [constant] {canonical} = ...",
             )

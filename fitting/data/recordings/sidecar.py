@@ -145,7 +145,7 @@ def _in_a_table(kind: str) -> str:
     """Words on where a constant of a law is stated; empty without a kind of table."""
     return kind and (
         f'a constant of a law stands in a table of constants, which {kind} = "FILE.toml" under [geometry]'
-        " names; `pneusma characterise` writes one, and docs/files.md shows one"
+        " names. `pneusma characterise` writes one, and docs/files.md shows one"
     )
 
 
@@ -244,7 +244,7 @@ def _check_zero(table: Mapping[str, Any], where: Path | str) -> dict[str, float]
         if finite_number(value, f"[zero] {key}", where) <= 0.0:
             raise unusable(
                 where, f"[zero] {key} = {value:g} must be more than 0: one standard deviation of a zero that"
-                " the fit finds; leave it out where the zero is known",
+                " the fit finds. Leave it out where the zero is known",
             )  # fmt: skip
     return {key: float(value) for key, value in table.items()}
 

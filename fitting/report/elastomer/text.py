@@ -184,20 +184,20 @@ def _instabilities(fit: LawFit, tested: stability.Stability, actuator: stability
     if not tested.monotone:
         found.append(
             f"The fitted {fit.law.label} law falls from strain {tested.falls_from:.2g} on, inside the "
-            "tested range: it breaks Drucker's condition there, and an equilibrium solved with it may jump."
+            "tested range. It breaks Drucker's condition there, and an equilibrium solved with it may jump."
         )
     outside = actuator.falls_from
     if outside is not None and not tested.strain_min <= outside <= tested.strain_max:
         found.append(
             f"Outside the test the fitted {fit.law.label} law turns back at strain {outside:.2g}, within an "
-            f"actuator's range ({low:g} to {high:g}): do not simulate there with it."
+            f"actuator's range ({low:g} to {high:g}). Do not simulate there with it."
         )
     if fit.law.law == "polynomial":
         rest = fit.stress(np.zeros(1))[0]
         if abs(rest) > 3.0 * fit.sd[-1] and abs(rest) > 0.0:
             found.append(
-                f"The polynomial carries {rest / 1e3:.3g} kPa at zero strain (p_{len(fit.values)}): a zero "
-                "error of the load cell, or the price of a poor fit; in a simulation it is a stress at rest."
+                f"The polynomial carries {rest / 1e3:.3g} kPa at zero strain (p_{len(fit.values)}). It is a "
+                "zero error of the load cell, or the price of a poor fit; in a simulation, a stress at rest."
             )
     if fit.law.law == "ogden" and np.any(fit.values[0::2] * fit.values[1::2] <= 0.0):
         found.append("A term of the Ogden law has mu alpha <= 0 and adds no stiffness: fewer terms would do.")

@@ -81,8 +81,8 @@ def _parameters_caption(result: GeneralCharacterisation) -> str:
     """Caption that says what the bars and marks of the constants are, and which constants have no place."""
     entries = result.fitted.values()
     said = (
-        "What was known before (grey, one standard deviation of the prior) and what is known now (blue, one "
-        "standard error), in standard deviations of the prior from its mean."
+        "Distance of each constant from the mean of its prior, in standard deviations of the prior. Grey: "
+        "one standard deviation of the prior. Blue: what is known now, with one standard error."
     )
     if any(entry.at_bound for entry in entries):
         said += " An arrow marks a constant that stopped at its bound, and points to where the data pull it."

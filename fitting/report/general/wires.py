@@ -86,7 +86,7 @@ def _loops(result: GeneralCharacterisation) -> list[str]:
         if up and down and abs(np.mean(up) - np.mean(down)) > LOOP:
             sentences.append(
                 f"In {score.name} the fitted law draws a loop of {abs(np.mean(up) - np.mean(down)):.2g} K "
-                "between heating and cooling, although its phase has one curve: heating takes the residual "
+                "between heating and cooling, although its phase has one curve. Heating takes the residual "
                 f"strain (gR_*) away, and cooling under load sets it again.{_loop_means(result)}"
             )
     return sentences
