@@ -35,8 +35,8 @@ def identifiability(
     found: list[dict[str, Any]] = []
     for name, bound in (at_bound or {}).items():
         text = (
-            f"{name} stopped at {bound}: the data pull it further than the law allows. It has no error, and "
-            "the other errors hold if it is truly there."
+            f"{name} stopped at {bound}: the data pull it further than the law allows. It has no error. The "
+            "errors of the other constants hold if its true value is this bound."
         )
         found.append({"kind": "at_bound", "parameters": [name], "text": text})
     spread = np.sqrt(np.diag(covariance))

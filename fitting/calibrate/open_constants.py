@@ -63,8 +63,8 @@ def open_constants(
 
 def _end_of_range(name: str, value: float, profiled: bool) -> dict[str, Any]:
     text = (
-        f"{name} is at {value:g}, an end of its range, which is a form of its own. {ERROR[profiled]}, and "
-        "the other errors hold if it is truly there."
+        f"{name} is at {value:g}, an end of its range, where the law has a special form. {ERROR[profiled]}. "
+        "The errors of the other constants hold if its true value is this end."
     )
     return {"kind": "end_of_range", "parameters": [name], "text": text}
 
@@ -75,7 +75,7 @@ def _bound(name: str, absent: str | None, profiled: bool) -> dict[str, Any]:
         return {"kind": "absent", "parameters": [name], "text": f"{absent} {ERROR[profiled]}."} | one_sided
     text = (
         f"{name} stopped at its bound: the data, or another cause of misfit, pull it further than it may go. "
-        f"{ERROR[profiled]}, and the other errors hold if it is truly there."
+        f"{ERROR[profiled]}. The errors of the other constants hold if its true value is this bound."
     )
     return {"kind": "at_bound", "parameters": [name], "text": text} | one_sided
 
@@ -148,8 +148,8 @@ def _together(fisher: Information, reach: Callable[[Sequence[str]], str]) -> lis
             strongest = max((correlation[i, j] for i in group for j in group if i != j), key=abs)
             size = "correlation" if len(group) == 2 else "correlations up to"
             text = (
-                f"{_list(names)} are known only together ({size} {strongest:+.3f}) from {reach(names)}: what "
-                "they make together was measured, not each of them."
+                f"{_list(names)} are known only together ({size} {strongest:+.3f}) from {reach(names)}. "
+                "Their joint effect was measured, not each of them."
             )
             entry = {"kind": "known_together", "parameters": names, "correlation": float(strongest)}
             entries.append({**entry, "text": text})

@@ -55,8 +55,8 @@ from ._common import FINITE
 @click.option(
     "--slack",
     metavar="auto|fit|keep|STRAIN",
-    help="Start where the specimen grew taut: found, left to every fit with the load cell's zero, left as it"
-    " is, or at a strain (mm of a spring).",
+    help="Slack at the start. auto: found and taken off. fit: left to every fit, with the load cell's zero. "
+    "keep: left as it is. STRAIN: where the specimen grew taut (mm of a spring).",
 )
 @click.option(
     "--sheet", metavar="NAME", help="Sheet to read, by name or number; all that hold a test by default."

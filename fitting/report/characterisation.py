@@ -23,11 +23,11 @@ from .table import Table
 ERRORS = "± one standard error."
 QUOTED = (
     "± one standard error; where the misfit is no parabola, the errors to either side (68 %). The 90 % "
-    "interval is that of the profile likelihood. Of prior's: its width over that of the prior."
+    "interval is that of the profile likelihood. Of prior's: width of this interval over that of the prior's."
 )
 SIGNED = f"Signed: the same of {RESIDUAL}, so it is positive where the model is low."
 """Sentence on the signed relative difference of every table of errors."""
-COMBINED = "What the recordings tell whatever single constants are. Stresses are those of a first pull."
+COMBINED = "These are known although single constants may not be. Stresses are those of a first pull."
 CSV_DIGITS = 10
 """Number of significant digits in CSV files of results."""
 MOST_NAMES = 12
@@ -208,13 +208,13 @@ def limits(parameters: Mapping[str, Estimate]) -> list[str]:
             each = "; ".join(f"{n} {amount(interval_text(parameters[n]), parameters[n].unit)}" for n in names)
             said.append(
                 f"Of {joined(names)} the recordings give only {'an' if word == 'upper' else 'a'} {word} "
-                f"limit ({each}). The other end is the prior's or the search's."
+                f"limit ({each}). The other end comes from the prior, or from the bound of the search."
             )
     names = with_ends((False, False))
     if names:
         said.append(
-            f"Both ends of the interval of {joined(names)} are made by priors or bounds more "
-            "than by the recordings."
+            f"Both ends of the interval of {joined(names)} come from priors or bounds more than from the "
+            "recordings."
         )
     return said
 

@@ -270,7 +270,7 @@ def test_rows_whose_last_fields_are_empty_may_be_the_first_ones(put):
     path = put("a.csv", f"Time (s),Strain (-),Stress (kPa)\n0,,\n0.5,,\n{rows}")
     recording = import_file(path)
     np.testing.assert_allclose(recording.columns["time_s"], TIME[2:])
-    assert any("2 rows without a time or without any value dropped (rows 2, 3)" in note for note in recording.notices)
+    assert any("2 rows without a time or without any value left out (rows 2, 3)" in note for note in recording.notices)
     other = put("b.csv", f"Time (s),Strain (-),Stress (kPa)\n40\n{rows}")
     assert "without headings" in refusal(other)
 

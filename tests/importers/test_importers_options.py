@@ -30,7 +30,7 @@ SIZES = ["gauge_length_mm=10", "area_mm2=100"]
         (PRESS, {"dimensions": [*SIZES, "width_mm=5"]}, "--dimension width_mm: stress is 'Load (N)' (N) over the cross-section of 100 mm2"),
         (PRESS, {"constants": ["temperature_degC=22"]}, "--constant temperature: a recording of kind elastomer has no temperature"),
         (PRESS, {"subtracted": ["pressure_kPa=101"]}, "--subtract pressure: nothing in this file is read as pressure"),
-        (PRESS, {"circuit": ["adjust_V=1.2"]}, "--circuit adjust_V: no voltage is made a resistance here"),
+        (PRESS, {"circuit": ["adjust_V=1.2"]}, "--circuit adjust_V: no voltage is converted to a resistance here"),
         (PRESS, {"interval_s": 0.1}, "--interval: the file has a clock of its own"),
         (COUPON, {"dimensions": ["area_mm2=18"]}, "--dimension area_mm2: stress is read from 'Stress (kPa)' and there is no load to divide; name one with --map force=..."),
         (COUPON, {"dimensions": ["gauge_length_mm=18"]}, "--dimension gauge_length_mm: strain is read from 'Strain (%)' and there is no extension"),

@@ -232,8 +232,8 @@ def _held(joint: Joint) -> list[str]:
             was = "was" if len(names) == 1 else "were"
             said.append(
                 f"{joined(names)} {was} taken as fully {phase} throughout: a free martensite fraction "
-                "explains no more than noise. The errors are those of exactly that phase: 0.3 % of the other "
-                "moves a modulus by some five of them"
+                "explains no more than noise. Standard errors hold for exactly that phase: with 0.3 % of the "
+                "other a modulus moves by about five of them"
             )
     return said
 

@@ -96,8 +96,8 @@ def order(found: Sequence[Fitted], best: int) -> list[str]:
         "All tests are equally stiff at the beginning, but they resist differently at rest. They are of one "
         "phase, or both phases are equally stiff."
         if "neither" in (taken.reading.softer, other.reading.softer)
-        else "The stiffest test resists most at rest. Of a nitinol the martensite is softer and resists "
-        "more, so one of the two does not hold here."
+        else "The stiffest test resists most at rest. In nitinol the martensite is softer and resists "
+        "more. One of the two does not hold here."
     )
     first = "" if other.whole else " The other was fitted from one start only: this one leaves only noise."
     return [

@@ -370,7 +370,7 @@ def _drop_empty(
         )
     if empty.any():
         notices.append(
-            f"{counted(int(empty.sum()), 'row')} without a time or without any value dropped"
+            f"{counted(int(empty.sum()), 'row')} without a time or without any value left out"
             f" ({_row_numbers(rows[empty])})"
         )
     return {name: values[~empty] for name, values in columns.items()}, rows[~empty]

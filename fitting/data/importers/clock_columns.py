@@ -63,7 +63,7 @@ def refuse_several_clocks(sample: Sample, columns: Mapping[str, int]) -> list[st
         how = f", by up to {varied:.2g} s more in some rows than in others" if varied > EVEN * step else ""
         notices.append(
             f"check: the clocks {both} differ by {usual:.4g} s{how or ' in every row'}; the values in a"
-            " row were taken as of one moment"
+            " row were taken as measured at one moment"
         )
     return notices
 

@@ -85,16 +85,16 @@ def _taken_as(kind: str, sample: Sample, channels: dict[str, Channel], options: 
     if others and "wire_diameter_mm" not in sizes:
         stated = " and ".join(map(repr, others))
         return (
-            f"check: taken as kind spring, for its columns; but the file states {stated}, which a wire, a"
+            f"check: taken as kind spring by its columns, but the file states {stated}, which a wire, a"
             " coupon or a tube may have. If it is one: --kind wire or --kind elastomer, with --dimension"
             " gauge_length_mm=... and its cross-section"
         )
     if measured or named:
         return "taken as kind spring from its columns (--kind to correct)"
     return (
-        "check: taken as kind spring, for a force and an elongation; no resistance and no word tells that it"
-        " is one. If it is a wire or a coupon: --kind wire or --kind elastomer, with --dimension"
-        " gauge_length_mm=... and its cross-section"
+        "check: taken as kind spring, because it has a force and an elongation. Neither a resistance nor a"
+        " word of the file says so. If it is a wire or a coupon: --kind wire or --kind elastomer, with"
+        " --dimension gauge_length_mm=... and its cross-section"
     )
 
 

@@ -281,7 +281,7 @@ def _refuse_unused(made: list[Made], options: Options) -> None:
             recording, own, _ = made[0]
             raise unusable(
                 recording.path or recording.name,
-                own.used.why.get(pair, f"{' '.join(pair).strip()} is of no use here"),
+                own.used.why.get(pair, f"{' '.join(pair).strip()} has no effect here; leave it out"),
             )
         for recording, own, _ in without:
             _add_notices(recording, [f"check: not used here: {own.used.why[pair]}"])

@@ -70,7 +70,7 @@ def _crosses(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making
     answer, unit = pair[1].rsplit("_", 1)
     making.warn(
         f"strain and {answer} have opposite signs in {counted(int(across.sum()), 'row')}, so one of them was"
-        f" counted from another zero. {answer} is nearest to none, {y[least]:.4g} {unit}, at strain"
+        f" counted from another zero. {answer} is nearest to 0, {y[least]:.4g} {unit}, at strain"
         f" {x[least]:.4g}. If the specimen was at rest there: --subtract strain={x[least]:.4g}"
     )
     return True

@@ -69,8 +69,8 @@ def _why(making: Making, option: str, name: str) -> str:
         return f"{text}: nothing in this file is read as {name}; read are {names}"
     if option == "--circuit":
         return (
-            f"{text}: no voltage is made a resistance here (name one with --map voltage=..., kind spring"
-            " or actuator)"
+            f"{text}: no voltage is converted to a resistance here (name one with --map voltage=..., kind"
+            " spring or actuator)"
         )
     if option == "--interval":
         return f"{text}: the file has a clock of its own, or needs none; leave the option out"

@@ -170,7 +170,7 @@ def overstated_sentence(reduced: float) -> str:
     """Sentence on noise that is stated too large."""
     return (
         f"The recordings scatter by only {reduced**0.5:.2g} of the noise stated or estimated. If that "
-        "is too large, so are the standard errors, and a misfit may hide below it."
+        "noise is too large, the standard errors are, too, and a misfit may be hidden."
     )
 
 
@@ -258,17 +258,17 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
 TOGETHER = {
     "at_bound": (
         "stopped at their bounds: the data, or another cause of misfit, pull them further than they may go. "
-        "They have no errors, and the other errors hold if they are truly there."
+        "They have no errors. The errors of the other constants hold if the true values are these bounds."
     ),
     "one_sided": (
         "stopped at their bounds: the data, or another cause of misfit, pull them further than they may go. "
-        "Their errors, of the profile likelihoods, have one side only. The other errors hold if they are "
-        "truly there."
+        "Their errors, of the profile likelihoods, have one side only. The errors of the other constants "
+        "hold if the true values are these bounds."
     ),
     "at_start": "are still at the values they started from: these recordings do not show them.",
     "held": (
-        "are still at the values they started from: they were held, since no recording takes the load off, "
-        "which alone would show them."
+        "are still at the values they started from. They were held, because only a recording that takes the "
+        "load off would show them."
     ),
     "absent": "",
 }

@@ -92,7 +92,7 @@ def not_fitted(result: SpringCharacterisation) -> list[str]:
         sentences.append(
             f"The resistance of {names} asks for martensite fractions outside 0 to 1 (as far as "
             f"{number(far, '.2g')}), which no wire has. A part of the resistance is not the wire's, or the "
-            "sizes or the alloy are others."
+            "stated sizes or alloy are wrong."
         )
     return [*sentences, f"The numbers are only the nearest fit. {ask(result.path)} looks for the cause."]
 
