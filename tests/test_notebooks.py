@@ -102,7 +102,7 @@ STORIES = {
     "04_concealed_physics": (("mullins_softening", "silicone_stiffness"), range(2, 100)),
     "07_design": (("It is limited by", "The front has"), [4]),
     "08_reach_and_control": (
-        ("only stretching the spring again brings it back", "Curvature is spoilt most by"), [3],
+        ("Only stretching the spring again brings it back", "Curvature is spoilt most by"), [3],
     ),
     "09_uncertainty": (
         (

@@ -243,4 +243,4 @@ def test_strain_that_is_counted_from_another_zero_is_spoken_of(tmp_path):
 def test_a_unit_that_is_assumed_is_to_be_looked_at_with_the_modulus_that_follows(tmp_path):
     text = "".join(f"{1 + e:.4f} {s:.4f}\n" for e, s in zip(0.3 * STRAIN, STRESS, strict=True))
     (note,) = (n for n in import_file(written(tmp_path, "a.txt", text)).notices if "taken as MPa" in n)
-    assert note.startswith("check:") and "the material is of 700 MPa" in note and "--unit stress=" in note
+    assert note.startswith("check:") and "That makes a modulus of 700 MPa" in note and "--unit stress=" in note

@@ -295,7 +295,7 @@ def test_a_unit_of_a_heading_comes_before_that_of_a_list(put):
 def test_a_buffer_with_one_reading_a_row_is_refused_with_what_helps(put):
     rows = "".join(f"{2 * i + k},{101 + k},{x:.5E},{unit},{t + 0.02 * k:.3f}\n" for i, (t, e, s) in enumerate(ALL) for k, (x, unit) in enumerate(((3.0 + e, "Ohm"), (s, "V"))))
     said = refusal(put("a.csv", f"Index,Channel,Reading,Unit,Relative Time\n{rows}"), kind="spring")
-    assert "every row holds a reading of one channel (Channel 101, 102)" in said and "write a column for each" in said
+    assert "every row holds a reading of one channel (Channel 101, 102)" in said and "Write a column for each" in said
 
 
 def test_a_buffer_whose_rows_are_mostly_words_and_clocks_is_a_table(put):

@@ -168,7 +168,7 @@ def test_a_sized_spring_of_another_alloy_than_the_sources_is_to_be_identified(pu
     sized = Options(kind="spring", dimensions={"wire_diameter_mm": 0.25, "active_coils": 40.0})
     (found,) = import_tests(put("a.csv", SPRING), sized)
     assert found.geometry["alloy"] == "fit"
-    assert "alloy = \"fit\", its law is to be identified" in " ".join(checks([found]))
+    assert "alloy = \"fit\": its law is to be identified" in " ".join(checks([found]))
     (usual,) = import_tests(put("b.csv", SPRING.replace("25.1", "3.1")), sized)
     assert "alloy" not in usual.geometry and not any("identified" in note for note in checks([usual]))
 

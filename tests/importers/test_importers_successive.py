@@ -32,7 +32,7 @@ def test_pulls_are_joined_in_the_order_given_and_the_clock_goes_on(put):
     np.testing.assert_allclose([recording.columns["strain"][k : k + 21].max() for k in (0, 21, 42)], [0.4, 0.6, 0.5])
     text = "\n".join(recording.notices)
     assert "check: 3 files were joined in this order" in text and "z.csv (21 rows), a.csv (21 rows), m.csv (21 rows)" in text
-    assert "check: a.csv begins at 0 s, and the one before ends at 10 s: its times were counted on from there, one step of 0.5 s later" in text
+    assert "check: a.csv begins at 0 s, and the one before ends at 10 s. Its times were counted on from there, one step of 0.5 s later" in text
     assert recording.source["raw_file"] == "z.csv; a.csv; m.csv" and recording.source["notes"] == recording.notices
 
 

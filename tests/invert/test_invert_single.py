@@ -167,7 +167,7 @@ def test_what_heat_has_taken_is_said(inverse):
     found = follow(held, ("curvature", "length"), wanted, np.array([0.0, 10.0]))
     assert found.without_memory.all() and found.lost.tolist() == [False, True]
     assert found.disagreement < 1e-6
-    assert "only stretching the spring again brings it back" in found.warnings()[0]
+    assert "Only stretching the spring again brings it back" in found.warnings()[0]
 
 
 @pytest.mark.slow

@@ -118,7 +118,7 @@ def test_a_trajectory_warns_first_of_what_cannot_be_undone(tmp_path):
     said = " ".join(text(course).split())
     cause = "From 20 s on, 1 target needs what spring 2 lost when it was heated to a fraction of 0.5 at 0 s"
     assert said.index("Warnings") < said.index("Targets") and cause in said
-    assert "only stretching the spring again brings it back" in said
+    assert "Only stretching the spring again brings it back" in said
     save(course, tmp_path / "out")
     assert "time_s" in (tmp_path / "out" / "targets.csv").read_text()
 

@@ -202,7 +202,7 @@ def test_means_stop_at_turns_and_lie_on_the_curve(pulls):
 def test_what_the_sentence_says_of_means_is_true_of_every_block():
     recording = wire(1, 26_000)
     short = reduced(recording, 1024)
-    assert "within none of them a channel moves by more than 5 % of its range" in short.reduction.text
+    assert "Within none of them a channel moves by more than 5 % of its range" in short.reduction.text
     temperature = recording.columns["temperature_degC"]
     moved = [np.ptp(temperature[k : k + 26]) for k in range(0, 25_974)]
     assert max(moved) < 0.05 * np.ptp(temperature) + 0.1
