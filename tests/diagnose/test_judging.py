@@ -198,7 +198,7 @@ def test_a_discrepancy_that_predicts_better_speaks_against_a_name(discrepancy, l
 
 def test_what_is_said_where_a_discrepancy_predicts_better():
     explanation, rival = named(), DiscrepancyEvidence("length", "pressure_rate", 9.0, 1.0, 1.0)
-    judged = Assessment(True, True, 0.25, True, (), [0.9, 0.9], Signs(0.0, 0.3, 0.0), 12.0, rival, None, None)
+    judged = Assessment(True, True, (0.001, True), 0.25, True, (), [0.9, 0.9], Signs(0.0, 0.3, 0.0), 12.0, rival, None, None)
     found = _left_over(explanation, 0.25, judged, effects_found(explanation, 0.25))
     assert found.bayes == 12.0 and "function of pressure rate without a name predicts" in found.text
 
@@ -206,7 +206,7 @@ def test_what_is_said_where_a_discrepancy_predicts_better():
 @pytest.mark.parametrize(("bayes", "told"), [(25.0, True), (5.0, False)])
 def test_a_discrepancy_beside_the_names_is_said_with_its_evidence(bayes, told):
     further = DiscrepancyEvidence("silicone_stiffness", "time", bayes, 1.0, 1.0)
-    judged = Assessment(True, True, 0.25, True, (), [1.2, 1.2], Signs(0.1, 0.0, bayes), 0.0, None, further, None)
+    judged = Assessment(True, True, (0.001, True), 0.25, True, (), [1.2, 1.2], Signs(0.1, 0.0, bayes), 0.0, None, further, None)
     found = _left_over(named(), 0.25, judged, effects_found(named(), 0.25))
     said = f"Beside {CONSTANT}, a change of silicone stiffness with time has a log Bayes factor of 25"
     assert found.text.startswith(said) is told and ("leaves more than noise" in found.text) is not told

@@ -1,5 +1,6 @@
 """Steps of a search, and the explanation that it ends with."""
 
+import copy
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -119,6 +120,12 @@ class Explanation:
 
     def __post_init__(self) -> None:
         self.scores = HeldOutScores(self.program)
+
+    def with_chance(self, p_value: float, is_bound: bool) -> "Explanation":
+        """The same with another probability of the base's misfit by chance; what is known is shared."""
+        other = copy.copy(self)
+        other.p_value, other.p_is_bound = p_value, is_bound
+        return other
 
     @property
     def tries(self) -> int:

@@ -33,6 +33,7 @@ class Assessment:
     Attributes:
         named: true if it has effects.
         mismatch: true if recordings contradict the base model.
+        chance: probability that chance makes the base's misfit, and whether it is only a bound.
         unknown: probability of something unknown, before candidates share the rest.
         beyond: true if the recordings speak for something unmodelled beside effects that are believed.
         mimicked: effects that are believed, but which something outside the catalogue is known to look like.
@@ -46,6 +47,7 @@ class Assessment:
 
     named: bool
     mismatch: bool
+    chance: tuple[float, bool]
     unknown: float
     beyond: bool
     mimicked: tuple[str, ...]
@@ -64,11 +66,7 @@ class Assessment:
 
 
 def assess(explanation: Explanation) -> Assessment:
-    """What speaks for and against an explanation.
-
-    The probability that chance makes the base's misfit is told anew in the explanation where the whole misfit
-    decides, and not a score.
-    """
+    """What speaks for and against an explanation, which is not changed."""
     program, named = explanation.program, bool(explanation.final.slugs)
     masks = scored(program)
     base, last = (
@@ -78,36 +76,48 @@ def assess(explanation: Explanation) -> Assessment:
     floors = [floor(program, explanation.final, mask) for mask in masks]
     limits = [limit_of(program, mask) for mask in masks]
     if min(base) > VERDICT.gross and explanation.p_value > SCORE_TEST.level:
-        explanation.p_value = tail(program, base[0])
+        explanation = explanation.with_chance(tail(program, base[0]), explanation.p_is_bound)
+    chance = explanation.p_value, explanation.p_is_bound
     discrepancy = best_discrepancy(program, explanation.base)
     contradiction = named or contradicted(explanation, base, discrepancy, floors)
     mismatch = named or (contradiction and not accurate(program, explanation.base))
     further = best_discrepancy(program, explanation.final) if named else None
     signs = signs_of(explanation, discrepancy, further, base, last, floors) if named else None
-    unknown, lost, over, beyond, mimicked = 0.0, 0.0, None, False, ()
+    over = left_of(program, explanation.final) if named else None
+    unknown, lost, beyond, mimicked = 0.0, 0.0, False, ()
     if signs is not None:
-        unknown, lost = probability_of_unknown(signs), outdone(explanation, discrepancy)
-        beyond_chance = any(after > limit for after, limit in zip(last, limits, strict=True))
-        if signs.kept >= 1.0 and beyond_chance:  # names that help nothing
-            unknown = max(unknown, VERDICT.refuted_unknown)
-        over = left_of(program, explanation.final)
-        told = unknown >= VERDICT.beside_unknown or (over is not None and over.stated)
-        beyond = told and unknown <= 0.5
-        if unknown <= 0.5:
-            letter = program.specimen.letter
-            mimicked = tuple(slug for slug in explanation.final.slugs if mimicked_in(CATALOGUE[slug], letter))
-        unknown = max(unknown, VERDICT.beside_unknown) if beyond else unknown
+        helpless = signs.kept >= 1.0 and any(left > limit for left, limit in zip(last, limits, strict=True))
+        likely = max(probability_of_unknown(signs), VERDICT.refuted_unknown if helpless else 0.0)
+        unknown, beyond, mimicked = _doubt_of_names(explanation, likely, over is not None and over.stated)
+        lost = outdone(explanation, discrepancy)
     elif mismatch:
         unknown = discrepancy_probability(explanation, base, discrepancy, floors, limits)
-        found = chance_without_a_name(explanation, base[0], discrepancy)
-        explanation.p_value, explanation.p_is_bound = found
+        chance = chance_without_a_name(explanation, base[0], discrepancy)
     elif not contradiction:  # no candidate survived being fitted; what is left is judged as a whole
-        explanation.p_value = max(explanation.p_value, tail(program, steady(base[0], discrepancy)))
-        explanation.p_is_bound = False
+        chance = max(explanation.p_value, tail(program, steady(base[0], discrepancy))), False
     rest = beside(program, explanation.final) if beyond or (named and last[0] > limits[0]) else None
     left = over if rest is None else left_of(program, explanation.final, rest)
     if left is not None and not left.trusted:
         unknown = max(unknown, VERDICT.refuted_unknown)
     return Assessment(
-        named, mismatch, unknown, beyond, mimicked, last, signs, lost, discrepancy, further, rest
+        named, mismatch, chance, unknown, beyond, mimicked, last, signs, lost, discrepancy, further, rest
     )
+
+
+def _doubt_of_names(
+    explanation: Explanation, unknown: float, more_than_noise: bool
+) -> tuple[float, bool, tuple[str, ...]]:
+    """Probability of something unknown beside or for names, whether it is told beside them, and effects that
+    something without a name is known to look like.
+
+    Args:
+        explanation: result of the search, with names.
+        unknown: probability of something unknown by the signs.
+        more_than_noise: true if the names leave more than noise whose size is stated.
+    """
+    if unknown > 0.5:  # told before the names
+        return unknown, False, ()
+    letter, slugs = explanation.program.specimen.letter, explanation.final.slugs
+    mimicked = tuple(slug for slug in slugs if mimicked_in(CATALOGUE[slug], letter))
+    beyond = unknown >= VERDICT.beside_unknown or more_than_noise
+    return max(unknown, VERDICT.beside_unknown) if beyond else unknown, beyond, mimicked

@@ -43,6 +43,7 @@ def conclude(explanation: Explanation) -> Conclusion:
     judged, second = assess(explanation), explanation.second_look
     if second is not None and not judged.mismatch and (found_together := assess(second)).mismatch:
         explanation, judged, taken_back = second, found_together, []  # what was removed is of the first look
+    explanation = explanation.with_chance(*judged.chance)
     program = explanation.program
     mismatch, named, unknown = judged.mismatch, judged.named, judged.unknown
     discrepancy, rest = judged.discrepancy, judged.rest
