@@ -248,6 +248,12 @@ def _acting(effect: Effect | Switched, method: str, value: Any, *more: Any) -> A
 PLAIN = Pipeline()
 
 
+def changes_states(effect: Effect) -> bool:
+    """True if an effect changes what a specimen does; false if only instruments or a test stand have it."""
+    slots = ("pressure", "elongation", "temperature", "phase", "stress", "pull", "wall", "load")
+    return any(_overrides(effect, slot) for slot in (*slots, "resistance", "wire_resistance"))
+
+
 TOLD = "told_"
 """Before the names by which slots hand values of rows to `recorded`; no instrument shows them."""
 

@@ -11,6 +11,7 @@ from ._common import (
     Finite,
     design_argument,
     done,
+    notice,
     prepare,
     table_argument,
     tell_model,
@@ -73,6 +74,7 @@ def invert_command(**options: Any) -> None:
     design = None if options["design"] is None else design_argument(options["design"])
     prepare()
     from fitting.data.publish import check_free
+    from fitting.design.bodies import of_instruments
     from fitting.inference.progress import Steps
     from fitting.invert import Inverse, Limits
     from fitting.invert.lumen import read_lumen
@@ -96,6 +98,8 @@ def invert_command(**options: Any) -> None:
     limits = Limits((1e3 * options["least"], 1e3 * options["most"]), options["xi0_min"], options["xi0_max"])
     model = BASE if options["model"] is None else load_model(options["model"])
     tell_model(model, {"design": design} | {key: options[key] for key in ("alloy", "material")})
+    for sentence in of_instruments(model):
+        notice(sentence)
     if model.added and (lumen is not None or targets.time is not None):
         raise click.UsageError(
             "effects of --model have no history here: give targets without time, and no --lumen"

@@ -11,13 +11,14 @@ from jaxtyping import Array, Float
 
 import pneusma_jax as pj
 from fitting.data.recordings import schema
+from fitting.inference.notes import joined
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS, SECTION_KEYS
 from pneusma_jax.actuator.result import Validity
 from pneusma_jax.calibration import Calibration, named_table
 from pneusma_jax.errors import InputError
 from pneusma_jax.nitinol.spring import SpringResponse
-from pneusma_jax.pipeline import Effect
+from pneusma_jax.pipeline import Effect, changes_states
 from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.designs import ChainDesign, describes_chain, load_chain, make_chain
 from pneusma_jax.serial_chain.kinematics import arc_frame
@@ -45,6 +46,11 @@ class Plan:
     alloy: str | None = None
     silicone: str | None = None
     model: AugmentedModel = AugmentedModel()
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """Effects of the model that change states; those of instruments and test stands are left out."""
+        return tuple(filter(changes_states, self.model.effects))
 
     @property
     def springs(self) -> tuple[tuple[int, int], ...]:
@@ -95,6 +101,15 @@ def without_effect(plan: Plan) -> str | None:
     if plan.model.added and plan.chain is not None:
         return f"a chain takes numbers of {name}, but not its effects"
     return None
+
+
+def of_instruments(model: AugmentedModel) -> list[str]:
+    """The sentence on effects of a model that change no state; none where all do."""
+    slugs = [one.slug for one in model.added if not changes_states(one.build())]
+    if not slugs:
+        return []
+    act, change = ("acts", "changes") if len(slugs) == 1 else ("act", "change")
+    return [f"{joined(slugs)} {act} on what instruments or a test stand show, and {change} nothing here"]
 
 
 def alloy_of(plan: Plan, table: Calibration) -> Calibration:
@@ -208,7 +223,7 @@ def build_body(
         }
         segments.append(pj.make_actuator(table, own.alloy, own.silicone, **sizes))
     if plan.chain is None:
-        return Body(tuple(segments), None, plan.model.effects)
+        return Body(tuple(segments), None, plan.effects)
     chain = _chain(plan, segments)
     if "connector" in parameters:
         gaps = jnp.broadcast_to(jnp.asarray(parameters["connector"], float), jnp.shape(chain.connectors))

@@ -15,7 +15,7 @@ from pneusma_jax.calibration import named_table
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import to_si
 
-from .bodies import alloy_of, build_body, material_of, plan_of
+from .bodies import alloy_of, build_body, material_of, of_instruments, plan_of
 from .chances import chances_of, notes_on_draws
 from .discrete import blocked_steps, made_from
 from .infeasible import why_infeasible, why_nothing
@@ -351,7 +351,10 @@ def notes_on_model(study: Study) -> list[str]:
     said = list(dict.fromkeys(s for pick in picks for s in study.model.remarks(pick)))
     if study.model.added:
         said.append("effects act in every state as at the start of a recording: nothing is remembered")
-    return said
+    if study.model.specimens:
+        name = study.model.path.name
+        said.append(f"numbers of single specimens of {name} are left out: a design is none of them")
+    return said + of_instruments(study.model)
 
 
 def _finer_areas(

@@ -122,6 +122,8 @@ class CameraCalibration(Effect):
 
     def outputs(self, value: dict[str, Array], at: Known, memory: Any) -> dict[str, Array]:
         """See `Effect.outputs`; the angular offset shows as a curvature over the length."""
+        if "curvature" not in value:  # no camera looks on
+            return value
         seen = dict(value)
         seen["bend_angle"] = self.scale * seen["bend_angle"] + self.offset
         seen["curvature"] = self.scale * seen["curvature"] + self.offset / at["solved"].length
@@ -157,7 +159,7 @@ class ForceCalibration(Effect):
         error = self.offset + self.drift * at["time"] * share
         if "stress" in value:
             return value | {"stress": value["stress"] + error / at["area"]}
-        return value | {"force": value["force"] + error}
+        return value | ({"force": value["force"] + error} if "force" in value else {})
 
 
 class LoadTrainCompliance(Effect):

@@ -8,6 +8,7 @@ from effect_programs import built, names, program, run, without
 
 import pneusma_jax as pj
 from pneusma_jax.effects import CATALOGUE, Effect, find_effect, register, specs_of
+from pneusma_jax.pipeline import Known, changes_states
 
 SLOW = [pytest.param("A", marks=pytest.mark.slow), pytest.param("T", marks=pytest.mark.slow)]
 KINDS = ["E", "S", pytest.param("W", marks=pytest.mark.slow), *SLOW]
@@ -130,3 +131,12 @@ def test_a_tube_rubs_as_it_lengthens():
     effect = CATALOGUE["wrap_friction"]
     assert "bending" in effect.sentence_for("A") and "lengthens" in effect.sentence_for("T")
     assert "lengthening" in specs_of(effect, "T")["slip"].text and "bend" in specs_of(effect, "A")["slip"].text
+
+
+def test_an_instrument_that_a_specimen_lacks_reads_nothing():
+    """A model of a spring has a load cell, one of an actuator a camera; either may be asked for the other."""
+    for slug, there in (("force_calibration", {"curvature": 1.0}), ("camera_calibration", {"force": 1.0})):
+        assert find_effect(slug)().outputs(dict(there), Known({"time": 0.0}), None) == there
+    assert not changes_states(find_effect("camera_calibration")()) and changes_states(find_effect("gravity")())
+    stand = {slug for slug, effect in CATALOGUE.items() if not changes_states(effect())}
+    assert stand == {"camera_calibration", "channel_lag", "force_calibration", "load_train_compliance"}
