@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array
 
 from pneusma_jax.numerics.rows import filled, first_rows
-from pneusma_jax.program_cache import cached_program
+from pneusma_jax.program_cache import cached_program, of_package
 
 from .bodies import Body, Materials, Plan, Solved, build_body, solve_body, solve_states
 from .every_state import states_of_study
@@ -158,7 +158,8 @@ class Model:
         """A program of this study, traced once and not in every process; of a user's functions it is not."""
         if self.functions:
             return eqx.filter_jit(function)
-        return cached_program(function, f"{name} {self.study!r} {self.plan!r}")
+        keep = all(of_package(type(effect)) for effect in self.plan.effects)  # one's own may change
+        return cached_program(function, f"{name} {self.study!r} {self.plan!r}", keep=keep)
 
     @property
     def _width(self) -> int:

@@ -1,18 +1,23 @@
 """A study of a model on disk: its numbers and effects act in every state, and what cannot act is refused."""
 
+from typing import ClassVar
+
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax import Array
 from study_files import CHAIN, PLAIN, changed, write_study
 
 import pneusma_jax as pj
-from fitting.design import read_study, run_study
+from fitting.design import program, read_study, run_study
 from fitting.design.bodies import plan_of
 from fitting.design.program import Model
-from fitting.design.run import fingerprint
+from fitting.design.run import fingerprint, notes_on_model
 from fitting.report.design.documents import files
 from fitting.specimens.saved_models import AddedDiscrepancy, AugmentedModel, load_model, render_model
 from pneusma_jax.calibration.records import Quantity
-from pneusma_jax.effects import find_effect
+from pneusma_jax.effects import CATALOGUE, Effect, Spec, find_effect
 
 MODEL = """
 schema = "pneusma-model/1"
@@ -63,6 +68,65 @@ def test_effects_act_in_states_with_exact_derivatives(tmp_path):
     step = 1e-4
     around = model.values(np.array([place - step, place + step]))
     assert slopes[0, 0, 0] == pytest.approx((around[1, 0] - around[0, 0]) / (2.0 * step), rel=1e-5)
+
+
+STAND = """
+[[effect]]
+slug = "force_calibration"
+[effect.parameters]
+offset = {value = 0.05, unit = "N", status = "fitted", source = "here"}
+[[effect]]
+slug = "camera_calibration"
+[effect.parameters]
+scale = {value = 1.1, unit = "1", status = "fitted", source = "here"}
+[specimen.A]
+wall_thickness = {value = 1.3, unit = "mm", status = "fitted", source = "here"}
+"""
+
+
+def test_instruments_and_single_specimens_change_no_design(tmp_path):
+    study = read_study(written(tmp_path, model=MODEL + STAND))
+    plan = plan_of(*(one[0] for one in (study.designs, study.alloys, study.materials)), study.model)
+    assert plan.effects == () and plan.tables[0].values()["wall_thickness"] == pytest.approx(1.1e-3)
+    values = Model(study, plan).values(np.array([[0.4]]))
+    wall = float(Model(study, plan).space.parameters(np.array([0.4]))["wall_thickness"])
+    assert -values[0, 0] == pytest.approx(curvature(wall, ()), rel=1e-9)
+    notes = notes_on_model(study)
+    assert "numbers of single specimens of mine.toml are left out: a design is none of them" in notes
+    assert notes[-1] == (
+        "force_calibration and camera_calibration act on what instruments or a test stand show, and change nothing here"
+    )
+
+
+class Own(Effect):
+    """Pressure that is lost on the way, by an effect that is no part of the package."""
+
+    lost: Array = eqx.field(converter=jnp.asarray, default=0.0)
+    slug: ClassVar[str] = "own_loss"
+    kinds: ClassVar[str] = "A"
+    specs: ClassVar[dict[str, Spec]] = {"lost": Spec(0.0, 0.0, 1.0, 0.1, "1", "part of the pressure that is lost")}
+
+    def pressure(self, value, at, memory):
+        return value * (1.0 - self.lost)
+
+
+OWN = """
+[[effect]]
+slug = "own_loss"
+[effect.parameters]
+lost = {value = 0.5, unit = "1", status = "fitted", source = "here"}
+"""
+
+
+def test_programs_with_ones_own_effects_are_not_stored(tmp_path, monkeypatch):
+    monkeypatch.setitem(CATALOGUE, "own_loss", Own)
+    kept = []
+    monkeypatch.setattr(program, "cached_program", lambda function, name, keep: kept.append(keep) or eqx.filter_jit(function))
+    for model in (MODEL + OWN, MODEL + CONTACT):
+        study = read_study(written(tmp_path, model=model))
+        plan = plan_of(*(one[0] for one in (study.designs, study.alloys, study.materials)), study.model)
+        assert Model(study, plan)._values is not None
+    assert kept == [False, True]
 
 
 def test_a_study_leaves_the_model_for_its_design(tmp_path):
