@@ -1,5 +1,7 @@
 """Standard errors of found strengths and constants beside misfit that is left: they hold the truth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from linear_world import CONSTANT, smooth, tubes
@@ -54,6 +56,16 @@ def test_a_number_that_was_not_free_has_no_error():
     world = tubes(effects=(CONSTANT,))
     program = world.program(world.truth(np.random.default_rng(3)))
     assert standard_errors(program, Refitter(program).fit(()))[-1] == 0.0
+
+
+def test_an_output_without_a_reading_that_counts_widens_nothing():
+    world = tubes(effects=(CONSTANT,))
+    program = world.program(world.truth(np.random.default_rng(3)))
+    (one,), nothing = program.channels[1], np.full(60, np.inf)
+    channels = [*program.channels[:1], [replace(one, sigma=nothing)], *program.channels[2:]]
+    program = replace(program, channels=channels, bare=channels)
+    fit = Refitter(program).fit((CONSTANT,))
+    assert np.all(np.isfinite(standard_errors(program, fit))) and 1.0 <= widening(program, fit.evaluation) < 1.5
 
 
 def test_report_and_augmented_model_tell_the_same_errors():

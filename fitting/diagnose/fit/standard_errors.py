@@ -42,6 +42,9 @@ def widening(program: Program, evaluation: Evaluation) -> float:
         ends = np.cumsum([len(channel.measured) for channel in program.channels[k]])
         pieces = np.split(evaluation.misfit[k], ends[:-1])
         series += [r[np.isfinite(c.sigma)] for r, c in zip(pieces, program.channels[k], strict=True)]
+    series = [r for r in series if len(r)]  # an output may have no reading that counts
+    if not series:
+        return 1.0
     left = evaluation.chi2(program.fitted.astype(float)) / max(program.observations(program.fitted), 1)
     variance = max(1.0, left) * max(correlation_time(series), swing_time(series))
     return float(np.sqrt(variance)) if variance > CHANCE else 1.0
