@@ -1,5 +1,7 @@
 """Models on disk: what is written reads back equal and acts; what cannot be is refused in one line."""
 
+from dataclasses import replace
+
 import jax.numpy as jnp
 import pytest
 
@@ -150,3 +152,15 @@ def test_a_number_is_of_the_campaign_that_its_source_names(title, source, is_fro
     """Not of one whose name is a part of that."""
     number = fitted("silicone", "silicone_stiffness", 1.1, source)
     assert Augmented("elastomer", AugmentedModel(), title).is_from_here(number) is is_from
+
+
+def test_the_error_of_a_factor_goes_with_the_factor_of_its_table() -> None:
+    """Draws of a design study or of a propagation are about the value that a simulation has."""
+    table = pj.load_calibration("dragon_skin_10_fast", "silicone")
+    softer = replace(table.quantities["silicone_stiffness"], value=0.8)
+    own = replace(fitted("silicone", "silicone_stiffness", 1.1, SOURCE, 0.02), interval90=(1.05, 1.2))
+    model = AugmentedModel(base={"silicone": {"silicone_stiffness": own}})
+    found = model.table("silicone", replace(table, quantities={**table.quantities, softer.name: softer}))
+    number = found.quantities["silicone_stiffness"]
+    assert number.value == pytest.approx(0.88) and number.interval90 == pytest.approx((0.84, 0.96))
+    assert number.prior.mean == pytest.approx(0.88) and number.prior.sd == pytest.approx(0.016)

@@ -122,7 +122,7 @@ class AugmentedModel:
     def table(self, kind: str, table: str | Path | Calibration, specimen: str | None = None) -> Calibration:
         """A table of constants with the model's values in it.
 
-        A factor on the silicone's stress multiplies the table's own factor, as in fits.
+        A factor on the silicone's stress multiplies the table's own factor, as in fits. So does its error.
 
         Args:
             kind: `alloy`, `silicone` or `actuator`.
@@ -135,7 +135,7 @@ class AugmentedModel:
         found = load_calibration(table, kind)
         own, factor = self.quantities(kind, specimen), found.quantities.get(STIFFNESS)
         if factor is not None and STIFFNESS in own:
-            own[STIFFNESS] = dataclasses.replace(own[STIFFNESS], value=factor.value * own[STIFFNESS].value)
+            own[STIFFNESS] = _times(own[STIFFNESS], factor.value)
         return dataclasses.replace(found, quantities={**found.quantities, **own})
 
     def geometry(self, specimen: str | None = None) -> dict[str, float]:
@@ -148,6 +148,16 @@ class AugmentedModel:
             if name in own:
                 stated[key] = float(from_si(own[name].value, schema.geometry_unit(key)))
         return stated
+
+
+def _times(quantity: Quantity, factor: float) -> Quantity:
+    """A quantity times a positive factor, with what is known of its error."""
+    prior, interval = quantity.prior, quantity.interval90
+    if prior is not None:
+        prior = Prior(**{name: factor * number for name, number in dataclasses.asdict(prior).items()})
+    if interval is not None:
+        interval = (factor * interval[0], factor * interval[1])
+    return dataclasses.replace(quantity, value=factor * quantity.value, prior=prior, interval90=interval)
 
 
 def _told(added: AddedEffect | AddedDiscrepancy) -> str:
