@@ -107,13 +107,15 @@ def assess(explanation: Explanation) -> Assessment:
 def _doubt_of_names(
     explanation: Explanation, unknown: float, more_than_noise: bool
 ) -> tuple[float, bool, tuple[str, ...]]:
-    """Probability of something unknown beside or for names, whether it is told beside them, and effects that
-    something without a name is known to look like.
+    """Probability of something unknown beside or for names, and how far that is told.
 
     Args:
         explanation: result of the search, with names.
         unknown: probability of something unknown by the signs.
         more_than_noise: true if the names leave more than noise whose size is stated.
+
+    Returns:
+        The probability, whether it is told beside the names, and names that something else may look like.
     """
     if unknown > 0.5:  # told before the names
         return unknown, False, ()
