@@ -16,6 +16,8 @@ class Late:
         self._module = module
 
     def __getattr__(self, name: str) -> Any:
+        if "_module" not in vars(self):  # a copy that is being made
+            raise AttributeError(name)
         return getattr(importlib.import_module(self._module), name)
 
 

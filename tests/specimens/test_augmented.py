@@ -164,3 +164,11 @@ def test_the_error_of_a_factor_goes_with_the_factor_of_its_table() -> None:
     number = found.quantities["silicone_stiffness"]
     assert number.value == pytest.approx(0.88) and number.interval90 == pytest.approx((0.84, 0.96))
     assert number.prior.mean == pytest.approx(0.88) and number.prior.sd == pytest.approx(0.016)
+
+
+def test_a_design_of_the_same_file_name_in_another_folder_is_another_design(tmp_path) -> None:
+    """Every design study writes `design.toml`, and a model beside it."""
+    model = AugmentedModel(tables={"design": str(tmp_path / "first" / "design.toml")})
+    (said,) = model.remarks({"design": str(tmp_path / "second" / "design.toml")})
+    assert "was made with the design" in said
+    assert model.remarks({"design": str(tmp_path / "second" / ".." / "first" / "design.toml")}) == []

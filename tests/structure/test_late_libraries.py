@@ -1,9 +1,14 @@
 """Libraries that most runs do without are loaded when they are first used, and not with the modules that may use them."""
 
+import copy
+import math
+import pickle
 import subprocess
 import sys
 
 import pytest
+
+from pneusma_jax.late import Late
 
 LATE = {
     "fitting.simulate.state": ("optimistix", "lineax", "scipy.optimize", "scipy.stats"),
@@ -21,3 +26,8 @@ def test_what_a_run_may_do_without_is_loaded_late(module):
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == ""
+
+
+def test_a_late_library_can_be_copied_and_pickled():
+    late = Late("math")
+    assert copy.deepcopy(late).pi == pickle.loads(pickle.dumps(late)).pi == math.pi

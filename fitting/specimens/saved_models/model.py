@@ -109,7 +109,7 @@ class AugmentedModel:
             said.append(f"{name} adds {joined(map(_told, self.added))} to the base model")
         for key, table in chosen.items():
             own = self.tables.get(key)
-            if table is not None and own is not None and Path(table).name != Path(own).name:
+            if table is not None and own is not None and not _same_table(table, own):
                 here = f"and its numbers are used with {table} here"
                 said.append(f"{name} was made with the {key} {own}, {here}")
         return said
@@ -158,6 +158,12 @@ def _times(quantity: Quantity, factor: float) -> Quantity:
     if interval is not None:
         interval = (factor * interval[0], factor * interval[1])
     return dataclasses.replace(quantity, value=factor * quantity.value, prior=prior, interval90=interval)
+
+
+def _same_table(one: str, other: str) -> bool:
+    """True for equal names of tables, or paths of one file."""
+    files = [Path(name) for name in (one, other) if name.endswith(".toml")]
+    return files[0].resolve() == files[1].resolve() if len(files) == 2 else one == other
 
 
 def _told(added: AddedEffect | AddedDiscrepancy) -> str:
