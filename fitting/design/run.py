@@ -1,8 +1,10 @@
 """A study from its start to its result."""
 
 import hashlib
+import inspect
 import itertools
 import json
+import secrets
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -13,6 +15,8 @@ import numpy as np
 import pneusma_jax as pj
 from pneusma_jax.calibration import named_table
 from pneusma_jax.errors import InputError
+from pneusma_jax.pipeline import Effect
+from pneusma_jax.program_cache import of_package
 from pneusma_jax.units import to_si
 
 from .bodies import alloy_of, build_body, material_of, of_instruments, plan_of
@@ -118,6 +122,7 @@ def fingerprint(study: Study) -> str:
         seen.append(study.uncertainty.posterior.read_bytes())
     if study.model.path is not None:
         seen.append(study.model.path.read_bytes())
+    seen += [_source(type(effect)) for effect in study.model.effects]
     for one in itertools.product(study.designs, study.alloys, study.materials):
         plan = plan_of(*one, study.model)
         with_springs = [t for t in plan.tables if pj.layout(t).spring_numbers]
@@ -129,6 +134,15 @@ def fingerprint(study: Study) -> str:
         ]
         seen.append(repr(plan.chain).encode())
     return hashlib.sha256(b"\0".join(seen)).hexdigest()
+
+
+def _source(effect: type) -> bytes:
+    """Text of an effect that is not of the package, with what it inherits; empty for one of the package."""
+    own = [law for law in effect.__mro__ if not of_package(law) and issubclass(law, Effect)]
+    try:
+        return "".join(map(inspect.getsource, own)).encode()
+    except (OSError, TypeError):  # typed in at a prompt: it cannot be told from another one
+        return secrets.token_bytes()
 
 
 def _solve_choice(study: Study, choice: Choice, number: int, log: Log, said: Callable[[str], object]) -> dict:

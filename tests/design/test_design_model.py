@@ -129,6 +129,20 @@ def test_programs_with_ones_own_effects_are_not_stored(tmp_path, monkeypatch):
     assert kept == [False, True]
 
 
+def test_evaluations_with_another_effect_of_ones_own_are_not_taken_over(tmp_path, monkeypatch):
+    class Other(Own):
+        """The same name, another law."""
+
+        def pressure(self, value, at, memory):
+            return value * (1.0 - 2.0 * self.lost)
+
+    found = []
+    for effect in (Own, Other, Own):
+        monkeypatch.setitem(CATALOGUE, "own_loss", effect)
+        found.append(fingerprint(read_study(written(tmp_path, model=MODEL + OWN))))
+    assert found[0] == found[2] != found[1]
+
+
 def test_a_study_leaves_the_model_for_its_design(tmp_path):
     study = read_study(written(tmp_path))
     result = run_study(study)
