@@ -8,7 +8,6 @@ interval.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import jax
 import jax.numpy as jnp
@@ -48,7 +47,7 @@ def propagated(
     values: Mapping[str, float],
     uncertainty: Uncertainty,
     profiles: Mapping[str, Profile],
-    variances: Mapping[str, float] = MappingProxyType({}),
+    covariance: np.ndarray | None = None,
 ) -> list[Combination]:
     """Quantities of a law with their 90 % intervals.
 
@@ -58,8 +57,8 @@ def propagated(
         values: free parameters at the fit, SI.
         uncertainty: uncertainty of the fit.
         profiles: profiles with the constrained fits that they went through.
-        variances: factors on the variances of constants, by name, as zeros of instruments that are off or
-            drift make them; correlations stay.
+        covariance: covariance of the constants that `uncertainty` names, in place of its own. Zeros of
+            instruments that are off or drift widen it, and correlate the constants anew.
     """
     if not labels:
         return []
@@ -69,8 +68,8 @@ def propagated(
     slopes = jax.jacfwd(lambda free: law({**point, **free}))({name: point[name] for name in names})
     columns = [np.asarray(slopes[name]) for name in names]
     slope = np.stack(columns, axis=-1) if names else np.zeros((len(here), 0))
-    slope = slope * np.sqrt([variances.get(name, 1.0) for name in names])
-    variance = np.einsum("qi,ij,qj->q", slope, uncertainty.covariance, slope)
+    covariance = uncertainty.covariance if covariance is None else covariance
+    variance = np.einsum("qi,ij,qj->q", slope, covariance, slope)
     half = WIDTH_90 * np.sqrt(np.maximum(variance, 0.0))
     below, above = half.copy(), half.copy()
     for profile in profiles.values():

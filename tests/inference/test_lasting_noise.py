@@ -1,9 +1,18 @@
 """Zeros that are off or drift: errors of a straight line with them hold, and without them stay as they are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from fitting.inference.lasting_noise import SURE_OF_WHITE, Series, intervals, lasting, zeros
+from fitting.inference.lasting_noise import (
+    SURE_OF_WHITE,
+    Series,
+    covariance_beside_zeros,
+    intervals,
+    lasting,
+    zeros,
+)
 from fitting.inference.lasting_noise.sizes import decided, sizes_of
 
 TIME = np.linspace(0.0, 1.0, 60)
@@ -39,6 +48,19 @@ def test_beside_zeros_that_last_errors_hold(drift, offset, plain):
     z, variance = np.array(z), np.array([one.variance for one in held])
     assert np.mean(np.abs(z) < 1.645) < plain
     assert 0.82 < np.mean(np.abs(z) < 1.645 * np.sqrt(variance)) < 0.98
+
+
+def test_the_error_of_a_sum_of_constants_holds_beside_zeros_that_are_off():
+    """An offset moves the whole line: its end is as wrong as its begin, though its slope is right."""
+    random, plain = np.random.default_rng(5), np.linalg.inv(4 * SLOPES.T @ SLOPES + np.diag(PRECISION))
+    anew, kept = [], []
+    for _ in range(10):
+        _, found = campaign(random, 0.0, 6.0)
+        for ratios, zeros_found in ((anew, found), (kept, replace(found, correlation=None))):
+            covariance = covariance_beside_zeros(zeros_found, "ab", plain, "ab")
+            ratios.append(np.sqrt(covariance.sum() / covariance[0, 0]))
+    assert np.median(anew) == pytest.approx(1.0, abs=0.03)
+    assert np.median(kept) < 0.96  # with the correlation of the fit
 
 
 def test_without_them_errors_stay_nearly_as_they_are():

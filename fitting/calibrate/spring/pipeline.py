@@ -21,6 +21,7 @@ from fitting.inference.lasting_noise import (
     SURE_OF_WHITE,
     Lasting,
     Size,
+    covariance_beside_zeros,
     side_variances_by_name,
     variances_by_name,
 )
@@ -192,7 +193,8 @@ def characterise_spring(
     fisher = information(joint.problem, joint.parameters)
     closing("the next test")
     further = next_test(joint.problem, joint.parameters, fisher, identify)
-    drifting = variances_by_name(last, fisher.names)
+    told = single.result.uncertainty
+    drifting = covariance_beside_zeros(last, fisher.names, told.covariance, told.names)
     return SpringCharacterisation(
         title=campaign.title,
         identify=identify,

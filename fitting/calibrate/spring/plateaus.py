@@ -28,7 +28,7 @@ def plateaus(
     base: Mapping[str, Quantity],
     tests: Sequence[StandTest],
     profiles: Mapping[str, Profile],
-    variances: Mapping[str, float],
+    covariance: np.ndarray,
 ) -> list[Combination]:
     """Resistivities of both phases at rest and stretched, and their stresses, each with its 90 % interval.
 
@@ -37,10 +37,10 @@ def plateaus(
         base: constants of the alloy that it started from.
         tests: the fitted tests; a phase that no test shows is left out.
         profiles: profiles of the constants.
-        variances: factors on the variances of constants by zeros of the instruments; 1 where one is missing.
+        covariance: covariance of the constants that the fit's uncertainty names, which counts zeros.
     """
     labels, law = shown_by(base, tests)
-    return propagated(labels, law, joint.values, joint.result.uncertainty, profiles, variances)
+    return propagated(labels, law, joint.values, joint.result.uncertainty, profiles, covariance)
 
 
 def shown_by(

@@ -24,6 +24,7 @@ probable as 3 % but six times as wide as the noise. It doubles that variance, an
 from .intervals import (
     SURE_OF_WHITE,
     Lasting,
+    covariance_beside_zeros,
     lasting,
     lasting_beside_trajectories,
     side_variances_by_name,
@@ -39,6 +40,7 @@ __all__ = [
     "Shared",
     "Size",
     "courses_of",
+    "covariance_beside_zeros",
     "lasting",
     "lasting_beside_trajectories",
     "modes_of",

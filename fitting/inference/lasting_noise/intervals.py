@@ -48,6 +48,8 @@ class Lasting:
         scale: posterior mean of the white noise by output, in units of the noise.
         steady: probability that no zero is off or drifts; one half beforehand, for any number of outputs.
         fitted_beside_zeros: true if the fit was made with noise that zeros correlate.
+        correlation: correlation of the constants' errors beside the zeros, shape (parameters, parameters);
+            None where it is that of the fit.
     """
 
     variance: np.ndarray
@@ -57,6 +59,7 @@ class Lasting:
     scale: Mapping[str, float] = field(default_factory=dict)
     steady: float = 1.0
     fitted_beside_zeros: bool = False
+    correlation: np.ndarray | None = None
 
     @property
     def sizes(self) -> dict[str, Size]:
@@ -67,6 +70,26 @@ class Lasting:
 def variances_by_name(found: Lasting, names: Sequence[str]) -> dict[str, float]:
     """`Lasting.variance` of each parameter."""
     return dict(zip(names, np.broadcast_to(found.variance, len(names)).tolist(), strict=True))
+
+
+def covariance_beside_zeros(
+    found: Lasting, names: Sequence[str], covariance: np.ndarray, names_of_fit: Sequence[str]
+) -> np.ndarray:
+    """Covariance of a fit's constants that counts zeros which are off or drift, as `covariance` without them.
+
+    Args:
+        found: zeros.
+        names: names of the parameters of `found`.
+        covariance: covariance by the fit alone, shape (constants, constants).
+        names_of_fit: names of its constants, all of them among `names`.
+    """
+    at = [list(names).index(name) for name in names_of_fit]
+    sd = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(sd, sd)
+    if found.correlation is not None:
+        correlation = found.correlation[np.ix_(at, at)]
+    wider = sd * np.sqrt(np.broadcast_to(found.variance, len(names))[at])
+    return correlation * np.outer(wider, wider)
 
 
 def side_variances_by_name(
@@ -171,9 +194,13 @@ def _of_mixture(
     centre = early - np.einsum("mij,mj->mi", spread, members.slope)[:, :free]
     sd = np.sqrt(np.einsum("mii->mi", spread))[:, :free]
     sides = sides_of(centre / unit, sd / unit, weight, symmetric, least)
+    square = np.einsum("m,mij->ij", weight, spread[:, :free, :free] + centre[:, :, None] * centre[:, None, :])
+    size = np.sqrt(np.diag(square))
     sizes = np.einsum("m,mok->ko", weight, members.size)
     drift, offset, scale = (dict(zip(outputs, map(float, row), strict=True)) for row in sizes)
-    return replace(_of_sides(sides, noise_sizes), drift=drift, offset=offset, scale=scale, steady=steady)
+    told = _of_sides(sides, noise_sizes)
+    correlation = square / np.outer(size, size)
+    return replace(told, drift=drift, offset=offset, scale=scale, steady=steady, correlation=correlation)
 
 
 def _of_sides(sides: dict[int, np.ndarray], noise_sizes: Mapping[str, Size] | None) -> Lasting:
