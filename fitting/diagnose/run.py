@@ -26,6 +26,7 @@ from .evaluate.noise_used import slow_as_noise
 from .evaluate.program import Program
 from .evaluate.start import Start, begun_at, characterised, start_of
 from .fit.base_fit import told_at_bound
+from .fit.standard_errors import stated_too_large
 from .search.explain import explain
 from .search.steps import Explanation
 from .settings import DEFAULT
@@ -72,6 +73,7 @@ def diagnose(
         campaign, kind, model=model, tables=start.tables, held=start.held, progress=progress
     )
     _refuse_few_values(campaign, program.observations(program.fitted))
+    _refuse_no_answer(program)
     searched = _search(campaign, kind, seed, progress, model, thorough)
     explanation = searched(program)
     turned = _with_turning_points(campaign, program, model, start, progress)
@@ -111,6 +113,22 @@ def _refuse_few_values(campaign: Campaign, count: int) -> None:
         raise InputError(
             f"{campaign.path}: {count} values to fit are too few to diagnose; {least} are needed"
         )
+
+
+def _refuse_no_answer(program: Program) -> None:
+    """Refuse recordings of which the model has no answer in any fitted row."""
+    unknowns, fitted = program.unknowns, np.flatnonzero(program.fitted)
+    predicted = program.evaluate(unknowns.neutral, np.zeros(0, int)).predicted
+    if any(np.isfinite(values).any() for k in fitted for values in predicted[k]):
+        return
+    first = program.recordings[fitted[0]]
+    inputs = {n: values for n, values in first.columns.items() if n not in (*first.outputs, "time_s")}
+    known = {name: values[np.isfinite(values)] for name, values in inputs.items()}
+    spans = [f"{name} from {x.min():.4g} to {x.max():.4g}" for name, x in known.items() if x.size]
+    raise InputError(
+        f"{first.path or first.name}: the model has no answer in any row of the fitted recordings; are these "
+        f"its inputs: {', '.join(spans)}?"
+    )
 
 
 def _search(
@@ -186,7 +204,8 @@ def _notes(
     whole = [recording.whole for recording in program.recordings]
     readings = [*cautions(program.recordings), *said(program.recordings), *offered(whole)]
     notes = [
-        *_bodies(conclusion), *_moved(conclusion), *slow_as_noise(program), *_untimed(program),
+        *stated_too_large(*conclusion.model), *_bodies(conclusion), *_moved(conclusion),
+        *slow_as_noise(program), *_untimed(program),
         *conclusion.start.notes, *found,
         *specimen_of(program.kind).notes(campaign), *readings, *apart, *_beyond(conclusion, model),
         *_at_bounds(conclusion), *conclusion.notes,

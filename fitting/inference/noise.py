@@ -16,6 +16,8 @@ GAUSSIAN_MAD = 0.6744897501960817
 """Median absolute deviation of a Gaussian in standard deviations."""
 CHANCE = 1.15
 """Maximum factor on a variance that white noise shows by chance."""
+OVERSTATED = 0.5
+"""Reduced chi-square, times the correlation time, below which noise is larger than the scatter."""
 WINDOW = 5.0
 """Number of correlation times up to which lags are summed (Sokal's window)."""
 ORDERS = (2, 3, 4, 5)
@@ -325,3 +327,15 @@ def lag_one(series: Sequence[np.ndarray]) -> float:
     """Correlation of neighbouring residuals; 0 where there are none."""
     lags = autocorrelation(series)
     return float(lags[1]) if len(lags) > 1 else 0.0
+
+
+def overstated_sentence(reduced: float) -> str:
+    """Sentence on noise that is stated or estimated too large.
+
+    Args:
+        reduced: reduced chi-square.
+    """
+    return (
+        f"The recordings scatter by only {reduced**0.5:.2g} of the noise stated or estimated. If that "
+        "noise is too large, the standard errors are, too, and a misfit may be hidden."
+    )

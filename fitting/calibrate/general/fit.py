@@ -25,8 +25,6 @@ FEW_STEPS = 50
 """The same of a fit with a constant held, for a profile; see `fitting.calibrate.spring.problem`."""
 MISFIT = 1.3
 """Reduced chi-square above which the misfit is more than noise."""
-OVERSTATED = 0.5
-"""The same from which noise that is stated is larger than what recordings scatter by."""
 ROUNDS = 5
 DRAWS = 3
 """Further draws of starts, at most, where the best fit misfits or stopped at a kink."""

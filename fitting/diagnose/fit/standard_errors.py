@@ -14,11 +14,12 @@ The bias by a wrong form does not show in a misfit. So beside one these errors m
 
 import numpy as np
 
-from fitting.inference.noise import CHANCE, correlation_time, swing_time
+from fitting.inference.noise import CHANCE, OVERSTATED, correlation_time, overstated_sentence, swing_time
 
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from .evidence import information
+from .misfit import reduced
 from .refit import Fit
 
 
@@ -35,16 +36,28 @@ def standard_errors(program: Program, fit: Fit) -> np.ndarray:
     return found
 
 
+def stated_too_large(program: Program, fit: Fit) -> list[str]:
+    """The sentence on noise that is larger than what a model leaves; none where it is not."""
+    series = _misfit(program, fit.evaluation)
+    left = reduced(program, fit, program.fitted)
+    return [overstated_sentence(left)] if series and left * correlation_time(series) < OVERSTATED else []
+
+
 def widening(program: Program, evaluation: Evaluation) -> float:
     """Factor on standard deviations by what a model leaves in the fitted recordings [1], at least 1."""
-    series = []
-    for k in np.flatnonzero(program.fitted):
-        ends = np.cumsum([len(channel.measured) for channel in program.channels[k]])
-        pieces = np.split(evaluation.misfit[k], ends[:-1])
-        series += [r[np.isfinite(c.sigma)] for r, c in zip(pieces, program.channels[k], strict=True)]
-    series = [r for r in series if len(r)]  # an output may have no reading that counts
+    series = _misfit(program, evaluation)
     if not series:
         return 1.0
     left = evaluation.chi2(program.fitted.astype(float)) / max(program.observations(program.fitted), 1)
     variance = max(1.0, left) * max(correlation_time(series), swing_time(series))
     return float(np.sqrt(variance)) if variance > CHANCE else 1.0
+
+
+def _misfit(program: Program, evaluation: Evaluation) -> list[np.ndarray]:
+    """Misfit of every output of the fitted recordings that has readings which count, in their noise."""
+    series = []
+    for k in np.flatnonzero(program.fitted):
+        ends = np.cumsum([len(channel.measured) for channel in program.channels[k]])
+        pieces = np.split(evaluation.misfit[k], ends[:-1])
+        series += [r[np.isfinite(c.sigma)] for r, c in zip(pieces, program.channels[k], strict=True)]
+    return [r for r in series if len(r)]  # an output may have no reading that counts

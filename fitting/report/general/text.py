@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from fitting.calibrate.assumed import moved, surprising
-from fitting.calibrate.general.fit import MISFIT, OVERSTATED
+from fitting.calibrate.general.fit import MISFIT
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
 from fitting.inference.lasting_noise import Lasting
+from fitting.inference.noise import OVERSTATED, overstated_sentence
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 from fitting.specimens import BY_TEMPERATURE, WIRE, kind_of, specimen_of
@@ -164,14 +165,6 @@ def large_drifts(found: Lasting | None) -> dict[str, float]:
 def _zero(found: Lasting, name: str) -> str:
     """Words on the zero of an output, without the unit, which is its noise."""
     return f"that of {name} is off by {found.offset[name]:.2g} and drifts by {found.drift[name]:.2g}"
-
-
-def overstated_sentence(reduced: float) -> str:
-    """Sentence on noise that is stated too large."""
-    return (
-        f"The recordings scatter by only {reduced**0.5:.2g} of the noise stated or estimated. If that "
-        "noise is too large, the standard errors are, too, and a misfit may be hidden."
-    )
 
 
 def law_of(result: GeneralCharacterisation) -> str:

@@ -1,19 +1,19 @@
 """Sentences on the alloy from tests of a spring on a stand, for the laboratory."""
 
 from fitting.calibrate.assumed import assumed, moved, surprising
-from fitting.calibrate.general.fit import OVERSTATED
 from fitting.calibrate.spring.joint import MISFIT, lead, missed
 from fitting.calibrate.spring.modes import Mode
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
 from fitting.calibrate.spring.scores import Score, overall
 from fitting.calibrate.spring.stand_tests import SOFTER
+from fitting.inference.noise import OVERSTATED, overstated_sentence
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
 from pneusma_jax.errors import counted
 
 from .. import profile_likelihood
 from ..characterisation import another_cause, ask, doubtful, limits
-from ..general.text import how_errors_grew, large_drifts, lasting_sentence, lasting_zeros, overstated_sentence
+from ..general.text import how_errors_grew, large_drifts, lasting_sentence, lasting_zeros
 
 OTHER_RULE = (
     " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
