@@ -172,3 +172,11 @@ def test_a_design_of_the_same_file_name_in_another_folder_is_another_design(tmp_
     (said,) = model.remarks({"design": str(tmp_path / "second" / "design.toml")})
     assert "was made with the design" in said
     assert model.remarks({"design": str(tmp_path / "second" / ".." / "first" / "design.toml")}) == []
+
+
+def test_sizes_of_a_model_that_go_before_those_of_another_design_are_named() -> None:
+    sizes = {"wall_thickness": fitted("actuator", "wall_thickness", 1e-3, SOURCE)}
+    model = AugmentedModel(base={"actuator": sizes}, tables={"design": "pneusma1"})
+    (said,) = model.remarks({"design": "pneusma2"})
+    assert said.endswith("used with pneusma2 here: wall_thickness of the model, not of the design")
+    assert model.remarks({"design": "pneusma1"}) == []

@@ -65,6 +65,8 @@ class Left:
         if self.explained is not None:
             least = f"the model leaves {number(self.explained, '.2g')} if it is fitted to these, too"
             return f"{text}, which the uncertainty of fitted numbers explains ({least})"
+        if self.held_out:
+            text += ", what the uncertainty of fitted numbers explains left aside"
         if self.regime is None:
             return text
         return f"{text}, {100.0 * self.regime.share:.0f} % of it where {self.regime.text}"

@@ -194,7 +194,10 @@ def _table(plan: Any, k: int, design: Design, name: str, source: str) -> Calibra
     for key, chosen in (("alloy", plan.alloy), ("material", plan.silicone)):
         if chosen is not None or key in text:
             text[key] = _absolute(chosen or named_table(table, key))
-    return Calibration(name, table.kind, f"{table.name}, designed anew", None, quantities, text, table.lines)
+    what = f"{table.name}, designed anew"
+    if plan.model.path is not None:
+        what += "; its constants and effects are in model.toml beside it"
+    return Calibration(name, table.kind, what, None, quantities, text, table.lines)
 
 
 def _absolute(name: str) -> str:

@@ -111,7 +111,9 @@ class AugmentedModel:
             own = self.tables.get(key)
             if table is not None and own is not None and not _same_table(table, own):
                 here = f"and its numbers are used with {table} here"
-                said.append(f"{name} was made with the {key} {own}, {here}")
+                sizes = sorted(self.base.get("actuator", {})) if key == "design" else []
+                replaced = f": {joined(sizes)} of the model, not of the design" if sizes else ""
+                said.append(f"{name} was made with the {key} {own}, {here}{replaced}")
         return said
 
     def quantities(self, kind: str, specimen: str | None = None) -> dict[str, Quantity]:
