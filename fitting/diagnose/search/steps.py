@@ -123,6 +123,8 @@ class Explanation:
 
     def with_chance(self, p_value: float, is_bound: bool) -> "Explanation":
         """The same with another probability of the base's misfit by chance; what is known is shared."""
+        if (p_value, is_bound) == (self.p_value, self.p_is_bound):
+            return self
         other = copy.copy(self)
         other.p_value, other.p_is_bound = p_value, is_bound
         return other
