@@ -37,6 +37,26 @@ def shared() -> Path:
 
 
 @pytest.fixture
+def contact_model(tmp_path: Path) -> Callable[..., Path]:
+    """Write a model on disk whose tip touches the base past 1 rad: `contact_model(design, stiffness, numbers)`."""
+
+    def write(design: str, stiffness: float, numbers: str = "") -> Path:
+        stated = 'status = "fitted", source = "here"'
+        path = tmp_path / "mine.toml"
+        path.write_text(
+            f'schema = "pneusma-model/1"\nname = "mine"\n[base]\ndesign = "{design}"\n{numbers}\n'
+            f'[[effect]]\nslug = "tip_contact"\n[effect.parameters]\n'
+            f'stiffness = {{value = {stiffness}, unit = "N m/rad", {stated}}}\n'
+            f'angle = {{value = 1.0, unit = "rad", {stated}}}\n'
+            f'exponent = {{value = 1.5, unit = "1", {stated}}}\n',
+            encoding="utf-8",
+        )
+        return path
+
+    return write
+
+
+@pytest.fixture
 def compiled() -> Iterator[list[str]]:
     """Names of the programs that are compiled or loaded while a test runs."""
     names: list[str] = []

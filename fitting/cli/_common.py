@@ -45,6 +45,16 @@ def notice(text: str) -> None:
     click.echo(f"note: {' '.join(text.split())}", err=True)
 
 
+def model_of(path: Path | None, *chosen: Mapping[str, str | None]) -> Any:
+    """The model that `--model` names, or the base model; says what it adds, see `tell_model`."""
+    from fitting.specimens.model_objects import BASE
+    from fitting.specimens.saved_models import load_model
+
+    model = BASE if path is None else load_model(path)
+    tell_model(model, *chosen)
+    return model
+
+
 def tell_model(model: Any, *chosen: Mapping[str, str | None]) -> None:
     """Say what a model on disk adds, and which of its tables others replace, each once.
 

@@ -9,12 +9,12 @@ import click
 
 from fitting.data.csv_text import csv_text
 from fitting.report.table import Table, table_text
-from fitting.specimens.model_objects import BASE
-from fitting.specimens.saved_models import AugmentedModel, load_model
+from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.errors import InputError, counted
 from pneusma_jax.serial_chain.designs import describes_chain, load_chain
 
-from ._common import done, notice, table_argument, tell_model
+from . import _common
+from ._common import done, notice, table_argument
 from ._drives import Said, of_segment
 
 NOT_CONVERGED = 1  # exit code
@@ -25,11 +25,7 @@ SPRING_KEYS = (
 
 def model_of(options: dict[str, Any]) -> AugmentedModel:
     """The model that `--model` names, or the base model; says what it adds."""
-    if options["model"] is None:
-        return BASE
-    model = load_model(options["model"])
-    tell_model(model, {key: options[key] for key in ("design", "alloy", "material")})
-    return model
+    return _common.model_of(options["model"], {key: options[key] for key in ("design", "alloy", "material")})
 
 
 def overrides(options: dict[str, Any], model: AugmentedModel, design: bool = True) -> dict[str, str]:

@@ -11,10 +11,10 @@ from ._common import (
     Finite,
     design_argument,
     done,
+    model_of,
     notice,
     prepare,
     table_argument,
-    tell_model,
     tell_unused,
 )
 
@@ -82,8 +82,6 @@ def invert_command(**options: Any) -> None:
     from fitting.invert.targets import read_targets, targets_of
     from fitting.invert.trajectory import follow
     from fitting.report.results import save, text
-    from fitting.specimens.model_objects import BASE
-    from fitting.specimens.saved_models import load_model
 
     if options["out"] is not None:
         check_free(options["out"], options["force"])
@@ -96,8 +94,7 @@ def invert_command(**options: Any) -> None:
             else targets_of(wanted, "targets")
         )
     limits = Limits((1e3 * options["least"], 1e3 * options["most"]), options["xi0_min"], options["xi0_max"])
-    model = BASE if options["model"] is None else load_model(options["model"])
-    tell_model(model, {"design": design} | {key: options[key] for key in ("alloy", "material")})
+    model = model_of(options["model"], {"design": design} | {k: options[k] for k in ("alloy", "material")})
     for sentence in of_instruments(model):
         notice(sentence)
     if model.added and (lumen is not None or targets.time is not None):

@@ -15,12 +15,13 @@ from ._common import (
     Finite,
     design_argument,
     done,
+    model_of,
     notice,
     prepare,
     table_argument,
     tell_model,
     tell_unused,
-)  # fmt: skip
+)
 
 OF_SPRINGS = {"alloy": "--alloy", "xi0_min": "--xi0-min", "activations": "--activations"}
 OF_CHAINS = {"samples": "--samples", "seed": "--seed"}
@@ -85,12 +86,10 @@ def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> No
     from fitting.data.files import check_folder
     from fitting.data.publish import publish
     from fitting.simulate.workspace import DESIGNS
-    from fitting.specimens.model_objects import BASE
-    from fitting.specimens.saved_models import load_model
     from pneusma_jax.serial_chain.designs import describes_chain, load_chain
 
     check_folder(out)
-    model = BASE if options["model"] is None else load_model(options["model"])
+    model = model_of(options["model"])
     chosen = list(dict.fromkeys(designs)) or (
         [model.tables["design"]] if "design" in model.tables else DESIGNS
     )

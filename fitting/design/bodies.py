@@ -12,6 +12,7 @@ from jaxtyping import Array, Float
 import pneusma_jax as pj
 from fitting.data.recordings import schema
 from fitting.inference.notes import joined
+from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS, SECTION_KEYS
 from pneusma_jax.actuator.result import Validity
@@ -45,7 +46,7 @@ class Plan:
     chain: ChainDesign | None
     alloy: str | None = None
     silicone: str | None = None
-    model: AugmentedModel = AugmentedModel()
+    model: AugmentedModel = BASE
 
     @property
     def effects(self) -> tuple[Effect, ...]:
@@ -78,7 +79,7 @@ def plan_of(
     design: str,
     alloy: str | None = None,
     silicone: str | None = None,
-    model: AugmentedModel = AugmentedModel(),  # noqa: B008  frozen
+    model: AugmentedModel = BASE,
 ) -> Plan:
     """Tables of a design, by name or path, with a model's numbers in them.
 
@@ -92,7 +93,7 @@ def plan_of(
 
 def without_effect(plan: Plan) -> str | None:
     """Reason why a model's additions cannot act in a body; None where they can."""
-    name = plan.model.path.name if plan.model.path is not None else plan.model.name
+    name = plan.model.shown_name
     if plan.model.remainders:
         return (
             f"{name} has an unnamed correction, which holds for the recordings it was made from alone; take "

@@ -34,6 +34,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel, load_model
 from pneusma_jax.calibration import load_calibration
 from pneusma_jax.documents import read_document, shipped_names
@@ -151,7 +152,7 @@ def _name(document: dict[str, Any], path: Path) -> str:
 def _model(document: dict[str, Any], path: Path) -> AugmentedModel:
     """The model that a study names; its path counts from the study's folder."""
     if "model" not in document:
-        return AugmentedModel()
+        return BASE
     named = document["model"]
     if not isinstance(named, str):
         raise InputError(f"{path}: model must be the path of a model's TOML file, but it is {named!r}")
@@ -164,7 +165,7 @@ def _check_effects(study: Study, plans: Sequence[Plan]) -> None:
         return
     for why in filter(None, map(without_effect, plans)):
         raise InputError(f"{study.path}: model: {why}")
-    name = study.model.path.name
+    name = study.model.shown_name
     for table, wanted in (("objective", study.objectives), ("constraint", study.constraints)):
         for one in wanted:
             if one.quantity in WITHOUT_EFFECTS:

@@ -366,7 +366,7 @@ def notes_on_model(study: Study) -> list[str]:
     if study.model.added:
         said.append("effects act in every state as at the start of a recording: nothing is remembered")
     if study.model.specimens:
-        name = study.model.path.name
+        name = study.model.shown_name
         said.append(f"numbers of single specimens of {name} are left out: a design is none of them")
     return said + of_instruments(study.model)
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.units import from_si
 
@@ -248,7 +249,7 @@ class Study:
     seed: int = 0
     points: int = 9
     optimiser: str = "slsqp"
-    model: AugmentedModel = AugmentedModel()
+    model: AugmentedModel = BASE
 
     def parameter(self, name: str) -> Free:
         """A free parameter by its name."""

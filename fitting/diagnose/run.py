@@ -73,7 +73,6 @@ def diagnose(
         campaign, kind, model=model, tables=start.tables, held=start.held, progress=progress
     )
     _refuse_few_values(campaign, program.observations(program.fitted))
-    _refuse_no_answer(program)
     searched = _search(campaign, kind, seed, progress, model, thorough)
     explanation = searched(program)
     turned = _with_turning_points(campaign, program, model, start, progress)
@@ -113,22 +112,6 @@ def _refuse_few_values(campaign: Campaign, count: int) -> None:
         raise InputError(
             f"{campaign.path}: {count} values to fit are too few to diagnose; {least} are needed"
         )
-
-
-def _refuse_no_answer(program: Program) -> None:
-    """Refuse recordings of which the model has no answer in any fitted row."""
-    unknowns, fitted = program.unknowns, np.flatnonzero(program.fitted)
-    predicted = program.evaluate(unknowns.neutral, np.zeros(0, int)).predicted
-    if any(np.isfinite(values).any() for k in fitted for values in predicted[k]):
-        return
-    first = program.recordings[fitted[0]]
-    inputs = {n: values for n, values in first.columns.items() if n not in (*first.outputs, "time_s")}
-    known = {name: values[np.isfinite(values)] for name, values in inputs.items()}
-    spans = [f"{name} from {x.min():.4g} to {x.max():.4g}" for name, x in known.items() if x.size]
-    raise InputError(
-        f"{first.path or first.name}: the model has no answer in any row of the fitted recordings; are these "
-        f"its inputs: {', '.join(spans)}?"
-    )
 
 
 def _search(

@@ -9,6 +9,7 @@ import jax
 import numpy as np
 
 from fitting.design.bodies import Body, Solved, build_body, plan_of, without_effect
+from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.errors import InputError
 from pneusma_jax.numerics.rows import joined, lots
@@ -85,7 +86,7 @@ class Inverse:
         alloy: str | None = None,
         material: str | None = None,
         seed: int = 0,
-        model: AugmentedModel = AugmentedModel(),  # noqa: B008  frozen
+        model: AugmentedModel = BASE,
     ):
         plan = plan_of(design, alloy, material, model)
         if why := without_effect(plan):

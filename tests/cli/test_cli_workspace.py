@@ -191,15 +191,8 @@ def test_options_without_a_use_are_told(run, tmp_path):
     assert "--seed has" not in result.output
 
 
-def test_what_a_model_adds_and_where_it_is_not_at_home_is_said(run, tmp_path):
-    model = tmp_path / "mine.toml"
-    model.write_text(
-        'schema = "pneusma-model/1"\nname = "mine"\n[base]\ndesign = "pneusma1"\n[[effect]]\nslug = "tip_contact"\n'
-        '[effect.parameters]\nstiffness = {value = 0.01, unit = "N m/rad", status = "fitted", source = "here"}\n'
-        'angle = {value = 1.0, unit = "rad", status = "fitted", source = "here"}\n'
-        'exponent = {value = 1.5, unit = "1", status = "fitted", source = "here"}\n',
-        encoding="utf-8",
-    )
+def test_what_a_model_adds_and_where_it_is_not_at_home_is_said(run, contact_model, tmp_path):
+    model = contact_model("pneusma1", 0.01)
     used = ("workspace", "--model", model, *COARSE, "--out", tmp_path / "out")
     adds = "note: mine.toml adds tip_contact to the base model"
     elsewhere = "note: mine.toml was made with the design pneusma1, and its numbers are used with pneusma2 here"

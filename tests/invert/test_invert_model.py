@@ -10,27 +10,15 @@ from fitting.invert import Inverse, Limits
 from fitting.specimens.saved_models import load_model
 from pneusma_jax.effects import find_effect
 
-MODEL = """
-schema = "pneusma-model/1"
-name = "mine"
-[base]
-design = "pneuflex_s"
+SIZES = """
 material = "dragon_skin_10_fast"
 wall_thickness = {value = 1.1, unit = "mm", status = "fitted", source = "here"}
-[[effect]]
-slug = "tip_contact"
-[effect.parameters]
-stiffness = {value = 0.002, unit = "N m/rad", status = "fitted", source = "here"}
-angle = {value = 1.0, unit = "rad", status = "fitted", source = "here"}
-exponent = {value = 1.5, unit = "1", status = "fitted", source = "here"}
 """
 
 
 @pytest.fixture
-def path(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text(MODEL, encoding="utf-8")
-    return path
+def path(contact_model):
+    return contact_model("pneuflex_s", 0.002, SIZES)
 
 
 def test_drives_of_a_model_give_the_target_in_its_simulation(path):

@@ -22,6 +22,7 @@ from fitting.specimens.rows import Rows, stack, with_numbers
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.specimen import Specimen
 from pneusma_jax.calibration.records import Calibration
+from pneusma_jax.errors import InputError
 
 from ..settings import DEFAULT
 from .building import Building
@@ -103,7 +104,8 @@ class Program:
             progress: called with the stage that runs, and with what is compiled in it.
 
         Raises:
-            InputError: if the recordings cannot be used together.
+            InputError: if the recordings cannot be used together, or the model has no answer to any that is
+                fitted.
         """
         specimen = specimen_of(kind)
         building = Building(progress, kind, len(candidates(kind) if slugs is None else slugs))
@@ -137,9 +139,10 @@ class Program:
                 building.begins()
                 stage(unknowns.neutral)
             building.begins()
-            nominal = program.evaluate(unknowns.neutral, unknowns.base[:0]).misfit
+            nominal = program.evaluate(unknowns.neutral, unknowns.base[:0])
+        _refuse_no_answer(program, nominal)
         program.failed = max(
-            OPTIMISER.failed_deviation, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal)
+            OPTIMISER.failed_deviation, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal.misfit)
         )
         return program
 
@@ -441,3 +444,18 @@ class Program:
     def free_share(self, k: int) -> float:
         """Part of the measured values of recording k that no latent trajectory takes up."""
         return 1.0 - float(self.trajectory_degrees_of_freedom[k]) / max(self.count(k), 1)
+
+
+def _refuse_no_answer(program: Program, nominal: Evaluation) -> None:
+    """Refuse recordings of which the model has no answer in any fitted row."""
+    fitted = np.flatnonzero(program.fitted)
+    if not fitted.size or any(np.isfinite(x).any() for k in fitted for x in nominal.predicted[k]):
+        return
+    first = program.recordings[fitted[0]]
+    inputs = {n: values for n, values in first.columns.items() if n not in (*first.outputs, "time_s")}
+    known = {name: values[np.isfinite(values)] for name, values in inputs.items()}
+    spans = [f"{name} from {x.min():.4g} to {x.max():.4g}" for name, x in known.items() if x.size]
+    raise InputError(
+        f"{first.path or first.name}: the model has no answer in any row of the fitted recordings; are these "
+        f"its inputs: {', '.join(spans)}?"
+    )

@@ -98,13 +98,18 @@ class AugmentedModel:
         """Model discrepancies: added functions that describe without explaining."""
         return tuple(added for added in self.added if isinstance(added, AddedDiscrepancy))
 
+    @property
+    def shown_name(self) -> str:
+        """Name in messages: that of its file, where it has one."""
+        return self.name if self.path is None else self.path.name
+
     def remarks(self, chosen: Mapping[str, str | None]) -> list[str]:
         """What a user has to know of a model that he names: sentences; none for the base model.
 
         Args:
             chosen: tables in place of the model's own, by their key in `tables`; None where there is none.
         """
-        name, said = self.path.name if self.path is not None else self.name, []
+        name, said = self.shown_name, []
         if self.added:
             said.append(f"{name} adds {joined(map(_told, self.added))} to the base model")
         for key, table in chosen.items():
