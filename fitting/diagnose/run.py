@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.calibrate.assumed import moved
 from fitting.calibrate.result import Estimate
-from fitting.data.recordings import Campaign, require_fitted, schema
+from fitting.data.recordings import Campaign, Recording, require_fitted, schema
 from fitting.inference.notes import of_several
 from fitting.inference.parallel import small_matrices
 from fitting.inference.readings import cautions
@@ -26,6 +26,7 @@ from .evaluate.noise_used import slow_as_noise
 from .evaluate.program import Program
 from .evaluate.start import Start, begun_at, characterised, start_of
 from .fit.base_fit import told_at_bound
+from .fit.misread import misread_in
 from .fit.standard_errors import stated_too_large
 from .search.explain import explain
 from .search.steps import Explanation
@@ -73,9 +74,10 @@ def diagnose(
         campaign, kind, model=model, tables=start.tables, held=start.held, progress=progress
     )
     _refuse_few_values(campaign, program.observations(program.fitted))
-    searched = _search(campaign, kind, seed, progress, model, thorough)
+    rebuilt = _rebuilding(campaign, model, start, progress)
+    searched = _search(campaign, kind, seed, progress, model, thorough, rebuilt)
     explanation = searched(program)
-    turned = _with_turning_points(campaign, program, model, start, progress)
+    turned = _with_turning_points(program, rebuilt)
     if turned is not None:
         progress("trying turning points between rows")
         tried = TriedTurns.beside(turned, explanation)
@@ -121,12 +123,14 @@ def _search(
     progress: Callable[[str], None],
     model: AugmentedModel | None,
     thorough: bool,
+    rebuilt: "Rebuilding",
 ) -> Callable[[Program], Explanation]:
     """The search for effects in a program of a campaign, to be made with turning points and without.
 
     Args:
         campaign, seed, progress, model, thorough: as of `diagnose`.
         kind: kind of the recordings.
+        rebuilt: makes a program of the campaign again.
     """
 
     @cache  # of the recordings alone: both searches ask for it
@@ -137,32 +141,44 @@ def _search(
         return begun_at(known(), program.unknowns)
 
     def searched(program: Program) -> Explanation:
-        return explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1, further)
+        explanation = explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1, further)
+        like = explanation.program
+        explanation.misread = misread_in(like, explanation.base, lambda recordings: rebuilt(like, recordings))
+        return explanation
 
     return searched
 
 
-def _with_turning_points(
-    campaign: Campaign,
-    program: Program,
-    model: AugmentedModel | None,
-    start: Start,
-    progress: Callable[[str], None],
-) -> Program | None:
+Rebuilding = Callable[[Program, Sequence[Recording]], Program]
+"""Makes a program of the same campaign, like a given one, from other recordings."""
+
+
+def _rebuilding(
+    campaign: Campaign, model: AugmentedModel | None, start: Start, progress: Callable[[str], None]
+) -> Rebuilding:
+    """How a program of a campaign is made again from recordings with other rows or values."""
+
+    def rebuilt(program: Program, recordings: Sequence[Recording]) -> Program:
+        whole = dataclasses.replace(campaign, recordings=list(recordings))
+        return Program.of(
+            whole,
+            program.kind,
+            model=model,
+            tables=start.tables,
+            held=start.held,
+            like=program,
+            progress=progress,
+        )
+
+    return rebuilt
+
+
+def _with_turning_points(program: Program, rebuilt: Rebuilding) -> Program | None:
     """The program with turning points of drives between rows; None where there are none."""
     turned = [with_unsampled_turns(recording) for recording in program.recordings]
     if all(one is other for one, other in zip(turned, program.recordings, strict=True)):
         return None
-    whole = dataclasses.replace(campaign, recordings=turned)
-    other = Program.of(
-        whole,
-        program.kind,
-        model=model,
-        tables=start.tables,
-        held=start.held,
-        like=program,
-        progress=progress,
-    )
+    other = rebuilt(program, turned)
     other.tally = program.tally  # a report counts all models that were fitted
     return other
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from fitting.inference.noise import within_accuracy
 
+from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..settings import DEFAULT
 from .refit import Fit
@@ -16,21 +17,30 @@ def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     return fit.evaluation.chi2(chosen.astype(float)) / max(program.observations(chosen), 1)
 
 
-def relative_error(program: Program, fit: Fit) -> float:
-    """Root mean square error of an output over its range in a recording [1]: the largest of all recordings.
+def relative_errors(program: Program, evaluation: Evaluation) -> np.ndarray:
+    """Largest root mean square error of an output over its range in each recording [1], (recordings,).
 
-    Each recording counts by itself: a long one does not hide what a short one shows. Infinite where the model
-    has no answer in a row that was read, or an output does not vary.
+    Infinite where the model has no answer in a row that was read, or an output does not vary.
     """
-    shares = [0.0]
-    for channels, predicted in zip(program.channels, fit.evaluation.predicted, strict=True):
+    found = []
+    for channels, predicted in zip(program.channels, evaluation.predicted, strict=True):
+        shares = [0.0]
         for channel, values in zip(channels, predicted, strict=True):
             there = np.isfinite(channel.sigma)
             if there.any():
                 error = np.sqrt(np.mean((values - channel.measured)[there] ** 2))
                 reach = np.ptp(channel.measured[there])
                 shares.append(error / reach if reach > 0.0 else np.inf)
-    return float(np.max(np.nan_to_num(shares, nan=np.inf)))
+        found.append(np.max(np.nan_to_num(shares, nan=np.inf)))
+    return np.array(found)
+
+
+def relative_error(program: Program, fit: Fit) -> float:
+    """Root mean square error of an output over its range in a recording [1]: the largest of all recordings.
+
+    Each recording counts by itself: a long one does not hide what a short one shows. See `relative_errors`.
+    """
+    return float(np.max(relative_errors(program, fit.evaluation), initial=0.0))
 
 
 def accurate(program: Program, fit: Fit) -> bool:

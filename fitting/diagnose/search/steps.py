@@ -12,6 +12,7 @@ from ..evaluate.program import Program
 from ..fit.candidates import CandidateFit
 from ..fit.cross_validation import HeldOutScores
 from ..fit.evidence import inflation_of
+from ..fit.misread import Misread
 from ..fit.refit import Fit
 from ..fit.score_test import ScoreTest
 
@@ -100,6 +101,7 @@ class Explanation:
             are pairs and triples where effects are named, and the one of most evidence where none is.
         beyond_form: effects that would explain less beside `final` than a form is known by.
         nearest: fit of least objective of all sets that were tried; None where none was.
+        misread: column whose unit or sign may be wrong; None where there is none.
         scores: cross-validation of models.
         weigh_effects: leave-one-effect-out evidence of another model of these recordings.
     """
@@ -115,6 +117,7 @@ class Explanation:
     second_look: "Explanation | None" = None
     contending: list[tuple[str, ...]] = field(default_factory=list)
     nearest: Fit | None = None
+    misread: Misread | None = None
     weigh_effects: "Callable[[Explanation, Fit], Named] | None" = field(default=None, repr=False)
     scores: HeldOutScores = field(init=False, repr=False)
 

@@ -9,7 +9,7 @@ Each threshold has a sentence, a unit and the measurement that it rests on (`Thr
 
 from dataclasses import dataclass
 
-from .conclusions import Discrepancy, NextExperiment, Place, Verdict
+from .conclusions import Discrepancy, Misread, NextExperiment, Place, Verdict
 from .decisions import CrossValidation, Drift, Entry, Evidence, ScoreTest, Search
 from .fits import BaseFit, Candidates, Optimiser, Scaling
 from .recordings import Campaigns, LatentTrajectories, Noise, Outliers
@@ -38,6 +38,7 @@ class Settings:
     search: Search = Search()
     discrepancy: Discrepancy = Discrepancy()
     place: Place = Place()
+    misread: Misread = Misread()
     verdict: Verdict = Verdict()
     next_experiment: NextExperiment = NextExperiment()
 

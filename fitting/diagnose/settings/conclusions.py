@@ -57,6 +57,18 @@ class Place:
 
 
 @dataclass(frozen=True)
+class Misread:
+    """A column in another unit than is stated, or of the other sign."""
+
+    minimum_error: float = threshold(
+        0.2, "Minimum error of the refitted base model, over an output's range, to ask about units and signs."
+    )
+    ratios: tuple[float, float] = threshold((4.0, 1000.0), "Minimum and maximum ratio of confused units.")
+    refitted: int = threshold(4, "Number of the most promising columns and ratios that are refitted.")
+    equal: float = threshold(0.1, "Maximum difference of the logarithms of two ratios that count as one.")
+
+
+@dataclass(frozen=True)
 class Verdict:
     """Probabilities of candidates, of nothing and of something unknown."""
 

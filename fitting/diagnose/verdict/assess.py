@@ -97,7 +97,7 @@ def assess(explanation: Explanation) -> Assessment:
         chance = max(explanation.p_value, tail(program, steady(base[0], discrepancy))), False
     rest = beside(program, explanation.final) if beyond or (named and last[0] > limits[0]) else None
     left = over if rest is None else left_of(program, explanation.final, rest)
-    if left is not None and not left.trusted:
+    if explanation.misread is not None or (left is not None and not left.trusted):
         unknown = max(unknown, VERDICT.refuted_unknown)
     return Assessment(
         named, mismatch, chance, unknown, beyond, mimicked, last, signs, lost, discrepancy, further, rest

@@ -259,13 +259,15 @@ def _unmodelled(unknown: float, found: list[Found], explanation: Explanation) ->
     Its log Bayes factor is what the base model's misfit beyond noise is worth. What the base fit paid in
     priors and trajectories does not count, so it is no bound for effects.
     """
-    program = explanation.program
+    program, misread = explanation.program, explanation.misread
     excess = reduced(program, explanation.base, program.fitted) - 1.0
     text = (
         "What the recordings show is none of the effects that are known here; nothing named explains "
         "enough of it."
     )
-    if found:
+    if misread is not None:
+        text = misread.text
+    elif found:
         text += f" Nearest is {found[0].slug}, which leaves too much."
     if excess > 0.0:
         text += (

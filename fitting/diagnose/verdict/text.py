@@ -234,6 +234,9 @@ def _sized(value: float, unit: str) -> str:
 def _unexplained(conclusion: Conclusion, whole: str) -> str:
     """The first sentence where nothing that has a name explains the recordings."""
     left, what = conclusion.left, "no effect that is known here explains them"
+    misread = conclusion.explanation.misread
+    if misread is not None:
+        return f"{misread.text} No name is to be trusted before that is known."
     if left is not None and left.names and not left.trusted:
         what = f"no name is to be trusted: with {joined(left.names)}, {left.text}"
     elif left is not None:

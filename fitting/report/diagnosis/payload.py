@@ -64,6 +64,7 @@ def content(conclusion: Conclusion) -> dict:
         "not_testable_because": conclusion.untestable,
         "remainder": _discrepancy(conclusion),
         "left": _left(conclusion),
+        "misread": None if explanation.misread is None else asdict(explanation.misread),
         "repeats": None if conclusion.repeats is None else vars(conclusion.repeats),
         "turning_points": _turns(conclusion),
         "tries": explanation.tries,

@@ -105,7 +105,9 @@ def discrepancy(conclusion: Conclusion) -> str:
 
 def next_experiment(conclusion: Conclusion) -> str:
     """Recommendation of the next measurement."""
-    found = conclusion.next_experiment
+    found, misread = conclusion.next_experiment, conclusion.explanation.misread
+    if conclusion.mismatch and misread is not None:
+        return f"None before it is known what {misread.column} holds. Then run this diagnosis again."
     if found:
         return found["text"]
     if conclusion.within_accuracy or not (conclusion.mismatch or conclusion.explanation.program.noise_stated):

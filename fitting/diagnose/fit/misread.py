@@ -1,0 +1,204 @@
+"""Columns that may be in another unit than is stated, or of the other sign.
+
+A slip of ten in a pressure makes a gross misfit, and a named effect of an absurd strength may explain it all.
+A slip needs no number that is fitted. The column is off by a ratio of two units, or by its sign. So each such
+factor is tried on each column wherever the base model misses grossly. One that explains as much as a right
+effect does is told before every name.
+"""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.data.recordings import Recording, schema
+from fitting.data.recordings.checks import check_recording
+from fitting.inference.notes import joined
+from fitting.inference.numbers import number
+from pneusma_jax.errors import InputError
+from pneusma_jax.units import UNITS, find_unit
+
+from ..evaluate.program import Program
+from ..settings import DEFAULT
+from .base_fit import base_fit
+from .misfit import relative_errors
+from .refit import Fit
+
+MISREAD = DEFAULT.misread
+VERDICT = DEFAULT.verdict
+
+
+@dataclass(frozen=True)
+class Misread:
+    """A column that explains the recordings as soon as it is multiplied by a number.
+
+    Attributes:
+        column: canonical column.
+        factor: number by which its readings are multiplied [1].
+        recordings: names of the recordings in which they are; empty where it is all of them.
+        before, after: largest root mean square error of an output over its range in a recording [1]. They are
+            of the base model refitted to the readings as they are, and as they would be.
+        total: sum of the squares of the errors after, over all recordings [1].
+        alike: other columns or factors that explain as much.
+    """
+
+    column: str
+    factor: float
+    recordings: tuple[str, ...]
+    before: float
+    after: float
+    total: float
+    alike: tuple["Misread", ...] = ()
+
+    @property
+    def text(self) -> str:
+        """The question, and what it rests on, in sentences."""
+        question = "the right sign" if self.factor < 0.0 else "the right unit"
+        before, after = (f"{number(100.0 * x, '.2g')} %" for x in (self.before, self.after))
+        told = (
+            f"Has {self.column}{self._where} {question}? With {self._how} the refitted base model misses "
+            f"outputs by at most {after} of their range. With the readings as they are it does by {before}."
+        )
+        if not self.alike:
+            return told
+        return f"{told} As much is explained by {joined([one._described for one in self.alike], 'or')}."
+
+    @property
+    def _where(self) -> str:
+        return f" in {joined(self.recordings)}" if self.recordings else ""
+
+    @property
+    def _how(self) -> str:
+        if self.factor < 0.0:
+            return "the other sign"
+        if self.factor > 1.0:
+            return f"{number(self.factor)} times these readings"
+        return f"1/{number(1.0 / self.factor)} of these readings"
+
+    @property
+    def _described(self) -> str:
+        return f"{self._how} of {self.column}{self._where}".replace("these readings of", "the readings of")
+
+
+def misread_in(
+    program: Program, base: Fit, build: Callable[[Sequence[Recording]], Program]
+) -> Misread | None:
+    """The column whose unit or sign explains most of a gross misfit; None where there is none.
+
+    Args:
+        program: program of a campaign.
+        base: its refitted base model.
+        build: makes a program of the same campaign from recordings with other values.
+    """
+    errors = relative_errors(program, base.evaluation)
+    if not np.max(errors) > MISREAD.minimum_error:
+        return None
+    found = [
+        misread
+        for column, factor, chosen in _promising(program, build)
+        if (misread := _refitted(program, errors, column, factor, chosen, build)) is not None
+    ]
+    if not found:
+        return None
+    best, *others = sorted(found, key=lambda one: one.total)
+    alike = (one for one in others if one.total <= VERDICT.alike_factor**2 * best.total)
+    return dataclasses.replace(best, alike=tuple(alike))
+
+
+def _promising(
+    program: Program, build: Callable[[Sequence[Recording]], Program]
+) -> list[tuple[str, float, np.ndarray]]:
+    """Columns and factors with which the nominal base model misses least, and recordings that they help."""
+    nominal = relative_errors(program, program.evaluate(program.unknowns.neutral, program.unknowns.base[:0]))
+    tried = []
+    for column in dict.fromkeys(name for r in program.recordings for name in r.known_columns):
+        for factor in factors_of(column):
+            trial = _tried(program, column, factor, build)
+            if trial is None:
+                continue
+            errors = relative_errors(trial, trial.evaluate(trial.unknowns.neutral, trial.unknowns.base[:0]))
+            helped = errors < nominal
+            tried.append((_sum(np.where(helped, errors, nominal)), (column, factor, helped)))
+    tried.sort(key=lambda one: one[0])
+    return [one for total, one in tried[: MISREAD.refitted] if total < _sum(nominal)]
+
+
+def _refitted(
+    program: Program,
+    errors: np.ndarray,
+    column: str,
+    factor: float,
+    chosen: np.ndarray,
+    build: Callable[[Sequence[Recording]], Program],
+) -> Misread | None:
+    """A column multiplied in chosen recordings, if the base model refitted to that leaves little.
+
+    Args:
+        program: program of the campaign as it is.
+        errors: relative errors of its refitted base model by recording [1].
+        column, factor: canonical column, and the number that multiplies it.
+        chosen: mask of the recordings, shape (recordings,).
+        build: as of `misread_in`.
+    """
+    pairs = list(zip(program.recordings, chosen, strict=True))
+    trial, fit = base_fit(build([scaled(r, column, factor) if there else r for r, there in pairs]))
+    after = relative_errors(trial, fit.evaluation)
+    if _sum(after) > VERDICT.imperfect_share * _sum(errors):
+        return None
+    names = () if chosen.all() else tuple(r.name for r, there in pairs if there)
+    return Misread(column, factor, names, float(np.max(errors)), float(np.max(after)), _sum(after))
+
+
+def _sum(errors: np.ndarray) -> float:
+    return float(np.sum(errors**2))
+
+
+def factors_of(column: str) -> list[float]:
+    """Factors by which a column in another unit than is stated would be off, and -1 [1].
+
+    They are powers of ten and the ratios of its unit to others of its dimension. Ratios that are nearly equal
+    count once.
+
+    Args:
+        column: canonical column.
+    """
+    unit, (least, most) = find_unit(schema.quantity_and_unit(column)[1]), MISREAD.ratios
+    ratios = [other.factor / unit.factor for other in UNITS.values() if other.dimension == unit.dimension]
+    tens = 10.0 ** np.arange(1.0, np.log10(most) + MISREAD.equal)
+    found: list[float] = []
+    for ratio in (*tens, *(max(r, 1.0 / r) for r in ratios)):
+        apart = [abs(np.log(ratio / known)) > MISREAD.equal for known in found]
+        if least <= ratio <= most * (1.0 + MISREAD.equal) and all(apart):
+            found.append(float(ratio))
+    return [*found, *(1.0 / ratio for ratio in found), -1.0]
+
+
+def scaled(recording: Recording, column: str, factor: float) -> Recording:
+    """A recording with a column multiplied, and what is stated of its noise and zero with it."""
+    if column not in recording.columns:
+        return recording
+    stated = {
+        name: {key: value * abs(factor) if key == column else value for key, value in table.items()}
+        for name, table in (("noise", recording.noise), ("zero", recording.zero))
+    }
+    reduction = recording.reduction
+    if reduction is not None:
+        reduction = dataclasses.replace(reduction, source=scaled(reduction.source, column, factor))
+    columns = {**recording.columns, column: factor * recording.columns[column]}
+    return dataclasses.replace(
+        recording, columns=columns, reduction=reduction, notices=list(recording.notices), **stated
+    )
+
+
+def _tried(
+    program: Program, column: str, factor: float, build: Callable[[Sequence[Recording]], Program]
+) -> Program | None:
+    """The program with a column multiplied in all recordings; None where its values would be impossible."""
+    recordings = [scaled(recording, column, factor) for recording in program.recordings]
+    try:
+        for recording in recordings:
+            check_recording(recording)
+        return build(recordings)
+    except InputError:
+        return None
