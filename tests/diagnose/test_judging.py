@@ -11,6 +11,7 @@ from fitting.diagnose.fit import instrument_drift
 from fitting.diagnose.fit.candidates import CandidateFit
 from fitting.diagnose.fit.evidence import inflation_of
 from fitting.diagnose.fit.instrument_drift import drift_columns, drifted_chi_square
+from fitting.diagnose.fit.misread import Misread
 from fitting.diagnose.fit.prediction import predictive_chi_square
 from fitting.diagnose.fit.refit import Refitter
 from fitting.diagnose.search.explain import explain
@@ -33,6 +34,7 @@ from fitting.diagnose.verdict.unexplained import (
     steady,
 )
 from fitting.diagnose.verdict.unknown import Signs, probability_of_unknown, signs_of
+from fitting.report.diagnosis.text import next_experiment
 from pneusma_jax.effects import CATALOGUE
 from pneusma_jax.pipeline import mimicked_in
 
@@ -152,6 +154,18 @@ def test_an_effect_that_something_without_a_name_looks_like_has_that_beside_it(m
     assert found.nothing + found.unknown + sum(p for p, _ in found.candidates.values()) == pytest.approx(1.0)
     assert f"A dent in the tube looks the same as {CONSTANT}." in verdict_sentences(found)
     assert "unmodelled" in found.explanation_set and found.remainder is None
+
+
+def test_a_unit_that_may_be_wrong_is_asked_about_before_the_names():
+    """No name is to be trusted then, however well it explains the recordings."""
+    world, rng = tubes(), np.random.default_rng(4)
+    explanation = explain(world.program(world.truth(rng, **{CONSTANT: 3.5})), np.random.default_rng(5))
+    asked = Misread("pressure_kPa", 0.1, (), 4.8, 0.01, 1e-4)
+    found = conclude(dataclasses.replace(explanation, misread=asked))
+    assert [f.slug for f in found.found] == ["unmodelled", CONSTANT]
+    assert found.found[0].probability == pytest.approx(DEFAULT.verdict.refuted_unknown)
+    assert verdict_sentences(found)[0].startswith(asked.text) and found.found[0].text.startswith(asked.text)
+    assert next_experiment(found).startswith("None before it is known what pressure_kPa holds.")
 
 
 @pytest.mark.parametrize(("delay", "shares"), [(1.0, True), (4.0, False)])

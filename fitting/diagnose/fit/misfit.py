@@ -17,10 +17,18 @@ def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
     return fit.evaluation.chi2(chosen.astype(float)) / max(program.observations(chosen), 1)
 
 
-def relative_errors(program: Program, evaluation: Evaluation) -> np.ndarray:
+def relative_errors(
+    program: Program, evaluation: Evaluation, quantity: str = "", factor: float = 1.0
+) -> np.ndarray:
     """Largest root mean square error of an output over its range in each recording [1], (recordings,).
 
     Infinite where the model has no answer in a row that was read, or an output does not vary.
+
+    Args:
+        program: program of a campaign.
+        evaluation: its model.
+        quantity: output whose readings are multiplied by `factor` before they are compared.
+        factor: not 0.
     """
     found = []
     for channels, predicted in zip(program.channels, evaluation.predicted, strict=True):
@@ -28,8 +36,9 @@ def relative_errors(program: Program, evaluation: Evaluation) -> np.ndarray:
         for channel, values in zip(channels, predicted, strict=True):
             there = np.isfinite(channel.sigma)
             if there.any():
-                error = np.sqrt(np.mean((values - channel.measured)[there] ** 2))
-                reach = np.ptp(channel.measured[there])
+                measured = channel.measured[there] * (factor if channel.quantity == quantity else 1.0)
+                error = np.sqrt(np.mean((values[there] - measured) ** 2))
+                reach = np.ptp(measured)
                 shares.append(error / reach if reach > 0.0 else np.inf)
         found.append(np.max(np.nan_to_num(shares, nan=np.inf)))
     return np.array(found)

@@ -94,11 +94,13 @@ def misread_in(
     errors = relative_errors(program, base.evaluation)
     if not np.max(errors) > MISREAD.minimum_error:
         return None
-    found = [
-        misread
-        for column, factor, chosen in _promising(program, build)
-        if (misread := _refitted(program, errors, column, factor, chosen, build)) is not None
-    ]
+    found: list[Misread] = []
+    for total, (column, factor, chosen) in _promising(program, build):
+        if any(one.total <= VERDICT.imperfect_share * total for one in found):
+            break  # what was found explains far more than this one and all that follow
+        misread = _refitted(program, errors, column, factor, chosen, build)
+        if misread is not None:
+            found.append(misread)
     if not found:
         return None
     best, *others = sorted(found, key=lambda one: one.total)
@@ -108,20 +110,29 @@ def misread_in(
 
 def _promising(
     program: Program, build: Callable[[Sequence[Recording]], Program]
-) -> list[tuple[str, float, np.ndarray]]:
-    """Columns and factors with which the nominal base model misses least, and recordings that they help."""
-    nominal = relative_errors(program, program.evaluate(program.unknowns.neutral, program.unknowns.base[:0]))
-    tried = []
+) -> list[tuple[float, tuple[str, float, np.ndarray]]]:
+    """Columns and factors with which the nominal base model misses least, and recordings that they help.
+
+    Before each stands the sum of squared relative errors that it leaves [1], ascending.
+    """
+    here = program.evaluate(program.unknowns.neutral, program.unknowns.base[:0])
+    nominal, tried = relative_errors(program, here), []
     for column in dict.fromkeys(name for r in program.recordings for name in r.known_columns):
+        quantity = schema.quantity_and_unit(column)[0]
+        compared = any(column in r.outputs for r in program.recordings) and not program.follows(quantity)
         for factor in factors_of(column):
-            trial = _tried(program, column, factor, build)
-            if trial is None:
+            if not _possible(program, column, factor):
                 continue
-            errors = relative_errors(trial, trial.evaluate(trial.unknowns.neutral, trial.unknowns.base[:0]))
+            if compared:
+                errors = relative_errors(program, here, quantity, factor)
+            else:
+                errors = _nominal_errors(program, column, factor, build)
+                if np.allclose(errors, nominal, rtol=MISREAD.equal):
+                    break  # the base model hardly uses this column
             helped = errors < nominal
             tried.append((_sum(np.where(helped, errors, nominal)), (column, factor, helped)))
     tried.sort(key=lambda one: one[0])
-    return [one for total, one in tried[: MISREAD.refitted] if total < _sum(nominal)]
+    return [one for one in tried[: MISREAD.refitted] if one[0] < _sum(nominal)]
 
 
 def _refitted(
@@ -191,14 +202,25 @@ def scaled(recording: Recording, column: str, factor: float) -> Recording:
     )
 
 
-def _tried(
-    program: Program, column: str, factor: float, build: Callable[[Sequence[Recording]], Program]
-) -> Program | None:
-    """The program with a column multiplied in all recordings; None where its values would be impossible."""
-    recordings = [scaled(recording, column, factor) for recording in program.recordings]
+def _possible(program: Program, column: str, factor: float) -> bool:
+    """True if a column may be multiplied in all recordings without impossible values."""
     try:
-        for recording in recordings:
-            check_recording(recording)
-        return build(recordings)
+        for recording in program.recordings:
+            check_recording(scaled(recording, column, factor))
     except InputError:
-        return None
+        return False
+    return True
+
+
+def _nominal_errors(
+    program: Program, column: str, factor: float, build: Callable[[Sequence[Recording]], Program]
+) -> np.ndarray:
+    """Relative errors by recording [1] of the nominal base model with a column multiplied everywhere.
+
+    Infinite where the model has no answer.
+    """
+    try:
+        trial = build([scaled(recording, column, factor) for recording in program.recordings])
+    except InputError:
+        return np.full(len(program.recordings), np.inf)
+    return relative_errors(trial, trial.evaluate(trial.unknowns.neutral, trial.unknowns.base[:0]))

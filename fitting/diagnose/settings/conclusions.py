@@ -65,7 +65,9 @@ class Misread:
     )
     ratios: tuple[float, float] = threshold((4.0, 1000.0), "Minimum and maximum ratio of confused units.")
     refitted: int = threshold(4, "Number of the most promising columns and ratios that are refitted.")
-    equal: float = threshold(0.1, "Maximum difference of the logarithms of two ratios that count as one.")
+    equal: float = threshold(
+        0.1, "Maximum relative difference for two ratios to count as one, or for a ratio to change nothing."
+    )
 
 
 @dataclass(frozen=True)
