@@ -61,8 +61,9 @@ class Misread:
     """A column in another unit than is stated, or of the other sign."""
 
     minimum_error: float = threshold(
-        0.2, "Minimum error of the refitted base model, over an output's range, to ask about units and signs."
-    )
+        0.3, "Minimum error of the refitted base model, over an output's range, for asking about units.",
+        basis="shipped examples: 18 of 20 slips of ten made 0.3 or more; practice campaigns had 0.19 or less",
+    )  # fmt: skip
     ratios: tuple[float, float] = threshold((4.0, 1000.0), "Minimum and maximum ratio of confused units.")
     refitted: int = threshold(4, "Number of the most promising columns and ratios that are refitted.")
     equal: float = threshold(
