@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.data.recordings import Reduction, read_campaign
+from fitting.data.recordings import Recording, Reduction, read_campaign
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit.base_fit import base_fit
-from fitting.diagnose.fit.misread import Misread, factors_of, misread_in, scaled
+from fitting.diagnose.fit.misread import EXCHANGED, Misread, factors_of, misread_in, scaled
 from fitting.diagnose.settings import DEFAULT
 
 TUBE = Path(__file__).parents[2] / "calibration_data" / "examples" / "tube"
@@ -92,3 +92,31 @@ def test_other_factors_that_explain_as_much_are_told():
         "outputs by at most 1.4 % of their range. With the readings as they are it does by 47 %. As much is "
         "explained by 1/6.89 of the readings of stress_MPa."
     )
+
+
+def test_columns_of_two_springs_are_exchanged_with_what_is_stated_of_them():
+    recording = Recording(
+        "run", None, "actuator", noise={"resistance_2_ohm": 0.01},
+        columns={"curvature_1pm": np.arange(3.0), "resistance_2_ohm": np.ones(3), "current_1_A": np.zeros(3)},
+    )  # fmt: skip
+    other = scaled(recording, "resistance_2_ohm", EXCHANGED)
+    assert list(other.columns) == ["curvature_1pm", "resistance_1_ohm", "current_2_A"]
+    assert other.noise == {"resistance_1_ohm": 0.01}
+    assert Misread("resistance_2_ohm", EXCHANGED, (), 0.4, 0.01, 1e-4).text.startswith(
+        "Are the springs 1 and 2 exchanged? With the columns of springs 1 and 2 exchanged the refitted base model"
+    )
+
+
+@pytest.mark.slow
+def test_exchanged_springs_of_an_actuator_are_found():
+    campaign = read_campaign(TUBE.parent / "actuator")
+    recordings = [scaled(r, "resistance_2_ohm", EXCHANGED) for r in campaign.recordings[:2]]
+    campaign = dataclasses.replace(campaign, recordings=recordings)
+    program, fit = base_fit(Program.of(campaign, "actuator", slugs=[]))
+
+    def build(changed) -> Program:
+        whole = dataclasses.replace(campaign, recordings=list(changed))
+        return Program.of(whole, "actuator", slugs=[], like=program)
+
+    found = misread_in(program, fit, build)
+    assert found.factor == EXCHANGED and found.after < 0.03

@@ -1,12 +1,13 @@
-"""Columns that may be in another unit than is stated, or of the other sign.
+"""Columns that may be in another unit than is stated, of the other sign, or of the other spring.
 
 A slip of ten in a pressure makes a gross misfit, and a named effect of an absurd strength may explain it all.
-A slip needs no number that is fitted. The column is off by a ratio of two units, or by its sign. So each such
-factor is tried on each column wherever the base model misses grossly. One that explains as much as a right
-effect does is told before every name.
+A slip needs no number that is fitted. The column is off by a ratio of two units, or by its sign, or springs 1
+and 2 are exchanged. So each such slip is tried wherever the base model misses grossly. One that explains as
+much as a right effect does is told before every name.
 """
 
 import dataclasses
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -29,18 +30,23 @@ MISREAD = DEFAULT.misread
 VERDICT = DEFAULT.verdict
 
 
+EXCHANGED = 0.0
+"""Factor that stands for columns of springs 1 and 2 that are exchanged."""
+
+
 @dataclass(frozen=True)
 class Misread:
-    """A column that explains the recordings as soon as it is multiplied by a number.
+    """A slip in the columns of recordings that explains them as soon as it is put right.
 
     Attributes:
-        column: canonical column.
-        factor: number by which its readings are multiplied [1].
+        column: canonical column; the first one where springs are exchanged.
+        factor: number by which its readings are multiplied [1]; `EXCHANGED` where the columns of springs 1
+            and 2 are exchanged.
         recordings: names of the recordings in which they are; empty where it is all of them.
         before, after: largest root mean square error of an output over its range in a recording [1]. They are
             of the base model refitted to the readings as they are, and as they would be.
         total: sum of the squares of the errors after, over all recordings [1].
-        alike: other columns or factors that explain as much.
+        alike: other slips that explain as much.
     """
 
     column: str
@@ -54,37 +60,41 @@ class Misread:
     @property
     def text(self) -> str:
         """The question, and what it rests on, in sentences."""
-        question = "the right sign" if self.factor < 0.0 else "the right unit"
+        if self.factor == EXCHANGED:
+            question = f"Are the springs 1 and 2{self._where} exchanged?"
+        else:
+            what = "sign" if self.factor < 0.0 else "unit"
+            question = f"Has {self.column}{self._where} the right {what}?"
         before, after = (f"{number(100.0 * x, '.2g')} %" for x in (self.before, self.after))
         told = (
-            f"Has {self.column}{self._where} {question}? With {self._how} the refitted base model misses "
+            f"{question} With {self._how('these readings')} the refitted base model misses "
             f"outputs by at most {after} of their range. With the readings as they are it does by {before}."
         )
         if not self.alike:
             return told
-        return f"{told} As much is explained by {joined([one._described for one in self.alike], 'or')}."
+        others = [
+            f"{one._how(f'the readings of {one.column}')}{one._where}" for one in self.alike
+        ]
+        return f"{told} As much is explained by {joined(others, 'or')}."
 
     @property
     def _where(self) -> str:
         return f" in {joined(self.recordings)}" if self.recordings else ""
 
-    @property
-    def _how(self) -> str:
+    def _how(self, readings: str) -> str:
+        if self.factor == EXCHANGED:
+            return "the columns of springs 1 and 2 exchanged"
         if self.factor < 0.0:
-            return "the other sign"
+            return f"the other sign of {readings}"
         if self.factor > 1.0:
-            return f"{number(self.factor)} times these readings"
-        return f"1/{number(1.0 / self.factor)} of these readings"
-
-    @property
-    def _described(self) -> str:
-        return f"{self._how} of {self.column}{self._where}".replace("these readings of", "the readings of")
+            return f"{number(self.factor)} times {readings}"
+        return f"1/{number(1.0 / self.factor)} of {readings}"
 
 
 def misread_in(
     program: Program, base: Fit, build: Callable[[Sequence[Recording]], Program]
 ) -> Misread | None:
-    """The column whose unit or sign explains most of a gross misfit; None where there is none.
+    """The slip that explains most of a gross misfit; None where there is none.
 
     Args:
         program: program of a campaign.
@@ -111,23 +121,24 @@ def misread_in(
 def _promising(
     program: Program, build: Callable[[Sequence[Recording]], Program]
 ) -> list[tuple[float, tuple[str, float, np.ndarray]]]:
-    """Columns and factors with which the nominal base model misses least, and recordings that they help.
+    """Slips with which the nominal base model misses least, and recordings that they help.
 
     Before each stands the sum of squared relative errors that it leaves [1], ascending.
     """
     here = program.evaluate(program.unknowns.neutral, program.unknowns.base[:0])
     nominal, tried = relative_errors(program, here), []
+    spring = _of_springs(program.recordings)
     for column in dict.fromkeys(name for r in program.recordings for name in r.known_columns):
         quantity = schema.quantity_and_unit(column)[0]
         compared = any(column in r.outputs for r in program.recordings) and not program.follows(quantity)
-        for factor in factors_of(column):
+        for factor in [*([EXCHANGED] if column == spring else []), *factors_of(column)]:
             if not _possible(program, column, factor):
                 continue
             if compared:
                 errors = relative_errors(program, here, quantity, factor)
             else:
                 errors = _nominal_errors(program, column, factor, build)
-                if np.allclose(errors, nominal, rtol=MISREAD.equal):
+                if factor != EXCHANGED and np.allclose(errors, nominal, rtol=MISREAD.equal):
                     break  # the base model hardly uses this column
             helped = errors < nominal
             tried.append((_sum(np.where(helped, errors, nominal)), (column, factor, helped)))
@@ -153,7 +164,10 @@ def _refitted(
         build: as of `misread_in`.
     """
     pairs = list(zip(program.recordings, chosen, strict=True))
-    trial, fit = base_fit(build([scaled(r, column, factor) if there else r for r, there in pairs]))
+    try:
+        trial, fit = base_fit(build([scaled(r, column, factor) if there else r for r, there in pairs]))
+    except InputError:  # no model for both together
+        return None
     after = relative_errors(trial, fit.evaluation)
     if _sum(after) > VERDICT.imperfect_share * _sum(errors):
         return None
@@ -186,7 +200,14 @@ def factors_of(column: str) -> list[float]:
 
 
 def scaled(recording: Recording, column: str, factor: float) -> Recording:
-    """A recording with a column multiplied, and what is stated of its noise and zero with it."""
+    """A recording with a slip put right: a column is multiplied, with what is stated of its noise and zero.
+
+    Args:
+        recording: any recording; one without the column stays as it is.
+        column, factor: see `Misread`.
+    """
+    if factor == EXCHANGED:
+        return _exchanged(recording)
     if column not in recording.columns:
         return recording
     stated = {
@@ -200,6 +221,31 @@ def scaled(recording: Recording, column: str, factor: float) -> Recording:
     return dataclasses.replace(
         recording, columns=columns, reduction=reduction, notices=list(recording.notices), **stated
     )
+
+
+SPRING = re.compile(r"_([12])(?=_|$)")
+"""Number of a spring in a canonical column."""
+
+
+def _of_springs(recordings: Sequence[Recording]) -> str | None:
+    """The first resistance of one of two springs; None where there is none."""
+    names = (name for recording in recordings for name in recording.known_columns)
+    return next((name for name in names if name.startswith("resistance") and SPRING.search(name)), None)
+
+
+def _exchanged(recording: Recording) -> Recording:
+    """A recording with the columns of springs 1 and 2 exchanged."""
+
+    def other(table: dict) -> dict:
+        return {SPRING.sub(lambda at: "_2" if at[1] == "1" else "_1", name): v for name, v in table.items()}
+
+    reduction = recording.reduction
+    if reduction is not None:
+        reduction = dataclasses.replace(reduction, source=_exchanged(reduction.source))
+    return dataclasses.replace(
+        recording, columns=other(recording.columns), noise=other(recording.noise), zero=other(recording.zero),
+        reduction=reduction, notices=list(recording.notices),
+    )  # fmt: skip
 
 
 def _possible(program: Program, column: str, factor: float) -> bool:
