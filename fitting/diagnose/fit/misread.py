@@ -30,18 +30,14 @@ MISREAD = DEFAULT.misread
 VERDICT = DEFAULT.verdict
 
 
-EXCHANGED = 0.0
-"""Factor that stands for columns of springs 1 and 2 that are exchanged."""
-
-
 @dataclass(frozen=True)
 class Misread:
     """A slip in the columns of recordings that explains them as soon as it is put right.
 
     Attributes:
         column: canonical column; the first one where springs are exchanged.
-        factor: number by which its readings are multiplied [1]; `EXCHANGED` where the columns of springs 1
-            and 2 are exchanged.
+        factor: number by which its readings are multiplied [1]; None where the columns of springs 1 and 2 are
+            exchanged.
         recordings: names of the recordings in which they are; empty where it is all of them.
         before, after: largest root mean square error of an output over its range in a recording [1]. They are
             of the base model refitted to the readings as they are, and as they would be.
@@ -50,7 +46,7 @@ class Misread:
     """
 
     column: str
-    factor: float
+    factor: float | None
     recordings: tuple[str, ...]
     before: float
     after: float
@@ -60,7 +56,7 @@ class Misread:
     @property
     def text(self) -> str:
         """The question, and what it rests on, in sentences."""
-        if self.factor == EXCHANGED:
+        if self.factor is None:
             question = f"Are the springs 1 and 2{self._where} exchanged?"
         else:
             what = "sign" if self.factor < 0.0 else "unit"
@@ -82,7 +78,7 @@ class Misread:
         return f" in {joined(self.recordings)}" if self.recordings else ""
 
     def _how(self, readings: str) -> str:
-        if self.factor == EXCHANGED:
+        if self.factor is None:
             return "the columns of springs 1 and 2 exchanged"
         if self.factor < 0.0:
             return f"the other sign of {readings}"
@@ -120,7 +116,7 @@ def misread_in(
 
 def _promising(
     program: Program, build: Callable[[Sequence[Recording]], Program]
-) -> list[tuple[float, tuple[str, float, np.ndarray]]]:
+) -> list[tuple[float, tuple[str, float | None, np.ndarray]]]:
     """Slips with which the nominal base model misses least, and recordings that they help.
 
     Before each stands the sum of squared relative errors that it leaves [1], ascending.
@@ -131,14 +127,14 @@ def _promising(
     for column in dict.fromkeys(name for r in program.recordings for name in r.known_columns):
         quantity = schema.quantity_and_unit(column)[0]
         compared = any(column in r.outputs for r in program.recordings) and not program.follows(quantity)
-        for factor in [*([EXCHANGED] if column == spring else []), *factors_of(column)]:
+        for factor in [*([None] if column == spring else []), *factors_of(column)]:
             if not _possible(program, column, factor):
                 continue
-            if compared:
+            if compared and factor is not None:
                 errors = relative_errors(program, here, quantity, factor)
             else:
                 errors = _nominal_errors(program, column, factor, build)
-                if factor != EXCHANGED and np.allclose(errors, nominal, rtol=MISREAD.equal):
+                if factor is not None and np.allclose(errors, nominal, rtol=MISREAD.equal):
                     break  # the base model hardly uses this column
             helped = errors < nominal
             tried.append((_sum(np.where(helped, errors, nominal)), (column, factor, helped)))
@@ -150,7 +146,7 @@ def _refitted(
     program: Program,
     errors: np.ndarray,
     column: str,
-    factor: float,
+    factor: float | None,
     chosen: np.ndarray,
     build: Callable[[Sequence[Recording]], Program],
 ) -> Misread | None:
@@ -199,14 +195,14 @@ def factors_of(column: str) -> list[float]:
     return [*found, *(1.0 / ratio for ratio in found), -1.0]
 
 
-def scaled(recording: Recording, column: str, factor: float) -> Recording:
+def scaled(recording: Recording, column: str, factor: float | None) -> Recording:
     """A recording with a slip put right: a column is multiplied, with what is stated of its noise and zero.
 
     Args:
         recording: any recording; one without the column stays as it is.
         column, factor: see `Misread`.
     """
-    if factor == EXCHANGED:
+    if factor is None:
         return _exchanged(recording)
     if column not in recording.columns:
         return recording
@@ -248,7 +244,7 @@ def _exchanged(recording: Recording) -> Recording:
     )  # fmt: skip
 
 
-def _possible(program: Program, column: str, factor: float) -> bool:
+def _possible(program: Program, column: str, factor: float | None) -> bool:
     """True if a column may be multiplied in all recordings without impossible values."""
     try:
         for recording in program.recordings:
@@ -259,7 +255,7 @@ def _possible(program: Program, column: str, factor: float) -> bool:
 
 
 def _nominal_errors(
-    program: Program, column: str, factor: float, build: Callable[[Sequence[Recording]], Program]
+    program: Program, column: str, factor: float | None, build: Callable[[Sequence[Recording]], Program]
 ) -> np.ndarray:
     """Relative errors by recording [1] of the nominal base model with a column multiplied everywhere.
 
