@@ -11,7 +11,7 @@ from fitting.inference.numbers import number
 from fitting.inference.parameters import Parameter, Parameters
 from fitting.inference.readings import cautions
 from fitting.specimens.priors import quantity_of
-from fitting.specimens.reduction import said
+from fitting.specimens.reduction import reduction_notes
 from fitting.specimens.rows import MARK, MOST_ROWS, of_specimen
 from pneusma_jax.units import amount, from_si
 
@@ -50,7 +50,7 @@ def notices_of(recordings: Sequence[Recording], free: Parameters, most: int = MO
     own = [f"{r.name}: {notice}" for r in recordings for notice in r.notices]
     notes = [
         *assumed(recordings), *default_tolerances(recordings, free), *cautions(recordings),
-        *said(recordings, most), *own,
+        *reduction_notes(recordings, most), *own,
     ]  # fmt: skip
     return of_several(notes, [recording.name for recording in recordings])
 

@@ -56,7 +56,7 @@ with the first profile that finds one, so that it costs less than a whole set.""
 
 
 @dataclass(frozen=True)
-class Beside:
+class OtherValley:
     """Another valley of the misfit beside the profiled one, as a Gaussian.
 
     Attributes:
@@ -329,7 +329,7 @@ class Profile:
             visited=(),
         )
 
-    def beside(self, others: Sequence[Beside]) -> "Profile":
+    def with_valleys(self, others: Sequence[OtherValley]) -> "Profile":
         """The same profile with other valleys: at each place the rise of the lowest of all.
 
         A valley rises from twice the logarithm of the evidence that it lost. A wider one begins higher, as

@@ -12,7 +12,7 @@ from fitting.data.recordings import Campaign, Recording, require_fitted, schema
 from fitting.inference.notes import of_several
 from fitting.inference.parallel import small_matrices
 from fitting.inference.readings import cautions
-from fitting.specimens.reduction import said
+from fitting.specimens.reduction import reduction_notes
 from fitting.specimens.registry import kind_of, specimen_of
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.unsampled_turns import with_unsampled_turns
@@ -201,7 +201,7 @@ def _notes(
     """
     apart = [one.text for one in program.outliers]
     whole = [recording.whole for recording in program.recordings]
-    readings = [*cautions(program.recordings), *said(program.recordings), *offered(whole)]
+    readings = [*cautions(program.recordings), *reduction_notes(program.recordings), *offered(whole)]
     notes = [
         *stated_too_large(*conclusion.model), *_bodies(conclusion), *_moved(conclusion),
         *slow_as_noise(program), *_untimed(program),

@@ -9,8 +9,8 @@ from . import objects
 from .run import Job, Scheduler, in_this_process, run_tasks
 from .store import Store, Task
 
-Told = Callable[[int, Any], Any]
-"""Told of a task's number and its result; gives back the result that counts."""
+OnResult = Callable[[int, Any], Any]
+"""Called with a task's number and its result; gives back the result that counts."""
 
 
 def run_results(
@@ -19,8 +19,8 @@ def run_results(
     store: Store,
     scheduler: Scheduler = in_this_process,
     here: Callable[[int], tuple[Any, bytes]] | None = None,
-    kept: Told = lambda _, result: result,
-    finished: Told = lambda _, result: result,
+    kept: OnResult = lambda _, result: result,
+    finished: OnResult = lambda _, result: result,
     usable: Callable[[Any], bool] = lambda _: True,
 ) -> list[Any]:
     """The result of every task, in their order.

@@ -96,7 +96,7 @@ def chosen_readings(recording: Recording) -> np.ndarray | None:
     return np.searchsorted(read_rows(how.source), how.rows)
 
 
-def said(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[str]:
+def reduction_notes(recordings: Sequence[Recording], most: int = MOST_ROWS) -> list[str]:
     """Sentences that say how each recording was reduced.
 
     Args:

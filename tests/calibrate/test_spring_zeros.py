@@ -120,7 +120,7 @@ def test_a_fit_beside_zeros_has_the_squares_of_generalised_least_squares(problem
     problem = problem.at({name: float(to_si(x["value"], x["unit"])) for name, x in truth.items()})
     values = problem.parameters.valuesdict()
     white = residuals(problem, values, np.zeros(len(problem.parameters), bool))
-    point, data = values_of(problem.parameters), problem.beside(zeros).data()
+    point, data = values_of(problem.parameters), problem.with_zeros(zeros).data()
     data["rows"] = eqx.tree_at(  # the same memory
         lambda r: r.extra,
         data["rows"],
@@ -158,13 +158,13 @@ def test_a_zero_that_drifts_is_no_walk_of_the_fraction(problem):
     zeros = {"force": (0.0, 0.0, 1.0), "resistance": (4.0, 0.0, 1.0)}
     assert implied(problem) == STEADY
     assert implied(drifting) > 100.0 * STEADY
-    assert implied(drifting.beside(zeros)) == STEADY
+    assert implied(drifting.with_zeros(zeros)) == STEADY
 
 
 @pytest.mark.slow
 def test_settled_recordings_keep_their_correlated_noise(problem):
     """One by one, without padding, they have the residuals of the stack: a sampler starts from them."""
-    beside = problem.beside({"force": (1.0, 0.5, 1.1), "resistance": (2.0, 0.25, 1.1)})
+    beside = problem.with_zeros({"force": (1.0, 0.5, 1.1), "resistance": (2.0, 0.25, 1.1)})
     point, values = values_of(problem.parameters), problem.parameters.valuesdict()
     rows, settled = decided(point, beside.data()["rows"]), beside.with_decisions(values)
     left, plain = (np.asarray(left_by(point, x)) for x in (rows, uncorrelated(rows)))

@@ -8,7 +8,7 @@ import pytest
 
 from fitting.calibrate import profile_likelihood as likelihood
 from fitting.calibrate.information import Information
-from fitting.calibrate.profile_likelihood import RISES, WIDTH_90, Beside, Profile
+from fitting.calibrate.profile_likelihood import RISES, WIDTH_90, OtherValley, Profile
 from fitting.calibrate.spring import valleys as finding
 from fitting.calibrate.spring.joint import Joint, Start
 from fitting.calibrate.spring.valleys import ASIDE, fits_aside, minus_two_log_evidence, valleys, with_valleys
@@ -132,14 +132,14 @@ def parabola(sd=SD, unit=1.0):
 
 def test_a_profile_beside_no_valley_is_itself():
     alone = parabola()
-    assert alone.beside(()) is alone
-    assert alone.beside([Beside(0.0, SD, 0.0)]).quoted(90) == pytest.approx(alone.quoted(90), rel=1e-6)
+    assert alone.with_valleys(()) is alone
+    assert alone.with_valleys([OtherValley(0.0, SD, 0.0)]).quoted(90) == pytest.approx(alone.quoted(90), rel=1e-6)
 
 
 @pytest.mark.parametrize(("sd", "lost", "held"), [(SD, 1.0, True), (SD, 9.0, False), (50 * SD, 2.0, False)])
 def test_a_valley_begins_at_what_it_lost_and_at_its_width(sd, lost, held):
     """A share of evidence that lies over fifty times the width is fifty times lower."""
-    beside = parabola().beside([Beside(0.2, sd, lost)])
+    beside = parabola().with_valleys([OtherValley(0.2, sd, lost)])
     wide = 2.0 * np.log(max(sd / SD, 1.0))
     assert np.min(beside.rise[beside.value > 0.1]) == pytest.approx(lost + wide, rel=0.01)
     assert (beside.interval(RISES[90])[1] > 0.2) == held
@@ -147,7 +147,7 @@ def test_a_valley_begins_at_what_it_lost_and_at_its_width(sd, lost, held):
 
 
 def test_a_valley_of_the_same_evidence_leaves_the_best_value_where_the_fit_is():
-    beside = parabola().beside([Beside(-0.2, SD, 0.0)])
+    beside = parabola().with_valleys([OtherValley(-0.2, SD, 0.0)])
     assert beside.value[np.argmin(beside.rise)] == 0.0
     assert beside.quoted(90)[0] < -0.2 < likelihood.WIDTH_90 * SD <= beside.quoted(90)[1] * 1.01
 
@@ -158,7 +158,7 @@ def test_no_valley_narrows_an_interval(percent, lost):
     low, high = parabola().quoted(percent)
     for place in np.linspace(-8.0, 8.0, 17) * SD:
         for sd in (0.01 * SD, SD, 7.0 * SD):
-            beside = parabola().beside([Beside(place, sd, lost)])
+            beside = parabola().with_valleys([OtherValley(place, sd, lost)])
             below, above = beside.quoted(percent)
             assert below <= low and above >= high
             for level in ((4.0, 1.0), (1.0, 4.0)):

@@ -8,7 +8,7 @@ from fitting.data.recordings import Campaign, Recording
 from fitting.inference.channels import channel_weight
 from fitting.inference.parameters import Parameters
 from fitting.specimens import WIRE
-from fitting.specimens.reduction import reduced, said
+from fitting.specimens.reduction import reduced, reduction_notes
 
 NOISE = 5e-5
 
@@ -41,7 +41,7 @@ def test_fast_cycles_keep_rows_and_their_loops(cycles, rows):
         in_middle = side & (np.abs(temperature - 115.0) < 12.0)
         assert in_middle.sum() > 0.08 * len(short)  # 0.06 to 0.07 of all rows are there
     assert temperature.max() > 195.0 and temperature.min() < 35.0
-    (text,) = said([recording])
+    (text,) = reduction_notes([recording])
     assert f"reduced from {cycles * rows} rows to {len(short)}" in text and "nothing is averaged" in text
     assert ("cycles, kept" in text) == ("do not see the cycles left out" in text) == (cycles > 64)
 
@@ -79,7 +79,7 @@ def test_noise_is_that_of_all_readings_whatever_is_kept(most):
 
 def test_short_recordings_are_left_alone_and_a_reduction_starts_from_what_was_read():
     recording = wire(4, 160)
-    assert reduced(recording, 1024) is recording and said([recording]) == []
+    assert reduced(recording, 1024) is recording and reduction_notes([recording]) == []
     twice = reduced(reduced(recording, 512), 128)
     assert twice.whole is recording and len(twice) <= 128
 
@@ -123,7 +123,7 @@ def test_rows_between_readings_are_left_out_whole_so_that_errors_of_neighbours_s
         new = values[at] if at is not None else np.interp(fine, np.arange(320.0), values)
         columns[name] = np.array([float(f"{v:.7g}") for v in new])
     short = reduced(Recording("fine", None, "wire", columns=columns), 1024)
-    assert short.block == 1 and 318 <= len(short) <= 321 and said([short]) == []
+    assert short.block == 1 and 318 <= len(short) <= 321 and reduction_notes([short]) == []
     assert np.median(np.diff(short.reduction.rows)) == 3.0
 
 

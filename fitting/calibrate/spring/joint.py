@@ -258,12 +258,12 @@ def beside_zeros(
         steady: true if the fractions of cold wires are taken as steady.
     """
     starts, how = [], ", beside zeros"
-    walking = joint.problem.beside(sizes).with_process_noise(joint.values)
+    walking = joint.problem.with_zeros(sizes).with_process_noise(joint.values)
     walking = walking.with_steady_cold_tests() if steady else walking
     for start in _ends(joint):
         name = start.name.removesuffix(how) + how
         progress(f"from {name}")
-        problem = start.problem.inflated(1.0).beside(sizes).with_walks_of(walking).at(start.result.values)
+        problem = start.problem.inflated(1.0).with_zeros(sizes).with_walks_of(walking).at(start.result.values)
         starts.append(Start(name, *problem.fitted_with()))
     starts = _ranked(starts)
     if not (starts[0].result.reduced_chi_square or np.inf) <= MISFIT:

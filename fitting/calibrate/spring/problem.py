@@ -125,7 +125,7 @@ class Problem:
         """The same problem without the decisions of earlier fits."""
         return replace(self, stacked=undecided(self.stacked))
 
-    def beside(self, zeros: Mapping[str, Size]) -> "Problem":
+    def with_zeros(self, zeros: Mapping[str, Size]) -> "Problem":
         """The same problem with noise that zeros of these sizes correlate, by output."""
         return replace(self, stacked=correlated_stack(self.stacked, zeros), zeros=dict(zeros))
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.calibrate.profile_likelihood import Beside, Profile
+from fitting.calibrate.profile_likelihood import OtherValley, Profile
 from fitting.calibrate.profile_search import followers
 
 from .information import Information, information
@@ -95,8 +95,8 @@ def with_valleys(profiles: Mapping[str, Profile], found: Sequence[Valley]) -> di
     """
     changed = dict(profiles)
     for name in {*profiles} & {*UNLOADING}:
-        others = [Beside(one.start.result.values[name], one.sd[name], one.lost) for one in found]
-        changed[name] = profiles[name].beside(others)
+        others = [OtherValley(one.start.result.values[name], one.sd[name], one.lost) for one in found]
+        changed[name] = profiles[name].with_valleys(others)
     return changed
 
 

@@ -72,7 +72,7 @@ def say_header(sample: Sample, making: Making) -> dict[str, list[str]]:
     above, below = [[c for row in rows if (c := filled_cells(row))] for rows in (grid.preamble, grid.below)]
     elsewhere = [cells for row in sample.elsewhere if (cells := filled_cells(row))]
     around = [*above, *below, *elsewhere]
-    told = _Told((text for text in making.notices if NO_NUMBERS not in text), around)
+    told = _QuotedLines((text for text in making.notices if NO_NUMBERS not in text), around)
     unread: dict[str, str] = {}
     perhaps: list[str] = []
     offered: dict[str, str] = {}
@@ -144,14 +144,14 @@ def _option(key: str, size: Size) -> str:
     return f"--dimension {_OF_A_DESIGN[key]}={size.value:.6g}"
 
 
-def _repeats(one: tuple[str, Size], making: Making, told: "_Told") -> bool:
+def _repeats(one: tuple[str, Size], making: Making, told: "_QuotedLines") -> bool:
     """True if a size is one that a notice tells by another line."""
     key, size = one
     taken = making.sizes.get(key)
     return taken is not None and told.quoted(taken.said) and taken.beside(size) is taken
 
 
-def _contradicts(one: tuple[str, Size], making: Making, told: "_Told") -> bool:
+def _contradicts(one: tuple[str, Size], making: Making, told: "_QuotedLines") -> bool:
     """True if a size is another one than that of its name which was used."""
     key, size = one
     taken = making.sizes.get(key)
@@ -196,7 +196,7 @@ def _line(cells: Sequence[str]) -> str:
     return text
 
 
-class _Told:
+class _QuotedLines:
     """Lines that notices quote."""
 
     def __init__(self, notices: Iterable[str], lines: Iterable[list[str]]) -> None:

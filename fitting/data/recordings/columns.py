@@ -34,7 +34,7 @@ def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
     """
     header = _Header(table, frozenset(_quantity_of(name) for name in (*table.header, *constant)))
     for kind in schema.KINDS.values():
-        reason = kind.told_by(header)
+        reason = kind.evidence_of(header)
         if reason:
             return kind.name, reason
     raise unusable(
@@ -47,18 +47,18 @@ def infer_kind(table: Table, constant: Iterable[str] = ()) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class _Header:
-    """Evidence of a header about its kind, see `schema.Told`."""
+    """Evidence of a header about its kind, see `schema.FileEvidence`."""
 
     table: Table
     held: frozenset[str]
 
     def unit(self, quantity: str) -> str:
-        """Unit, see `schema.Told`."""
+        """Unit, see `schema.FileEvidence`."""
         name = self._column(quantity)
         return "" if name is None else name.rpartition("_")[2]
 
     def largest(self, quantity: str) -> float:
-        """Largest magnitude, see `schema.Told`."""
+        """Largest magnitude, see `schema.FileEvidence`."""
         name = self._column(quantity)
         return 0.0 if name is None else float(np.nanmax(np.abs(numbers(self.table, name)), initial=0.0))
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from . import schema
 from .nominal import STANDARD_DESIGN, design_geometry, wound
-from .schema import Columns, Farthest, Kind, Told, register
+from .schema import Columns, Farthest, FileEvidence, Kind, register
 
 WIRE_STRAIN_LIMIT = 0.15  # Maximum strain of a nitinol wire; a coupon of rubber is rarely pulled less
 WIRE_STRAIN_FRACTION_LIMIT = 0.5
@@ -60,7 +60,7 @@ def _of_actuator(stated: Mapping[str, Any]) -> dict[str, Any]:
     return {**nominal, "cycles_before": 0.0}
 
 
-def _spring_reason(header: Told) -> str | None:
+def _spring_reason(header: FileEvidence) -> str | None:
     return "elongation and force" if {"elongation", "force"} <= header.held else None
 
 
@@ -69,19 +69,19 @@ def _bends(quantities: frozenset[str]) -> bool:
     return bool(bending) or any(quantity.startswith("resistance") for quantity in quantities)
 
 
-def _actuator_reason(header: Told) -> str | None:
+def _actuator_reason(header: FileEvidence) -> str | None:
     if _spring_reason(header) or "pressure" not in header.held or not _bends(header.held):
         return None
     return "pressure with bending or resistance"
 
 
-def _tube_reason(header: Told) -> str | None:
+def _tube_reason(header: FileEvidence) -> str | None:
     if _spring_reason(header) or not {"pressure", "length"} <= header.held or _bends(header.held):
         return None
     return "pressure and length"
 
 
-def _strained(header: Told) -> tuple[str, str] | None:
+def _strained(header: FileEvidence) -> tuple[str, str] | None:
     """Wire or elastomer, which share strain and stress, with the reason; None for recordings of neither.
 
     Temperature or resistance makes it a wire. No clock or a `cycle` column makes it an elastomer. Otherwise
@@ -106,12 +106,12 @@ def _strained(header: Told) -> tuple[str, str] | None:
     return "wire", f"stress in {unit} and strain within {WIRE_STRAIN_LIMIT:g}"
 
 
-def _wire_reason(header: Told) -> str | None:
+def _wire_reason(header: FileEvidence) -> str | None:
     kind, reason = _strained(header) or ("", None)
     return reason if kind == "wire" else None
 
 
-def _elastomer_reason(header: Told) -> str | None:
+def _elastomer_reason(header: FileEvidence) -> str | None:
     kind, reason = _strained(header) or ("", None)
     return reason if kind == "elastomer" else None
 

@@ -36,7 +36,7 @@ class Columns:
         return tuple(dict.fromkeys(self.required + self.one_of + self.optional))
 
 
-class Told(Protocol):
+class FileEvidence(Protocol):
     """Evidence of a CSV file without a sidecar about its kind."""
 
     held: frozenset[str]
@@ -75,7 +75,7 @@ class Kind:
         name: value of `kind` in a sidecar.
         columns: columns of the CSV file.
         nominal: function from the stated `[geometry]` to the nominal values of all keys of this kind.
-        told_by: function from a CSV file without a sidecar to the reason why it is of this kind, in a few
+        evidence_of: function from a CSV file without a sidecar to the reason why it is of this kind, in a few
             words. It returns None for any other file, and always for a kind that only a sidecar states.
         either: two columns, of which the steadier one drives the specimen and the other is predicted. It is
             empty if inputs and outputs are always the same columns.
@@ -91,7 +91,7 @@ class Kind:
     name: str
     columns: Columns
     nominal: Callable[[Mapping[str, Any]], dict[str, Any]]
-    told_by: Callable[[Told], str | None] = lambda header: None
+    evidence_of: Callable[[FileEvidence], str | None] = lambda header: None
     either: tuple[str, ...] = ()
     ranges: tuple[Rule, ...] = ()
     farthest: Mapping[str, Farthest] = field(default_factory=dict)
