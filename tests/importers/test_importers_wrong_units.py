@@ -138,3 +138,47 @@ def test_a_springs_position_is_asked_about_and_the_advice_works(put):
     recording = import_file(put("a.csv", text), make_options(kind="spring", subtracted=["elongation_mm=142.3"]))
     np.testing.assert_allclose(recording.columns["elongation_mm"], elongation, atol=1e-5)
     assert not any("another zero" in n for n in checks(recording))
+
+
+ACTUATOR = "Time (s),Pressure (kPa),Curvature (1/m),R1 (ohm)"
+HEATED = (np.linspace(0.0, 60.0, N), 5.0 + 0.1 * TIME, 3.0 + 0.01 * TIME, 3.2 + 0.01 * TIME)
+
+
+@pytest.mark.parametrize(
+    ("heading", "quantity", "why"),
+    [
+        ("R2 [mV]", "resistance_2", "mV is a unit of voltage"),
+        ("R2 [foo]", "resistance_2", "foo is not a known unit"),
+        ("R2", "resistance_2", "it states no unit"),
+        ("I2 (V)", "current_2", "V is a unit of voltage"),
+        ("Spring resistance (mV)", "resistance", "mV is a unit of voltage"),
+        ("Pull force (mV)", "force", "mV is a unit of voltage"),
+        ("Pos (deg)", "elongation", "deg is a unit of angle"),
+    ],
+)
+def test_a_column_named_like_a_quantity_in_a_unit_of_another_is_asked_about(put, heading, quantity, why):
+    """It was left aside without a `check:`, so that a heated spring was taken as cold."""
+    path = put("a.csv", table(f"{ACTUATOR.partition(',')[2]},{heading}", *HEATED))
+    (asked,) = [note for note in checks(import_file(path, make_options())) if repr(heading) in note]
+    assert f"{heading!r} reads like {quantity}, but {why}: it was left aside." in asked
+    assert f"--map {quantity}=" in asked and f"--unit {quantity}=..." in asked
+
+
+def test_a_quantity_in_two_dimensions_is_told_which_was_taken(put):
+    path = put("a.csv", table("Extension (mm),Load (N),Load (mV)", 25 * STRAIN, 0.02 * STRESS, STRESS))
+    (asked,) = [note for note in checks(import_file(path, make_options(**SIZES))) if "mV" in note]
+    assert "'Load (mV)' reads like force, but mV is a unit of voltage: it was left aside, and 'Load (N)' taken" in asked
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("(mohm)", 1e3), ("[Ω]", 1.0), ("[Ohm]", 1.0), ("(kΩ)", 1e-3)])
+def test_resistances_of_springs_in_their_own_units_are_read(put, unit, factor):
+    path = put("a.csv", table(f"{ACTUATOR.partition(',')[2]},R2 {unit}", *HEATED[:3], factor * HEATED[3]))
+    recording = import_file(path, make_options())
+    np.testing.assert_allclose(recording.columns["resistance_2_ohm"], HEATED[3], atol=1e-3)
+    assert not any("reads like" in note for note in recording.notices)
+
+
+@pytest.mark.parametrize("heading", ["P (W)", "f (Hz)", "Load rate (N/s)", "Colour (mm)"])
+def test_other_quantities_of_the_same_letter_are_not_asked_about(put, heading):
+    path = put("a.csv", table(f"{ACTUATOR.partition(',')[2]},{heading}", *HEATED))
+    assert not any(repr(heading) in note for note in checks(import_file(path, make_options())))

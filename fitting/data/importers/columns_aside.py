@@ -9,7 +9,8 @@ from pneusma_jax.units import UNITS
 from .dates import in_order, may_be_clock, names_a_unit_of_time, since_1970
 from .grid import Grid
 from .making import Channel
-from .spelling import unit_name
+from .other_headings import quantity_of_other_unit
+from .spelling import dimension, unit_name
 from .words import meaning
 
 SEVERAL = ("time", "cycle", "temperature")
@@ -33,6 +34,8 @@ def say_aside(grid: Grid, channels: dict[str, Channel]) -> list[str]:
             notices.append(_compared(grid, column, twin, taken[twin]))
         elif (other := next((one for one in taken if _named_alike(grid, column, one)), None)) is not None:
             notices.append(_one_of_two(grid, column, other, taken[other]))
+        elif said := _of_other_unit(grid, column, channels):
+            notices.append(said)
         else:
             aside.append(column)
     clocks = {} if "time" in channels else {c: said for c in aside if (said := _perhaps_clock(grid, c))}
@@ -40,6 +43,24 @@ def say_aside(grid: Grid, channels: dict[str, Channel]) -> list[str]:
     if rest := [repr(grid.headings[c].text) for c in aside if c not in clocks]:
         notices.append(f"columns left aside: {', '.join(rest)} (--map QUANTITY=COLUMN takes one)")
     return notices
+
+
+def _of_other_unit(grid: Grid, column: int, channels: dict[str, Channel]) -> str:
+    """Notice about a column that is named like a quantity and in a unit of another one; empty otherwise."""
+    heading = grid.headings[column]
+    quantity = quantity_of_other_unit(heading)
+    if quantity is None or np.isnan(grid.values[:, column]).all():
+        return ""
+    measured, taken = dimension(heading.unit), channels.get(quantity)
+    if taken is not None and measured is None:
+        return ""
+    if heading.unit is None:
+        unit = "it states no unit"
+    else:
+        unit = f"{heading.unit} is " + (f"a unit of {measured}" if measured else "not a known unit")
+    option = f"--map {quantity}={shlex.quote(heading.text)} --unit {quantity}=..."
+    other = f", and {taken.label!r} taken" if taken else f". If it is {quantity}: {option}"
+    return f"check: {heading.text!r} reads like {quantity}, but {unit}: it was left aside{other}"
 
 
 def _perhaps_clock(grid: Grid, column: int) -> str:

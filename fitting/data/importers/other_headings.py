@@ -8,6 +8,9 @@ from .spelling import Heading, dimension
 from .words import SPECIMEN_WORDS, meaning
 
 _DIMENSIONS = {
+    "time": ("time",), "strain": ("number",), "stress": ("pressure",), "stretch": ("number",),
+    "true_strain": ("number",), "true_stress": ("pressure",), "length": ("length",), "cycle": ("number",),
+    "voltage": ("voltage",),
     "force": ("force", "mass"), "elongation": ("length",), "resistance": ("resistance",),
     "temperature": ("temperature",), "current": ("current",), "pressure": ("pressure",),
     "curvature": ("curvature",), "bend_angle": ("angle",),
@@ -22,6 +25,8 @@ _WORD = {
     "curvature": r"curvature|krümmung|courbure",
     "bend_angle": r"(?:bend(?:ing)?|tip|deflection|flexion) angle|angle of bend(?:ing)?|biegewinkel",
 }
+_NUMBERED = ("resistance_", "current_")
+"""Beginnings of quantities of one spring of several: `R2`, `I1`. Their names mean hardly anything else."""
 _SYMBOL = {"r": "resistance", "f": "force", "t": "temperature", "i": "current"}
 """Symbols that stand for a quantity before a further word, in its unit: `R_spring (ohm)`, `F pull [N]`."""
 _WITH_UNIT = ("pressure", "curvature", "bend_angle")
@@ -54,9 +59,8 @@ _EXAMPLES = {
 }  # fmt: skip
 _BY_DIMENSION = {
     one: quantity
-    for quantity, dimensions in _DIMENSIONS.items()
-    for one in dimensions
-    if one != "pressure"  # stress or pressure
+    for quantity in _EXAMPLES
+    for one in _DIMENSIONS[quantity]
 }
 
 
@@ -66,22 +70,49 @@ def quantity_by_word(heading: Heading) -> str | None:
     `Pull force (N)`, `Spring resistance`, `Bending curvature [1/cm]` and `R_spring (ohm)` name one. A
     heading of a set point, a limit or another part of the rig names none.
     """
-    name = heading.name
-    if meaning(heading) is not None or _NOT_MEASURED.search(name) or _COMPUTED.search(name):
+    if meaning(heading) is not None:
         return None
-    measured = dimension(heading.unit)
-    first, _, rest = name.partition(" ")
+    first, _, rest = heading.name.partition(" ")
     symbol = _SYMBOL.get(first)
-    if symbol and re.fullmatch(r"[^\W\d]{3,}", rest) and measured in _DIMENSIONS[symbol]:
-        return symbol if symbol not in _OF_SPECIMEN or _SPECIMEN.search(name) else None
-    named = [quantity for quantity, words in _WORD.items() if re.search(rf"\b(?:{words})\b", name)]
-    if len(named) != 1 or (heading.unit is None and named[0] in _WITH_UNIT):
+    if symbol and re.fullmatch(r"[^\W\d]{3,}", rest) and _fits(symbol, heading):
+        return symbol if _may_be(symbol, heading) else None
+    named = _named_by_word(heading)
+    if named is None or (heading.unit is None and named in _WITH_UNIT):
         return None
-    if heading.unit is not None and measured not in _DIMENSIONS[named[0]]:
+    return named if heading.unit is None or _fits(named, heading) else None
+
+
+def quantity_of_other_unit(heading: Heading) -> str | None:
+    """Quantity that a heading reads like, though its unit is none of that quantity; None where it fits.
+
+    `R2 [mV]`, `Spring resistance (V)` and `Load (mm)` read like one. So does a numbered symbol in a unit that
+    is not known, or without one: `R2`. A unit of another meaning of a symbol gives none: `P (W)`.
+    """
+    means = meaning(heading, any_unit=True)
+    quantity = means.quantity if means else _named_by_word(heading)
+    if quantity is None or _fits(quantity, heading):
         return None
-    if named[0] in _OF_SPECIMEN and not _SPECIMEN.search(name):
-        return None
-    return named[0]
+    stated = dimension(heading.unit) is not None
+    return quantity if stated or quantity.startswith(_NUMBERED) else None
+
+
+def _named_by_word(heading: Heading) -> str | None:
+    """The one quantity that the words of a heading name, whatever its unit is."""
+    named = [quantity for quantity, words in _WORD.items() if re.search(rf"\b(?:{words})\b", heading.name)]
+    return named[0] if len(named) == 1 and _may_be(named[0], heading) else None
+
+
+def _may_be(quantity: str, heading: Heading) -> bool:
+    """True if a heading's other words leave open that the specimen's quantity was measured."""
+    name = heading.name
+    if _NOT_MEASURED.search(name) or _COMPUTED.search(name):
+        return False
+    return quantity not in _OF_SPECIMEN or bool(_SPECIMEN.search(name))
+
+
+def _fits(quantity: str, heading: Heading) -> bool:
+    """True if a heading's unit is one of a quantity."""
+    return dimension(heading.unit) in _DIMENSIONS[re.sub(r"_\d$", "", quantity)]
 
 
 def columns_by_word(headings: Sequence[Heading], found: Collection[str]) -> dict[str, int]:

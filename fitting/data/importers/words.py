@@ -134,6 +134,10 @@ _NEEDS_UNIT = {
     "lvdt": "length", "dial gauge": "length", "dial indicator": "length", "duration": "time",
 }  # fmt: skip
 _QUANTITY = {word: (quantity, rank) for quantity, words in WORDS.items() for rank, word in enumerate(words)}
+_OTHER_SYMBOLS = {
+    ("p", "power"), ("f", "rate"), ("t", "length"), ("u", "length"), ("u", "speed"), ("v", "speed"),
+}  # fmt: skip
+"""Letters that stand for another quantity in its unit: `P (W)` is a power, `f (Hz)` a frequency."""
 # Quantity from the unit where the word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
 _BY_UNIT = {
     ("elongation", "number"): "strain", ("strain", "length"): "elongation", ("stress", "force"): "force",
@@ -200,15 +204,20 @@ class Meaning:
     tag: str = ""
 
 
-def meaning(heading: Heading) -> Meaning | None:
-    """Quantity and specimen that a heading names; None if it names none."""
-    direct = _lookup(heading.name, heading)
+def meaning(heading: Heading, any_unit: bool = False) -> Meaning | None:
+    """Quantity and specimen that a heading names; None if it names none.
+
+    Args:
+        heading: heading of a column.
+        any_unit: true to read symbols such as `R2` in units of other dimensions, too.
+    """
+    direct = _lookup(heading.name, heading, any_unit)
     if direct is not None:
         return Meaning(*direct)
     for pattern in _TAG_PATTERNS:
         found = pattern.match(heading.name)
         if found:
-            named = _lookup(found["name"].strip(" -:,_"), heading)
+            named = _lookup(found["name"].strip(" -:,_"), heading, any_unit)
             if named is not None:
                 return Meaning(*named, tag=" ".join(found["tag"].split()))
     clock = _CLOCK.match(heading.name)
@@ -229,7 +238,7 @@ def _meaning_of(text: str) -> Meaning | None:
     return None if _FIRST_WORDS.isdisjoint(words) else meaning(heading_of(text))
 
 
-def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
+def _lookup(name: str, heading: Heading, any_unit: bool = False) -> tuple[str, int] | None:
     for written in (
         name,
         name.replace("-", " "),
@@ -241,8 +250,10 @@ def _lookup(name: str, heading: Heading) -> tuple[str, int] | None:
         if written in _QUANTITY:
             quantity, rank = _QUANTITY[written]
             quantity = _BY_UNIT.get((quantity, dimension(heading.unit)), quantity)
-            if written in _NEEDS_UNIT and dimension(heading.unit) not in _dimensions(written, quantity):
-                return None
+            stated = dimension(heading.unit)
+            if written in _NEEDS_UNIT and stated not in _dimensions(written, quantity):
+                if not any_unit or (written, stated) in _OTHER_SYMBOLS:
+                    return None
             return quantity, rank
     return None
 
