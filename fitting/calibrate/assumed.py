@@ -4,7 +4,7 @@ state, and default tolerances for those that it does not state."""
 import math
 from collections.abc import Mapping, Sequence
 
-from fitting.data.recordings import Recording, schema
+from fitting.data.recordings import Recording, notices_of_reading, schema
 from fitting.inference.chance import chi_square_tail
 from fitting.inference.notes import joined, of_several
 from fitting.inference.numbers import number
@@ -47,10 +47,9 @@ def notices_of(recordings: Sequence[Recording], free: Parameters, most: int = MO
         free: free parameters of their model, with priors.
         most: rows that were taken of each.
     """
-    own = [f"{r.name}: {notice}" for r in recordings for notice in r.notices]
     notes = [
         *assumed(recordings), *default_tolerances(recordings, free), *cautions(recordings),
-        *reduction_notes(recordings, most), *own,
+        *reduction_notes(recordings, most), *notices_of_reading(recordings),
     ]  # fmt: skip
     return of_several(notes, [recording.name for recording in recordings])
 

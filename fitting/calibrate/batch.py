@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.data.recordings import read_campaign, schema
+from fitting.data.recordings import questions_of_reading, read_campaign, schema
 from fitting.engine import Scheduler, Store, Task, digest, in_this_process, objects, unique_names
 from fitting.engine.members import handed, line_of, run_members
 from fitting.inference.results import Result
@@ -37,6 +37,7 @@ class Member:
         kind: kind of its recordings; empty where they could not be read.
         result: result of its fit; None if it could not be fitted.
         problem: why there is none, or why its files could not be written, in a line; empty otherwise.
+        checks: questions that reading its recordings raised.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Member:
     kind: str
     result: Characterisation | None
     problem: str
+    checks: tuple[str, ...] = ()
 
     @property
     def done(self) -> bool:
@@ -138,7 +140,7 @@ class BatchJob:
             campaign = read_campaign(path)
             kind = campaign.kinds[0]
             result = characterise(campaign, progress=lambda word: progress(f"{name}: {word}"), **self.options)
-            return Member(name, path, kind, result, "")
+            return Member(name, path, kind, result, "", tuple(questions_of_reading(campaign.recordings)))
         except Exception as error:  # noqa: BLE001  one bad specimen never stops the others
             return Member(name, path, kind, None, line_of(error))
 

@@ -263,7 +263,7 @@ def recording(path: Path, options: dict[str, Any]) -> None:
     title, over = f"{recording.name} ({recording.kind})", (horizontal, recording.columns[horizontal])
     figure = recording_figure(title, over, compared, recording.noise)
     written = publish(options["out"], documents | {"model.png": png(figure)}, force=True)
-    for sentence in recording.notices + prediction.notices:
+    for sentence in dict.fromkeys(recording.notices + prediction.notices):
         notice(sentence)
     click.echo(_misfits(compared, recording.noise))
     done(written)

@@ -5,15 +5,13 @@ Unusable campaigns are refused. What needs care becomes a note in the report.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
-from fitting.data.recordings import Campaign, Recording, schema
-from fitting.inference.notes import joined
+from fitting.data.recordings import Campaign, Recording, questions_of_reading, schema
 from fitting.specimens import SPECIMENS, specimen_of
 from fitting.specimens.registry import named_by
 from pneusma_jax.effects import find_effect
@@ -34,8 +32,6 @@ BODY = (
 """Geometry that one specimen has once."""
 OPTION_OF = {"alloy": "base", "material": "material"}
 """Option of `Specimen.rows_for` by the key of `[geometry]` that names its table."""
-CURRENT_OF_SPRING = re.compile(r"current_(\d+)_")
-"""Beginning of the column of a current through one spring of an actuator."""
 
 
 def checked(campaign: Campaign) -> list[str]:
@@ -52,23 +48,8 @@ def checked(campaign: Campaign) -> list[str]:
         specimen_of(recording.kind).check_diagnosable(recording)
         _check_outputs(recording)
     _check_bodies(campaign)
-    return [*_heated_unseen(campaign), *_still(campaign), *_contradictions(campaign.recordings)]
-
-
-def _heated_unseen(campaign: Campaign) -> list[str]:
-    """Springs of an actuator that carry a current, and whose resistance no recording has."""
-    least, carrying = dict(CAMPAIGNS.still_ranges)["current"], dict[str, list[str]]()
-    for recording in campaign.recordings:
-        for column in recording.columns:
-            numbered = CURRENT_OF_SPRING.match(column)
-            if numbered and np.nanmax(np.abs(recording.si(column)), initial=0.0) > least:
-                carrying.setdefault(numbered[1], []).append(recording.name)
-    return [
-        f"spring {number} carries a current in {joined(names)}, but its resistance was not recorded: it is "
-        "taken as cold"
-        for number, names in carrying.items()
-        if not any(recording.has(f"resistance_{number}") for recording in campaign.recordings)
-    ]
+    asked = questions_of_reading(campaign.recordings)
+    return [*asked, *_still(campaign), *_contradictions(campaign.recordings)]
 
 
 def with_tables(campaign: Campaign, tables: Mapping[str, str]) -> Campaign:

@@ -67,6 +67,11 @@ def verdict(batch: Batch) -> list[str]:
     return sentences
 
 
+def checks(batch: Batch) -> list[str]:
+    """Questions that reading the recordings of each campaign raised."""
+    return [f"{m.name}: {said}" for m in batch.members for said in m.checks]
+
+
 def specimen_table(batch: Batch) -> Table:
     """Table of every estimate of every campaign."""
     names = list(dict.fromkeys(n for member in batch.done for n in member.result.parameters))
@@ -117,6 +122,7 @@ def report_of(batch: Batch) -> Report:
             Section("Specimens", [specimen_table(batch)]),
             *([Section("Across specimens", across)] if batch.pooled else []),
             Section("Estimates left out of that", [Points(batch.left_out)]),
+            Section("To check", [Points(checks(batch))]),
         ],
         window="Batch: characterisation",
         footer="pneusma characterise-batch",
@@ -153,6 +159,7 @@ def _content(batch: Batch) -> dict[str, Any]:
                 "kind": m.kind,
                 "problem": m.problem or None,
                 "cautions": list(cautions(m.result)),
+                "checks": list(m.checks),
                 "parameters": None if m.result is None else estimates_json(m.result.parameters),
             }
             for m in batch.members

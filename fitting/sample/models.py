@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
 
-from fitting.data.recordings import Campaign, Recording, all_real, schema
+from fitting.data.recordings import Campaign, Recording, all_real, notices_of_reading, schema
+from fitting.inference.notes import of_several
 from fitting.inference.parameters import Parameters
 from fitting.specimens import Model, Rows, kind_of, residual_of, specimen_of, stack
 from pneusma_jax.units import from_si
@@ -41,7 +42,6 @@ def model_problem(
     rows: Sequence[Rows],
     parameters: Parameters,
     notes: Sequence[str] = (),
-    notices: Sequence[str] = (),
     model: Model | None = None,
 ) -> Problem:
     """Posterior of recordings of one kind.
@@ -55,7 +55,6 @@ def model_problem(
         rows: recordings as arrays, with the decisions of a fit.
         parameters: free parameters with priors, at the start values; SI, `unit` the one of files.
         notes: further sentences about noise and priors.
-        notices: further sentences for the reader.
         model: model that predicts; that of the kind by default.
     """
     kind = recordings[0].kind
@@ -63,6 +62,7 @@ def model_problem(
     used = np.array([k for k, recording in enumerate(recordings) if recording.role == "fit"], int)
     data = jax.tree.map(lambda leaf: np.asarray(leaf)[used], everything)  # of no others: each costs its time
     target = Target.from_residual(residual_of(model), parameters, data)
+    told = notices_of_reading(recording.whole for recording in recordings)
     how = f"{NOISE}, larger where it is serially correlated."
     shown = [
         (k, quantity)
@@ -81,7 +81,7 @@ def model_problem(
         data=everything,
         curves=tuple(_curve(recordings[k], rows[k], quantity) for k, quantity in shown),
         notes=(how, f"Gaussian priors, cut at their bounds, on {', '.join(priors) or 'nothing'}.", *notes),
-        notices=tuple(notices),
+        notices=tuple(of_several(told, [recording.name for recording in recordings])),
     )
 
 

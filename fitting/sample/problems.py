@@ -44,7 +44,8 @@ def _(fit: SpringCharacterisation, model: Calibration | None = None) -> Problem:
     if model is not None:
         raise InputError(f"{model.name}: priors of springs come from their campaign, not from a table")
     recordings, problem = [test.recording for test in fit.tests], fit.joint.problem
-    return model_problem(fit.title, recordings, problem.with_decisions(fit.joint.values), problem.parameters)
+    rows = problem.with_decisions(fit.joint.values)
+    return model_problem(fit.title, recordings, rows, problem.parameters)
 
 
 @sampling_problem.register

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 import pneusma_jax as pj
-from fitting.data.recordings import Recording, schema
+from fitting.data.recordings import Recording, heated_unseen, schema
 from fitting.inference.latent_trajectory.denoise import denoised, martensite_fraction
 from fitting.inference.noise import robust_noise
 from fitting.specimens import Specimen, specimen_of
@@ -166,13 +166,14 @@ def _(
     actuator = actuator_of(recording, model)
     prestrain = full_geometry(recording, model)["prestrain"] if actuator.springs else 0.0
     states = tuple(pj.SpringState.fresh(prestrain) for _ in actuator.springs)
-    notices, activations = [], []
+    notices, activations, heated = [], [], heated_unseen(recording)
     for n in actuator.spring_numbers:
         if f"resistance_{n}" in inputs:
             activations.append(pj.Resistance(_smoothed(inputs, f"resistance_{n}", denoise and model.added)))
         else:
             activations.append(pj.MartensiteFraction(1.0))
-            notices.append(f"the resistance of spring {n} was not recorded: it is taken as cold (xi0 = 1)")
+            said = f"the resistance of spring {n} was not recorded: it is taken as cold (xi0 = 1)"
+            notices.append(next((asked for asked in heated if f" spring {n} " in asked), said))
     pressure = _smoothed(inputs, "pressure", denoise)
     if denoise and not model.added and any(isinstance(a, pj.Resistance) for a in activations):
         found, read = _denoised_history(actuator, inputs["time"], pressure, activations, states)

@@ -7,7 +7,14 @@ test.
 
 from . import kinds, schema
 from .campaign import read_campaign
-from .checks import check_recording, resistance_range, wire_length
+from .checks import (
+    check_recording,
+    heated_unseen,
+    notices_of_reading,
+    questions_of_reading,
+    resistance_range,
+    wire_length,
+)
 from .reading import read_recording
 from .recording import Campaign, Recording, Reduction, all_real, require_fitted
 from .schema import NOT_STATED
@@ -21,7 +28,10 @@ __all__ = [
     "Reduction",
     "all_real",
     "check_recording",
+    "heated_unseen",
     "kinds",
+    "notices_of_reading",
+    "questions_of_reading",
     "read_campaign",
     "read_recording",
     "recordings_folder",

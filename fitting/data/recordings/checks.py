@@ -3,7 +3,7 @@
 import functools
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -53,6 +53,8 @@ def check_recording(
     _check_resistance(recording, place, rows)
     _check_against_sizes(recording, place, rows)
     _ask_about_magnitudes(recording)
+    for question in heated_unseen(recording):
+        _ask(recording, question)
 
 
 def _check_tube(recording: Recording, where: Path | str) -> None:
@@ -367,6 +369,46 @@ def _check_against_sizes(recording: Recording, place: Path | str, rows: Sequence
             said = f"[geometry] length_mm = {rest:g} is the length at rest; {_right_unit('length', 'cm')}"
             ends = rest / TIMES_LENGTH, TIMES_LENGTH * rest
             _refuse_beyond(recording, "length_mm", ends, said, place, rows)
+
+
+HEATING_A = 0.02
+"""Minimum current of a spring that counts as heated [A]. In still air it warms a wire of 0.25 mm by 0.1 K and
+one of 0.1 mm by 2 K, with the constants of the shipped alloys. A current sensor's zero is smaller."""
+_OF_SPRING = re.compile(r"current(?P<number>_\d+)?_")
+
+
+def heated_unseen(recording: Recording) -> list[str]:
+    """Questions about springs that carry a current, and whose resistance the recording does not have."""
+    found = []
+    for name in recording.known_columns:
+        spring = _OF_SPRING.match(name)
+        if spring is None or recording.has(f"resistance{spring['number'] or ''}"):
+            continue
+        if np.nanmax(np.abs(recording.si(name)), initial=0.0) <= HEATING_A:
+            continue
+        number = (spring["number"] or "").replace("_", " ")
+        taken = "it is taken as cold" if number else (
+            "its phase follows from the temperature, or is taken as cold beside tests with a resistance"
+        )
+        whose = f"spring{number}" if number else "the spring"
+        found.append(
+            f"check: {whose} carries a current, but its resistance was not recorded: {taken}"
+        )
+    return found
+
+
+def notices_of_reading(recordings: Iterable[Recording]) -> list[str]:
+    """Notices and questions of each recording after its name. One that was made in memory is asked, too."""
+    return [
+        f"{recording.name}: {notice}"
+        for recording in recordings
+        for notice in dict.fromkeys([*recording.notices, *heated_unseen(recording)])
+    ]
+
+
+def questions_of_reading(recordings: Iterable[Recording]) -> list[str]:
+    """Those of `notices_of_reading` that ask to check something."""
+    return [said for said in notices_of_reading(recordings) if ": check: " in said]
 
 
 USUAL: dict[str, tuple[float, float]] = {

@@ -11,7 +11,7 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from fitting.data.protocols.reading import PHASE, Protocol
-from fitting.data.recordings import Campaign, Recording, schema
+from fitting.data.recordings import Campaign, Recording, notices_of_reading, schema
 from fitting.inference.parameters import Parameter
 from fitting.simulate.protocol import check_resistances, drives
 from fitting.specimens import specimen_of
@@ -35,6 +35,10 @@ POINTS = 41
 """Rows of a history that results are kept of, unless a study says otherwise: enough to draw a band."""
 TOGETHER = 16
 """Histories side by side: each is a loop over rows, whose arrays then stay in the processor's cache."""
+_READ_ONCE = dict.fromkeys(
+    ("actuator", "spring"), ("phases that resistances tell are read once, at the nominal numbers",)
+)
+"""Notices by kind of recording."""
 
 
 def kept_rows(rows: int, points: int) -> np.ndarray:
@@ -211,8 +215,7 @@ def recording_response(
         outputs=dict.fromkeys(columns.values(), True),
         answer=answer,
         files=tuple(Path(p) for p in files if p is not None),
-        notices=("phases that resistances tell are read once, at the nominal numbers",)
-        if kind in ("actuator", "spring") else (),
+        notices=(*_READ_ONCE.get(kind, ()), *notices_of_reading(campaign.recordings)),
         side_by_side=TOGETHER,
     )  # fmt: skip
 

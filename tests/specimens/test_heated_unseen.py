@@ -1,0 +1,92 @@
+"""A spring that is heated and whose resistance nobody recorded is taken as cold: every command says so."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.calibrate import batch
+from fitting.calibrate.assumed import notices_of
+from fitting.data.recordings import Campaign, Recording, heated_unseen, read_campaign, write_recording
+from fitting.diagnose.check import checked
+from fitting.inference.parameters import Parameters
+from fitting.propagate.responses.course import recording_response
+from fitting.propagate.responses.noise import WhiteNoise
+from fitting.report.batch import checks
+from fitting.sample.models import campaign_problem
+from fitting.simulate import predict
+from fitting.specimens.model_objects import BASE
+
+ASKED = "check: spring 2 carries a current, but its resistance was not recorded: it is taken as cold"
+HEATED = {"current_2_A": np.full(24, 0.15)}
+
+
+def bent(name="run_1", **columns):
+    time = np.arange(24.0)
+    base = {"time_s": time, "pressure_kPa": time, "curvature_1pm": 0.1 * time, "length_mm": 70.0 + 0.1 * time}
+    return Recording(name, None, "actuator", specimen="A", real=False, noise={"curvature_1pm": 0.1, "length_mm": 0.1},
+                     geometry={"design": "pneusma2"}, columns=base | columns)  # fmt: skip
+
+
+@pytest.fixture
+def campaign(tmp_path):
+    write_recording(bent(**HEATED), tmp_path / "mine")
+    return read_campaign(tmp_path / "mine")
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"current_2_A": np.array([0.0, 0.15, -0.15, np.nan])}, [ASKED]),
+        ({"current_2_A": np.array([0.0, 0.15, 0.15, 0.0])}, [ASKED]),
+        ({"current_2_A": np.array([1e-3, -1e-3, 5e-4, 0.0])}, []),  # an instrument's zero
+        ({"current_2_A": np.full(4, 0.15), "resistance_2_ohm": np.full(4, 2.4)}, []),
+        ({}, []),
+    ],
+)
+def test_a_current_without_a_resistance_is_asked_about(columns, said):
+    time = np.arange(4.0)
+    recording = Recording("r", None, "actuator", columns={"time_s": time, "pressure_kPa": time, **columns})
+    assert heated_unseen(recording) == said
+
+
+def test_so_is_that_of_a_spring_on_a_stand():
+    time = np.arange(4.0)
+    columns = {"time_s": time, "elongation_mm": time, "force_N": time, "temperature_degC": 20.0 + time}
+    (said,) = heated_unseen(Recording("r", None, "spring", columns=columns | {"current_A": np.full(4, 0.5)}))
+    assert said.startswith("check: the spring carries a current, but its resistance was not recorded")
+    columns["resistance_ohm"] = np.full(4, 2.4)
+    assert heated_unseen(Recording("r", None, "spring", columns=columns | {"current_A": np.full(4, 0.5)})) == []
+
+
+def test_a_resistance_in_another_recording_does_not_tell_the_phase_of_this_one():
+    other = bent("run_2", resistance_2_ohm=np.full(24, 2.4))
+    said = checked(Campaign("c", [bent(**HEATED), other], Path("c")))
+    assert [note for note in said if "carries" in note] == [f"run_1: {ASKED}"]
+
+
+def test_every_way_of_using_a_recording_says_it(campaign):
+    (recording,) = campaign.recordings
+    assert ASKED in recording.notices
+    told = {
+        "characterise": notices_of(campaign.recordings, Parameters()),
+        "diagnose": checked(campaign),
+        "posterior": campaign_problem(campaign).notices,
+        "propagate": recording_response(campaign, BASE, 5, lambda channels: WhiteNoise({})).notices,
+    }
+    assert {name: list(said).count(f"run_1: {ASKED}") for name, said in told.items()} == dict.fromkeys(told, 1)
+    assert ASKED in predict(recording, denoise=False).notices
+
+
+def test_recordings_in_memory_are_asked_about_too():
+    made = bent(**HEATED)
+    assert f"run_1: {ASKED}" in notices_of([made], Parameters())
+    assert ASKED in predict(made, denoise=False).notices
+
+
+def test_a_batch_says_it(campaign, monkeypatch):
+    result = SimpleNamespace(parameters={}, law="")
+    monkeypatch.setattr(batch, "characterise", lambda *_, **__: result)
+    found = batch.characterise_batch([campaign.path])
+    assert checks(found) == [f"mine: run_1: {ASKED}"]
