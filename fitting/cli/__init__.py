@@ -17,6 +17,7 @@ from typing import Any
 import click
 
 from ._lock import locked
+from ._made_by import remembered
 
 # name -> (module, function, line in the list of commands)
 COMMANDS = {
@@ -139,7 +140,7 @@ class LazyGroup(click.Group):
         # looked through again and again, which takes a tenth of a command's time.
         gc.set_threshold(50_000, 20, 50)
         module, function, _ = COMMANDS[name]
-        return locked(getattr(importlib.import_module(module), function), name)
+        return locked(remembered(getattr(importlib.import_module(module), function), name), name)
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple:
         """Find the command that the arguments call; a mistyped one is answered with the nearest."""

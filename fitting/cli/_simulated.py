@@ -45,7 +45,7 @@ def state(said: list[Said], options: dict[str, Any]) -> None:
     model = model_of(options)
     known = overrides(options, model)
     if options["out"] is not None:
-        _check_out(options["out"])
+        _check_out(options)
     pressure = 1e3 * options["pressure"]
     if describes_chain(known.get("design", "")):
         found: Any = chain_state(*_chain(known, options), pressure, _of_segments(said, known), model)
@@ -86,10 +86,10 @@ def _of_segments(said: list[Said], known: dict[str, str]) -> list[dict[str, floa
     return [of_segment(said, k) for k in range(1, count + 1)]
 
 
-def _check_out(folder: Path) -> None:
-    from fitting.data.files import check_folder
+def _check_out(options: dict[str, Any]) -> None:
+    from fitting.data.publish import check_free
 
-    check_folder(folder)
+    check_free(options["out"], options["force"])
 
 
 def _page(found: Any, pressure: float) -> str:
@@ -135,7 +135,7 @@ def _write_state(found: Any, options: dict[str, Any]) -> list[Path]:
 
     state = {"state.json": json.dumps(found.contract(), indent=1) + "\n"}
     if not found.converged:
-        return publish(options["out"], state, force=True)
+        return publish(options["out"], state, options["force"])
     if hasattr(found, "chain"):
         chain, solved, title = found.chain, found.found, found.design.name
     else:
@@ -145,7 +145,7 @@ def _write_state(found: Any, options: dict[str, Any]) -> list[Path]:
         solved = pj.ChainEquilibrium((one,), shape)
     title = f"{title} at {options['pressure']:g} kPa"
     shape = {"shape.png": png(chain_figure(chain, solved, title))}
-    return publish(options["out"], state | shape, force=True)
+    return publish(options["out"], state | shape, options["force"])
 
 
 def protocol(options: dict[str, Any]) -> None:
@@ -155,7 +155,7 @@ def protocol(options: dict[str, Any]) -> None:
     from fitting.report.figures import png
     from fitting.report.figures.protocol import protocol_figure
 
-    _check_out(options["out"])
+    _check_out(options)
     model = model_of(options)
     steps = load_protocol(table_argument(options["protocol"]))
     course = _course(steps, options, model)
@@ -165,7 +165,7 @@ def protocol(options: dict[str, Any]) -> None:
     }  # fmt: skip
     if course.chain is not None:
         documents |= _chain_documents(course, options["animate"])
-    written = publish(options["out"], documents, force=True)
+    written = publish(options["out"], documents, options["force"])
     for sentence in course.notices:
         notice(sentence)
     click.echo(_ends(course))
@@ -242,7 +242,7 @@ def recording(path: Path, options: dict[str, Any]) -> None:
 
     if path.is_dir():
         raise click.UsageError(f"{path} is a folder; name one recording's CSV in it")
-    _check_out(options["out"])
+    _check_out(options)
     model = model_of(options)
     geometry = {} if options["geometry"] is None else read_geometry(options["geometry"])
     geometry |= overrides(options, model, design=False)
@@ -262,7 +262,7 @@ def recording(path: Path, options: dict[str, Any]) -> None:
     compared = {name: (recording.columns[name], values) for name, values in prediction.outputs.items()}
     title, over = f"{recording.name} ({recording.kind})", (horizontal, recording.columns[horizontal])
     figure = recording_figure(title, over, compared, recording.noise)
-    written = publish(options["out"], documents | {"model.png": png(figure)}, force=True)
+    written = publish(options["out"], documents | {"model.png": png(figure)}, options["force"])
     for sentence in dict.fromkeys(recording.notices + prediction.notices):
         notice(sentence)
     click.echo(_misfits(compared, recording.noise))

@@ -54,7 +54,7 @@ def _fixed(context: click.Context, option: click.Parameter, given: tuple[str, ..
 @click.option("--model", metavar="FILE", help="Model to fit, as --model of simulate takes it.")
 @click.option("--starts", type=click.IntRange(min=1), help="Fits in all, from different places.")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Of scattered starting points.")
-@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+@click.option("--force", is_flag=True, help="Write into a folder that holds other files, too.")
 def characterise_command(
     campaign, out, law, terms, max_strain, weighting, fix, base, softer, material, model, starts, seed, force
 ) -> None:

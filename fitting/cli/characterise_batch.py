@@ -13,7 +13,7 @@ SOME_FAILED = 1  # exit code
 @click.argument("campaigns", type=click.Path(path_type=Path), nargs=-1, required=True)
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Of scattered starting points.")
-@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+@click.option("--force", is_flag=True, help="Write into a folder that holds other files, too.")
 @click.option(
     "--resume", is_flag=True, help="Go on with what an earlier run has fitted, if nothing of it changed."
 )

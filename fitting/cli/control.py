@@ -27,7 +27,7 @@ from ._common import FINITE, SEED, Finite, design_argument, done, prepare, tell_
 )
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Of the noise.")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for results.")
-@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+@click.option("--force", is_flag=True, help="Write into a folder that holds other files, too.")
 def control_command(
     design: str | None, model: Path | None, level_1pm: float, swing_1pm: float, pressure: float, seed: int,
     out: Path, force: bool,

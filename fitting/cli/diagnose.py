@@ -20,7 +20,7 @@ SOME_FAILED = 1  # exit code
 @click.option("--thorough", is_flag=True, help="Fit twice as many candidates; takes about twice as long.")
 @click.option("--effect", "asked", metavar="SLUG", multiple=True, help="Ask about an effect; repeatable.")
 @click.option("--json", "as_json", is_flag=True, help="Print report.json to stdout.")
-@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+@click.option("--force", is_flag=True, help="Write into a folder that holds other files, too.")
 @click.option("--resume", is_flag=True, help="Of several campaigns: keep those that are done and unchanged.")
 @click.option(
     "--workers", type=click.IntRange(1, 256), help="Of several: start that many processes (extra cluster)."

@@ -15,7 +15,8 @@ from .synthesise import numbers_of
     "--set", "values", multiple=True, metavar="angle=2.5", callback=numbers_of, help="A parameter, SI."
 )
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for the figure and its numbers.")
-def effects_command(effect, plot, kind, values, out) -> None:
+@click.option("--force", is_flag=True, help="Write into a folder that holds other files, too.")
+def effects_command(effect, plot, kind, values, out, force) -> None:
     """List the catalogue of missing physics, or explain one EFFECT by its name.
 
     With --plot, simulates a typical protocol without the effect and with it, and writes EFFECT_KIND.png and
@@ -39,18 +40,20 @@ def effects_command(effect, plot, kind, values, out) -> None:
     if not plot:
         click.echo(text)
         return
+    from fitting.data.publish import check_free
     from fitting.report.effects import signature
     from fitting.specimens import specimen_of
 
+    check_free(out, force)
     found = signature(effect, specimen_of(kind).letter if kind else None, values)
-    files = _write(found, out)
+    files = _write(found, out, force)
     click.echo(f"{text}\n")
     for column, change in found.largest().items():
         click.echo(f"  largest change of {column}: {change:.3g}")
     done(files)
 
 
-def _write(found, out: Path) -> list[Path]:
+def _write(found, out: Path, force: bool) -> list[Path]:
     """The figure and its numbers."""
     from fitting.data.csv_text import csv_text
     from fitting.data.publish import publish
@@ -64,4 +67,4 @@ def _write(found, out: Path) -> list[Path]:
     numbers = ", ".join(f"{name} = {value:g}" for name, value in found.parameters.items())
     comment = f"simulated: {found.slug} ({numbers}); *_with_effect in the unit of its neighbour"
     documents = {f"{stem}.png": png(signature_figure(found)), f"{stem}.csv": csv_text(columns, [comment])}
-    return publish(out, documents, force=True)
+    return publish(out, documents, force)

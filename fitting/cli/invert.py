@@ -57,7 +57,7 @@ OF_SPRINGS = {"alloy": "--alloy", "xi0_min": "--xi0-min", "xi0_max": "--xi0-max"
 @click.option("--model", type=click.Path(path_type=Path), help="A model on disk, instead of the base model.")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Of the starts of chains.")
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for results.")
-@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+@click.option("--force", is_flag=True, help="Write into a folder that holds other files, too.")
 def invert_command(**options: Any) -> None:
     """Find the pressure and the martensite fractions, resistances and currents for what is wanted.
 

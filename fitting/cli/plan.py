@@ -24,7 +24,7 @@ from .synthesise import numbers_of
 )
 @click.option("--draws", type=COUNT, default=8, show_default=True, help="Alloys to average over.")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="Of these alloys.")
-@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+@click.option("--force", is_flag=True, help="Write into a folder that holds other files, too.")
 def plan_command(specimen, out, geometry, tests, wanted, noise, misfit, draws, seed, force) -> None:
     """Plan the first campaign for a laboratory with a new alloy: tests, strains, set-points, speeds, repeats.
 

@@ -7,7 +7,7 @@ import click
 
 @click.command("reproduce", short_help="Draw the published figures and check what the source states.")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
-@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+@click.option("--force", is_flag=True, help="Write into a folder that holds other files, too.")
 def reproduce_command(out: Path, force: bool) -> None:
     """Draw the published figures that the model can draw, and check the source's statements by number.
 

@@ -34,6 +34,7 @@ POINT_ONLY = "--pressure-kPa, --xi0-K and --resistance-K-ohm"
 )
 @click.option("--animate", is_flag=True, help="Of a chain's protocol: write motion.gif, too.")
 @click.option("--json", "as_json", is_flag=True, help="Print the state as one JSON object.")
+@click.option("--force", is_flag=True, help="Write into a folder that holds other files, too.")
 def simulate_command(recording: Path | None, **options: Any) -> None:
     """Predict one state of an actuator or chain, a protocol, or every row of a recording.
 

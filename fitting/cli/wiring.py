@@ -30,7 +30,7 @@ from ._common import FINITE, Finite, design_argument, done, prepare
     "--voltage", type=FINITE, default=3.0, show_default=True, help="Of the supply, root mean square [V]."
 )
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for results.")
-@click.option("--force", is_flag=True, help="Replace results that are in the folder already.")
+@click.option("--force", is_flag=True, help="Write into a folder that holds other files, too.")
 def wiring_command(**options: Any) -> None:
     """Choose coils and capacitors so that the frequency of one supply selects the spring that it heats.
 

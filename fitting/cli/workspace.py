@@ -68,6 +68,7 @@ OF_CHAINS = {"samples": "--samples", "seed": "--seed"}
 @click.option("--alloy", help="Name or path of an alloy table; the design's own by default.")
 @click.option("--material", help="Name or path of a silicone table; the design's own by default.")
 @click.option("--model", type=click.Path(path_type=Path), help="A model on disk, instead of the base model.")
+@click.option("--force", is_flag=True, help="Write into a folder that holds other files, too.")
 def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> None:
     """Reachable curvature and bend angle over pressure and activation (the source's Fig. 3.25).
 
@@ -83,12 +84,11 @@ def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> No
             "pressures must ascend from --pressure-kPa-min to --pressure-kPa-max, between -100 and 1000"
         )
     prepare()
-    from fitting.data.files import check_folder
-    from fitting.data.publish import publish
+    from fitting.data.publish import check_free, publish
     from fitting.simulate.workspace import DESIGNS
     from pneusma_jax.serial_chain.designs import describes_chain, load_chain
 
-    check_folder(out)
+    check_free(out, options["force"])
     model = model_of(options["model"])
     chosen = list(dict.fromkeys(designs)) or (
         [model.tables["design"]] if "design" in model.tables else DESIGNS
@@ -97,7 +97,7 @@ def workspace_command(out: Path, designs: tuple[str, ...], **options: Any) -> No
     tell_model(model, *(others | {"design": design} for design in chosen))
     chains = [load_chain(design) for design in chosen if describes_chain(design)]
     spaces, reaches = _computed([d for d in chosen if not describes_chain(d)], chains, options, model)
-    files = publish(out, _documents(spaces) | _reach_documents(reaches), force=True)
+    files = publish(out, _documents(spaces) | _reach_documents(reaches), options["force"])
     for space in (*spaces, *reaches):
         for caution in space.cautions:
             notice(f"{getattr(space, 'design', None) or space.name}: {caution}")

@@ -2,12 +2,20 @@
 
 In a folder that is there already they are moved one by one, the file that marks results last. Until then the
 folder does not count as results.
+
+A command replaces what it wrote itself with the same options, and nothing else. `RECORD` beside the files
+says which command wrote them, with their digests.
 """
 
+import hashlib
+import json
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import asdict, dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from pneusma_jax.errors import InputError
@@ -16,6 +24,61 @@ from .files import check_folder
 
 MARK = "report.json"
 """Name of the file that marks a folder as results."""
+RECORD = ".made_by.json"
+"""Name of the file that says which command wrote the files beside it."""
+ENDINGS = (".csv", ".toml", ".json", ".html", ".png", ".gif", ".nc")
+"""Endings of the files that commands write. Another file of them in a folder may be replaced unseen."""
+INSTEAD = "choose another folder, or replace them with --force"
+
+
+@dataclass(frozen=True)
+class Record:
+    """What wrote the files of a folder.
+
+    Attributes:
+        command: name of the command, such as `pneusma simulate`; empty for none.
+        options: its options as text, by name, without those that change no result.
+        files: SHA-256 of each file by name.
+    """
+
+    command: str = ""
+    options: Mapping[str, str] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
+
+    def wrote(self, file: Path) -> bool:
+        """True for a file that this command wrote, and that nobody changed since."""
+        return file.name in self.files and self.files[file.name] == _digest(file.read_bytes())
+
+
+_RUNNING: ContextVar[Record] = ContextVar("running", default=Record())  # noqa: B039 (it is frozen)
+
+
+@contextmanager
+def running(command: str, options: Mapping[str, str]) -> Iterator[None]:
+    """Say which command writes files in this block; without, they are nobody's and are not replaced."""
+    token = _RUNNING.set(Record(command, dict(options)))
+    try:
+        yield
+    finally:
+        _RUNNING.reset(token)
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _recorded(folder: Path) -> Record:
+    """The record of a folder; an empty one where there is none that can be read."""
+    try:
+        return Record(**json.loads((folder / RECORD).read_text("utf-8")))
+    except (OSError, ValueError, TypeError):
+        return Record()
+
+
+def is_own(folder: Path) -> bool:
+    """True if the running command wrote the files of a folder, with the same options."""
+    made, now = _recorded(folder), _RUNNING.get()
+    return bool(now.command) and (made.command, made.options) == (now.command, now.options)
 
 
 def check_free(folder: str | Path, force: bool = False) -> Path:
@@ -26,15 +89,32 @@ def check_free(folder: str | Path, force: bool = False) -> Path:
         force: true to allow replacing existing results.
 
     Raises:
-        InputError: if it is a file, holds results already, or no folder can be made there.
+        InputError: if it is a file, holds anything that the running command did not write itself with the
+            same options, or no folder can be made there. Other files than those of `ENDINGS` may stay.
     """
     folder = Path(folder)
-    if (folder / MARK).exists() and not force:
-        raise InputError(
-            f"{folder}: results are here already; choose another folder, or replace them with --force"
-        )
+    if folder.is_dir() and not force:
+        _check_contents(folder)
     check_folder(folder)
     return folder
+
+
+def _check_contents(folder: Path) -> None:
+    made, now, own = _recorded(folder), _RUNNING.get(), is_own(folder)
+    if not own and (made.command or (folder / MARK).exists()):
+        other = " with other options" if made.command == now.command else ""
+        of = f", of `{made.command}`{other}" if made.command else ""
+        raise InputError(f"{folder}: results are here already{of}; {INSTEAD}")
+    for file in sorted(folder.iterdir()):
+        if file.suffix.lower() not in ENDINGS or file.name == RECORD or not file.is_file():
+            continue
+        if not own or not made.wrote(file):
+            why = "is here already, and is not of this run"
+            if own and file.name in made.files:
+                why = "was changed since it was written"
+            raise InputError(
+                f"{folder}: {file.name} {why}; choose another folder, or write here all the same with --force"
+            )
 
 
 def publish(
@@ -55,7 +135,7 @@ def publish(
     Raises:
         InputError: as `check_free`, if the disk refuses, or if a name is not that of a file in this folder.
     """
-    folder = check_free(folder, force)
+    folder, now = check_free(folder, force), _RUNNING.get()
     content = documents() if callable(documents) else documents
     for name in content:
         if name in ("", ".", "..") or PurePosixPath(name).name != name or PureWindowsPath(name).name != name:
@@ -64,16 +144,23 @@ def publish(
         folder.parent.mkdir(parents=True, exist_ok=True)
         draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
         try:
-            for name, body in content.items():
-                (draft / name).write_bytes(body.encode() if isinstance(body, str) else body)
+            bodies = {n: body.encode() if isinstance(body, str) else body for n, body in content.items()}
+            if now.command:
+                before = _recorded(folder)
+                kept = before.files if before.command == now.command else {}
+                digests = {name: _digest(body) for name, body in bodies.items()}
+                written = Record(now.command, now.options, {**kept, **digests})
+                bodies[RECORD] = json.dumps(asdict(written), indent=1, ensure_ascii=False).encode() + b"\n"
+            for name, body in bodies.items():
+                (draft / name).write_bytes(body)
             if folder.exists() and MARK in content:
                 (folder / MARK).unlink(missing_ok=True)  # a kill after this leaves no results, not a mixture
             if not folder.exists():
                 os.chmod(draft, 0o777 & ~_umask())
                 os.rename(draft, folder)
             for name in (
-                sorted(content, key=lambda name: name == MARK) if draft.exists() else ()
-            ):  # the mark last
+                sorted(bodies, key=lambda name: (name == RECORD, name == MARK)) if draft.exists() else ()
+            ):  # the mark last, and then the record
                 os.replace(draft / name, folder / name)
         finally:
             shutil.rmtree(draft, ignore_errors=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from fitting.data.publish import check_free, publish
+from fitting.data.publish import check_free, is_own, publish
 from fitting.data.recordings.writing import recording_texts
 from fitting.specimens import SPECIMENS, Specimen
 from fitting.specimens.actuator import BendingActuator
@@ -225,7 +225,7 @@ def check_folder(folder: str | Path, force: bool) -> Path:
         InputError: if it is a file, holds anything and `force` is off, or cannot be written.
     """
     folder = check_free(folder, force)
-    if folder.is_dir() and any(folder.iterdir()) and not force:
+    if folder.is_dir() and any(folder.iterdir()) and not force and not is_own(folder):
         raise InputError(
             f"{folder}: this folder is not empty; choose another --out, or replace files with --force"
         )

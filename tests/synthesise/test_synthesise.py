@@ -337,7 +337,7 @@ def test_what_cannot_be_is_refused_in_one_line(kind, wishes, what):
 def test_a_folder_with_other_files_is_not_touched(tmp_path):
     made = synthesise("tube", tests=1)
     (tmp_path / "mine.csv").write_text("1")
-    with pytest.raises(InputError, match="not empty"):
+    with pytest.raises(InputError, match="mine.csv is here already, and is not of this run"):
         write_synthetic(made, tmp_path)
     with pytest.raises(InputError, match="mine.csv is of another campaign"):
         write_synthetic(made, tmp_path, force=True)

@@ -1,0 +1,36 @@
+"""The command that runs, as folders of results remember it."""
+
+import functools
+from typing import Any
+
+import click
+
+WITHOUT_EFFECT = ("out", "force", "resume", "workers", "cluster", "devices", "as_json")
+"""Options that change no result."""
+
+
+def remembered(command: click.Command, name: str) -> click.Command:
+    """The command, which says to the writer of folders who it is and with which options."""
+    call = command.callback
+    if call is None or getattr(call, "is_remembered", False):
+        return command
+
+    @functools.wraps(call)
+    def telling(*arguments: Any, **options: Any) -> Any:
+        if options.get("hide_truth"):  # the seed would tell it
+            return call(*arguments, **options)
+        from fitting.data.publish import running
+
+        given = {key: value for key, value in options.items() if value not in (None, False, ())}
+        stated = {key: _text(value) for key, value in given.items() if key not in WITHOUT_EFFECT}
+        with running(f"pneusma {name}", stated):
+            return call(*arguments, **options)
+
+    telling.is_remembered = True
+    command.callback = telling
+    return command
+
+
+def _text(value: Any) -> str:
+    """An option's value as text."""
+    return f"({', '.join(map(_text, value))})" if isinstance(value, tuple) else str(value)
