@@ -60,6 +60,7 @@ class Effect(eqx.Module):
         lookalike_kinds: recordings in which that is so, as for `kinds`; all where empty.
         by_rate: true if only the clock tells it apart: without times of rows it cannot be tested.
         remembers: true if what a specimen went through decides, such as its largest strain so far.
+        woken: true if only a history wakes it: at the start of a recording it changes nothing.
 
     The methods below are the slots; each returns its value unchanged unless overridden. `memory` is what
     `begin` made and `remember` keeps; it is a pytree, `None` for an effect without history.
@@ -75,11 +76,16 @@ class Effect(eqx.Module):
     lookalike_kinds: ClassVar[str] = ""
     by_rate: ClassVar[bool] = False
     remembers: ClassVar[bool] = False
+    woken: ClassVar[bool] = False
 
     @classmethod
     def sentence_for(cls, kind: str) -> str:
         """What was left out of recordings of a kind, a letter of `kinds`."""
         return cls.sentences.get(kind, cls.sentence)
+
+    def acts_at_rest(self) -> bool:
+        """True if it can change a state as at the start of a recording; of concrete parameters."""
+        return not self.woken
 
     def begin(self, at: Known) -> Any:
         """Memory before the first row, at rest."""

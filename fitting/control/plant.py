@@ -66,15 +66,23 @@ class Plant(eqx.Module):
     Attributes:
         body: bends in a plane.
         effects: beyond the base model.
+        gravity: acceleration of gravity in the base frame [m/s2], which effects feel; see
+            `actuator.designs.design_gravity`. None without effects that feel it.
     """
 
     body: pj.Actuator
     effects: tuple[Effect, ...] = ()
+    gravity: Float[Array, "3"] | None = None
+
+    @property
+    def _recorded(self) -> dict[str, Array]:
+        """What effects read of every row."""
+        return {} if self.gravity is None else {"gravity": self.gravity}
 
     def begin(self, pressure: Array) -> Memory:
         """Memory at rest, cold, under a pressure [Pa]."""
         states = jax.tree.map(lambda x: jnp.asarray(x, dtype=float), self.body.fresh_states())
-        memories = Bench.of(self.body, self.effects).at_rest(pressure, states, {})
+        memories = Bench.of(self.body, self.effects).at_rest(pressure, states, self._recorded)
         cold = jnp.full(len(self.body.springs), AMBIENT)
         resistances = jnp.stack(
             [
@@ -106,7 +114,8 @@ class Plant(eqx.Module):
         fractions = jnp.stack(
             [s.alloy.martensite_fraction_at(t) for s, t in zip(springs, warmer, strict=True)]
         )
-        drives, row = tuple(MartensiteFraction(x) for x in fractions), (pressure, time, interval, {})
+        drives = tuple(MartensiteFraction(x) for x in fractions)
+        row = pressure, time, interval, self._recorded
         problem = Bench.of(body, self.effects).problem(memory.states, memory.memories, drives, row)
         ended = at_given_phases(problem, memory.unknowns)
         found = equilibrium_of(problem, jnp.where(ended.good, ended.unknowns, memory.unknowns), ended.steps)

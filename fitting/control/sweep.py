@@ -12,6 +12,7 @@ import pneusma_jax as pj
 from fitting.inference.results import Result
 from fitting.simulate.workspace.grid import modelled_actuator
 from fitting.specimens.saved_models import AugmentedModel
+from pneusma_jax.actuator.designs import design_gravity
 from pneusma_jax.actuator.result import Status, solved
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError
@@ -232,7 +233,8 @@ def run_model(
     design = design or model.tables.get("design", USUAL_DESIGN)
     body = modelled_actuator(design, model.tables.get("alloy"), model.tables.get("material"), model)
     loop = loop or usual_loop()
-    plant, base = Plant(body, model.effects), Plant(body)
+    gravity = jnp.asarray(design_gravity(model.table("actuator", design)))
+    plant, base = Plant(body, model.effects, gravity), Plant(body)
     progress("without")
     without = _balanced(design, plant, base, loop.run(plant, base), loop)
     progress("known")

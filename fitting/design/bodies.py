@@ -10,11 +10,10 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 import pneusma_jax as pj
-from fitting.data.recordings import schema
 from fitting.inference.notes import joined
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
-from pneusma_jax.actuator.designs import GEOMETRY_KEYS, SECTION_KEYS
+from pneusma_jax.actuator.designs import GEOMETRY_KEYS, SECTION_KEYS, design_gravity
 from pneusma_jax.actuator.result import Validity
 from pneusma_jax.calibration import Calibration, named_table
 from pneusma_jax.errors import InputError
@@ -26,9 +25,7 @@ from pneusma_jax.serial_chain.kinematics import arc_frame
 from pneusma_jax.serial_chain.segments import ChainEquilibrium
 from pneusma_jax.serial_chain.shape import ChainShape
 from pneusma_jax.silicone import SiliconeLaw
-
-GRAVITY = pj.gravity_vector(schema.ORIENTATIONS[0])
-"""Acceleration of gravity that effects feel [m/s2]: a recording's where it states no orientation."""
+from pneusma_jax.simulate.rest import solve_at_rest
 
 
 @dataclasses.dataclass(frozen=True)
@@ -156,11 +153,13 @@ class Body(eqx.Module):
         segments: one or several.
         chain: the chain of the segments; None for a single segment.
         effects: effects beyond the base model, of a single segment.
+        gravity: acceleration of gravity in the base frame [m/s2], which effects feel; None without effects.
     """
 
     segments: tuple[pj.Actuator, ...]
     chain: pj.SegmentChain | None
     effects: tuple[Effect, ...] = ()
+    gravity: Array | None = None
 
 
 class Solved(eqx.Module):
@@ -224,7 +223,8 @@ def build_body(
         }
         segments.append(pj.make_actuator(table, own.alloy, own.silicone, **sizes))
     if plan.chain is None:
-        return Body(tuple(segments), None, plan.effects)
+        gravity = jnp.asarray(design_gravity(plan.tables[0])) if plan.effects else None
+        return Body(tuple(segments), None, plan.effects, gravity)
     chain = _chain(plan, segments)
     if "connector" in parameters:
         gaps = jnp.broadcast_to(jnp.asarray(parameters["connector"], float), jnp.shape(chain.connectors))
@@ -268,12 +268,9 @@ def _without_effects(body: Body, pressure: Array, drives: tuple) -> pj.Equilibri
 
 
 def _at_rest(body: Body, pressure: Array, drives: tuple) -> pj.Equilibrium:
-    """Equilibrium under effects whose memories are at rest: the first row of a recording."""
-    history = pj.simulate_history(
-        body.segments[0], jnp.reshape(pressure, 1), drives, time=jnp.zeros(1), effects=body.effects,
-        gravity=GRAVITY,
-    )  # fmt: skip
-    return jax.tree.map(lambda leaf: leaf[0], history.rows)
+    return solve_at_rest(
+        body.segments[0], pressure, drives, effects=body.effects, gravity=body.gravity
+    ).found
 
 
 @stored_jit(pj.Equilibrium, Validity, SpringResponse, ChainEquilibrium, ChainShape)

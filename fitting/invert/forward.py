@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array
 
 import pneusma_jax as pj
-from fitting.design.bodies import GRAVITY, Body, Solved
+from fitting.design.bodies import Body, Solved
 from fitting.inference.parallel import run_parallel
 from pneusma_jax.actuator.balance import start
 from pneusma_jax.actuator.implicit import attached
@@ -24,7 +24,7 @@ from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.kinematics import arc_frame
 from pneusma_jax.serial_chain.segments import ChainEquilibrium, chain_shape
 from pneusma_jax.serial_chain.shape import ChainShape
-from pneusma_jax.simulate.row import problem_at_rest
+from pneusma_jax.simulate.rest import problem_at_rest
 
 FEW, LOT = 16, 256
 """Number of rows that are solved together: few or many."""
@@ -75,7 +75,7 @@ def segments_of(
 ) -> list[pj.Equilibrium]:
     """Every segment in equilibrium, without loads between them; arguments as those of `state_of`."""
     rows = list(zip(body.segments, _apart(body, fractions), memories, guess, strict=True))
-    return [_one(pressure, rows[0], body.effects)] if body.effects else _alike(rows, pressure)
+    return [_one(pressure, rows[0], body.effects, body.gravity)] if body.effects else _alike(rows, pressure)
 
 
 def _apart(body: Body, fractions: Array) -> list[tuple[pj.MartensiteFraction, ...]]:
@@ -87,9 +87,11 @@ def _apart(body: Body, fractions: Array) -> list[tuple[pj.MartensiteFraction, ..
     return drives
 
 
-def _one(pressure: Array, row: tuple, effects: tuple[Effect, ...] = ()) -> pj.Equilibrium:
+def _one(
+    pressure: Array, row: tuple, effects: tuple[Effect, ...] = (), gravity: Array | None = None
+) -> pj.Equilibrium:
     segment, drive, memory, guess = row
-    problem = problem_at_rest(segment, effects, pressure, drive, memory, GRAVITY)
+    problem = problem_at_rest(segment, effects, pressure, drive, memory, gravity)
     ended = newton(problem, guess)
     root = jnp.where(ended.good, ended.unknowns, jnp.nan)
     return equilibrium_of(problem, attached(problem, root), ended.steps)

@@ -17,6 +17,7 @@ from fitting.specimens.model_objects import BASE, actuator_of, full_geometry, gr
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.nitinol import SpringResponse
 from pneusma_jax.program_cache import cached_program
+from pneusma_jax.simulate.rest import solve_at_rest
 from pneusma_jax.units import from_si
 
 from .unmodelled import marked
@@ -263,11 +264,11 @@ def actuator_state(
     if not model.added:
         found = _solved(actuator, np.asarray(pressure), drive.activations, drive.states)
         return described_state(specimen, actuator, found, drive)
-    history = pj.simulate_history(
-        actuator, np.array([pressure]), drive.activations, drive.states,
-        time=np.zeros(1), effects=model.effects, gravity=gravity_of(specimen),
+    rest = solve_at_rest(
+        actuator, np.asarray(pressure), drive.activations, drive.states,
+        effects=model.effects, gravity=gravity_of(specimen),
     )  # fmt: skip
-    found, seen = jax.tree.map(lambda x: np.asarray(x)[0], (history.rows, history.seen))
+    found, seen = jax.tree.map(np.asarray, (rest.found, rest.seen))
     bent = () if actuator.planar else ("curvature", "bend_angle")
     drive.notices += marked(model, seen, "actuator", bent)[1]
     if not actuator.planar:  # instruments read the plane of sides 1 and 2; free bending has a magnitude

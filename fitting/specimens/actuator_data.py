@@ -11,12 +11,11 @@ import pneusma_jax as pj
 from fitting.data.recordings import Campaign, Recording
 from fitting.inference.readings import noise_found
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS
-from pneusma_jax.actuator.loads import gravity_vector
 from pneusma_jax.errors import InputError
 
 from . import actuator_phase, priors, silicones
 from .actuator_phase import OUTPUTS
-from .model_objects import geometry_of
+from .model_objects import geometry_of, gravity_of
 from .row_builders import columns_of, measured_and_weight, smooth
 from .rows import Rows
 from .specimen import FITTED, RowOptions
@@ -124,11 +123,7 @@ def _rows_of(
 def _recorded(recording: Recording, rows: Rows, names: list[str]) -> dict[str, np.ndarray]:
     springs = len(rows.extra["xi0"])
     found = {"gamma": tuple(np.zeros(len(rows.mask)) for _ in range(springs))}
-    found |= {
-        "gravity": np.asarray(
-            gravity_vector(recording.full_geometry().get("orientation", "vertical_base_down"))
-        )
-    }
+    found |= {"gravity": gravity_of(recording)}
     for name in names:
         nominal = AIR if name == "temperature" else 0.0
         column = np.full(len(rows.mask), nominal)

@@ -7,7 +7,7 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording, schema
-from pneusma_jax.actuator.designs import GEOMETRY_KEYS, design_loads
+from pneusma_jax.actuator.designs import GEOMETRY_KEYS, design_gravity, design_loads
 from pneusma_jax.calibration import Calibration, load_calibration
 from pneusma_jax.silicone import SiliconeLaw
 from pneusma_jax.units import to_si
@@ -43,8 +43,14 @@ def full_geometry(recording: Recording, model: AugmentedModel = BASE) -> dict[st
 
 
 def gravity_of(recording: Recording) -> np.ndarray:
-    """Acceleration of gravity in the base frame [m/s2], for effects. The base model has no weight."""
-    return pj.gravity_vector(recording.full_geometry().get("orientation", schema.ORIENTATIONS[0]))
+    """Acceleration of gravity in the base frame [m/s2], for effects.
+
+    An orientation that the recording states comes first, then that of its design's table.
+    """
+    stated = recording.geometry.get("orientation")
+    if stated is not None:
+        return pj.gravity_vector(stated)
+    return design_gravity(recording.full_geometry()["design"])
 
 
 def alloy_of(recording: Recording, model: AugmentedModel = BASE) -> pj.Alloy:

@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 
 from ..calibration import Calibration, load_calibration, named_table
 from ..calibration.keys import SECTIONS, SIDES
@@ -24,6 +25,7 @@ SECTION_KEYS = tuple(sorted({key for keys in SECTIONS.values() for key in keys})
 
 OPPOSITE = (90.0, 270.0)  # deg, of sides 1 and 2
 TRIAD = (90.0, 210.0, 330.0)  # deg, of sides 1 to 3
+USUAL_ORIENTATION = "vertical_base_down"  # clamped below, tip up
 Design = str | Path | Calibration  # name of a shipped table of kind actuator, path of one, or a loaded one
 
 
@@ -183,19 +185,40 @@ def design_loads(
     values = table.values()
     place = np.asarray([values["tip_x"], values["tip_y"]]) if "tip_x" in values else None
     loads: list[Load] = []
-    components = [values.get(f"gravity_{axis}", 0.0) for axis in "xyz"]
-    if "orientation" in table.text or any(components):
+    fall = _stated_gravity(table)
+    if fall is not None and np.any(fall):
         if silicone_density is None:
             material = load_calibration(named_table(table, "material"), kind="silicone")
             silicone_density = material.require(["density"])["density"]
-        stated = "orientation" in table.text
-        fall = gravity_vector(table.text["orientation"]) if stated else np.asarray(components)
         loads.append(weight(actuator, silicone_density, fall, values.get("tip_mass", 0.0), place))
     force = [values.get(f"tip_force_{axis}", 0.0) for axis in "xyz"]
     if any(force):
         centroid = actuator.section.enclosed_centroid
         loads.append(TipForce(np.asarray(force), centroid if place is None else place))
     return tuple(loads)
+
+
+def _stated_gravity(table: Calibration) -> np.ndarray | None:
+    """Acceleration of gravity that a table states [m/s2]; None where it states none."""
+    if "orientation" in table.text:
+        return gravity_vector(table.text["orientation"])
+    keys = [f"gravity_{axis}" for axis in "xyz"]
+    if not any(key in table.quantities for key in keys):
+        return None
+    return np.asarray([table.values().get(key, 0.0) for key in keys])
+
+
+def design_gravity(design: Design) -> Float[np.ndarray, "3"]:
+    """Acceleration of gravity in the base frame of a design [m/s2], for effects.
+
+    It is the one that the design's table states, which weighs the actuator itself. Without one, the actuator
+    is clamped below, tip up.
+
+    Raises:
+        InputError: if there is no such design; names the nearest.
+    """
+    stated = _stated_gravity(_table_of(design))
+    return gravity_vector(USUAL_ORIENTATION) if stated is None else stated
 
 
 def make_actuator(

@@ -88,6 +88,10 @@ class WrapFriction(Effect):
         }
     }
 
+    def acts_at_rest(self) -> bool:
+        """See `Effect.acts_at_rest`."""
+        return bool(self.begun != 0.0)
+
     def begin(self, at: Known) -> tuple[Array, Array, Array]:
         """Flag of a previous row, its bend or lengthening, and the elements' states in [-1, 1]."""
         return jnp.asarray(0.0), jnp.asarray(0.0), jnp.zeros(ELEMENTS)

@@ -32,6 +32,7 @@ class OpposingSpringHeating(Effect):
 
     slug: ClassVar[str] = "opposing_spring_heating"
     remembers: ClassVar[bool] = True
+    woken: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "A"
     sentence: ClassVar[str] = "Heat of the driven spring warms the opposite one, which was taken to be cold."

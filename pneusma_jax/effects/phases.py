@@ -33,6 +33,7 @@ class TransformationHysteresis(Effect):
 
     slug: ClassVar[str] = "transformation_hysteresis"
     remembers: ClassVar[bool] = True
+    woken: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "ASW"
     sentence: ClassVar[str] = "The nitinol returns along a lower branch than it was loaded on."
@@ -224,6 +225,7 @@ class SelfHeatingRate(Effect):
 
     slug: ClassVar[str] = "self_heating_rate"
     by_rate: ClassVar[bool] = True
+    woken: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "SW"
     sentence: ClassVar[str] = "Strained fast, the nitinol warms by its latent heat and its plateau rises."
@@ -309,6 +311,7 @@ class CyclicShakedown(Effect):
 
     slug: ClassVar[str] = "cyclic_shakedown"
     remembers: ClassVar[bool] = True
+    woken: ClassVar[bool] = True
     component: ClassVar[str] = "spring"
     kinds: ClassVar[str] = "ASW"
     sentence: ClassVar[str] = "Every cycle leaves a little strain in the nitinol, until it has shaken down."

@@ -46,6 +46,7 @@ class PressureLag(Effect):
 
     slug: ClassVar[str] = "pressure_lag"
     by_rate: ClassVar[bool] = True
+    woken: ClassVar[bool] = True
     component: ClassVar[str] = "pressure"
     kinds: ClassVar[str] = "AT"
     sentence: ClassVar[str] = "The pressure in the chamber lags behind the one at the sensor."

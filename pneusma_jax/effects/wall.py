@@ -45,6 +45,7 @@ class ViscoelasticRelaxation(Effect):
     slug: ClassVar[str] = "viscoelastic_relaxation"
     remembers: ClassVar[bool] = True
     by_rate: ClassVar[bool] = True
+    woken: ClassVar[bool] = True
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone relaxes: its stress depends on how fast and when it was strained."
@@ -100,6 +101,7 @@ class MullinsSoftening(Effect):
 
     slug: ClassVar[str] = "mullins_softening"
     remembers: ClassVar[bool] = True
+    woken: ClassVar[bool] = True
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone is softer below the largest stretch it has seen."
@@ -149,6 +151,7 @@ class PermanentSet(Effect):
 
     slug: ClassVar[str] = "permanent_set"
     remembers: ClassVar[bool] = True
+    woken: ClassVar[bool] = True
     component: ClassVar[str] = "elastomer"
     kinds: ClassVar[str] = "AET"
     sentence: ClassVar[str] = "The silicone does not quite return to its rest length after it was stretched."

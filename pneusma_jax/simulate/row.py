@@ -57,30 +57,6 @@ class Bench(eqx.Module):
         return begun.memories
 
 
-def problem_at_rest(
-    actuator: Actuator,
-    effects: tuple[Effect, ...],
-    pressure: Array,
-    phases: tuple[Activation, ...],
-    states: tuple[SpringState, ...],
-    gravity: Array,
-) -> Problem:
-    """The problem of a state whose effects are as at the start of a recording.
-
-    Args:
-        actuator: loaded actuator.
-        effects: effects beyond the base model.
-        pressure: gauge pressure [Pa].
-        phases: activations of the springs.
-        states: memories of the springs.
-        gravity: acceleration of gravity in the base frame [m/s2], shape (3,); read by effects only.
-    """
-    bench, recorded = Bench.of(actuator, effects), {"gravity": gravity} if effects else {}
-    memories = bench.at_rest(pressure, states, recorded)
-    now = jnp.zeros(())
-    return bench.problem(states, memories, phases, (pressure, now, now, recorded))
-
-
 class Passed(eqx.Module):
     """Results of a row.
 

@@ -48,7 +48,8 @@ class _Driven:
 
     def __call__(self, values: Mapping[str, Array]) -> tuple[dict[str, Array], Array]:
         """Outputs of a run on the plant of some values, and its status; see `response.Answer`."""
-        plant = Plant(self.body.build(values), self.body.effects(values))
+        gravity = jnp.asarray(self.body.gravity)
+        plant = Plant(self.body.build(values), self.body.effects(values), gravity)
         pressure = driven("pressure", jnp.asarray(self.pressure), values)
         blank = jnp.zeros(self.plan[1].resistances.shape)
         read_noise = self.noise.on({"resistance": blank}, values)["resistance"]
@@ -142,7 +143,8 @@ def _own_model(body: Body, settings: Mapping[str, Any], where: str) -> tuple[Pla
     if knows not in KNOWS:
         raise InputError(f"{where} controller = {knows!r} must be one of {', '.join(KNOWS)}")
     full = knows == "model"
-    return Plant(built, body.effects({}) if full else ()), "model" if full else "base model"
+    own = Plant(built, body.effects({}), jnp.asarray(body.gravity)) if full else Plant(built)
+    return own, "model" if full else "base model"
 
 
 def _loop(settings: Mapping[str, Any], pressure: float, where: str) -> Loop:

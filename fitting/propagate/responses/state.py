@@ -12,6 +12,7 @@ import pneusma_jax as pj
 from fitting.data.recordings import Recording
 from fitting.specimens.saved_models import AugmentedModel
 from pneusma_jax.errors import InputError
+from pneusma_jax.simulate.rest import solve_at_rest
 
 from .body import Body, body_of, tied
 from .drives import (
@@ -113,12 +114,11 @@ def state(
         cold = pj.MartensiteFraction(jnp.asarray(1.0))
         activations.append(cold if name is None else activation(spring.alloy, name, channels[name]))
     if effects:
-        spread = jax.tree.map(lambda x: jnp.asarray(x)[None], tuple(activations))
-        history = pj.simulate_history(
-            actuator, channels["pressure"][None], spread, time=np.zeros(1), effects=effects,
+        rest = solve_at_rest(
+            actuator, channels["pressure"], tuple(activations), effects=effects,
             gravity=np.asarray(body.gravity),
         )  # fmt: skip
-        found, seen = jax.tree.map(lambda x: x[0], (history.rows, history.seen))
+        found, seen = rest.found, rest.seen
     else:
         found = pj.solve(actuator, channels["pressure"], tuple(activations), throw=False)
         seen = {"curvature": found.curvature, "bend_angle": found.bend_angle, "length": found.length}

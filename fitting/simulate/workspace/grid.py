@@ -14,9 +14,11 @@ from fitting.simulate.unmodelled import marked
 from fitting.specimens.cautions import actuator_cautions
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
+from pneusma_jax.actuator.designs import design_gravity
 from pneusma_jax.calibration import named_table
 from pneusma_jax.model_discrepancy import CHANNELS
 from pneusma_jax.pipeline import Effect
+from pneusma_jax.simulate.rest import solve_at_rest
 from pneusma_jax.units import from_si
 
 DESIGNS = ("pneuflex_s", "pneusma1", "pneusma2")
@@ -154,7 +156,8 @@ def compute_workspace(
     loads = np.broadcast_to(pressure, shape).ravel()
     count = heat.shape[1]
     rows = np.broadcast_to(fractions[:, :, None, :], (*shape, count)).reshape(loads.size, count)
-    found, added = _in_chunks(actuator, loads, rows, model.effects, progress)
+    gravity = design_gravity(model.table("actuator", design))
+    found, added = _in_chunks(actuator, loads, rows, model.effects, gravity, progress)
     grid = lambda values: np.asarray(values).reshape(shape)  # noqa: E731
     planar = actuator.planar
     bend = found.bend_angle if planar else np.linalg.norm(np.asarray(found.bend), axis=-1)
@@ -230,6 +233,7 @@ def _in_chunks(
     pressure: np.ndarray,
     fractions: np.ndarray,
     effects: tuple[Effect, ...],
+    gravity: np.ndarray,
     progress: Callable[[int], object],
 ) -> tuple[pj.Equilibrium, dict[str, Any]]:
     """All rows, in chunks through one compiled program. The last chunk is padded with its last row."""
@@ -238,7 +242,7 @@ def _in_chunks(
     for start in range(0, len(pressure), size):
         rows = np.minimum(np.arange(start, start + size), len(pressure) - 1)
         activations = tuple(pj.MartensiteFraction(column) for column in fractions[rows].T)
-        lot = _at_rest(actuator, pressure[rows], activations, effects) if effects else (
+        lot = _at_rest(actuator, pressure[rows], activations, effects, gravity) if effects else (
             (pj.solve_batch(actuator, pressure[rows], activations), {})
         )  # fmt: skip
         count = min(size, len(pressure) - start)
@@ -249,15 +253,13 @@ def _in_chunks(
 
 @eqx.filter_jit
 def _at_rest(
-    actuator: pj.Actuator, pressure: Any, given: tuple, effects: tuple[Effect, ...]
+    actuator: pj.Actuator, pressure: Any, given: tuple, effects: tuple[Effect, ...], gravity: Any
 ) -> tuple[pj.Equilibrium, dict[str, Any]]:
-    """Rows of a batch, each as the first of a recording under a model's effects; and the model
-    discrepancies."""
+    """States of a batch, each at rest under a model's effects; and the model discrepancies."""
 
     def one(pressure: Any, given: tuple) -> tuple[pj.Equilibrium, dict[str, Any]]:
-        history = pj.simulate_history(actuator, pressure[None], given, time=np.zeros(1), effects=effects)
-        added = {name: x for name, x in history.seen.items() if name.startswith(CHANNELS)}
-        return jax.tree.map(lambda leaf: leaf[0], (history.rows, added))
+        rest = solve_at_rest(actuator, pressure, given, effects=effects, gravity=gravity)
+        return rest.found, {name: x for name, x in rest.seen.items() if name.startswith(CHANNELS)}
 
     return jax.vmap(one)(pressure, given)
 
