@@ -141,4 +141,4 @@ def _recording(study: Study, known: Mapping[str, str], model: AugmentedModel, wh
         raise InputError(f"{where} recording: {path} is a folder; name one recording's CSV in it")
     own = {key: known[key] for key in ("alloy", "material") if key in known}
     campaign = read_campaign(path, {"geometry": own} if own else None)
-    return recording_response(campaign, model, _points(study.model, where), _noise_for(study))
+    return recording_response(campaign, model, _points(study.model, where), _noise_for(study), own)

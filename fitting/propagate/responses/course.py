@@ -1,6 +1,6 @@
 """An actuator through a protocol, and any specimen through the inputs of a recording."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import equinox as eqx
@@ -16,11 +16,13 @@ from fitting.inference.parameters import Parameter
 from fitting.simulate.protocol import check_resistances, drives
 from fitting.specimens import specimen_of
 from fitting.specimens.model_objects import BASE
+from fitting.specimens.priors import FIT
 from fitting.specimens.reduction import reduced
 from fitting.specimens.rows import MOST_ROWS, Rows
 from fitting.specimens.saved_models import AugmentedModel
 from fitting.specimens.specimen import Model
 from fitting.specimens.with_saved_model import Augmented
+from pneusma_jax.calibration import Calibration
 from pneusma_jax.calibration.records import Prior
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import from_si
@@ -157,13 +159,18 @@ def _check(protocol: Protocol, springs: tuple[int, ...]) -> None:
 
 
 def recording_response(
-    campaign: Campaign, model: AugmentedModel, points: int, noise_for: NoiseFor
+    campaign: Campaign,
+    model: AugmentedModel,
+    points: int,
+    noise_for: NoiseFor,
+    named: Collection[str] = (),
 ) -> Response:
     """Model's answer to a recording's inputs, which replaces the measurement.
 
-    Numbers and priors are those of a fit of the recording: tolerances, or priors of the tables where it is to
-    be identified. Their names are those of `pneusma posterior`. Phases that resistances tell are read once,
-    at the nominal numbers.
+    Names are those of `pneusma posterior`. Dimensions have the tolerances of a fit of the recording.
+    Constants of alloy and silicone have the priors of their tables, as through a state. A tolerance that the
+    recording states of its own tables comes before them. Phases that resistances tell are read once, at the
+    nominal numbers.
 
     Args:
         campaign: campaign of one recording.
@@ -171,12 +178,13 @@ def recording_response(
         points: rows that results are kept of.
         noise_for: white noise of measured inputs. Where rows are means of readings, the noise is that of a
             mean.
+        named: keys of `[geometry]` of tables that the study or its model names in place of the recording's.
 
     Raises:
         InputError: if the recording cannot be predicted.
     """
     recording, kind = campaign.recordings[0], campaign.kinds[0]
-    own = specimen_of(kind) if model is BASE else Augmented(kind, model, campaign.title)
+    own = specimen_of(kind) if model is BASE else Augmented(kind, model)
     parameters = own.parameters_for(campaign)
     start = {name: entry.value for name, entry in parameters.items()}
     rows = own.prepared(start, own.rows_for(campaign))[0]
@@ -205,19 +213,39 @@ def recording_response(
     known = {
         name: Known(float(e.value), e.unit, _prior(e), "recording") for name, e in parameters.items()
     } | noise.known
+    tables = _tables_of(campaign, own, model)
+    for key, table in tables.items():
+        free = key in named or recording.tolerance is None  # stated tolerances are those of own tables
+        for name, quantity in table.quantities.items():
+            if name in rows.base and (name not in known or (free and quantity.prior is not None)):
+                value = float(rows.base[name])
+                known[name] = Known(value, quantity.unit, quantity.prior, table.kind)
     for name, value in rows.base.items():
         known.setdefault(name, Known(float(value), "", None, ""))
-    files = [recording.path, model.path]
+    files = [recording.path, model.path, *(table.path for table in tables.values())]
     return Response(
         title=f"{recording.name} ({kind})",
         known=known,
         driver=driver,
         outputs=dict.fromkeys(columns.values(), True),
         answer=answer,
-        files=tuple(Path(p) for p in files if p is not None),
+        files=tuple(Path(p) for p in files if p is not None and Path(p).exists()),
         notices=(*_READ_ONCE.get(kind, ()), *notices_of_reading(campaign.recordings)),
         side_by_side=TOGETHER,
     )  # fmt: skip
+
+
+def _tables_of(campaign: Campaign, own: Model, model: AugmentedModel) -> dict[str, Calibration]:
+    """Tables of alloy and silicone by their key in `[geometry]`, with the model's numbers in them.
+
+    A table that is to be identified is left out: a fit has its priors already.
+    """
+    described = own.described(campaign) if isinstance(own, Augmented) else campaign
+    recording, found = described.recordings[0], {}
+    for key, kind in (("alloy", "alloy"), ("material", "silicone")):
+        if kind in specimen_of(recording.kind).tables and str(recording.table(key)) != FIT:
+            found[key] = model.table(kind, recording.table(key), recording.specimen)
+    return found
 
 
 def _noise_of_inputs(noise_for: NoiseFor, recording: Recording, rows: Rows, model: Model) -> WhiteNoise:
