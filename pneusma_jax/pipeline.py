@@ -61,6 +61,7 @@ class Effect(eqx.Module):
         by_rate: true if only the clock tells it apart: without times of rows it cannot be tested.
         remembers: true if what a specimen went through decides, such as its largest strain so far.
         woken: true if only a history wakes it: at the start of a recording it changes nothing.
+        leads: true if its resistance lies outside of the wire, so that a current heats nothing there.
 
     The methods below are the slots; each returns its value unchanged unless overridden. `memory` is what
     `begin` made and `remember` keeps; it is a pytree, `None` for an effect without history.
@@ -77,6 +78,7 @@ class Effect(eqx.Module):
     by_rate: ClassVar[bool] = False
     remembers: ClassVar[bool] = False
     woken: ClassVar[bool] = False
+    leads: ClassVar[bool] = False
 
     @classmethod
     def sentence_for(cls, kind: str) -> str:
@@ -194,6 +196,14 @@ class Pipeline(eqx.Module):
     def with_known(self, **more: Any) -> "Pipeline":
         """The same pipeline further along the row."""
         return Pipeline(self.effects, self.memories, self.known.also(**more)) if self.effects else self
+
+    def without_leads(self) -> "Pipeline":
+        """The same pipeline without resistances outside of the wires; itself if there are none."""
+        pairs = zip(self.effects, self.memories, strict=True)
+        kept = [(effect, memory) for effect, memory in pairs if not _own(effect).leads]
+        if len(kept) == len(self.effects):
+            return self
+        return Pipeline(tuple(e for e, _ in kept), tuple(m for _, m in kept), self.known)
 
     def apply(self, slot: str, value: Any, **more: Any) -> Any:
         """A value after every effect that acts at a slot."""

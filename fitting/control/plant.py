@@ -18,7 +18,7 @@ from pneusma_jax.nitinol import MartensiteFraction, SpringState
 from pneusma_jax.nitinol.thermal import next_temperature
 from pneusma_jax.numerics.safe import begun_as
 from pneusma_jax.pipeline import Effect
-from pneusma_jax.simulate.row import Bench, Passed, passed
+from pneusma_jax.simulate.row import Bench, Passed, passed, wire_resistances
 
 AMBIENT = 22.0
 """Temperature of the air [degC]."""
@@ -32,6 +32,7 @@ class Memory(eqx.Module):
         unknowns: unknowns of the last balance; temperatures: temperatures of the wires [degC], shape
             (springs,).
         resistances: resistances that an instrument would show [ohm], shape (springs,).
+        wires: resistances of the wires alone, which currents heat [ohm], shape (springs,).
     """
 
     states: tuple[SpringState, ...]
@@ -39,6 +40,7 @@ class Memory(eqx.Module):
     unknowns: Array
     temperatures: Float[Array, "springs"]
     resistances: Float[Array, "springs"]
+    wires: Float[Array, "springs"]
 
 
 class Seen(eqx.Module):
@@ -90,7 +92,7 @@ class Plant(eqx.Module):
                 for s in self.body.springs
             ]
         )
-        first = Memory(states, memories, start(self.body), cold, resistances)
+        first = Memory(states, memories, start(self.body), cold, resistances, resistances)
         return begun_as(first, (self.body, self.effects, pressure))
 
     def step(
@@ -108,7 +110,7 @@ class Plant(eqx.Module):
         warmer = jnp.stack(
             [
                 next_temperature(s.alloy, s.geometry, t, interval, i, r, jnp.asarray(AMBIENT))
-                for s, t, i, r in zip(springs, memory.temperatures, currents, memory.resistances, strict=True)
+                for s, t, i, r in zip(springs, memory.temperatures, currents, memory.wires, strict=True)
             ]
         )
         fractions = jnp.stack(
@@ -119,14 +121,18 @@ class Plant(eqx.Module):
         problem = Bench.of(body, self.effects).problem(memory.states, memory.memories, drives, row)
         ended = at_given_phases(problem, memory.unknowns)
         found = equilibrium_of(problem, jnp.where(ended.good, ended.unknowns, memory.unknowns), ended.steps)
-        return self._after(memory, passed(problem, found, found.converged), warmer, found.converged)
+        row = passed(problem, found, found.converged)
+        wires = jnp.where(found.converged, jnp.stack(wire_resistances(problem, row.calm)), memory.wires)
+        return self._after(memory, row, warmer, wires, found.converged)
 
-    def _after(self, memory: Memory, row: Passed, warmer: Array, good: Array) -> tuple[Memory, Seen]:
+    def _after(
+        self, memory: Memory, row: Passed, warmer: Array, wires: Array, good: Array
+    ) -> tuple[Memory, Seen]:
         """Memory after a row, and the row's outputs."""
         found = row.calm
         resistances = jnp.where(good, jnp.stack([r.resistance for r in found.springs]), memory.resistances)
         unknowns = jnp.where(good, found.unknowns, memory.unknowns)
-        after = Memory(row.states, row.memories, unknowns, warmer, resistances)
+        after = Memory(row.states, row.memories, unknowns, warmer, resistances, wires)
         slopes = jnp.stack(
             [
                 jax.grad(lambda t, s=s, r=r: s.alloy.resistivity(s.alloy.martensite_fraction_at(t), r.gamma))(

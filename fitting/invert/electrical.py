@@ -7,9 +7,11 @@ import numpy as np
 
 from fitting.design.bodies import Body, Solved
 from fitting.design.quantities import AMBIENT, convected, temperature, wire_temperature
-from pneusma_jax.nitinol import Spring
+from pneusma_jax.nitinol import MartensiteFraction, Spring
 from pneusma_jax.numerics.rows import first_rows
 from pneusma_jax.program_cache import stored_jit
+from pneusma_jax.simulate.rest import problem_at_rest
+from pneusma_jax.simulate.row import wire_resistances
 
 from .forward import padded
 
@@ -62,7 +64,10 @@ def _held(spring: Spring, xi0: jax.Array) -> jax.Array:
 
 
 def electrical(solved: Solved) -> tuple[np.ndarray, np.ndarray]:
-    """Resistance of every spring [ohm], and the current that holds its temperature in air of 22 degC [A].
+    """Resistance of every spring as a meter shows it [ohm], and the current that holds its temperature in air
+    of 22 degC [A].
+
+    The power that heats a wire is the square of its current times its own resistance, without leads.
 
     Args:
         solved: states, arrays with a leading axis of rows.
@@ -81,13 +86,21 @@ def _electrical(body: Body, parts: tuple) -> tuple[jax.Array, jax.Array]:
         for k, segment in enumerate(body.segments):
             if not segment.springs:
                 continue
-            for spring, found, degrees in zip(
-                segment.springs, state.segments[k].springs, temperature(state, k), strict=True
-            ):
+            found = state.segments[k].springs
+            rows = zip(segment.springs, found, temperature(state, k), _wires(state, k), strict=True)
+            for spring, response, degrees, wire in rows:
                 power = holding_power(spring, degrees)
-                resistances.append(found.resistance)
-                currents.append(jnp.where(found.xi0 < 1.0, jnp.sqrt(power / found.resistance), 0.0))
+                resistances.append(response.resistance)
+                currents.append(jnp.where(response.xi0 < 1.0, jnp.sqrt(power / wire), 0.0))
         blank = jnp.zeros(0)
         return (jnp.stack(resistances), jnp.stack(currents)) if resistances else (blank, blank)
 
     return jax.vmap(one)(parts)
+
+
+def _wires(state: Solved, k: int) -> tuple[jax.Array, ...]:
+    """Resistance of the wire of every spring of a segment, without leads [ohm]."""
+    body, segment, found = state.body, state.body.segments[k], state.segments[k]
+    drives = tuple(MartensiteFraction(spring.xi0) for spring in found.springs)
+    at = body.effects, state.pressure, drives, segment.fresh_states(), body.gravity
+    return wire_resistances(problem_at_rest(segment, *at), found)

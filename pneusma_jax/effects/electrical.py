@@ -19,6 +19,7 @@ class SeriesResistance(Effect):
     ohms: Array = eqx.field(converter=jnp.asarray, default=0.0)
 
     slug: ClassVar[str] = "series_resistance"
+    leads: ClassVar[bool] = True
     component: ClassVar[str] = "sensor"
     kinds: ClassVar[str] = "ASW"
     sentence: ClassVar[str] = "Leads and crimps add a constant resistance to that of the wire."

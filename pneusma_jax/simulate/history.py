@@ -28,7 +28,7 @@ from ..pipeline import Effect, as_recorded
 from ..precision import require_doubles, require_float64
 from ..program_cache import stored_jit
 from .course import check_course
-from .row import Bench, passed
+from .row import Bench, passed, wire_resistances
 
 
 class History(eqx.Module):
@@ -201,12 +201,12 @@ def _after(
     good = found.converged
     row = passed(problem, found, good)
     keep = lambda new, old: jnp.where(good, new, old)  # noqa: E731
-    responses = zip(row.calm.springs, carry.resistances, strict=True)
+    wires = zip(wire_resistances(problem, row.calm), carry.resistances, strict=True)
     return _Carry(
         states=row.states,
         unknowns=keep(row.calm.unknowns, carry.unknowns),
         temperatures=temperatures,
-        resistances=tuple(keep(response.resistance, old) for response, old in responses),
+        resistances=tuple(keep(new, old) for new, old in wires),
         memories=row.memories,
     ), row.seen
 
@@ -222,7 +222,7 @@ def phases_of(
 
     Args:
         springs, activations: springs and activations of one actuator.
-        temperatures, resistances: values of its springs after the row before [degC, ohm].
+        temperatures, resistances: values of its wires after the row before [degC, ohm].
         interval: time since that row [s].
     """
     phases, after = [], []

@@ -1,5 +1,6 @@
 """One row of an actuator's history: its problem from the memories before it, and the memories after it."""
 
+import dataclasses
 from typing import Any
 
 import equinox as eqx
@@ -8,9 +9,9 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from ..actuator import Actuator
-from ..actuator.balance import Problem
+from ..actuator.balance import Problem, spring_responses
 from ..actuator.result import Equilibrium
-from ..nitinol import SpringState
+from ..nitinol import MartensiteFraction, SpringState
 from ..nitinol.spring import Activation
 from ..pipeline import Effect, Known, Pipeline
 
@@ -94,6 +95,25 @@ def passed(problem: Problem, found: Equilibrium, good: Array) -> Passed:
         jax.tree.map(keep, later, problem.pipeline.memories),
         seen,
     )
+
+
+def wire_resistances(problem: Problem, found: Equilibrium) -> tuple[Array, ...]:
+    """Resistance of every spring's wire alone [ohm]: the one that a current heats.
+
+    A meter shows that of leads as well, where an effect has some. A spring whose phase is no given fraction
+    keeps its reading.
+
+    Args:
+        problem: problem of a row.
+        found: its result, without NaN.
+    """
+    shown = tuple(response.resistance for response in found.springs)
+    wires = problem.pipeline.without_leads()
+    if wires is problem.pipeline:
+        return shown
+    alone = spring_responses(dataclasses.replace(problem, pipeline=wires), found.delta_centre, found.bend)
+    rows = zip(problem.activations, alone, shown, strict=True)
+    return tuple(own.resistance if isinstance(a, MartensiteFraction) else read for a, own, read in rows)
 
 
 def _shown(found: Equilibrium) -> dict[str, Array]:
