@@ -264,10 +264,19 @@ def _acting(effect: Effect | Switched, method: str, value: Any, *more: Any) -> A
 PLAIN = Pipeline()
 
 
-def changes_states(effect: Effect) -> bool:
-    """True if an effect changes what a specimen does; false if only instruments or a test stand have it."""
+def changes_equilibrium(effect: Effect) -> bool:
+    """True if an effect changes what a specimen does at given phases; false if only readings, or its
+    resistance."""
     slots = ("pressure", "elongation", "temperature", "phase", "stress", "pull", "wall", "load")
-    return any(_overrides(effect, slot) for slot in (*slots, "resistance", "wire_resistance"))
+    return any(_overrides(effect, slot) for slot in slots)
+
+
+def changes_states(effect: Effect) -> bool:
+    """True if an effect changes what a specimen does, or its resistance; false if only instruments or a test
+    stand have it."""
+    return changes_equilibrium(effect) or any(
+        _overrides(effect, slot) for slot in ("resistance", "wire_resistance")
+    )
 
 
 TOLD = "told_"

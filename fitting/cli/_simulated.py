@@ -10,6 +10,7 @@ import click
 from fitting.data.csv_text import csv_text
 from fitting.report.table import Table, table_text
 from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.saved_models.left_out import chain_without
 from pneusma_jax.errors import InputError, counted
 from pneusma_jax.serial_chain.designs import describes_chain, load_chain
 
@@ -180,6 +181,8 @@ def _course(steps: Any, options: dict[str, Any], model: AugmentedModel) -> Any:
     known = overrides(options, model)
     if describes_chain(known.get("design", "")):
         design, rest = _chain(known, options)
+        for sentence in chain_without(model, history=True):
+            notice(sentence)
         specimens = chain_specimens(design, rest)
         chain = build_chain(design, specimens, model)
         return run_chain_protocol(steps, design.name, chain, [specimens[name] for name in design.designs])

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from ._common import FINITE, SEED, Finite, design_argument, done, prepare, tell_model
+from ._common import FINITE, SEED, Finite, design_argument, done, notice, prepare, tell_model
 
 
 @click.command("control")
@@ -46,11 +46,14 @@ def control_command(
     from fitting.inference.progress import Steps
     from fitting.report.results import save, text
     from fitting.specimens.saved_models import load_model
+    from fitting.specimens.saved_models.left_out import only_on_instruments
 
     check_free(out, force)
     augmented = None if model is None else load_model(model)
     if augmented is not None:
         tell_model(augmented, {"design": design})
+        for sentence in only_on_instruments(augmented):
+            notice(sentence)
     loop = usual_loop(seed, level_1pm, swing_1pm, 1e3 * pressure)
     with Steps("control") as steps:
         if augmented is None:

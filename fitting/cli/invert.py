@@ -74,7 +74,7 @@ def invert_command(**options: Any) -> None:
     design = None if options["design"] is None else design_argument(options["design"])
     prepare()
     from fitting.data.publish import check_free
-    from fitting.design.bodies import of_instruments
+    from fitting.design.bodies import remarks_on_states
     from fitting.inference.progress import Steps
     from fitting.invert import Inverse, Limits
     from fitting.invert.lumen import read_lumen
@@ -82,6 +82,7 @@ def invert_command(**options: Any) -> None:
     from fitting.invert.targets import read_targets, targets_of
     from fitting.invert.trajectory import follow
     from fitting.report.results import save, text
+    from pneusma_jax.pipeline import changes_states
 
     if options["out"] is not None:
         check_free(options["out"], options["force"])
@@ -95,9 +96,9 @@ def invert_command(**options: Any) -> None:
         )
     limits = Limits((1e3 * options["least"], 1e3 * options["most"]), options["xi0_min"], options["xi0_max"])
     model = model_of(options["model"], {"design": design} | {k: options[k] for k in ("alloy", "material")})
-    for sentence in of_instruments(model):
-        notice(sentence)
-    if model.added and (lumen is not None or targets.time is not None):
+    design = design or model.tables.get("design", USUAL_DESIGN)
+    acts = any(changes_states(effect) for effect in model.effects)
+    if acts and (lumen is not None or targets.time is not None):
         raise click.UsageError(
             "effects of --model have no history here: give targets without time, and no --lumen"
         )
@@ -105,10 +106,11 @@ def invert_command(**options: Any) -> None:
         model.tables.get(key) if options[key] is None else table_argument(options[key])
         for key in ("alloy", "material")
     ]
-    design = design or model.tables.get("design", USUAL_DESIGN)
     with Steps("inverting", plain=True) as told:
         told("compiling, which takes longest the first time, and solving")
         inverse = Inverse(design, limits, *tables, options["seed"], model)
+        for sentence in remarks_on_states(model, design):
+            notice(sentence)
         if not inverse.springs:
             tell_unused(OF_SPRINGS, "there is no spring")
         if lumen is not None:

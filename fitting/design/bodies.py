@@ -13,6 +13,7 @@ import pneusma_jax as pj
 from fitting.inference.notes import joined
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.saved_models.left_out import chain_without, missed_by_chain, of_states_at_rest
 from pneusma_jax.actuator.designs import GEOMETRY_KEYS, SECTION_KEYS, design_gravity
 from pneusma_jax.actuator.result import Validity
 from pneusma_jax.calibration import Calibration, named_table
@@ -96,18 +97,15 @@ def without_effect(plan: Plan) -> str | None:
             f"{name} has an unnamed correction, which holds for the recordings it was made from alone; take "
             "its [[effect]] out of the file"
         )
-    if plan.model.added and plan.chain is not None:
-        return f"a chain takes numbers of {name}, but not its effects"
+    missed = missed_by_chain(plan.model) if plan.chain is not None else []
+    if missed:
+        return f"a chain takes numbers of {name}, but not its effects ({joined(missed)})"
     return None
 
 
-def of_instruments(model: AugmentedModel) -> list[str]:
-    """The sentence on effects of a model that change no state; none where all do."""
-    slugs = [one.slug for one in model.added if not changes_states(one.build())]
-    if not slugs:
-        return []
-    act, change = ("acts", "changes") if len(slugs) == 1 else ("act", "change")
-    return [f"{joined(slugs)} {act} on what instruments or a test stand show, and {change} nothing here"]
+def remarks_on_states(model: AugmentedModel, design: str) -> list[str]:
+    """Sentences on effects of a model that change nothing in a design's states; none where all act."""
+    return chain_without(model) if describes_chain(design) else of_states_at_rest(model)
 
 
 def alloy_of(plan: Plan, table: Calibration) -> Calibration:

@@ -17,10 +17,12 @@ from pneusma_jax.actuator.balance import Problem, imbalance
 from pneusma_jax.actuator.result import Equilibrium
 from pneusma_jax.late import optimistix as optx
 from pneusma_jax.nitinol import MartensiteFraction, Spring
+from pneusma_jax.numerics.linear import solve_small
 from pneusma_jax.numerics.newton import BoundedNewton
 from pneusma_jax.numerics.safe import safe_norm
 from pneusma_jax.section.shapes import Disc
 from pneusma_jax.serial_chain.kinematics import sinc_root
+from pneusma_jax.simulate.rest import problem_at_rest
 
 from .bodies import Solved
 
@@ -103,30 +105,42 @@ def clearance(solved: Solved, k: int) -> Array:
 
 
 def bending_stiffness(solved: Solved, k: int) -> Array:
-    """Moment over bend angle at the held phases, the elongation free [N m/rad].
+    """Moment over bend angle at the held phases [N m/rad]; the elongation follows as the segment lets it.
 
-    It is a tangent, so it jumps where a spring's strain passes the corner of its stress law.
+    It is free but for an inextensible fibre, which ties it to the bend. The stiffness is a tangent, so it
+    jumps where a spring's strain passes the corner of its stress law.
     """
     problem, found = _problem(solved, k)
-    side = jnp.asarray(problem.actuator.side_direction)
+    side, ways = jnp.asarray(problem.actuator.side_direction), _ways(problem.actuator)
 
     def pull(x: Array) -> Array:
-        force, moment = imbalance(problem, x[0], x[1] * side)
-        return jnp.stack([force, moment @ side])
+        force, moment = imbalance(problem, x[0], x[1:])
+        return jnp.concatenate([force[None], moment])
 
-    slope = jax.jacfwd(pull)(jnp.stack([found.delta_centre, found.bend_angle]))
-    return slope[1, 1] - slope[1, 0] * slope[0, 1] / slope[0, 0]
+    slope = jax.jacfwd(pull)(jnp.concatenate([found.delta_centre[None], found.bend]))
+    turned = side @ ways[1:]  # bend in the plane by each way
+    return 1.0 / (turned @ solve_small(ways.T @ slope @ ways, turned))
+
+
+def _ways(actuator: Actuator) -> Array:
+    """Elongation [m] and bend [rad] by each way in which a segment can move, shape (3, freedoms)."""
+    length = actuator.length
+    return jnp.stack([length, *(length / actuator.section.radius,) * 2])[:, None] * actuator.basis
 
 
 def blocking_force(solved: Solved, k: int) -> Array:
     """Force across the tip that keeps a segment straight at its pressure and phases [N].
 
     An arc's tip moves across by half its length times the bend angle, so the force is the moment over half
-    the length.
+    the length. An inextensible fibre keeps the length; its pull adds to the moment.
     """
     problem, _ = _problem(solved, k)
     side = jnp.asarray(problem.actuator.side_direction)
-    length = problem.actuator.length
+    length, held = problem.actuator.length, jnp.zeros(())
+    if problem.actuator.freedoms == 1:
+        (along, *across), straight = _ways(problem.actuator)[:, 0], 0.0 * side
+        force, moment = imbalance(problem, held, straight)
+        return jnp.abs(moment @ side + force * along / (jnp.stack(across) @ side)) / (0.5 * length)
     excess = lambda share, p: imbalance(p, share[0] * length, 0.0 * side)[0][None]  # noqa: E731
     found = optx.root_find(  # type: ignore[var-annotated]
         excess, BoundedNewton(), jnp.zeros(1), problem, max_steps=STEPS, throw=False
@@ -137,10 +151,11 @@ def blocking_force(solved: Solved, k: int) -> Array:
 
 
 def _problem(solved: Solved, k: int) -> tuple[Problem, Equilibrium]:
-    """The balance of a segment at its phases, and its equilibrium."""
-    body, found = solved.body.segments[k], solved.segments[k]
+    """The balance of a segment at its phases, effects included, and its equilibrium."""
+    body, segment, found = solved.body, solved.body.segments[k], solved.segments[k]
     drives = tuple(MartensiteFraction(spring.xi0) for spring in found.springs)
-    return Problem(body, solved.pressure, drives, body.fresh_states()), found
+    at = solved.pressure, drives, segment.fresh_states(), body.gravity
+    return problem_at_rest(segment, body.effects, *at), found
 
 
 def hoop_stress(solved: Solved, k: int) -> Array:
@@ -278,5 +293,3 @@ SAME_IN_EVERY_STATE = (
 """Quantities that are the same in every state."""
 ROUND_ONLY = ("hoop_stress", "outer_diameter", "outer_diameter_with_springs", "bore_diameter")
 """Quantities that only round tubes have."""
-WITHOUT_EFFECTS = ("bending_stiffness", "blocking_force", "stiffness_range")
-"""Quantities that are computed from the balance of the base model alone, whatever effects a model adds."""

@@ -46,7 +46,6 @@ from .buildable import check_ends, implied
 from .free import read_free
 from .functions import load_function
 from .posterior_file import posterior_draws
-from .quantities import WITHOUT_EFFECTS
 from .space import Space
 from .states import read_states
 from .study import Study
@@ -160,19 +159,11 @@ def _model(document: dict[str, Any], path: Path) -> AugmentedModel:
 
 
 def _check_effects(study: Study, plans: Sequence[Plan]) -> None:
-    """Refuse effects where they would not act: in chains, and in quantities of the base model alone."""
+    """Refuse effects where they would not act."""
     if not study.model.added:
         return
     for why in filter(None, map(without_effect, plans)):
         raise InputError(f"{study.path}: model: {why}")
-    name = study.model.shown_name
-    for table, wanted in (("objective", study.objectives), ("constraint", study.constraints)):
-        for one in wanted:
-            if one.quantity in WITHOUT_EFFECTS:
-                raise InputError(
-                    f"{study.path}: [{table}.{one.name}]: {one.quantity} is that of the base model alone, "
-                    f"but {name} has effects"
-                )
 
 
 def _known(key: str, load: Callable[[], object], path: Path) -> None:

@@ -19,7 +19,7 @@ from pneusma_jax.pipeline import Effect
 from pneusma_jax.program_cache import of_package
 from pneusma_jax.units import to_si
 
-from .bodies import alloy_of, build_body, material_of, of_instruments, plan_of
+from .bodies import alloy_of, build_body, material_of, plan_of, remarks_on_states
 from .chances import chances_of, notes_on_draws
 from .discrete import blocked_steps, made_from
 from .infeasible import why_infeasible, why_nothing
@@ -368,7 +368,8 @@ def notes_on_model(study: Study) -> list[str]:
     if study.model.specimens:
         name = study.model.shown_name
         said.append(f"numbers of single specimens of {name} are left out: a design is none of them")
-    return said + of_instruments(study.model)
+    idle = (one for design in study.designs for one in remarks_on_states(study.model, design))
+    return said + list(dict.fromkeys(idle))
 
 
 def _finer_areas(

@@ -13,6 +13,7 @@ import pneusma_jax as pj
 from fitting.data.recordings import Recording
 from fitting.specimens.model_objects import BASE, actuator_of, material_of
 from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.saved_models.left_out import chain_without
 from pneusma_jax.serial_chain.designs import ChainDesign, make_chain
 from pneusma_jax.units import from_si
 
@@ -131,12 +132,8 @@ def build_chain(
     """The chain of a design with a model's constants.
 
     Raises:
-        InputError: if it cannot be built, or the model has effects, which a chain does not carry.
+        InputError: if it cannot be built.
     """
-    if model.added:
-        raise pj.InputError(
-            f"{model.path}: a chain takes a model's numbers, but not its effects; simulate one segment"
-        )
     return make_chain(
         design,
         lambda name: actuator_of(specimens[name], model),
@@ -169,8 +166,9 @@ def chain_state(
         model: model with constants of its own.
 
     Raises:
-        InputError: for impossible input.
+        InputError: for impossible input, or a model with effects that change a chain.
     """
+    without = chain_without(model)
     specimens = chain_specimens(design, overrides)
     chain = build_chain(design, specimens, model)
     refuse_unknown_springs(given, [body.spring_numbers for body in chain.segments], design.name)
@@ -178,6 +176,8 @@ def chain_state(
         drive_of(specimens[name], body, said, model)
         for name, body, said in zip(design.designs, chain.segments, given, strict=True)
     ]
+    for drive in drives:
+        drive.notices += without
     solved = _solve_once(
         chain,
         np.asarray(pressure),

@@ -12,9 +12,11 @@ import numpy as np
 
 import pneusma_jax as pj
 from fitting.data.recordings import Recording, check_recording, resistance_range, schema, sidecar
+from fitting.inference.notes import joined
 from fitting.specimens.cautions import actuator_cautions
 from fitting.specimens.model_objects import BASE, actuator_of, full_geometry, gravity_of, place
 from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.saved_models.left_out import only_along_histories, shown_otherwise
 from pneusma_jax.nitinol import SpringResponse
 from pneusma_jax.program_cache import cached_program
 from pneusma_jax.simulate.rest import solve_at_rest
@@ -270,7 +272,9 @@ def actuator_state(
     )  # fmt: skip
     found, seen = jax.tree.map(np.asarray, (rest.found, rest.seen))
     bent = () if actuator.planar else ("curvature", "bend_angle")
-    drive.notices += marked(model, seen, "actuator", bent)[1]
+    drive.notices += marked(model, seen, "actuator", bent)[1] + only_along_histories(model)
+    if readers := shown_otherwise(model):
+        drive.notices.append(f"by {joined(readers)} this shape is what instruments show, not the true one")
     if not actuator.planar:  # instruments read the plane of sides 1 and 2; free bending has a magnitude
         seen = {"length": seen["length"]}
     return described_state(specimen, actuator, found, drive, seen)

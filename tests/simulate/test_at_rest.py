@@ -101,3 +101,23 @@ def test_effects_say_whether_they_act_at_rest(slug, horizontal):
 def test_friction_acts_at_rest_where_a_recording_begins_with_it():
     friction = CATALOGUE["wrap_friction"]
     assert friction(begun=1.0).acts_at_rest() and not friction(constant=1e-4).acts_at_rest()
+
+
+def test_a_workspace_names_effects_that_change_nothing_in_it(horizontal):
+    space = compute_workspace(horizontal, np.array([0.0, PRESSURE]), np.array([1.0, XI0]), model=model_with(()))
+    assert (
+        "cyclic_shakedown, mullins_softening, opposing_spring_heating, permanent_set, pressure_lag, "
+        "transformation_hysteresis, viscoelastic_relaxation and wrap_friction act only along a history, so they change "
+        "nothing here"
+    ) in space.cautions
+    assert (
+        "camera_calibration and channel_lag act on what instruments or a test stand show, and change nothing here"
+        in space.cautions
+    )
+
+
+def test_a_state_says_where_it_is_a_reading(horizontal):
+    specimen = described_actuator(None, {"design": horizontal})
+    notices = actuator_state(specimen, PRESSURE, {"xi0_2": XI0}, model_with(())).notices
+    assert "by camera_calibration this shape is what instruments show, not the true one" in notices
+    assert sum("act only along a history, so they change nothing here" in sentence for sentence in notices) == 1

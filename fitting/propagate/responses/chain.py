@@ -1,5 +1,6 @@
 """A chain of segments in one state, or in states along the pressure."""
 
+import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,6 +11,7 @@ from jaxtyping import Array
 import pneusma_jax as pj
 from fitting.simulate.chain_state import chain_specimens
 from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.saved_models.left_out import chain_without
 from pneusma_jax.errors import InputError
 from pneusma_jax.serial_chain.designs import ChainDesign, make_chain
 
@@ -51,8 +53,8 @@ def chain_response(
     Raises:
         InputError: for what cannot be.
     """
-    if model.added:
-        raise InputError(f"{model.path}: a chain takes a model's numbers, but not its effects")
+    without = tuple(chain_without(model))
+    model = dataclasses.replace(model, added=())
     specimens = chain_specimens(design, overrides)
     found = {name: body_of(specimen, model) for name, specimen in specimens.items()}
     bodies = {name: body for name, (body, _) in found.items()}
@@ -94,6 +96,7 @@ def chain_response(
         outputs=dict.fromkeys(names, along),
         answer=answer,
         files=tuple(sorted(files)),
+        notices=without,
         tied={} if several else tied(numbers),
         side_by_side=16,
     )

@@ -11,6 +11,7 @@ from jaxtyping import Array
 import pneusma_jax as pj
 from fitting.data.recordings import Recording
 from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.saved_models.left_out import only_along_histories
 from pneusma_jax.errors import InputError
 from pneusma_jax.simulate.rest import solve_at_rest
 
@@ -76,6 +77,7 @@ def state_response(
         outputs=dict.fromkeys(names, along),
         answer=answer,
         files=files,
+        notices=tuple(only_along_histories(model)),
         tied=tied(body.numbers),
         side_by_side=max(1, TOGETHER // points),
     )
@@ -201,6 +203,7 @@ def workspace_response(
         outputs=dict.fromkeys(outputs, True),
         answer=answer,
         files=files,
+        notices=tuple(only_along_histories(model)),
         tied=tied(body.numbers),
         side_by_side=max(1, TOGETHER // (len(pressure) * len(fractions))),
     )

@@ -4,6 +4,7 @@ Segments of a chain without loads are each in an equilibrium of their own. Those
 on a grid, and combined. A loaded chain is one equilibrium, and every combination is solved.
 """
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -16,6 +17,7 @@ import numpy as np
 import pneusma_jax as pj
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel
+from fitting.specimens.saved_models.left_out import chain_without
 from pneusma_jax.calibration import named_table
 from pneusma_jax.serial_chain.designs import ChainDesign, make_chain
 from pneusma_jax.serial_chain.segments import chain_shape
@@ -80,15 +82,16 @@ def compute_chain_reach(
         seed: seed of the choice of combinations.
 
     Raises:
-        InputError: for a table that cannot be used, or a model with effects.
+        InputError: for a table that cannot be used, or a model with effects that change a chain.
     """
-    if model.added:
-        raise pj.InputError(f"{model.path}: a chain takes a model's numbers, but not its effects")
+    without = chain_without(model)
+    model = dataclasses.replace(model, added=())
     build = lambda name: modelled_actuator(name, alloy, silicone, model)  # noqa: E731
     chain = make_chain(design, build, lambda name: _density(name, silicone, model))
     if chain.loaded:
         bodies = {name: build(name) for name in dict.fromkeys(design.designs)}
-        return _loaded_reach(design, chain, bodies, np.asarray(pressure), xi0, samples, seed, progress)
+        found = _loaded_reach(design, chain, bodies, np.asarray(pressure), xi0, samples, seed, progress)
+        return dataclasses.replace(found, cautions=found.cautions + without)
     kinds = {
         name: compute_workspace(name, pressure, xi0, alloy, silicone, model, progress)
         for name in dict.fromkeys(design.designs)
@@ -110,7 +113,7 @@ def compute_chain_reach(
     found = chain_shape(chain, jnp.asarray(np.stack(bends, axis=1)), jnp.asarray(np.stack(lengths, axis=1)))
     cautions = [f"{name}: {sentence}" for name, space in kinds.items() for sentence in space.cautions]
     tip = np.asarray(found.end_pose)[:, :3, 3]
-    return ChainReach(design.name, np.asarray(pressure)[at], fractions, tip, cautions)
+    return ChainReach(design.name, np.asarray(pressure)[at], fractions, tip, cautions + without)
 
 
 def _density(name: str, silicone: Any, model: AugmentedModel) -> float | None:
