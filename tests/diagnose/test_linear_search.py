@@ -20,7 +20,22 @@ def test_noise_is_named_nothing(seed):
     rng = np.random.default_rng(100 + seed)
     world = tubes(seed=seed)
     conclusion = conclude(searched(world, world.truth(rng, rng.standard_normal(2))))
-    assert not conclusion.mismatch and not conclusion.found and conclusion.nothing > 0.9
+    assert not conclusion.mismatch and not conclusion.found and conclusion.nothing == DEFAULT.verdict.tentative
+
+
+def test_an_effect_too_weak_to_be_seen_stays_possible_whatever_the_chance_of_the_misfit():
+    """Weak effects and none leave misfit of the same chance, so it cannot make "nothing" likelier."""
+    found = []
+    for seed, strength in ((100, 0.0), (101, 0.0), (102, 0.1), (103, 0.1)):
+        rng = np.random.default_rng(seed)
+        world = tubes(seed=seed)
+        found.append(conclude(searched(world, world.truth(rng, rng.standard_normal(2), **{CONSTANT: strength}))))
+    assert not any(one.mismatch for one in found)
+    assert np.ptp([one.explanation.p_value for one in found]) > 0.2
+    assert [one.nothing for one in found] == [DEFAULT.verdict.tentative] * 4
+    for one in found:
+        others = sum(probability for probability, _ in one.candidates.values()) + one.unknown
+        assert others == pytest.approx(1.0 - DEFAULT.verdict.tentative)
 
 
 @pytest.mark.parametrize(("slug", "strength"), [(CONSTANT, 1.0), (ANOTHER, (0.9, -0.7)), (DELAY, 1.5), (SWELLING, 1.2)])

@@ -73,13 +73,17 @@ class Found:
 def probabilities(
     explanation: Explanation, mismatch: bool, unknown: float
 ) -> tuple[dict[str, tuple[float, float]], float]:
-    """Probability of each candidate as the strongest explanation, with its evidence; and of nothing."""
+    """Probability of each candidate as the strongest explanation, with its evidence; and of nothing.
+
+    Recordings that contradict nothing do not show that nothing is missing: an effect may be too weak to be
+    seen. The chance of the base's misfit does not tell the two apart.
+    """
     slugs = explanation.program.unknowns.slugs
     step = explanation.leading
     candidates = {t.slug: t for t in step.candidates} if step else {}
     bayes = {slug: float(candidates[slug].bayes) if slug in candidates else VERDICT.untried for slug in slugs}
     if not mismatch:
-        nothing = 0.9 + 0.09 * explanation.p_value
+        nothing = VERDICT.tentative
         share = (1.0 - nothing) / (len(slugs) + 1)
         return {slug: (share, min(bayes[slug], 0.0)) for slug in slugs}, nothing
     worth = (
