@@ -92,6 +92,19 @@ def test_what_a_model_must_do_on_recordings_that_were_not_fitted():
     assert not holds(5.0, None) and not holds(5.0, float("nan")) and not holds(1.0, 1.4)
 
 
+@pytest.mark.parametrize(("within_errors", "predicted"), [
+    (None, False),  # recordings that are left out in turn have none
+    ({"before": 9.0, "after": 1.05}, True),
+    ({"before": 9.0, "after": 1.5}, False),
+])  # fmt: skip
+def test_a_model_that_leaves_numbers_open_may_predict_within_their_errors_and_not_hold(within_errors, predicted):
+    report = _report(_effect("gravity"), after=2.0)
+    report["fit"]["predictive_reduced_chi2"] = within_errors
+    row = judge(report, _truth())
+    assert (row["modelled"], row["predicted"]) == (False, predicted)
+    assert judge(_report(_effect("gravity"), after=1.1), _truth())["predicted"]  # a model that holds does
+
+
 def test_parameters_are_compared_where_they_mean_the_same():
     delay = {"value": 0.33, "sd": 0.02, "unit": "s"}
     truth = _truth(slugs=("channel_lag",), parameters={"channel_lag": {"amplitude": 0.3}})
@@ -133,7 +146,7 @@ def test_rates_are_over_the_cases_that_they_are_about():
     expected = {
         "false_alarms": (1, 4), "named_first": (3, 5), "covered": (3, 5), "confident_wrong": (1, 5), "confident_wrong_all": (2, 12),
         "weak_detected": (1, 2), "weak_covered": (1, 1), "outside_unmodelled": (1, 1), "outside_where_right": (0, 1),
-        "modelled": (2, 3), "base_back": (2, 3), "errors": (1, 12), "pairs_both_named": (0, 0),
+        "modelled": (2, 3), "predicted": (2, 3), "nulls_modelled": (3, 3), "base_back": (2, 3), "errors": (1, 12), "pairs_both_named": (0, 0),
     }  # fmt: skip
     assert {key: counts[key] for key in expected} == expected
     assert found["times"]["all"]["median_seconds"] == 3.0

@@ -43,6 +43,21 @@ def test_no_constant_leaves_its_bounds_to_excuse_a_recording():
     assert 16.0**2 < allowed < plain
 
 
+@pytest.mark.parametrize("roles", [("fit", "validation"), ("fit", "fit")])
+def test_a_score_of_validation_recordings_is_told_within_the_errors_of_prediction_too(roles):
+    rng = np.random.default_rng(1)
+    world = World(np.stack([np.zeros((ROWS, 1)), np.ones((ROWS, 1))]), roles=roles)
+    program = world.program(np.stack([np.zeros(ROWS), 2.0 + rng.standard_normal(ROWS)]))
+    fit = Refitter(program).fit(())
+    score = Scores().averaged([(program, fit, 1.0)])
+    told = score.within_errors(program, fit)
+    assert dataclasses.replace(told, predictive=None) == score
+    if "validation" in roles:
+        assert score.reduced_chi2 > 4.0 and told.predictive == pytest.approx(1.0, abs=0.2)
+    else:  # what is left out in turn has no such score
+        assert told.predictive is None
+
+
 def test_constants_that_a_fit_leaves_open_but_for_a_sum_are_judged_as_well():
     """Two strengths of which the fitted recording shows the sum: their covariance is singular to rounding."""
     sums = np.stack([np.full((ROWS, 2), 1e6), np.ones((ROWS, 2))])

@@ -62,11 +62,13 @@ def conclude(explanation: Explanation) -> Conclusion:
         seen = None if discrepancy is None else discrepancy.quantity
         described = _described(explanation, place, seen, unknown, found, scores)
         found, model, rest, repeats, before, after = described
+        fit = model[1]
         share = unknown if named else 1.0
         members = [(s, p, f, (1.0 - share) * w, more) for s, p, f, w, more in members if s != "base"]
         members.insert(0, (UNMODELLED, *model, share, rest and rest.corrected))
     else:
         before, after, rest = _with_rest(explanation, rest, scores)
+        fit = explanation.final
         if rest is not None:
             members = [(*member[:4], rest.corrected) for member in members]
         if judged.beyond:
@@ -88,8 +90,8 @@ def conclude(explanation: Explanation) -> Conclusion:
         nothing,
         unknown,
         explanation_sets(candidates, unknown, found) if mismatch else [],
-        before,
-        after,
+        before.within_errors(program, explanation.base),
+        after.within_errors(program, fit, rest),
         scores.averaged([member[1:] for member in members]) if len(members) > 1 else after,
         {slug: w for slug, _, _, w, _ in members},
         proposed(explanation, found),

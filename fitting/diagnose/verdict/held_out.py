@@ -12,10 +12,11 @@ from pneusma_jax.units import from_si
 from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..fit.cross_validation import Masks, folds
-from ..fit.prediction import negative_log_predictive_density
+from ..fit.prediction import negative_log_predictive_density, predictive_chi_square
 from ..fit.refit import Fit, Refitter
 from ..search.steps import Explanation
 from ..settings import DEFAULT
+from .discrepancy import Discrepancy
 
 CROSS_VALIDATION = DEFAULT.cross_validation
 
@@ -33,6 +34,8 @@ class HeldOut:
         rmse: root mean square error by channel (canonical quantity), SI.
         reduced_chi2: chi-square per value.
         values: number of values; those that latent trajectories follow count in part.
+        predictive: chi-square per value in units of the errors of prediction, see `fit.prediction`; None
+            where recordings are left out in turn.
     """
 
     on: list[str]
@@ -40,6 +43,20 @@ class HeldOut:
     rmse: dict[str, float]
     reduced_chi2: float
     values: float
+    predictive: float | None = None
+
+    def within_errors(self, program: Program, fit: Fit, rest: Discrepancy | None = None) -> "HeldOut":
+        """The score with its predictive chi-square, where it is of recordings for validation.
+
+        Args:
+            program: program of the campaign.
+            fit: model that the score is of.
+            rest: saved discrepancy beside it.
+        """
+        if program.fitted.all():
+            return self
+        shown = None if rest is None else rest.shown
+        return replace(self, predictive=predictive_chi_square(program, fit, program.unseen, shown))
 
     def by_column(self, kind: str) -> dict[str, float]:
         """Root mean square errors by canonical column of recordings of a kind, in that column's unit."""

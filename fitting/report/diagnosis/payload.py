@@ -54,6 +54,7 @@ def content(conclusion: Conclusion) -> dict:
             "before": _score(conclusion, conclusion.before),
             "after": _score(conclusion, conclusion.after),
             "averaged": _score(conclusion, conclusion.mean) | {"over": conclusion.members},
+            "predictive_reduced_chi2": _predictive(conclusion),
         },
         "nameless_correction": _competitor(conclusion),
         "noise": [asdict(one) for one in noise_used(explanation.program)],
@@ -97,6 +98,12 @@ def _score(conclusion: Conclusion, score: HeldOut) -> dict:
     """Errors by canonical column, in that column's unit."""
     rmse = score.by_column(conclusion.explanation.program.kind)
     return {"rmse": rmse, "reduced_chi2": _finite(score.reduced_chi2)}
+
+
+def _predictive(conclusion: Conclusion) -> dict | None:
+    """Chi-squares per value of recordings for validation, in units of the errors of prediction."""
+    scores = {"before": conclusion.before.predictive, "after": conclusion.after.predictive}
+    return None if None in scores.values() else {name: _finite(value) for name, value in scores.items()}
 
 
 def _discrepancy(conclusion: Conclusion) -> dict | None:

@@ -56,7 +56,7 @@ def strengths(truth):
 def _nothing_said():
     return {
         "mismatch": False, "said": [], "first": "error", "top": False, "covered": False, "wrong": [], "where_right": False,
-        "confident_unmodelled": False, "before": None, "after": None, "modelled": False, "base_sd": None, "stated": [],
+        "confident_unmodelled": False, "before": None, "after": None, "modelled": False, "predicted": False, "base_sd": None, "stated": [],
         "marginal": [], "parameters": [],
     }  # fmt: skip
 
@@ -108,8 +108,15 @@ def _fit(report):
         "before": before,
         "after": after,
         "modelled": holds(before, after),
+        "predicted": holds(before, after) or holds(*_within_errors(fit)),
         "base_sd": max(departures) if departures else None,
     }
+
+
+def _within_errors(fit):
+    """Chi-squares of both models in units of the errors of prediction; None twice where a report has none."""
+    found = fit.get("predictive_reduced_chi2") or {}
+    return found.get("before"), found.get("after")
 
 
 def holds(before, after):

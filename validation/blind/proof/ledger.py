@@ -78,6 +78,8 @@ WORDS = {
     "outside_unmodelled_first": ("... and called that first, before any name", ""),
     "outside_where_right": ("... with the right component or driver", "at least 85 %"),
     "modelled": ("Named right: model holds on recordings not fitted", "at least 90 %"),
+    "predicted": ("... or within the errors of its predictions", ""),
+    "nulls_modelled": ("... of nulls, where nothing is missing", ""),
     "base_back": ("Named right: base back within 2 sigma", "most"),
     "right_with_unmodelled": ("Named right: `unmodelled` stands beside the name", ""),
     "errors": ("Diagnoses that failed", ""),

@@ -67,6 +67,8 @@ def rates(rows):
         "outside_where_right": of(outside, "where_right"),
         "outside_confident_wrong": of(outside, "wrong"),
         "modelled": of(right, "modelled"),
+        "predicted": of(right, "predicted"),
+        "nulls_modelled": of([r for r in null if not r["mismatch"]], "modelled"),
         "base_back": rate(r["base_sd"] is not None and r["base_sd"] <= 2.0 for r in right),
         "right_with_unmodelled": rate("unmodelled" in r["said"] for r in right),
         "errors": rate("error" in r for r in rows),
