@@ -151,15 +151,19 @@ def test_a_further_effect_needs_less_evidence_than_the_first(expected, named):
     assert (set(searched(world, y).final.slugs) == {CONSTANT, DELAY}) is named
 
 
-def test_what_slow_drift_explains_as_well_lets_nothing_in():
-    """An effect that adds a constant to every recording, as a zero that is off by half the noise does."""
+@pytest.mark.parametrize(("zeros", "named"), [((0.35, 0.35), True), ((0.6, 0.0), False)])
+def test_what_slow_drift_explains_better_lets_nothing_in(zeros, named):
+    """An effect that adds the same to every recording: zeros that differ by half the noise are drift instead."""
     world = fast(effects=(CONSTANT, DELAY), rows=120)
     world.effects[CONSTANT][:] = 1.0
-    y = still(world, np.random.default_rng(8)) + world.truth(None, **{CONSTANT: 0.35})
+    y = still(world, np.random.default_rng(8)) + np.array(2 * zeros)[:, None]
     explanation = searched(world, y)
     (candidate,) = [t for t in explanation.steps[0].candidates if t.slug == CONSTANT]
-    assert candidate.bayes > DEFAULT.evidence.minimum_first > candidate.bayes - candidate.explained_by_instruments
-    assert explanation.final.slugs == ()
+    net = candidate.bayes - candidate.explained_by_instruments
+    assert candidate.bayes > DEFAULT.evidence.minimum_first > net and (net > 0.0) == named
+    assert explanation.final.slugs == ((CONSTANT,) if named else ())
+    if named:  # drift explains nearly as much
+        assert all(f.tentative for f in conclude(explanation).found)
 
 
 def test_the_imperfect_form_of_an_effect_breeds_no_second_one():

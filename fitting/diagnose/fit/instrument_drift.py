@@ -119,8 +119,3 @@ def instrument_parts(program: Program, current: Fit, further: Fit) -> tuple[floa
     inflation = inflation_of(program, further)
     parts = explained_by_drift(program, current, further), explained_by_input_noise(program, current, further)
     return parts[0] / inflation, parts[1] / inflation
-
-
-def drift_evidence(program: Program, current: Fit, further: Fit) -> float:
-    """`instrument_parts` together."""
-    return sum(instrument_parts(program, current, further))

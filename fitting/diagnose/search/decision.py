@@ -1,12 +1,13 @@
 """The decision about a set of effects: evidence, left-out recordings, instruments, for each of its effects.
 
 A set is named if every one of its effects is needed beside the others. Its evidence over the set without it
-must be enough, also less what drift and noise of inputs explain. It must predict fitted recordings that are
-left out in turn, and must not make validation recordings worse. A further effect must remove a large share of
-what the others leave. For the imperfect form of a true effect leaves a remainder, which another effect fits
-in part. It must remove a share of the whole misfit, too, unless the set leaves no more than noise. Where the
-others leave about noise, it must explain 0.25 % of the evidence. A form that is right to 5 % of its size
-leaves as much. Only the strongest effect may end at a bound, unless the set leaves no more than noise.
+must be enough, also less what noise of inputs explains. Drift must not explain it better. It must predict
+fitted recordings that are left out in turn, and must not make validation recordings worse. A further effect
+must remove a large share of what the others leave. For the imperfect form of a true effect leaves a
+remainder, which another effect fits in part. It must remove a share of the whole misfit, too, unless the set
+leaves no more than noise. Where the others leave about noise, it must explain 0.25 % of the evidence. A form
+that is right to 5 % of its size leaves as much. Only the strongest effect may end at a bound, unless the set
+leaves no more than noise.
 
 A set of which no part would be named alone must explain the misfit down to the noise, or nearly all of it.
 Otherwise it is named only before a set of less evidence that leaves more. So is one with a further effect at
@@ -21,7 +22,7 @@ import numpy as np
 from ..evaluate.program import Program
 from ..fit.cross_validation import HeldOutScores, gain
 from ..fit.evidence import evidence, inflation_of, log_likelihood
-from ..fit.instrument_drift import drift_evidence
+from ..fit.instrument_drift import instrument_parts
 from ..fit.misfit import floor, limit_of, reduced, spread
 from ..fit.prediction import negative_log_predictive_density, predictive_chi_square
 from ..fit.refit import Fit, at_its_bound
@@ -146,10 +147,11 @@ class Judge:
             if loses(program, rest, fit, gained, inflation):
                 return UNSEEN
         for slug, rest in rests.items():
-            explained = drift_evidence(program, rest, fit)
+            drifting, from_inputs = instrument_parts(program, rest, fit)
             if single:
-                self.explained[slug] = explained
-            if worth[slug] - explained < enough:
+                self.explained[slug] = drifting + from_inputs
+            net = worth[slug] - from_inputs
+            if net < enough or net < drifting:
                 return INSTRUMENTS
         return BOUND_REMAINS if set(bounded) - {strongest} and leaves_more(program, fit) else None
 
