@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from fitting.data.recordings import Campaign, read_campaign
+from fitting.inference.notes import joined
 from fitting.inference.readings import share_full_scale
-from fitting.specimens import Specimen, specimen_of
+from fitting.specimens import SPECIMENS, Specimen, specimen_of
 from fitting.specimens.elastomer import Coupon
 from fitting.specimens.priors import FIT
 from fitting.specimens.saved_models import AugmentedModel, load_model
@@ -24,6 +25,8 @@ from .spring import characterise_spring
 
 _TABLES = {"base": "alloy", "material": "material"}
 """Key of `[geometry]` by the option that names a table to start from."""
+_WRITTEN = {"base": "alloy (base)", "adjust": "fix (adjust)"}
+"""Options whose name on the command line is another one than in Python, by that in Python."""
 
 
 class Pipeline(Protocol):
@@ -73,14 +76,21 @@ def characterise(
     for name in given:
         if name not in known:
             raise InputError(
-                f"{campaign.path}: option {name.replace('_', '-')} means nothing for recordings of kind "
-                f"{campaign.kinds[0]}{'' if model is None else ' with a model of its own'}"
+                f"{campaign.path}: option {_WRITTEN.get(name, name.replace('_', '-'))} means nothing for "
+                f"recordings of kind {campaign.kinds[0]}"
+                f"{'' if model is None else ' with a model of its own'}{_takers(name)}"
             )
     for option, key in _TABLES.items():
         if given.get(option) == FIT:
             campaign = _identifying(campaign, key)
             del given[option]
     return pipeline(campaign, **given)
+
+
+def _takers(option: str) -> str:
+    """Kinds that take an option that names a table, as the end of a sentence; empty for other options."""
+    takers = [kind for kind, specimen in SPECIMENS.items() if option in specimen.options]
+    return f"; it is for {joined(takers)}" if takers else ""
 
 
 def _identifying(campaign: Campaign, key: str) -> Campaign:

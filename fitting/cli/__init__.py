@@ -112,6 +112,13 @@ COMMANDS = {
         "Propagate uncertain inputs through the model, in any number of rows.",
     ),
 }
+OTHER_WORDS = {
+    "fit": "characterise", "calibrate": "characterise", "identify": "characterise", "predict": "simulate",
+    "solve": "simulate", "optimise": "design", "optimize": "design", "inverse": "invert",
+    "sample": "posterior", "uncertainty": "propagate", "explain": "diagnose", "convert": "import",
+    "read": "import", "generate": "synthesise", "test": "check", "help": "--help", "version": "--version",
+}  # fmt: skip
+"""Words that other programs have for these commands."""
 UNUSABLE_INPUT = 2  # exit code
 NO_NUMBER = re.compile(r"is not a (valid|number)|must be (a number|NAME=VALUE)")
 """Words of a line that refuses a text for a number."""
@@ -145,8 +152,10 @@ class LazyGroup(click.Group):
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple:
         """Find the command that the arguments call; a mistyped one is answered with the nearest."""
         if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            close = difflib.get_close_matches(args[0], COMMANDS, n=1, cutoff=0.5)
-            hint = f"did you mean {close[0]!r}?" if close else "known: " + ", ".join(COMMANDS)
+            from pneusma_jax.errors import nearest
+
+            meant = OTHER_WORDS.get(args[0].lower())
+            hint = f"did you mean {meant!r}?" if meant else nearest(args[0], COMMANDS)
             raise click.UsageError(f"there is no command {args[0]!r}, {hint}")
         return super().resolve_command(ctx, args)
 

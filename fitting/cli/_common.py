@@ -1,6 +1,5 @@
 """Shared parts of the commands: getting ready to compute, results on disk, words on the terminal."""
 
-import difflib
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -92,9 +91,9 @@ def one_of(option: str, given: str, known: Sequence[str]) -> str:
         click.UsageError: if it is not; names the nearest.
     """
     if given not in known:
-        close = difflib.get_close_matches(given, known, n=1, cutoff=0.5)
-        hint = f"did you mean {close[0]!r}?" if close else "known: " + ", ".join(known)
-        raise click.UsageError(f"{option} {given!r} is not known, {hint}")
+        from pneusma_jax.errors import nearest
+
+        raise click.UsageError(f"{option} {given!r} is not known, {nearest(given, known)}")
     return given
 
 

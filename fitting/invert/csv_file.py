@@ -12,6 +12,9 @@ LARGEST = float(1.0 / np.sqrt(np.finfo(float).eps))
 """Largest distance from the origin, in sizes that count as one [1]. Beyond it, 67 km for a tip, one size's
 square is lost in double precision beside the square of the distance."""
 
+OTHER_MARKS = {";": "semicolons", "\t": "tabs", "|": "bars"}
+"""Marks with which other programs separate columns, and their names."""
+
 
 def columns_of(path: Path) -> dict[str, np.ndarray]:
     """Columns of numbers by the names of their header; lines that are all blank are left out.
@@ -25,6 +28,12 @@ def columns_of(path: Path) -> dict[str, np.ndarray]:
     if not rows:
         return {}
     header = [name.strip() for name in rows[0][1]]
+    for mark, words in OTHER_MARKS.items():
+        if len(header) == 1 and mark in header[0]:
+            raise InputError(
+                f"{path}, row {rows[0][0]}: {words} separate the columns; separate them by commas, and write"
+                " decimals with a point"
+            )
     for name in header:
         if not name:
             raise InputError(f"{path}: a column of the header has no name")

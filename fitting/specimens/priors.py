@@ -16,6 +16,7 @@ from pneusma_jax.calibration.keys import POSITIVE
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.errors import InputError, nearest
 from pneusma_jax.nitinol.geometry import OVERLAP
+from pneusma_jax.units import amount, from_si
 
 from .rows import MARK
 
@@ -225,5 +226,22 @@ def adjusted(parameters: Parameters, changes: Mapping[str, Mapping]) -> Paramete
         value = wanted.get("value")
         if value is not None and not math.isfinite(float(value)):
             raise InputError(f"parameter {name!r}: value must be a finite number, not {value}")
+        _check_bounds(result[name], wanted)
         result[name].set(**wanted)
     return result
+
+
+def _check_bounds(entry: Parameter, wanted: Mapping[str, Any]) -> None:
+    """Refuse a value outside of its bounds; both are told in the unit of files."""
+    value = wanted.get("value")
+    ends = [wanted.get(key, getattr(entry, key)) for key in ("min", "max")]
+    if value is None or ends[0] <= value <= ends[1]:
+        return
+    told, low, high = (f"{float(from_si(x, entry.unit, entry.unit == 'K')):.6g}" for x in (value, *ends))
+    if math.isinf(ends[1]):
+        bounds = f"must be at least {amount(low, entry.unit)}"
+    elif math.isinf(ends[0]):
+        bounds = f"must be at most {amount(high, entry.unit)}"
+    else:
+        bounds = f"must lie in {amount(f'{low} to {high}', entry.unit)}"
+    raise InputError(f"parameter {entry.name!r}: {amount(told, entry.unit)} is out of bounds; it {bounds}")

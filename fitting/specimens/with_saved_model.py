@@ -34,7 +34,7 @@ from .priors import CUT, FIT
 from .reduction import thinned
 from .registry import of_each, specimen_of
 from .rows import MARK, MOST_ROWS, Rows, stack, with_numbers
-from .saved_models import DIAGNOSIS, AddedDiscrepancy, AddedEffect, AugmentedModel
+from .saved_models import AddedDiscrepancy, AddedEffect, AugmentedModel, diagnosed_title
 from .silicones import FACTOR
 from .specimen import Model, Specimen
 
@@ -206,13 +206,16 @@ class Augmented(Model):
 
     def is_from_here(self, quantity: Quantity) -> bool:
         """True if a number's source names the campaign that is fitted: `S1` is not named by `S10`."""
+        diagnosed = diagnosed_title(quantity.source)
+        if diagnosed is not None:
+            return bool(self.title) and self.title == diagnosed
         named = rf"(?<![\w-]){re.escape(self.title)}(?![\w-])"
         return bool(self.title) and re.search(named, quantity.source) is not None
 
     @property
     def diagnosed_here(self) -> bool:
         """True if a diagnosis of the campaign that is fitted led to the model, and so has looked already."""
-        return bool(self.title) and self.model.description.startswith(f"{DIAGNOSIS} {self.title}, ")
+        return bool(self.title) and self.title == diagnosed_title(self.model.description)
 
     def _quantity(self, campaign: Campaign, name: str) -> Quantity | None:
         stem, mark, number = name.partition(MARK)

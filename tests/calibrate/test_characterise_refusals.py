@@ -1,6 +1,7 @@
 """What cannot be used ends in one line that says where and what would be right, and nothing is written."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -114,8 +115,9 @@ def test_results_are_not_replaced_without_force(folder, tmp_path):
     assert first.exit_code == 0, first.output
     assert "Verdict" in first.stdout and "report.html" in first.stdout
     before = (out / "report.json").read_bytes()
-    second = runner.invoke(main, arguments)
+    second = runner.invoke(main, [*arguments, "--max-strain", "1"])
     assert second.exit_code == 2 and "--force" in second.stderr
+    assert (out / "report.json").read_bytes() == before
     third = runner.invoke(main, [*arguments, "--force", "--max-strain", "1"])
     assert third.exit_code == 0 and (out / "report.json").read_bytes() != before
     assert sorted(path.name for path in tmp_path.iterdir()) == ["campaign", "out"]
@@ -176,3 +178,19 @@ def test_fit_asks_to_identify_what_the_recordings_name(monkeypatch, option, key,
     assert all(given is not recording for given, recording in zip(given.recordings, campaign.recordings, strict=True))
     given, options = characterise(campaign, **{option: "krl35"})
     assert options == {option: "krl35"} and given is campaign
+
+
+TUBE = Path(__file__).resolve().parents[2] / "calibration_data" / "examples" / "tube"
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--alloy", "krl35"), "option alloy (base) means nothing for recordings of kind tube; it is for spring, wire and actuator"),
+        (("--fix", "wall_thickness__1=100"), "'wall_thickness__1': 100 mm is out of bounds; it must lie in 0.88 to 1.12 mm"),
+        (("--fix", "silicone_stiffness__1=-2"), "'silicone_stiffness__1': -2 is out of bounds; it must lie in"),
+    ],
+)
+def test_options_of_other_kinds_and_values_out_of_bounds(refused, options, words):
+    """They named an option that nobody had written, and bounds in SI without a unit."""
+    assert words in refused(TUBE, *options)

@@ -62,6 +62,10 @@ def test_version(run):
     ("arguments", "words"),
     [
         (("simulat",), "did you mean 'simulate'?"),
+        (("optimise",), "did you mean 'design'?"),
+        (("predict",), "did you mean 'simulate'?"),
+        (("qwerty",), "known: characterise, "),
+        (("simulate", "--design", "nodesign", "--pressure-kPa", "1"), "--design 'nodesign' is not known, known: "),
         (("--nonsense",), "no such option"),
         (("simulate", "--nonsense"), "simulate --help"),
         (("workspace",), "--out"),

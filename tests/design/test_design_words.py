@@ -1,6 +1,7 @@
 """What a study says of its design: targets, sensitivities, limits of zero, optima inside all limits."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,8 +17,10 @@ from fitting.design.study import Sweep
 from fitting.design.uncertain import soft_failure
 from fitting.design.workspace import finer_area
 from fitting.report.design.documents import summary
-from fitting.report.design.words import measure_words, sensitivities
+from fitting.report.design.words import _gradient_words, measure_words, sensitivities, whose
 from fitting.report.results import text
+from fitting.specimens.model_objects import BASE
+from fitting.specimens.saved_models import AugmentedModel
 
 GOAL = 'goal = "maximise"'
 LIMIT = 'at_most = {value = 90, unit = "mm"}'
@@ -41,7 +44,7 @@ def test_a_target_that_is_met_tells_what_is_reached_and_how_it_changes(tmp_path)
     words = said(result)
     assert "bend 40 1/m, which meets its target" in words and "its target is met" in words
     assert f"The tables' own dimensions give bend {curvature():.4g} 1/m" in words
-    assert "not explained" not in words
+    assert "balance" not in words
     wall = result.made.parameters["wall_thickness"]
     around = [curvature(wall_thickness=wall + h) for h in (5e-5, -5e-5)]
     assert sensitivities(result, result.made)[0, 0] == pytest.approx(around[0] - around[1], rel=0.01)
@@ -152,3 +155,16 @@ def test_a_study_under_uncertainty_says_what_its_number_is_of_the_draws(rule, me
     study = read_study(write_study(tmp_path, unsure + 'wall_thickness = {sd = 0.03, unit = "mm"}\n'))
     assert measure_words(study) == [f"What is told of 'bend' is {measure} of 8 draws."]
     assert measure_words(read_study(write_study(tmp_path, PLAIN))) == []
+
+
+@pytest.mark.parametrize(("left", "balanced"), [(0.0123, "all but 1.2 % of it"), (0.0, "all of it"), (4e-5, "all of it")])
+def test_what_limits_leave_of_a_gradient_is_told_in_short_sentences(left, balanced):
+    result = SimpleNamespace(conditions=SimpleNamespace(inside=False, left=left))
+    assert _gradient_words(result) == (
+        f"At an exact optimum the limits that hold the design balance the gradient of the objective. Here they balance {balanced}."
+    )
+
+
+def test_the_dimensions_that_a_study_begins_at_are_those_of_the_tables_or_of_its_model():
+    found = [whose(SimpleNamespace(study=SimpleNamespace(model=one))) for one in (BASE, AugmentedModel(name="mine.toml"))]
+    assert found == ["the tables'", "the model mine.toml's"]

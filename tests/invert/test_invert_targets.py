@@ -35,6 +35,8 @@ def test_columns_in_any_unit_become_goals(tmp_path):
         ("curvatur_1pm\n1\n", "did you mean 'curvature_1pm'"),
         ("curvature_1pm\nten\n", "row 2, column curvature_1pm must be a number"),
         ("curvature_1pm\nnan\n", "must be finite"),
+        ("time_s;curvature_1pm\n0;1,5\n", "targets.csv, row 1: semicolons separate the columns; separate them by commas, and write"),
+        ("\ntime_s\tcurvature_1pm\n0\t1\n", "targets.csv, row 2: tabs separate the columns"),
         ("tip_x_mm,tip_y_mm\n1,2\n", "tip needs column 'tip_z_mm' too"),
         ("time_s,curvature_1pm\n1,1\n0,1\n", "time_s goes backwards"),
         ("direction_x,direction_y,direction_z\n0,0,0\n", "a direction must not be zero"),

@@ -144,6 +144,8 @@ duration_s = 40.0
         ("xi0_2 = 1.0", "xi0_2 = 1.0\nresistance_2_ohm = 3.5", "both drive one spring"),
         ("xi0_2 = 1.0", "xi0_2 = 1.0\nxi0_3 = 1.0", "springs that are there are: 1, 2"),
         ("xi0_2 = 1.0", "xi0_2 = 1.0\nduty_1 = 0.5", "[supply] current_A"),
+        ("xi0_2 = 1.0", "xi0_2 = 1.0\ncurrent_1_A = 150", "0 to 100 A"),
+        ("[start]", "[supply]\ncurrent_A = 150\n[start]", "[supply] current_A must be at most 100, but it is 150"),
         ("xi0_2 = 1.0", "xi0_2 = 1.0\nsegment_3 = {xi0_1 = 1.0}", "this is no chain"),
         ("xi0_2 = 1.0", "xi0_2 = 1.0\nresistance_1_ohm = 30.0", "half to twice the range of alloy 'krl35'"),
         ("interval_s = 1.0", "interval_s = 1e-9", "too many"),

@@ -178,7 +178,8 @@ def test_resistances_in_another_unit_are_refused_though_the_alloy_is_unknown(put
     if not refused:
         assert read_recording(path).columns["resistance_ohm"][0] == pytest.approx(3.7 * factor)
         return
-    with pytest.raises(InputError, match=r"row 2, column resistance_ohm: .* 52 coils .*resistance_mohm heads the column, or on import --unit resistance=mohm"):
+    unit = "mohm" if factor > 1.0 else "kohm"
+    with pytest.raises(InputError, match=rf"row 2, column resistance_ohm: .* 52 coils .*resistance_{unit} heads the column, or on import --unit resistance={unit}"):
         read_recording(path)
 
 
@@ -229,7 +230,8 @@ def test_a_reading_a_thousand_times_off_is_asked_about_or_refused(put, kind, col
     try:
         asked = magnitudes_asked(put, kind, {column: factor}, sidecar)
     except InputError as error:
-        assert factor > 1.0 and name == "pressure_kPa" and "is the unit right" in str(error)
+        assert factor > 1.0 and (name == "pressure_kPa" or name.startswith("current"))
+        assert "is the unit right" in str(error) or "is its unit right (such as mA" in str(error)
         return
     if factor == 1.0 or (name == "stress_kPa" and factor > 1.0):
         assert asked == []  # an import asks about a stress that no rubber bears
@@ -257,3 +259,31 @@ def test_resistances_of_a_stated_wire_are_bounded_by_its_sizes_alone(put):
     scale = {1: 0.5, 2: 0.01, 3: 400.0}
     assert magnitudes_asked(put, "spring", scale, thin, 0.8 + 0.2 * SLOW) == []
     assert [note.split(":")[1] for note in magnitudes_asked(put, "spring", scale, FIT)] == [" resistance_ohm"]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("resistance_ohm", 1e-4, "76.8 ohm; is its unit right, are the sizes?"),  # a thousandth in mohm, and 0.1 in kohm
+        ("resistance_ohm", 3e-3, "(such as kohm: resistance_kohm heads the column, or on import --unit resistance=kohm), are the"),
+        ("resistance_ohm", 3e3, "(such as mohm: resistance_mohm heads the column, or on import --unit resistance=mohm), are the"),
+        ("elongation_mm", 2e4, "(such as um: elongation_um heads the column"),
+        ("force_N", 2e3, "(such as mN: force_mN heads the column"),
+        ("current_A", 150.0, "melts below 100 A; is its unit right (such as mA: current_mA heads the column, or on import --unit current=mA)?"),
+        ("current_A", -150.0, "-150 cannot be: the wire of a spring melts below 100 A"),
+    ],
+)
+def test_a_unit_is_offered_only_where_the_number_could_be_in_it(put, name, value, said):
+    """Every resistance was asked about in mohm, and a current of 150 A was taken."""
+    rows = {"time_s": 1.0, "elongation_mm": 1.0, "force_N": 0.1, "resistance_ohm": 3.1, "current_A": 0.3, name: value}
+    sizes = 'kind = "spring"\n[geometry]\nalloy = "fit"\nwire_diameter_mm = 0.25\nactive_coils = 52\nmandrel_diameter_mm = 0.9\n'
+    text = ",".join(rows) + "\n" + ",".join(f"{x:g}" for x in rows.values()) + "\n"
+    with pytest.raises(InputError) as caught:
+        read_recording(put(text, sizes))
+    assert said in str(caught.value) and f"row 2, column {name}" in str(caught.value)
+
+
+def test_a_spring_of_an_actuator_is_asked_by_the_name_of_its_own_column(put):
+    text = "time_s,pressure_kPa,curvature_1pm,current_2_A\n0,1,1,150\n1,2,2,150\n"
+    with pytest.raises(InputError, match="current_2_mA heads the column, or on import --unit current_2=mA"):
+        read_recording(put(text, 'kind = "actuator"\n'))

@@ -253,7 +253,7 @@ TUBE_SIZES = 'kind = "tube"\n[geometry]\nlength_mm = 56\n'
     ("table", "sidecar", "said"),
     [
         (STAND + "0,0,0,3.7\n1,60,638.7,3.7\n", SPRING_SIZES, ["row 3, column force_N: 638.7", "0.25 mm breaks below 147 N"]),
-        (STAND + "0,0,0,3.7\n1,60,-638700,3.7\n", SPRING_SIZES, ["column force_N: -638700", "--unit force=mN"]),
+        (STAND + "0,0,0,3.7\n1,60,-638700,3.7\n", SPRING_SIZES, ["column force_N: -638700", "--unit force=uN"]),
         (STAND + "0,0,0,3.7\n1,600,0.6,3.7\n", SPRING_SIZES, ["row 3, column elongation_mm: 600", "188 mm of wire"]),
         (TUBE + "0,0,560\n1,50,600\n", TUBE_SIZES, ["row 2, column length_mm: 560", "length_mm = 56 is the length at rest"]),
         (TUBE + "0,0,5.6\n1,50,6.0\n", TUBE_SIZES, ["column length_mm: 5.6", "--unit length=cm"]),

@@ -15,6 +15,7 @@ from fitting.invert.passage import Passage
 from fitting.invert.result import Inversion
 from fitting.invert.touching import Touch
 from fitting.invert.trajectory import Trajectory
+from fitting.report.control.words import about_the_step
 from fitting.report.invert.figures import passage_figure, targets_figure
 from fitting.report.invert.words import target_table
 from fitting.report.results import save, text
@@ -147,6 +148,19 @@ def test_a_sweep_names_what_spoils_most(sweep, tmp_path):
     assert files == {"report.html", "report.json", "control.csv", "rmse.png", "course.png", "step.png"}
     cases = json.loads((tmp_path / "out" / "report.json").read_text())["cases"]
     assert cases[0]["known"] is None and cases[1]["known"]["rmse_1pm"] == pytest.approx(0.5)
+
+
+def test_a_jump_past_the_step_is_explained_and_no_other(sweep):
+    assert about_the_step(sweep) == []  # 0.1 of 20 1/m
+    run = sweep.cases[0].without
+    for sign in (1.0, -1.0):
+        wanted = sign * run.wanted
+        past = sign * np.where((run.time > 5.5) & (run.time < 7.0), 8.0, 0.0)
+        jumping = dataclasses.replace(run, wanted=wanted, curvature=wanted + past)
+        (said,) = about_the_step(Sweep("x", sweep.loop, (Case("no mismatch", jumping, None),)))
+        assert f"with no mismatch jumps to {28 * sign:g} 1/m, 40 % past the wanted {20 * sign:g} 1/m" in said
+    late = dataclasses.replace(run, curvature=run.wanted + np.where(run.time > 60.0, 8.0, 0.0))
+    assert about_the_step(Sweep("x", sweep.loop, (Case("no mismatch", late, None),))) == []
 
 
 def test_one_plant_alone_is_compared_with_itself(sweep):

@@ -10,6 +10,7 @@ import pytest
 from fitting.calibrate.elastomer.material import material
 from fitting.characterise import characterise
 from fitting.cli import main
+from fitting.data.publish import RECORD
 from fitting.data.recordings import read_campaign
 from fitting.report.posterior.netcdf import prior_draws
 from fitting.report.posterior.tables import disagreement_table
@@ -135,7 +136,7 @@ def test_the_command_says_that_it_has_not_converged_and_resumes(example, tmp_pat
     assert call(*arguments, "--max-steps", 3000, "--resume") == 0
     said = capsys.readouterr()
     assert "Converged: 4 independent ensembles" in said.out and "sampling" not in said.err
-    assert {file.name for file in out.iterdir()} == FILES | {"chain.h5"}
+    assert {file.name for file in out.iterdir()} == FILES | {"chain.h5", RECORD}
     assert call(*arguments, "--resume", "--seed", 5) == 2
     assert "run with seed = 0, not 5" in capsys.readouterr().err
 

@@ -6,7 +6,14 @@ import jax.numpy as jnp
 import pytest
 
 import pneusma_jax as pj
-from fitting.specimens.saved_models import AugmentedModel, add_effect, fitted, load_model, save_model
+from fitting.specimens.saved_models import (
+    DIAGNOSIS,
+    AugmentedModel,
+    add_effect,
+    fitted,
+    load_model,
+    save_model,
+)
 from fitting.specimens.saved_models.files import render_model
 from fitting.specimens.with_saved_model import Augmented
 from pneusma_jax.effects import CATALOGUE
@@ -147,11 +154,16 @@ def test_effects_act_as_they_were_written(model: AugmentedModel, tmp_path) -> No
 @pytest.mark.parametrize(("title", "source", "is_from"), [
     ("S1", "Fitted to S1", True), ("S1", "Fitted to S10", False), ("1", "Fitted on 2026-11-28", False), ("a.b", "Fitted to aXb", False),
     ("", "Fitted to S1", False),
+    ("A, B", "pneusma diagnose of A, B, seed 0", True), ("A", "pneusma diagnose of A, B, seed 0", False),
+    ("B", "pneusma diagnose of A, B, seed 0", False), ("A, seed 1", "pneusma diagnose of A, seed 1, seed 0", True),
 ])  # fmt: skip
 def test_a_number_is_of_the_campaign_that_its_source_names(title, source, is_from):
     """Not of one whose name is a part of that."""
     number = fitted("silicone", "silicone_stiffness", 1.1, source)
     assert Augmented("elastomer", AugmentedModel(), title).is_from_here(number) is is_from
+    if source.startswith(DIAGNOSIS):
+        model = AugmentedModel(description=source)
+        assert Augmented("elastomer", model, title).diagnosed_here is is_from
 
 
 def test_the_error_of_a_factor_goes_with_the_factor_of_its_table() -> None:

@@ -34,6 +34,7 @@ from typing import Any
 import numpy as np
 
 from fitting.data.recordings import schema
+from fitting.data.recordings.checks import CURRENT_LIMIT_A
 from fitting.data.recordings.kinds import PHASE
 from pneusma_jax.documents import check_keys, finite_number, read_document, shipped_names
 from pneusma_jax.errors import InputError, nearest
@@ -58,7 +59,7 @@ LIMITS = {  # Minimum and maximum in SI, and both in words
     "xi0": (0.0, 1.0, "a fraction from 0 (hot) to 1 (cold)"),
     "duty": (0.0, 1.0, "a share from 0 to 1"),
     "resistance": (1e-9, math.inf, "more than 0 ohm"),
-    "current": (0.0, math.inf, "0 A or more"),
+    "current": (0.0, CURRENT_LIMIT_A, f"0 to {CURRENT_LIMIT_A:g} A"),
     "temperature": (-273.15, math.inf, "above absolute zero"),
     "ambient": (-273.15, math.inf, "above absolute zero"),
     "elongation": (-math.inf, math.inf, "finite"),
@@ -236,6 +237,9 @@ def _supply(table: Any, path: Path) -> dict[str, float]:
         read[key.partition("_")[0]] = value = finite_number(entry, f"{path}: [supply] {key}")
         if value <= 0.0:
             raise InputError(f"{path}: [supply] {key} must be more than 0, but it is {value:g}")
+        if key == "current_A" and value > CURRENT_LIMIT_A:
+            most = f"at most {CURRENT_LIMIT_A:g}"
+            raise InputError(f"{path}: [supply] {key} must be {most}, but it is {value:g}")
     return read
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from pneusma_jax.calibration import Calibration, load_calibration
 from pneusma_jax.calibration.plausible import questions
 from pneusma_jax.errors import InputError
-from pneusma_jax.units import amount
+from pneusma_jax.units import amount, find_unit
 
 from . import schema
 from .recording import Recording
@@ -22,6 +22,9 @@ PRESSURE_LIMIT_KPA = 1000.0
 """Maximum pressure; a silicone tube bursts far below, so more is a pressure in the wrong unit."""
 VACUUM_KPA = -102.0  # Minimum gauge pressure: just below perfect vacuum, to allow a sensor's zero error
 ABSOLUTE_ZERO_DEGC = -273.15
+CURRENT_LIMIT_A = 100.0
+"""Maximum current of a spring [A]. By Preece's rule a wire of 1 mm melts in still air at 80 A if it is
+of copper, and at 25 A if it is of iron. More is a current in the wrong unit, such as mA."""
 OVERLOAD = 1e30
 """Least number that is no reading: instruments write 9.9e37 for none, in whatever unit the column has."""
 
@@ -258,12 +261,15 @@ def plainly_named(recording: Recording) -> dict[str, np.ndarray]:
 
 
 def _refuse_first(
-    bad: np.ndarray, values: np.ndarray, right: str, place: Path | str, rows: Sequence[int], name: str
-) -> None:
+    bad: np.ndarray, values: np.ndarray, right: str, place: Path | str, rows: Sequence[int], name: str,
+    ends: tuple[float, float] | None = None,
+) -> None:  # fmt: skip
+    """Refuse the first bad value. Where its ends are given, a unit that may be meant is asked about."""
     found = np.flatnonzero(bad)
     if found.size:
         i = int(found[0])
-        raise unusable(place, f"{values[i]:g} cannot be: {right}", rows[i], name)
+        asked = "" if ends is None else f"; {_right_unit(name, float(values[i]), ends)}"
+        raise unusable(place, f"{values[i]:g} cannot be: {right}{asked}", rows[i], name)
 
 
 def wire_length(geometry: dict) -> float:
@@ -334,11 +340,10 @@ def _check_resistivity(
     least, most = (resistivity * wire_length(geometry) / area for resistivity in RESISTIVITY)
     right = (
         f"a spring of {geometry['active_coils']:g} coils of a wire of {geometry['wire_diameter_mm']:g} mm has"
-        f" {least:.3g} to {most:.3g} ohm; {_right_unit('resistance', 'mohm')}"
+        f" {least:.3g} to {most:.3g} ohm"
     )
     for name in resistances:
-        values = recording.columns[name]
-        _refuse_first((values < least) | (values > most), values, right, place, rows, name)
+        _refuse_beyond(recording, name, (least, most), right, place, rows)
 
 
 STRONGEST_MPA = 3000.0
@@ -352,21 +357,25 @@ pressed tube stretches less: silicone tubes burst first. Units of length differ 
 
 
 def _check_against_sizes(recording: Recording, place: Path | str, rows: Sequence[int]) -> None:
-    """Refuse forces, elongations and lengths that a specimen of the stated sizes cannot have."""
+    """Refuse currents that no spring bears; forces, elongations and lengths that no specimen of the stated
+    sizes has."""
     stated, geometry = recording.geometry, recording.full_geometry()
+    for name in (name for name in recording.known_columns if name.startswith("current")):
+        said = f"the wire of a spring melts below {CURRENT_LIMIT_A:g} A"
+        _refuse_beyond(recording, name, (-CURRENT_LIMIT_A, CURRENT_LIMIT_A), said, place, rows)
     if recording.kind == "spring" and "wire_diameter_mm" in stated:
         wire = geometry["wire_diameter_mm"]
         most = STRONGEST_MPA * math.pi / 4.0 * wire**2  # of a straight wire, more than a coil bears
-        said = f"a wire of {wire:g} mm breaks below {most:.3g} N; {_right_unit('force', 'mN')}"
+        said = f"a wire of {wire:g} mm breaks below {most:.3g} N"
         _refuse_beyond(recording, "force_N", (-most, most), said, place, rows)
     if recording.kind == "spring" and {"mandrel_diameter_mm", "active_coils"} <= stated.keys():
         length = 1e3 * wire_length(geometry)
-        said = f"the coils have {length:.3g} mm of wire; {_right_unit('elongation', 'um')}"
+        said = f"the coils have {length:.3g} mm of wire"
         _refuse_beyond(recording, "elongation_mm", (-length, UNWOUND * length), said, place, rows)
     if "length_mm" in recording.columns and "length_mm" in stated:
         rest, values = geometry["length_mm"], recording.columns["length_mm"]
         if np.nanmin(values) > TIMES_LENGTH * rest or np.nanmax(values) < rest / TIMES_LENGTH:
-            said = f"[geometry] length_mm = {rest:g} is the length at rest; {_right_unit('length', 'cm')}"
+            said = f"[geometry] length_mm = {rest:g} is the length at rest"
             ends = rest / TIMES_LENGTH, TIMES_LENGTH * rest
             _refuse_beyond(recording, "length_mm", ends, said, place, rows)
 
@@ -473,12 +482,21 @@ def _scatters(values: np.ndarray) -> bool:
     return known.size > 2 and float(np.mean(np.diff(known) ** 2)) > float(np.var(known)) > 0.0
 
 
-def _right_unit(quantity: str, other: str) -> str:
-    """Question after a magnitude that cannot be, with another unit as an example."""
-    return (
-        f"is its unit right (such as {other}: {quantity}_{other} heads the column, or on import --unit"
-        f" {quantity}={other}), are the sizes?"
-    )
+MEANT = {
+    "A": ("mA", "uA"), "ohm": ("mohm", "kohm"), "N": ("mN", "kN", "gf", "uN"), "mm": ("um", "cm", "in", "m"),
+}  # fmt: skip
+"""Units that a column's numbers may rather be in, by the unit of the column, the most usual first."""
+
+
+def _right_unit(name: str, value: float, ends: tuple[float, float]) -> str:
+    """Question after a magnitude that cannot be, with a unit in which it could be, if there is one."""
+    quantity, unit = schema.quantity_and_unit(name)
+    size = {other: value * find_unit(other).factor / find_unit(unit).factor for other in MEANT.get(unit, ())}
+    other = next((one for one, number in size.items() if ends[0] <= number <= ends[1]), None)
+    sizes = "" if unit == "A" else ", are the sizes"
+    example = f" (such as {other}: {quantity}_{other} heads the column, or on import --unit"
+    example += f" {quantity}={other})"
+    return f"is its unit right{example if other else ''}{sizes}?"
 
 
 def _refuse_beyond(
@@ -487,4 +505,4 @@ def _refuse_beyond(
 ) -> None:  # fmt: skip
     if name in recording.columns:
         values = recording.columns[name]
-        _refuse_first((values < ends[0]) | (values > ends[1]), values, right, place, rows, name)
+        _refuse_first((values < ends[0]) | (values > ends[1]), values, right, place, rows, name, ends)

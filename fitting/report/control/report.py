@@ -23,6 +23,7 @@ def report_of(result: Sweep) -> Report:
                 Picture("rmse", "Errors of the curvature, side by side.", lambda: rmse_figure(result)),
             ]),
             Section("Courses", [
+                *words.about_the_step(result),
                 Picture("course", "Wanted and real curvature of every case.", lambda: course_figure(result)),
                 Picture("step", step, lambda: step_figure(first.without)),
             ]),

@@ -53,6 +53,25 @@ def _out_of_reach(result: Sweep) -> list[str]:
     return [f"A curvature of {wanted:g} 1/m is out of reach of the controller's own model: {came}."]
 
 
+def about_the_step(result: Sweep) -> list[str]:
+    """Sentences on a curvature that jumps past the wanted one after the step; none where it does not."""
+    case, (level, _) = result.cases[0], result.step
+    run = case.without
+    held = run.good & (run.time >= STEP) & (run.time < HOLD)
+    if not held.any() or not level:
+        return []
+    curvature = run.curvature[held]
+    peak = float(curvature[np.argmax(np.sign(level) * curvature)])
+    beyond = (peak - level) / level
+    if not beyond > BAND:
+        return []
+    return [
+        f"After the step at {STEP:g} s the curvature with {_named(case)} jumps to {peak:.3g} 1/m, "
+        f"{100.0 * beyond:.0f} % past the wanted {level:g} 1/m. The controller plans with an integral, which "
+        f"does not know the height of the step beforehand. Errors count from {SINCE:g} s on, after this jump."
+    ]
+
+
 def warnings(result: Sweep) -> list[str]:
     """What keeps a loop from being what it looks like: no equilibrium, or a course that heaters cannot do."""
     found = []

@@ -26,7 +26,7 @@ from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.serial_chain.kinematics import arc_points
 from pneusma_jax.units import from_si
 
-from .words import label_of, sensitivities, step_of
+from .words import label_of, sensitivities, step_of, whose
 
 COLOURS = (VERMILION, BLUE, GREEN, ORANGE, PURPLE, SKY)
 MOST_SHAPES = 6
@@ -41,7 +41,7 @@ def pictures(result: DesignResult) -> dict[str, Picture]:
     found = [
         Picture(
             "shapes",
-            "Shapes to one scale. Grey: the tables' own dimensions; colours: the design, by state.",
+            f"Shapes to one scale. Grey: {whose(result)} own dimensions; colours: the design, by state.",
             lambda: shapes_figure(result),
         ),
         Picture(

@@ -10,7 +10,8 @@ from fitting.design.optimise import ALLOWED
 from fitting.design.result import Design, DesignResult
 from fitting.design.study import Free, Objective, Study
 from fitting.design.workspace import FINER
-from fitting.inference.notes import joined
+from fitting.inference.notes import capital, joined
+from fitting.specimens.model_objects import BASE
 from pneusma_jax.errors import counted
 from pneusma_jax.units import UNITS, amount, from_si, to_si
 
@@ -19,6 +20,8 @@ STEPS = {"length": (0.1, "mm"), "pressure": (1.0, "kPa")}
 STEP_OF_NUMBERS = {"active_coils": 1.0}
 SMALL_STEP = 0.01
 """Step of other plain numbers for sensitivities, such as fractions [1]."""
+NEGLIGIBLE = 0.005
+"""Share of a gradient below which it is told as none [%]: half of the last digit of 0.01 %."""
 ROUNDING = 1e-9
 """By how much a logarithm may exceed a whole number from rounding alone [1]."""
 MET = 1e-5
@@ -113,7 +116,7 @@ def _area_words(result: DesignResult) -> list[str]:
             first, last = sweeps[one.name]
             count = last - first
             finer = [shown(area, one.unit) for area in result.finer_areas[one.name]]
-            of_tables = f", and {finer[1]} of the tables' own dimensions" if len(finer) > 1 else ""
+            of_tables = f", and {finer[1]} of {whose(result)} own dimensions" if len(finer) > 1 else ""
             words.append(
                 f"{one.name!r} is the area of a polygon through {count} states of the edge. "
                 f"Through {FINER * count} states it is {finer[0]}{of_tables}."
@@ -131,7 +134,12 @@ def _comparison_with_base(result: DesignResult) -> str:
     if before > 0.0 and after > 0.0 and not one.aims:
         factor = f"; that is a factor of {after / before:.3g}"
     value = shown(base.reached[0], one.unit) if one.aims else objective_shown(one, before)
-    return f" The tables' own dimensions give {one.name} {value}{caveat}{factor}."
+    return f" {capital(whose(result))} own dimensions give {one.name} {value}{caveat}{factor}."
+
+
+def whose(result: DesignResult) -> str:
+    """Owner of the dimensions that a study begins at: the tables, or the fitted model that it names."""
+    return "the tables'" if result.study.model is BASE else f"the model {result.study.model.name}'s"
 
 
 def _limit_words(result: DesignResult) -> str:
@@ -262,9 +270,11 @@ def _gradient_words(result: DesignResult) -> str:
             f"The continuous design is at no limit. Over a range the objective would change by "
             f"{100.0 * found.steepness:.2g} %; at an exact optimum it would not."
         )
+    left = 100.0 * found.left
+    balanced = "all of it" if left < NEGLIGIBLE else f"all but {left:.2g} % of it"
     return (
-        f"Of the objective's gradient {100.0 * found.left:.2g} % is not explained by what limits the "
-        "design; none would be at an exact optimum."
+        "At an exact optimum the limits that hold the design balance the gradient of the objective. "
+        f"Here they balance {balanced}."
     )
 
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -63,6 +64,12 @@ class AddedEffect:
 
 DIAGNOSIS = "pneusma diagnose of"
 """Words before the title of the campaign with which the description of a diagnosis's model begins."""
+
+
+def diagnosed_title(source: str) -> str | None:
+    """Title of the campaign whose diagnosis a source names (`..., seed 1`); None for another source."""
+    found = re.fullmatch(rf"{DIAGNOSIS} (?P<title>.*), seed \d+", source, flags=re.DOTALL)
+    return None if found is None else found["title"]
 
 
 @dataclass(frozen=True)
