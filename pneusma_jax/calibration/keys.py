@@ -115,7 +115,7 @@ _SPRING_ALLOY = [
     "G_m", "G_a", "gamma_L", "poisson_ratio", "gR_amplitude", "gR_slope", "gR_shift", "gR_decay",
     "T_mid", "T_width", "density", "heat_capacity", "convection",
 ]  # fmt: skip
-_WIRE_ONLY = ["E_m", "E_a", "eps_L"]
+_WIRE_ONLY, _SPRING_ONLY = ["E_m", "E_a", "eps_L"], ["G_m", "G_a", "gamma_L"]
 _SPRING_GEOMETRY = [
     "wire_diameter", "mandrel_diameter", "initial_pitch", "active_coils", "free_length", "attached_length",
     "prestrain",
@@ -156,7 +156,7 @@ def required_quantities(kind: str, present: Iterable[str], text: Mapping[str, st
         if not present & set(_WIRE_ONLY):
             return _SPRING_ALLOY
         wire = [*_DETWINNING, *_WIRE_ONLY, "T_mid", "T_width"]
-        return wire + (_SPRING_ALLOY if present & {"G_m", "G_a", "gamma_L"} else [])
+        return wire + (_SPRING_ALLOY if present & set(_SPRING_ONLY) else [])
     if kind == "silicone":
         tests = [test for test in SILICONE_TESTS if any(key.startswith(f"{test}.") for key in present)]
         domains = [f"{test}.strain_{end}" for test in tests for end in ("min", "max")]
@@ -164,6 +164,21 @@ def required_quantities(kind: str, present: Iterable[str], text: Mapping[str, st
     has_springs = "spring" in (text.get(side) for side in SIDES)
     section = SECTIONS[text.get("section", "annulus")]
     return [*section, "length", *(_SPRING_GEOMETRY if has_springs else [])]
+
+
+def other_alloy(name: str, present: Iterable[str]) -> str | None:
+    """Words on an alloy of another kind of specimen than the one that needs a key; None for any other table.
+
+    Args:
+        name: key that is missing.
+        present: names of the given quantities.
+    """
+    of_wire, of_spring = (bool(set(present) & set(own)) for own in (_WIRE_ONLY, _SPRING_ONLY))
+    if of_spring and not of_wire and name in _WIRE_ONLY:
+        return f"this is an alloy of springs, but one of straight wires is needed here (it lacks {name!r})"
+    if of_wire and not of_spring and name in _SPRING_ALLOY:
+        return f"this is an alloy of straight wires, but one of springs is needed here (it lacks {name!r})"
+    return None
 
 
 def _lower_coefficients(present: set[str]) -> list[str]:

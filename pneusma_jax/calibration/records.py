@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..errors import InputError
+from .keys import other_alloy
 
 
 @dataclass(frozen=True)
@@ -101,5 +102,7 @@ class Calibration:
         names = list(names)
         for name in names:
             if name not in self.quantities:
-                raise InputError(f"{self.path or self.name}: key {name!r} is needed here, but it is missing")
+                why = other_alloy(name, self.quantities) if self.kind == "alloy" else None
+                why = why or f"key {name!r} is needed here, but it is missing"
+                raise InputError(f"{self.path or self.name}: {why}")
         return {name: self.quantities[name].value for name in names}

@@ -303,7 +303,7 @@ def test_alloy_or_geometry_may_be_given(tmp_path):
     [
         (("krl99",), "no alloy is called"),
         (("nowhere.toml",), "cannot be read"),
-        (("niti_wire",), "is needed here"),
+        (("niti_wire",), "an alloy of straight wires, but one of springs is needed here"),
         (("--tests", "0"), "must be 1 to 50"),
         (("--draws", "0"), "must be 1 to 200"),
         (("--misfit", "2"), "is a share"),

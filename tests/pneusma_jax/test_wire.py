@@ -201,5 +201,5 @@ def test_meaningless_calls_are_refused():
         simulate_wire(wire, stress=jnp.asarray(1.0), xi0=1.0)
     with pytest.raises(ValueError, match="`E_a` must be positive"):
         WireAlloy(*(0.0 if f.name == "E_a" else 1.0 for f in dataclasses.fields(WireAlloy) if f.name != "name"))
-    with pytest.raises(pj.InputError, match="'E_m' is needed here"):
+    with pytest.raises(pj.InputError, match="an alloy of springs, but one of straight wires is needed here \\(it lacks 'E_m'\\)"):
         load_wire("krl35")
