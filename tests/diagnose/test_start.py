@@ -93,7 +93,7 @@ def test_a_fitted_law_is_of_the_first_coupon_and_others_differ_by_a_factor(coupo
     campaign = replace(campaign, recordings=recordings)
     programs = []
 
-    def refuse(campaign, program, *more):
+    def refuse(program, *more):
         programs.append(program)
         raise InputError("built")
 
