@@ -28,7 +28,7 @@ from .evaluate.start import Start, begun_at, characterised, start_of
 from .fit.base_fit import told_at_bound
 from .fit.misread import misread_in
 from .fit.standard_errors import stated_too_large
-from .search.explain import explain
+from .search.explain import explain, far_from_noise
 from .search.steps import Explanation
 from .settings import DEFAULT
 from .verdict.conclude import conclude
@@ -142,8 +142,10 @@ def _search(
 
     def searched(program: Program) -> Explanation:
         explanation = explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1, further)
-        like = explanation.program
-        explanation.misread = misread_in(like, explanation.base, lambda recordings: rebuilt(like, recordings))
+        like, unexplained = explanation.program, far_from_noise(explanation)
+        explanation.misread = misread_in(
+            like, explanation.base, lambda recordings: rebuilt(like, recordings), unexplained
+        )
         return explanation
 
     return searched

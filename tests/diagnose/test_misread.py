@@ -8,6 +8,7 @@ import pytest
 
 from fitting.data.recordings import Recording, Reduction, read_campaign
 from fitting.diagnose.evaluate.program import Program
+from fitting.diagnose.fit import misread
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.misread import Misread, factors_of, misread_in, scaled
 from fitting.diagnose.settings import DEFAULT
@@ -24,9 +25,9 @@ def asked():
     def build(recordings) -> Program:
         return Program.of(dataclasses.replace(campaign, recordings=list(recordings)), "tube", [], like=like)
 
-    def asked(changed) -> Misread | None:
+    def asked(changed, unexplained=False) -> Misread | None:
         program, fit = base_fit(build([changed(k, r) for k, r in enumerate(campaign.recordings)]))
-        return misread_in(program, fit, build)
+        return misread_in(program, fit, build, unexplained)
 
     return asked
 
@@ -48,6 +49,18 @@ def test_a_slip_in_one_recording_names_it(asked):
     assert found.recordings == ("inflation_2",)
     assert found.factor == pytest.approx(0.1)
     assert "pressure_kPa in inflation_2" in found.text
+
+
+def test_a_small_misfit_is_asked_about_where_nothing_explains_it(asked, monkeypatch):
+    """An actuator that is mainly heated hardly shows a pressure that is ten times too small."""
+    monkeypatch.setattr(misread, "MISREAD", dataclasses.replace(DEFAULT.misread, minimum_error=np.inf))
+
+    def slipped(_, recording):
+        return scaled(recording, "pressure_kPa", 0.1)
+
+    assert asked(slipped) is None
+    assert asked(slipped, unexplained=True).factor == pytest.approx(10.0)
+    assert asked(lambda _, recording: recording, unexplained=True) is None
 
 
 def test_a_softer_tube_is_no_slip(asked):

@@ -2,8 +2,8 @@
 
 A slip of ten in a pressure makes a gross misfit, and a named effect of an absurd strength may explain it all.
 A slip needs no number that is fitted. The column is off by a ratio of two units, or by its sign, or springs 1
-and 2 are exchanged. So each such slip is tried wherever the base model misses grossly. One that explains as
-much as a right effect does is told before every name.
+and 2 are exchanged. So each such slip is tried where the base model misses grossly, or where nothing explains the
+recordings. One that explains as much as a right effect does is told before every name.
 """
 
 import dataclasses
@@ -88,7 +88,10 @@ class Misread:
 
 
 def misread_in(
-    program: Program, base: Fit, build: Callable[[Sequence[Recording]], Program]
+    program: Program,
+    base: Fit,
+    build: Callable[[Sequence[Recording]], Program],
+    unexplained: bool = False,
 ) -> Misread | None:
     """The slip that explains most of a gross misfit; None where there is none.
 
@@ -96,12 +99,14 @@ def misread_in(
         program: program of a campaign.
         base: its refitted base model.
         build: makes a program of the same campaign from recordings with other values.
+        unexplained: true if no effects explain the recordings. Then slips are tried however small the misfit:
+            what mainly heats, such as an actuator, hardly shows a pressure that is off by ten.
     """
     errors = relative_errors(program, base.evaluation)
-    if not np.max(errors) > MISREAD.minimum_error:
+    if not (unexplained or np.max(errors) > MISREAD.minimum_error):
         return None
     found: list[Misread] = []
-    for total, (column, factor, chosen) in _promising(program, build):
+    for total, (column, factor, chosen) in _promising(program, _sum(errors), build):
         if any(one.total <= VERDICT.imperfect_share * total for one in found):
             break  # what was found explains far more than this one and all that follow
         misread = _refitted(program, errors, column, factor, chosen, build)
@@ -115,11 +120,11 @@ def misread_in(
 
 
 def _promising(
-    program: Program, build: Callable[[Sequence[Recording]], Program]
+    program: Program, most: float, build: Callable[[Sequence[Recording]], Program]
 ) -> list[tuple[float, tuple[str, float | None, np.ndarray]]]:
     """Slips with which the nominal base model misses least, and recordings that they help.
 
-    Before each stands the sum of squared relative errors that it leaves [1], ascending.
+    Before each stands the sum of squared relative errors that it leaves [1], ascending and below `most`.
     """
     here = program.evaluate(program.unknowns.neutral, program.unknowns.base[:0])
     nominal, tried = relative_errors(program, here), []
@@ -139,7 +144,7 @@ def _promising(
             helped = errors < nominal
             tried.append((_sum(np.where(helped, errors, nominal)), (column, factor, helped)))
     tried.sort(key=lambda one: one[0])
-    return [one for one in tried[: MISREAD.refitted] if one[0] < _sum(nominal)]
+    return [one for one in tried[: MISREAD.refitted] if one[0] < min(most, _sum(nominal))]
 
 
 def _refitted(

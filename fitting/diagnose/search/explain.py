@@ -61,7 +61,7 @@ def explain(
             return whole
         untried = False
     explanation = _whole(search, started, base, found)
-    if untried and _contradicted(explanation) and not _far_from_noise(explanation):
+    if untried and _contradicted(explanation) and not far_from_noise(explanation):
         whole = _together(started, base, SCORE_TEST.level, search)
         if whole is not None and whole.final.slugs and _better(whole, explanation):
             return whole
@@ -106,7 +106,7 @@ def _better(whole: Explanation, explanation: Explanation) -> bool:
     return set(named.slugs) != set(other.slugs) and worth[0] > worth[1]
 
 
-def _far_from_noise(explanation: Explanation) -> bool:
+def far_from_noise(explanation: Explanation) -> bool:
     """True if every set leaves so much of the fitted recordings that no name is to be trusted.
 
     Further recordings would not change that, and a search on all of them costs as much as the first.
