@@ -2,8 +2,8 @@
 
 A slip of ten in a pressure makes a gross misfit, and a named effect of an absurd strength may explain it all.
 A slip needs no number that is fitted. The column is off by a ratio of two units, or by its sign, or springs 1
-and 2 are exchanged. So each such slip is tried where the base model misses grossly, or where nothing explains the
-recordings. One that explains as much as a right effect does is told before every name.
+and 2 are exchanged. So each such slip is tried where the base model misses grossly, or where nothing explains
+the recordings. One that explains as much as a right effect does is told before every name.
 """
 
 import dataclasses
@@ -124,7 +124,8 @@ def _promising(
 ) -> list[tuple[float, tuple[str, float | None, np.ndarray]]]:
     """Slips with which the nominal base model misses least, and recordings that they help.
 
-    Before each stands the sum of squared relative errors that it leaves [1], ascending and below `most`.
+    Before each stands the sum of squared relative errors that it leaves [1], ascending. All but the first
+    leave less than `most`, which is that of the refitted base model.
     """
     here = program.evaluate(program.unknowns.neutral, program.unknowns.base[:0])
     nominal, tried = relative_errors(program, here), []
@@ -144,7 +145,8 @@ def _promising(
             helped = errors < nominal
             tried.append((_sum(np.where(helped, errors, nominal)), (column, factor, helped)))
     tried.sort(key=lambda one: one[0])
-    return [one for one in tried[: MISREAD.refitted] if one[0] < min(most, _sum(nominal))]
+    best = [one for one in tried[: MISREAD.refitted] if one[0] < _sum(nominal)]
+    return [one for k, one in enumerate(best) if k == 0 or one[0] < most]
 
 
 def _refitted(
