@@ -1,6 +1,8 @@
 """The command that runs, as folders of results remember it."""
 
 import functools
+import os
+from pathlib import Path
 from typing import Any
 
 import click
@@ -22,7 +24,8 @@ def remembered(command: click.Command, name: str) -> click.Command:
         from fitting.data.publish import running
 
         given = {key: value for key, value in options.items() if value not in (None, False, ())}
-        stated = {key: _text(value) for key, value in given.items() if key not in WITHOUT_EFFECT}
+        out = Path(options.get("out") or ".")
+        stated = {key: _text(value, out) for key, value in given.items() if key not in WITHOUT_EFFECT}
         with running(f"pneusma {name}", stated):
             return call(*arguments, **options)
 
@@ -31,6 +34,18 @@ def remembered(command: click.Command, name: str) -> click.Command:
     return command
 
 
-def _text(value: Any) -> str:
-    """An option's value as text."""
-    return f"({', '.join(map(_text, value))})" if isinstance(value, tuple) else str(value)
+def _text(value: Any, out: Path) -> str:
+    """An option's value as text.
+
+    A file is named from the folder of results. So one name from two working folders is told apart, and both
+    may be moved together.
+    """
+    if isinstance(value, tuple):
+        return f"({', '.join(_text(one, out) for one in value)})"
+    if not (isinstance(value, Path) or (isinstance(value, str) and os.path.isfile(value))):
+        return str(value)
+    place = os.path.realpath(value)
+    try:
+        return Path(os.path.relpath(place, os.path.realpath(out))).as_posix()
+    except ValueError:  # another drive of Windows
+        return place

@@ -42,8 +42,8 @@ def characterise_batch_command(campaigns, out, seed, force, resume, workers, clu
     from fitting.report.results import save, text
 
     check_campaigns(campaigns)
-    check_free(out, force or resume)
     store = free_store(out / "fitted", "fits", force, resume)
+    check_free(out, force, goes_on=resume and store.holds_any)
     prepare()
     files: list[Path] = []
 

@@ -104,8 +104,8 @@ def _several(campaigns: tuple[Path, ...], out: Path, options: dict[str, Any]) ->
     force, resume = options["force"], options["resume"]
     check_places(options["workers"], options["cluster"])
     check_campaigns(campaigns)
-    check_free(out, force or resume)
     store = free_store(out / "diagnosed", "diagnoses", force, resume)
+    check_free(out, force, goes_on=resume and store.holds_any)
     prepare()
 
     from fitting.diagnose.batch import Diagnosed, diagnose_batch, job_of

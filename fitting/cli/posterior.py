@@ -55,9 +55,9 @@ def posterior_command(
     from fitting.sample.settings import Settings
 
     recordings = read_campaign(campaign)
-    check_free(out, force or resume)
     settings = Settings(walkers, ensembles, max_steps, seed, sampler=sampler)
     chain = chain_file(out, resume, force, settings)
+    check_free(out, force, goes_on=resume)
     prepare()
     with Steps("fitting") as progress:
         problem = problem_for(recordings, model and table_argument(model), law, seed, progress)

@@ -81,19 +81,22 @@ def is_own(folder: Path) -> bool:
     return bool(now.command) and (made.command, made.options) == (now.command, now.options)
 
 
-def check_free(folder: str | Path, force: bool = False) -> Path:
+def check_free(folder: str | Path, force: bool = False, goes_on: bool = False) -> Path:
     """Refuse a folder that cannot take results, before any computation.
 
     Args:
         folder: folder for the results; it need not exist.
         force: true to allow replacing existing results.
+        goes_on: true for a run that goes on with parts of an earlier one, which are in the folder. It may
+            replace what any run of its command wrote, and what no command is known to have written.
 
     Raises:
         InputError: if it is a file, holds anything that the running command did not write itself with the
             same options, or no folder can be made there. Other files than those of `ENDINGS` may stay.
     """
     folder = Path(folder)
-    if folder.is_dir() and not force:
+    may_go_on = goes_on and _recorded(folder).command in ("", _RUNNING.get().command)
+    if folder.is_dir() and not force and not may_go_on:
         _check_contents(folder)
     check_folder(folder)
     return folder

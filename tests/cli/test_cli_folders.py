@@ -81,3 +81,51 @@ def test_a_later_run_knows_files_of_an_earlier_one(tmp_path):
 def test_a_blind_campaign_does_not_say_its_seed(run, tmp_path):
     assert run("synthesise", "tube", "--out", tmp_path / "x", "--seed", 71, "--hide-truth").exit_code == 0
     assert not (tmp_path / "x" / RECORD).exists()
+
+
+def test_a_file_of_one_name_in_another_folder_is_another_one(run, tmp_path, monkeypatch):
+    """The same words in two working folders were the same run: one's results were replaced by the other's."""
+    out = tmp_path / "out"
+    for number, name in enumerate(("first", "second")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "run.csv").write_text(TUBE.replace("56.", f"5{6 + number}."))
+    monkeypatch.chdir(tmp_path / "first")
+    assert run("simulate", "run.csv", "--out", "../out").exit_code == 0
+    before = contents(out)
+    assert json.loads(before[RECORD])["options"] == {"recording": "../first/run.csv"}
+    monkeypatch.chdir(tmp_path / "second")
+    refused(run("simulate", "run.csv", "--out", "../out"), "of `pneusma simulate` with other options")
+    assert contents(out) == before
+    monkeypatch.chdir(tmp_path)
+    assert run("simulate", "first/run.csv", "--out", out).exit_code == 0 and contents(out) == before
+    (tmp_path / "link").symlink_to(out)
+    assert run("simulate", tmp_path / "first" / "run.csv", "--out", "link").exit_code == 0
+    assert contents(out) == before
+
+
+@pytest.mark.parametrize("command", ["diagnose", "characterise-batch"])
+def test_a_run_that_goes_on_replaces_no_results_of_another_command(run, tmp_path, command):
+    campaigns = [tmp_path / "A", tmp_path / "B"]
+    for campaign in campaigns:
+        campaign.mkdir()
+        (campaign / "run.csv").write_text(TUBE)
+    with running("pneusma other", {}):
+        publish(tmp_path / "out", {"report.json": "{}"}, force=False)
+    before = contents(tmp_path / "out")
+    resumed = (command, *campaigns, "--out", tmp_path / "out", "--resume")
+    refused(run(*resumed), "results are here already, of `pneusma other`")
+    store = tmp_path / "out" / ("diagnosed" if command == "diagnose" else "fitted")
+    store.mkdir()
+    (store / "0").write_text("")
+    refused(run(*resumed), "results are here already, of `pneusma other`")
+    store.joinpath("0").unlink(), store.rmdir()
+    assert contents(tmp_path / "out") == before
+
+
+def test_a_run_goes_on_with_parts_of_its_own_command(tmp_path):
+    with running("pneusma x", {"rows": "1"}):
+        publish(tmp_path / "out", {"report.json": "{}"}, force=False)
+    with running("pneusma x", {"rows": "2"}):
+        check_free(tmp_path / "out", goes_on=True)
+        with pytest.raises(InputError, match="with other options"):
+            check_free(tmp_path / "out")
