@@ -143,9 +143,11 @@ def _search(
     def searched(program: Program) -> Explanation:
         explanation = explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1, further)
         like, unexplained = explanation.program, far_from_noise(explanation)
-        explanation.misread = misread_in(
+        misread = misread_in(
             like, explanation.base, lambda recordings: rebuilt(like, recordings), unexplained
         )
+        for look in filter(None, (explanation, explanation.second_look)):  # the verdict may be of either
+            look.misread = misread
         return explanation
 
     return searched

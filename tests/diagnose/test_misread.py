@@ -2,11 +2,13 @@
 
 import dataclasses
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fitting.data.recordings import Recording, Reduction, read_campaign
+from fitting.diagnose import run
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit import misread
 from fitting.diagnose.fit.base_fit import base_fit
@@ -61,6 +63,49 @@ def test_a_small_misfit_is_asked_about_where_nothing_explains_it(asked, monkeypa
     assert asked(slipped) is None
     assert asked(slipped, unexplained=True).factor == pytest.approx(10.0)
     assert asked(lambda _, recording: recording, unexplained=True) is None
+
+
+def test_an_output_that_does_not_vary_hides_no_slip(asked):
+    """One such recording missed infinitely much whatever was tried, so that nothing was asked."""
+
+    def slipped(k, recording):
+        if k == 0:
+            still = np.full(len(recording), recording.columns["length_mm"][0])
+            recording = scaled(recording, "pressure_kPa", 1e-6)
+            return dataclasses.replace(recording, columns={**recording.columns, "length_mm": still})
+        return scaled(recording, "pressure_kPa", 10.0)
+
+    found = asked(slipped)
+    assert found.column == "pressure_kPa" and found.factor == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("power", [0.5, 3.0])
+def test_a_slip_that_leaves_a_gross_misfit_is_none(asked, power):
+    """A hundredth of the pressure misses a tube that hardly moves by half its range, where all of it misses
+    it by twenty times that."""
+
+    def stiff(_, recording):
+        pressure = np.abs(recording.columns["pressure_kPa"])
+        reach = 0.02 * np.ptp(recording.columns["length_mm"])
+        length = recording.columns["length_mm"][0] + reach * (pressure / np.max(pressure)) ** power
+        return dataclasses.replace(recording, columns={**recording.columns, "length_mm": length})
+
+    assert asked(stiff) is None
+
+
+@pytest.mark.parametrize("slip", [0.1, 0.01])
+def test_a_slip_in_a_temperature_is_found(slip):
+    """A wire's nominal transition temperature is read off its recordings; it changes with their unit."""
+    campaign = read_campaign(TUBE.parent / "wire")
+    recordings = [scaled(recording, "temperature_degC", slip) for recording in campaign.recordings]
+
+    def build(recordings, like=None) -> Program:
+        return Program.of(dataclasses.replace(campaign, recordings=list(recordings)), "wire", [], like=like)
+
+    program, fit = base_fit(build(recordings))
+    found = misread_in(program, fit, lambda changed: build(changed, program))
+    assert found.column == "temperature_degC" and found.factor == pytest.approx(1.0 / slip)
+    assert found.recordings == () and found.after < 0.05
 
 
 def test_a_softer_tube_is_no_slip(asked):
@@ -133,3 +178,19 @@ def test_exchanged_springs_of_an_actuator_are_found():
 
     found = misread_in(program, fit, build)
     assert found.factor is None and found.after < 0.03
+
+
+def test_a_base_model_without_an_answer_is_told_in_words():
+    text = Misread("pressure_kPa", 0.1, (), np.inf, 0.01, 1e-4).text
+    assert text.endswith("With the readings as they are it has no answer to some of them.") and "inf" not in text
+
+
+def test_a_second_look_asks_as_the_first_one(monkeypatch):
+    """Where only all recordings together contradict the base model, the verdict is of the second look."""
+    found, look = Misread("pressure_kPa", 0.1, (), 0.5, 0.01, 1e-4), SimpleNamespace(second_look=None)
+    first = SimpleNamespace(program=None, base=None, second_look=look)
+    monkeypatch.setattr(run, "explain", lambda *_: first)
+    monkeypatch.setattr(run, "misread_in", lambda *_: found)
+    searched = run._search(None, "tube", 0, print, None, False, None)
+    assert searched(None) is first
+    assert first.misread is look.misread is found

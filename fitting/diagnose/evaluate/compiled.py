@@ -6,6 +6,7 @@ then the same for any number of recordings.
 """
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import replace
 from typing import Any
 
@@ -95,6 +96,16 @@ class Compiled:
     def width(self) -> int:
         """Unknowns that one run brings derivatives by, at most."""
         return OPTIMISER.directions
+
+    def at(self, unknowns: Unknowns) -> "Compiled":
+        """The same compiled function for base constants with other nominal values, as read off recordings.
+
+        Args:
+            unknowns: the same numbers in the same order.
+        """
+        other = copy(self)
+        other._unknowns = unknowns
+        return other
 
     def run(
         self, u: np.ndarray, columns: np.ndarray, stacked: Rows, chosen: np.ndarray | None = None

@@ -132,8 +132,11 @@ class Program:
         program.untimed = tuple(untimed)
         columns = latent.count(stacked)
         program.process_noise = np.zeros((len(channels), columns))
-        own = like is None
-        program._compiled = Compiled(specimen, unknowns, model.effects, columns) if own else like._compiled
+        program._compiled = (
+            Compiled(specimen, unknowns, model.effects, columns)
+            if like is None
+            else like._compiled.at(unknowns)
+        )
         with building.listening():
             for stage in (program.prepare, program.count_input_noise, program.prepare):
                 building.begins()

@@ -18,17 +18,18 @@ def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
 
 
 def relative_errors(
-    program: Program, evaluation: Evaluation, quantity: str = "", factor: float = 1.0
+    program: Program, evaluation: Evaluation, quantity: str = "", factor: float = 1.0, still: float = np.inf
 ) -> np.ndarray:
     """Largest root mean square error of an output over its range in each recording [1], (recordings,).
 
-    Infinite where the model has no answer in a row that was read, or an output does not vary.
+    Infinite where the model has no answer in a row that was read.
 
     Args:
         program: program of a campaign.
         evaluation: its model.
         quantity: output whose readings are multiplied by `factor` before they are compared.
         factor: not 0.
+        still: error of an output that does not vary.
     """
     found = []
     for channels, predicted in zip(program.channels, evaluation.predicted, strict=True):
@@ -39,7 +40,7 @@ def relative_errors(
                 measured = channel.measured[there] * (factor if channel.quantity == quantity else 1.0)
                 error = np.sqrt(np.mean((values[there] - measured) ** 2))
                 reach = np.ptp(measured)
-                shares.append(error / reach if reach > 0.0 else np.inf)
+                shares.append(error / reach if reach > 0.0 else still)
         found.append(np.max(np.nan_to_num(shares, nan=np.inf)))
     return np.array(found)
 

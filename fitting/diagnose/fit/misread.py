@@ -20,6 +20,7 @@ from fitting.inference.numbers import number
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import UNITS, find_unit
 
+from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..settings import DEFAULT
 from .base_fit import base_fit
@@ -62,9 +63,10 @@ class Misread:
             what = "sign" if self.factor < 0.0 else "unit"
             question = f"Has {self.column}{self._where} the right {what}?"
         before, after = (f"{number(100.0 * x, '.2g')} %" for x in (self.before, self.after))
+        does = f"does by {before}" if np.isfinite(self.before) else "has no answer to some of them"
         told = (
             f"{question} With {self._how('these readings')} the refitted base model misses "
-            f"outputs by at most {after} of their range. With the readings as they are it does by {before}."
+            f"outputs by at most {after} of their range. With the readings as they are it {does}."
         )
         if not self.alike:
             return told
@@ -102,7 +104,7 @@ def misread_in(
         unexplained: true if no effects explain the recordings. Then slips are tried however small the misfit:
             what mainly heats, such as an actuator, hardly shows a pressure that is off by ten.
     """
-    errors = relative_errors(program, base.evaluation)
+    errors = _errors(program, base.evaluation)
     if not (unexplained or np.max(errors) > MISREAD.minimum_error):
         return None
     found: list[Misread] = []
@@ -128,20 +130,23 @@ def _promising(
     leave less than `most`, which is that of the refitted base model.
     """
     here = program.evaluate(program.unknowns.neutral, program.unknowns.base[:0])
-    nominal, tried = relative_errors(program, here), []
+    nominal, tried = _errors(program, here), []
     spring = _of_springs(program.recordings)
     for column in dict.fromkeys(name for r in program.recordings for name in r.known_columns):
         quantity = schema.quantity_and_unit(column)[0]
         compared = any(column in r.outputs for r in program.recordings) and not program.follows(quantity)
+        extremes, unchanged = factors_of(column)[:2], set[float]()
         for factor in [*([None] if column == spring else []), *factors_of(column)]:
             if not _possible(program, column, factor):
                 continue
             if compared and factor is not None:
-                errors = relative_errors(program, here, quantity, factor)
+                errors = _errors(program, here, quantity, factor)
             else:
                 errors = _nominal_errors(program, column, factor, build)
-                if factor is not None and np.allclose(errors, nominal, rtol=MISREAD.equal):
-                    break  # the base model hardly uses this column
+                if factor in extremes and np.allclose(errors, nominal, rtol=MISREAD.equal):
+                    unchanged.add(factor)
+                    if len(unchanged) > 1:
+                        break  # neither far more nor far less: the base model hardly uses this column
             helped = errors < nominal
             tried.append((_sum(np.where(helped, errors, nominal)), (column, factor, helped)))
     tried.sort(key=lambda one: one[0])
@@ -171,11 +176,17 @@ def _refitted(
         trial, fit = base_fit(build([scaled(r, column, factor) if there else r for r, there in pairs]))
     except InputError:  # no model for both together
         return None
-    after = relative_errors(trial, fit.evaluation)
-    if _sum(after) > VERDICT.imperfect_share * _sum(errors):
+    after = _errors(trial, fit.evaluation)
+    gross = np.max(after) >= MISREAD.minimum_error
+    if gross or _sum(after) > VERDICT.imperfect_share * _sum(errors):
         return None
     names = () if chosen.all() else tuple(r.name for r, there in pairs if there)
     return Misread(column, factor, names, float(np.max(errors)), float(np.max(after)), _sum(after))
+
+
+def _errors(program: Program, evaluation: Evaluation, quantity: str = "", factor: float = 1.0) -> np.ndarray:
+    """Relative errors by recording [1]; an output that does not vary tells nothing of a slip."""
+    return relative_errors(program, evaluation, quantity, factor, still=0.0)
 
 
 def _sum(errors: np.ndarray) -> float:
@@ -185,8 +196,8 @@ def _sum(errors: np.ndarray) -> float:
 def factors_of(column: str) -> list[float]:
     """Factors by which a column in another unit than is stated would be off, and -1 [1].
 
-    They are powers of ten and the ratios of its unit to others of its dimension. Ratios that are nearly equal
-    count once.
+    They are powers of ten and the ratios of its unit to others of its dimension, the largest and its inverse
+    first. Ratios that are nearly equal count once.
 
     Args:
         column: canonical column.
@@ -199,7 +210,8 @@ def factors_of(column: str) -> list[float]:
         apart = [abs(np.log(ratio / known)) > MISREAD.equal for known in found]
         if least <= ratio <= most * (1.0 + MISREAD.equal) and all(apart):
             found.append(float(ratio))
-    return [*found, *(1.0 / ratio for ratio in found), -1.0]
+    found.sort(reverse=True)
+    return [*(factor for ratio in found for factor in (ratio, 1.0 / ratio)), -1.0]
 
 
 def scaled(recording: Recording, column: str, factor: float | None) -> Recording:
@@ -272,4 +284,4 @@ def _nominal_errors(
         trial = build([scaled(recording, column, factor) for recording in program.recordings])
     except InputError:
         return np.full(len(program.recordings), np.inf)
-    return relative_errors(trial, trial.evaluate(trial.unknowns.neutral, trial.unknowns.base[:0]))
+    return _errors(trial, trial.evaluate(trial.unknowns.neutral, trial.unknowns.base[:0]))
