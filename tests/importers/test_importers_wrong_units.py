@@ -178,7 +178,9 @@ def test_resistances_of_springs_in_their_own_units_are_read(put, unit, factor):
     assert not any("reads like" in note for note in recording.notices)
 
 
-@pytest.mark.parametrize("heading", ["P (W)", "f (Hz)", "Load rate (N/s)", "Colour (mm)"])
+@pytest.mark.parametrize("heading", [
+    "P (W)", "P (N)", "f (Hz)", "r (mm)", "R2 (-)", "T (N m)", "T (mV)", "Load rate (N/s)", "Colour (mm)",
+])
 def test_other_quantities_of_the_same_letter_are_not_asked_about(put, heading):
     path = put("a.csv", table(f"{ACTUATOR.partition(',')[2]},{heading}", *HEATED))
     assert not any(repr(heading) in note for note in checks(import_file(path, make_options())))

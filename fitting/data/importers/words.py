@@ -134,10 +134,11 @@ _NEEDS_UNIT = {
     "lvdt": "length", "dial gauge": "length", "dial indicator": "length", "duration": "time",
 }  # fmt: skip
 _QUANTITY = {word: (quantity, rank) for quantity, words in WORDS.items() for rank, word in enumerate(words)}
-_OTHER_SYMBOLS = {
-    ("p", "power"), ("f", "rate"), ("t", "length"), ("u", "length"), ("u", "speed"), ("v", "speed"),
-}  # fmt: skip
-"""Letters that stand for another quantity in its unit: `P (W)` is a power, `f (Hz)` a frequency."""
+_SYMBOL = re.compile(r"[^\W\d_]\d?")
+"""A letter, or one with a number. `T` may be a time or a temperature, so it reads like neither."""
+_OF_SENSORS = ("voltage", "current", "resistance")
+"""What sensors put out for a quantity. In any other unit a symbol stands for something else: `P (W)` is a
+power, `P (N)` a load, `r (mm)` a radius, `R2 (-)` a coefficient of determination."""
 # Quantity from the unit where the word disagrees: `Elongation (%)` is a strain, `Stress (N)` a force.
 _BY_UNIT = {
     ("elongation", "number"): "strain", ("strain", "length"): "elongation", ("stress", "force"): "force",
@@ -252,7 +253,9 @@ def _lookup(name: str, heading: Heading, any_unit: bool = False) -> tuple[str, i
             quantity = _BY_UNIT.get((quantity, dimension(heading.unit)), quantity)
             stated = dimension(heading.unit)
             if written in _NEEDS_UNIT and stated not in _dimensions(written, quantity):
-                if not any_unit or (written, stated) in _OTHER_SYMBOLS:
+                if not any_unit or written == "t" or (
+                    _SYMBOL.fullmatch(written) and stated not in (None, *_OF_SENSORS)
+                ):
                     return None
             return quantity, rank
     return None
