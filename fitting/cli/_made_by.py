@@ -42,7 +42,8 @@ def _text(value: Any, out: Path) -> str:
     """
     if isinstance(value, tuple):
         return f"({', '.join(_text(one, out) for one in value)})"
-    if not (isinstance(value, Path) or (isinstance(value, str) and os.path.isfile(value))):
+    there = os.path.exists(value) if isinstance(value, Path) else isinstance(value, str) and os.path.isfile(value)
+    if not there:  # such as the name of a shipped study
         return str(value)
     place = os.path.realpath(value)
     try:

@@ -2,10 +2,12 @@
 
 import importlib
 import json
+from pathlib import Path
 
 import pytest
 
 from fitting.cli import COMMANDS
+from fitting.cli._made_by import _text
 from fitting.data.publish import RECORD, check_free, publish, running
 from pneusma_jax.errors import InputError
 
@@ -120,6 +122,16 @@ def test_a_run_that_goes_on_replaces_no_results_of_another_command(run, tmp_path
     refused(run(*resumed), "results are here already, of `pneusma other`")
     store.joinpath("0").unlink(), store.rmdir()
     assert contents(tmp_path / "out") == before
+
+
+def test_the_name_of_a_shipped_table_is_the_same_from_every_folder(tmp_path, monkeypatch):
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text("")
+    here = [_text(value, tmp_path / "out") for value in (Path("wider_pneusma2"), "pneusma2", Path("mine.toml"), ("a", 2.0))]
+    assert here == ["wider_pneusma2", "pneusma2", "../mine.toml", "(a, 2.0)"]
+    monkeypatch.chdir(tmp_path / "other")
+    assert [_text(value, tmp_path / "out") for value in (Path("wider_pneusma2"), "../mine.toml")] == [here[0], here[2]]
 
 
 def test_a_run_goes_on_with_parts_of_its_own_command(tmp_path):
