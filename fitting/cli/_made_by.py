@@ -42,7 +42,8 @@ def _text(value: Any, out: Path) -> str:
     """
     if isinstance(value, tuple):
         return f"({', '.join(_text(one, out) for one in value)})"
-    there = os.path.exists(value) if isinstance(value, Path) else isinstance(value, str) and os.path.isfile(value)
+    is_text = isinstance(value, str)  # of which a folder may have the name by chance
+    there = os.path.isfile(value) if is_text else isinstance(value, Path) and os.path.exists(value)
     if not there:  # such as the name of a shipped study
         return str(value)
     place = os.path.realpath(value)

@@ -12,7 +12,7 @@ from fitting.diagnose import run
 from fitting.diagnose.evaluate.program import Program
 from fitting.diagnose.fit import misread
 from fitting.diagnose.fit.base_fit import base_fit
-from fitting.diagnose.fit.misread import Misread, factors_of, misread_in, scaled
+from fitting.diagnose.fit.misread import Misread, _of_springs, factors_of, misread_in, scaled
 from fitting.diagnose.settings import DEFAULT
 
 TUBE = Path(__file__).parents[2] / "calibration_data" / "examples" / "tube"
@@ -163,6 +163,12 @@ def test_columns_of_two_springs_are_exchanged_with_what_is_stated_of_them():
     assert Misread("resistance_2_ohm", None, (), 0.4, 0.01, 1e-4).text.startswith(
         "Are the springs 1 and 2 exchanged? With the columns of springs 1 and 2 exchanged the refitted base model"
     )
+
+
+@pytest.mark.parametrize(("design", "found"), [("pneusma1", None), ("pneusma2", "resistance_1_ohm")])
+def test_the_spring_of_an_actuator_with_one_is_never_exchanged(design, found):
+    recording = Recording("run", None, "actuator", geometry={"design": design}, columns={"resistance_1_ohm": np.ones(3)})
+    assert _of_springs([recording]) == found
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ from fitting.data.recordings import Recording, schema
 from fitting.data.recordings.checks import check_recording
 from fitting.inference.notes import joined
 from fitting.inference.numbers import number
+from pneusma_jax.actuator.designs import layout
 from pneusma_jax.errors import InputError
 from pneusma_jax.units import UNITS, find_unit
 
@@ -243,9 +244,13 @@ SPRING = re.compile(r"_([12])(?=_|$)")
 
 
 def _of_springs(recordings: Sequence[Recording]) -> str | None:
-    """The first resistance of one of two springs; None where there is none."""
+    """The first resistance of one of springs 1 and 2; None where there is none, or only one of them."""
     names = (name for recording in recordings for name in recording.known_columns)
-    return next((name for name in names if name.startswith("resistance") and SPRING.search(name)), None)
+    found = next((name for name in names if name.startswith("resistance") and SPRING.search(name)), None)
+    if found is None:
+        return None
+    springs = [set(layout(recording.full_geometry()["design"]).spring_numbers) for recording in recordings]
+    return found if all({1, 2} <= own for own in springs) else None
 
 
 def _exchanged(recording: Recording) -> Recording:
