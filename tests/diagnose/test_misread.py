@@ -194,7 +194,7 @@ def test_a_base_model_without_an_answer_is_told_in_words():
 def test_a_second_look_asks_as_the_first_one(monkeypatch):
     """Where only all recordings together contradict the base model, the verdict is of the second look."""
     found, look = Misread("pressure_kPa", 0.1, (), 0.5, 0.01, 1e-4), SimpleNamespace(second_look=None)
-    first = SimpleNamespace(program=None, base=None, second_look=look)
+    first = SimpleNamespace(program=None, base=None, nearest=None, second_look=look)
     monkeypatch.setattr(run, "explain", lambda *_: first)
     monkeypatch.setattr(run, "misread_in", lambda *_: found)
     searched = run._search(None, "tube", 0, print, None, False, None)
