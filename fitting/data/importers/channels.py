@@ -1,5 +1,6 @@
 """Assignment of named raw columns to the quantities of a recording, in their units."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -64,8 +65,21 @@ def named_channels(grid: Grid) -> dict[str, Channel]:
     for quantity, column in columns_by_word(grid.headings, channels).items():
         if np.isfinite(grid.values[:, column]).any() or column in grid.troubles:
             channels[quantity] = _channel(grid, column)
+    channels = _of_one_spring(channels)
     clock = None if "time" in channels else _clock(grid)
     return channels if clock is None else {"time": _channel(grid, clock), **channels}
+
+
+def _of_one_spring(channels: dict[str, Channel]) -> dict[str, Channel]:
+    """Channels of a spring on a stand without its number: a spring that is pulled alone is called 1, too."""
+    if "force" not in channels:
+        return channels
+    renamed = {}
+    for quantity in ("resistance", "current", "voltage"):
+        numbered = [name for name in channels if re.fullmatch(rf"{quantity}_[0-9]", name)]
+        if len(numbered) == 1 and quantity not in channels:
+            renamed[numbered[0]] = quantity
+    return {renamed.get(name, name): channel for name, channel in channels.items()}
 
 
 def _clock(grid: Grid) -> int | None:
@@ -288,11 +302,23 @@ def canonical(making: Making) -> dict[str, np.ndarray]:
     used = {channels[schema.quantity_and_unit(name)[0]].label for name in columns}
     used |= {channels[q].label for q in making.sources if q in channels}
     spare = [label for label in dict.fromkeys(channels[q].label for q in unused) if label not in used]
+    for quantity in (q for q in unused if channels[q].label in spare and f"{q}_1" in _numbered(rules)):
+        label = channels[quantity].label
+        spare.remove(label)
+        making.say(
+            f"check: {label!r} is a {quantity}, but of which spring is not said, so it is left out"
+            f" (--map {quantity}_1=... or {quantity}_2=... takes it)"
+        )
     if spare:
         making.say(f"not needed for kind {kind} and left out: {', '.join(repr(label) for label in spare)}")
     _add_constants(columns, making)
     _check_present(columns, making)
     return columns
+
+
+def _numbered(rules: schema.Columns) -> set[str]:
+    """Quantities of single springs that a kind has, such as `resistance_1`."""
+    return {schema.quantity_and_unit(name)[0] for name in rules.known}
 
 
 def _origin(name: str, unit: str, channel: Channel) -> str:

@@ -7,6 +7,21 @@ from functools import lru_cache
 
 from .spelling import Heading, dimension, is_unit, parse_heading, plain, unit_name
 
+
+def _of_spring(quantity: str, symbol: str, number: int) -> list[str]:
+    """Headings of a quantity of one of several springs, in the order in which they are preferred."""
+    symbols = [f"{symbol}{number}", f"{symbol} {number}"] if symbol else []
+    names = [quantity, *([symbol] if symbol else [])]
+    springs = [f"{spring} {number}" for spring in ("spring", "sma")]
+    return [
+        f"{quantity} {number}",
+        *symbols,
+        *(f"{name} {spring}" for name in names for spring in springs),
+        *(f"{spring} {name}" for name in names for spring in springs),
+        *(f"{quantity} of {spring}" for spring in springs),
+    ]
+
+
 # Headings that name a quantity, in lower case, without their unit. The first of several is taken.
 WORDS: dict[str, tuple[str, ...]] = {
     "time": (
@@ -115,14 +130,22 @@ WORDS: dict[str, tuple[str, ...]] = {
         "voltage", "output voltage", "v out", "vout", "spring voltage", "voltage drop", "wire voltage",
         "u", "v",
     ),
-    **{f"voltage_{k}": (f"voltage {k}",) for k in (1, 2, 3)},
-    **{f"resistance_{k}": (f"resistance {k}", f"r{k}") for k in (1, 2, 3)},
-    **{f"current_{k}": (f"current {k}", f"i{k}") for k in (1, 2, 3)},
+    **{
+        f"{quantity}_{k}": tuple(_of_spring(quantity, symbol, k))
+        for quantity, symbol in (("voltage", ""), ("resistance", "r"), ("current", "i"))
+        for k in (1, 2, 3)
+    },
 }  # fmt: skip
 # Symbols and words that may be anything: recognised with a unit that fits only.
 _NEEDS_UNIT = {
-    "f": "force", "charge": "force", "weight": "force", "t": "time", "clock": "time", "r1": "resistance",
-    "r2": "resistance", "r3": "resistance", "i1": "current", "i2": "current", "i3": "current",
+    "f": "force", "charge": "force", "weight": "force", "t": "time", "clock": "time",
+    **{
+        words: quantity
+        for quantity, symbol in (("resistance", "r"), ("current", "i"))
+        for number in (1, 2, 3)
+        for words in _of_spring(quantity, symbol, number)
+        if words.split()[0] == symbol or words.split()[-1] == symbol or words == f"{symbol}{number}"
+    },
     "stroke": "length", "travel": "length", "ext": "length", "dl": "length", "delta l": "length",
     "δl": "length", "bend": "angle", "angle": "angle", "theta": "angle", "θ": "angle",
     "compression": "length", "p": "pressure", "p abs": "pressure", "p gauge": "pressure",

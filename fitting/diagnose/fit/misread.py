@@ -108,10 +108,10 @@ def misread_in(
     errors = _errors(program, base.evaluation)
     if not (unexplained or np.max(errors) > MISREAD.minimum_error):
         return None
-    found: list[Misread] = []
-    for total, (column, factor, chosen) in _promising(program, _sum(errors), build):
-        if any(one.total <= VERDICT.imperfect_share * total for one in found):
-            break  # what was found explains far more than this one and all that follow
+    promising, found = _promising(program, _sum(errors), build), list[Misread]()
+    for total, (column, factor, chosen) in promising:
+        if found and promising[0][0] < VERDICT.minor_share * total:
+            break  # this one and all that follow are far from as good
         misread = _refitted(program, errors, column, factor, chosen, build)
         if misread is not None:
             found.append(misread)
