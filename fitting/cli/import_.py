@@ -132,6 +132,12 @@ def import_command(
         click.echo(f"left aside: {file} holds no table of numbers")
     for line in left_in_folders(sources):
         click.echo(f"check: left aside: {line}")
+    named = [one for one in recordings if one.specimen == one.name]
+    if len(named) > 1 and not options.specimen:
+        click.echo(
+            f"check: each of {len(named)} recordings is taken as a specimen of its own, with its own"
+            " constants; if they are of one, --specimen NAME says so"
+        )
     if preview:
         click.echo("nothing written (--preview)")
         return

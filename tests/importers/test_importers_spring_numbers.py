@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from fitting.cli.import_ import import_command
 from fitting.data.importers import import_tests, make_options
 
 
@@ -50,3 +52,22 @@ def test_one_spring_on_a_stand_needs_no_number(tmp_path, ohms):
     recording = imported(tmp_path, headings, (TIME, 0.3 * TIME, 0.02 * TIME, OHMS))
     assert recording.kind == "spring"
     np.testing.assert_allclose(recording.columns["resistance_ohm"], OHMS, rtol=1e-5)
+
+
+def previewed(*arguments):
+    return CliRunner().invoke(import_command, [*map(str, arguments), "--preview"]).output
+
+
+def test_files_without_a_specimen_are_asked_whether_they_are_of_one(tmp_path):
+    """Leads of an actuator hide in constants that every file has of its own."""
+    headings = ("t [s]", "Pressure [kPa]", "R2 (ohm)", "Curvature [1/m]")
+    for name in ("a", "b"):
+        folder = tmp_path / name
+        folder.mkdir()
+        imported(folder, headings, (TIME, 10.0 + TIME, OHMS, 5.0 + TIME))
+        (folder / "run.csv").rename(tmp_path / f"{name}.csv")
+    files = (tmp_path / "a.csv", tmp_path / "b.csv")
+    asked = "check: each of 2 recordings is taken as a specimen of its own"
+    assert asked in previewed(*files)
+    assert asked not in previewed(*files, "--specimen", "A")
+    assert asked not in previewed(files[0])
