@@ -58,6 +58,29 @@ def test_what_that_noise_does_not_explain_is(searching):
     assert len(many) == 1 + general.DRAWS and len(found.starts) == STARTS + general.DRAWS * (STARTS - 1)
 
 
+def test_rows_decided_at_the_start_are_fitted_where_later_ones_are_missed(monkeypatch):
+    """A known model may be right at its start, which undecided rows lead away from."""
+
+    def fitted(model, recordings, rows, parameters, starts, seed):
+        reduced, values = (1.0, {"x": 0.0}) if rows[0] == "right" else (20.0, {"x": 1.0})
+        return SimpleNamespace(
+            chi_square=100.0 * reduced, reduced_chi_square=reduced, status=Status.CONVERGED, values=values,
+            parameters=SimpleNamespace(at=lambda values: Parameters()),
+            start_chi_squares=[100.0 * reduced],
+        )  # fmt: skip
+
+    monkeypatch.setattr(general, "_fit", fitted)
+    monkeypatch.setattr(general, "_misfits", lambda fit: [np.random.default_rng(0).standard_normal(100)])
+    monkeypatch.setattr(general, "inflation_of", lambda reduced, misfits: 1.0)
+    model = SimpleNamespace(
+        decides=lambda rows: True, decided=lambda values, rows: ["wrong" if values.get("x") else "right"]
+    )
+    words = []
+    found = general.fit_campaign(["a recording"], ["bare"], Parameters(), 1, 0, words.append, model)
+    assert found.rows == ("right",) and found.reduced_chi_square == 1.0
+    assert "from rows that are decided at the start" in words
+
+
 @pytest.mark.parametrize("bare", [1.0, 2.0, 1.8e5])
 def test_a_fit_whose_noise_was_raised_to_its_misfit_is_missed_all_the_same(searching, monkeypatch, bare):
     """The last fit is made at noise that covers the misfit, so its own reduced chi-square is near 1."""

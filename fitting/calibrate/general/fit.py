@@ -134,6 +134,8 @@ def fit_campaign(
     more: tuple[float, ...] = ()
     undecided, first = rows, result
     rows, result = _decided(model, recordings, undecided, first)
+    if has_misfit(result):
+        rows, result = _begun_decided(model, recordings, undecided, parameters, (rows, result), progress)
     # the noise of drivers was taken over at these values; if they are wrong, so is that noise
     if has_misfit(result):
         result, more = _searched(model, recordings, undecided, first, *further)
@@ -292,6 +294,27 @@ def _decided(
         if before.chi_square is None or abs((result.chi_square or 0.0) - before.chi_square) < SAME:
             break
     return rows, result
+
+
+def _begun_decided(
+    model: Model,
+    recordings: tuple[Recording, ...],
+    undecided: list[Rows],
+    parameters: Parameters,
+    found: tuple[list[Rows], FitResult],
+    progress: Callable[[str], None],
+) -> tuple[list[Rows], FitResult]:
+    """The lower of a fit and of one whose rows were decided at the start; a known model is right there.
+
+    Undecided rows may be of other phases than the model's, as those read from a resistance without its leads.
+    A fit to them may end where no later decision leads back.
+    """
+    if not model.decides(undecided):
+        return found
+    progress("from rows that are decided at the start")
+    rows = model.decided(parameters.valuesdict(), undecided)
+    rows, result = _decided(model, recordings, rows, _fit(model, recordings, rows, parameters, 1, 0))
+    return (rows, result) if (result.chi_square or np.inf) < (found[1].chi_square or np.inf) else found
 
 
 def _fit(
