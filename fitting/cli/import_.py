@@ -107,7 +107,9 @@ def import_command(
     """
     from fitting.data.importers import FORMATS, import_files, left_in_folders, make_options, raw_files
     from fitting.data.importers.preview import describe
+    from fitting.data.publish import MARK
     from fitting.data.recordings import write_recordings
+    from pneusma_jax.errors import InputError
 
     if list_formats:
         for known in FORMATS:
@@ -124,6 +126,8 @@ def import_command(
         raise click.UsageError(
             f"--successive: {folder} is a folder; name its files in the order of the tests"
         )
+    if out is not None and (out / MARK).exists() and not force:
+        raise InputError(f"{out}: results of another command are here, not recordings; choose another folder")
     files, aside = raw_files(sources)
     recordings = import_files(files, options)
     for recording in recordings:

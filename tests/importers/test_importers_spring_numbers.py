@@ -71,3 +71,14 @@ def test_files_without_a_specimen_are_asked_whether_they_are_of_one(tmp_path):
     assert asked in previewed(*files)
     assert asked not in previewed(*files, "--specimen", "A")
     assert asked not in previewed(files[0])
+
+
+def test_recordings_are_not_added_to_results(tmp_path):
+    headings = ("t [s]", "Pressure [kPa]", "R2 (ohm)", "Curvature [1/m]")
+    imported(tmp_path, headings, (TIME, 10.0 + TIME, OHMS, 5.0 + TIME))
+    out = tmp_path / "results"
+    out.mkdir()
+    (out / "report.json").write_text("{}")
+    result = CliRunner().invoke(import_command, [str(tmp_path / "run.csv"), "--out", str(out)])
+    assert "results of another command are here" in str(result.exception)
+    assert [path.name for path in out.iterdir()] == ["report.json"]

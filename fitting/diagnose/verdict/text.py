@@ -236,7 +236,7 @@ def _unexplained(conclusion: Conclusion, whole: str) -> str:
     left, what = conclusion.left, "no effect that is known here explains them"
     misread = conclusion.explanation.misread
     if misread is not None:
-        return f"{misread.text} No name is to be trusted before that is known."
+        return f"{misread.text} Until that is known, trust no name."
     if left is not None and left.names and not left.trusted:
         what = f"no name is to be trusted: with {joined(left.names)}, {left.text}"
     elif left is not None:
@@ -313,7 +313,7 @@ def _not_fitted(conclusion: Conclusion) -> list[str]:
     less = predictive_chi_square(program, conclusion.explanation.base, program.unseen)
     size = f"reduced chi-square {number(left)}"
     missed = f"Recordings kept for validation are missed by more than noise ({size}),"
-    without = f"({number(less)} without it)"
+    without = f"({number(less)} where it is counted)"
     if less <= limit_of(program, program.unseen):
         return [f"{missed} which the uncertainty of the refitted constants explains {without}."]
     if not missed_beyond_drift(program, conclusion.explanation.base):
