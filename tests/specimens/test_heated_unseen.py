@@ -90,3 +90,12 @@ def test_a_batch_says_it(campaign, monkeypatch):
     monkeypatch.setattr(batch, "characterise", lambda *_, **__: result)
     found = batch.characterise_batch([campaign.path])
     assert checks(found) == [f"mine: run_1: {ASKED}"]
+
+
+def test_a_diagnosis_names_a_column_that_it_does_not_use(tmp_path):
+    """`Curvature` for `curvature_1pm` was left aside without a word."""
+    write_recording(bent(), tmp_path / "mine")
+    file = tmp_path / "mine" / "run_1.csv"
+    file.write_text(file.read_text().replace("length_mm", "Length"))
+    told = checked(read_campaign(tmp_path / "mine"))
+    assert "run_1: column Length is not one that a recording of kind actuator has: kept and ignored" in told

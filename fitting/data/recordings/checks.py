@@ -416,8 +416,9 @@ def notices_of_reading(recordings: Iterable[Recording]) -> list[str]:
 
 
 def questions_of_reading(recordings: Iterable[Recording]) -> list[str]:
-    """Those of `notices_of_reading` that ask to check something."""
-    return [said for said in notices_of_reading(recordings) if ": check: " in said]
+    """Those of `notices_of_reading` that ask to check something, or name a column that is not used."""
+    told = notices_of_reading(recordings)
+    return [notice for notice in told if ": check: " in notice or notice.endswith(schema.IGNORED)]
 
 
 USUAL: dict[str, tuple[float, float]] = {

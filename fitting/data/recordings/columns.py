@@ -105,7 +105,7 @@ def canonical_columns(
         notices.append(f"{name} is {value:g} in every row, as [constant] states")
     for name in (name for name in table.header if name in unknown):
         columns[name] = _keep(table, name)
-        notices.append(f"column {name} is not one that a recording of kind {kind} has: kept and ignored")
+        notices.append(f"column {name} is not one that a recording of kind {kind} has: {schema.IGNORED}")
     return columns, notices
 
 

@@ -12,6 +12,8 @@ from typing import Any, Protocol
 import numpy as np
 
 ROLES = ("fit", "validation")
+IGNORED = "kept and ignored"
+"""End of the notice on a column that no kind of recording has."""
 
 
 @dataclass(frozen=True)
