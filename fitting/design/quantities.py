@@ -110,7 +110,7 @@ def bending_stiffness(solved: Solved, k: int) -> Array:
     It is free but for an inextensible fibre, which ties it to the bend. The stiffness is a tangent, so it
     jumps where a spring's strain passes the corner of its stress law.
     """
-    problem, found = _problem(solved, k)
+    problem, found = balance_of(solved, k)
     side, ways = jnp.asarray(problem.actuator.side_direction), _ways(problem.actuator)
 
     def pull(x: Array) -> Array:
@@ -134,7 +134,7 @@ def blocking_force(solved: Solved, k: int) -> Array:
     An arc's tip moves across by half its length times the bend angle, so the force is the moment over half
     the length. An inextensible fibre keeps the length; its pull adds to the moment.
     """
-    problem, _ = _problem(solved, k)
+    problem, _ = balance_of(solved, k)
     side = jnp.asarray(problem.actuator.side_direction)
     length, held = problem.actuator.length, jnp.zeros(())
     if problem.actuator.freedoms == 1:
@@ -150,7 +150,7 @@ def blocking_force(solved: Solved, k: int) -> Array:
     return jnp.abs(moment) / (0.5 * (length + held))
 
 
-def _problem(solved: Solved, k: int) -> tuple[Problem, Equilibrium]:
+def balance_of(solved: Solved, k: int) -> tuple[Problem, Equilibrium]:
     """The balance of a segment at its phases, effects included, and its equilibrium."""
     body, segment, found = solved.body, solved.body.segments[k], solved.segments[k]
     drives = tuple(MartensiteFraction(spring.xi0) for spring in found.springs)

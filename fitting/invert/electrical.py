@@ -6,11 +6,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.design.bodies import Body, Solved
-from fitting.design.quantities import AMBIENT, convected, temperature, wire_temperature
-from pneusma_jax.nitinol import MartensiteFraction, Spring
+from fitting.design.quantities import AMBIENT, balance_of, convected, temperature, wire_temperature
+from pneusma_jax.nitinol import Spring
 from pneusma_jax.numerics.rows import first_rows
 from pneusma_jax.program_cache import stored_jit
-from pneusma_jax.simulate.rest import problem_at_rest
 from pneusma_jax.simulate.row import wire_resistances
 
 from .forward import padded
@@ -87,7 +86,8 @@ def _electrical(body: Body, parts: tuple) -> tuple[jax.Array, jax.Array]:
             if not segment.springs:
                 continue
             found = state.segments[k].springs
-            rows = zip(segment.springs, found, temperature(state, k), _wires(state, k), strict=True)
+            wires = wire_resistances(*balance_of(state, k))
+            rows = zip(segment.springs, found, temperature(state, k), wires, strict=True)
             for spring, response, degrees, wire in rows:
                 power = holding_power(spring, degrees)
                 resistances.append(response.resistance)
@@ -96,11 +96,3 @@ def _electrical(body: Body, parts: tuple) -> tuple[jax.Array, jax.Array]:
         return (jnp.stack(resistances), jnp.stack(currents)) if resistances else (blank, blank)
 
     return jax.vmap(one)(parts)
-
-
-def _wires(state: Solved, k: int) -> tuple[jax.Array, ...]:
-    """Resistance of the wire of every spring of a segment, without leads [ohm]."""
-    body, segment, found = state.body, state.body.segments[k], state.segments[k]
-    drives = tuple(MartensiteFraction(spring.xi0) for spring in found.springs)
-    at = body.effects, state.pressure, drives, segment.fresh_states(), body.gravity
-    return wire_resistances(problem_at_rest(segment, *at), found)

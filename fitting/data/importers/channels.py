@@ -298,12 +298,15 @@ def canonical(making: Making) -> dict[str, np.ndarray]:
             continue  # a column of words beside the numbers, such as `Cycle: loading`
         columns[name] = in_unit(channel, unit, quantity, making.place) + 0.0  # no -0
         making.say(_origin(name, unit, channel))
-    unused = [q for q in channels if not any(schema.quantity_and_unit(n)[0] == q for n in rules.known)]
+    known = {schema.quantity_and_unit(name)[0] for name in rules.known}
+    unused = [quantity for quantity in channels if quantity not in known]
     used = {channels[schema.quantity_and_unit(name)[0]].label for name in columns}
     used |= {channels[q].label for q in making.sources if q in channels}
     spare = [label for label in dict.fromkeys(channels[q].label for q in unused) if label not in used]
-    for quantity in (q for q in unused if channels[q].label in spare and f"{q}_1" in _numbered(rules)):
+    for quantity in unused:
         label = channels[quantity].label
+        if label not in spare or f"{quantity}_1" not in known:
+            continue
         spare.remove(label)
         making.say(
             f"check: {label!r} is a {quantity}, but of which spring is not said, so it is left out"
@@ -314,11 +317,6 @@ def canonical(making: Making) -> dict[str, np.ndarray]:
     _add_constants(columns, making)
     _check_present(columns, making)
     return columns
-
-
-def _numbered(rules: schema.Columns) -> set[str]:
-    """Quantities of single springs that a kind has, such as `resistance_1`."""
-    return {schema.quantity_and_unit(name)[0] for name in rules.known}
 
 
 def _origin(name: str, unit: str, channel: Channel) -> str:

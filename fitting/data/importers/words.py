@@ -143,8 +143,7 @@ _NEEDS_UNIT = {
         words: quantity
         for quantity, symbol in (("resistance", "r"), ("current", "i"))
         for number in (1, 2, 3)
-        for words in _of_spring(quantity, symbol, number)
-        if words.split()[0] == symbol or words.split()[-1] == symbol or words == f"{symbol}{number}"
+        for words in (f"{symbol}{number}", *_of_spring(symbol, "", number))
     },
     "stroke": "length", "travel": "length", "ext": "length", "dl": "length", "delta l": "length",
     "δl": "length", "bend": "angle", "angle": "angle", "theta": "angle", "θ": "angle",

@@ -8,7 +8,7 @@ the recordings. One that explains as much as a right effect does is told before 
 
 import dataclasses
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -223,20 +223,28 @@ def scaled(recording: Recording, column: str, factor: float | None) -> Recording
         column, factor: see `Misread`.
     """
     if factor is None:
-        return _exchanged(recording)
+        return _with_tables(recording, _exchanged, _exchanged)
     if column not in recording.columns:
         return recording
-    stated = {
-        name: {key: value * abs(factor) if key == column else value for key, value in table.items()}
-        for name, table in (("noise", recording.noise), ("zero", recording.zero))
-    }
+
+    def times(number: float) -> Callable[[Mapping], dict]:
+        return lambda table: {name: number * x if name == column else x for name, x in table.items()}
+
+    return _with_tables(recording, times(factor), times(abs(factor)))
+
+
+def _with_tables(
+    recording: Recording, of_columns: Callable[[Mapping], dict], of_sizes: Callable[[Mapping], dict]
+) -> Recording:
+    """A recording whose columns, and whose noise and zeros by column, are made by two functions."""
     reduction = recording.reduction
     if reduction is not None:
-        reduction = dataclasses.replace(reduction, source=scaled(reduction.source, column, factor))
-    columns = {**recording.columns, column: factor * recording.columns[column]}
+        source = _with_tables(reduction.source, of_columns, of_sizes)
+        reduction = dataclasses.replace(reduction, source=source)
     return dataclasses.replace(
-        recording, columns=columns, reduction=reduction, notices=list(recording.notices), **stated
-    )
+        recording, columns=of_columns(recording.columns), noise=of_sizes(recording.noise),
+        zero=of_sizes(recording.zero), reduction=reduction, notices=list(recording.notices),
+    )  # fmt: skip
 
 
 SPRING = re.compile(r"_([12])(?=_|$)")
@@ -253,19 +261,9 @@ def _of_springs(recordings: Sequence[Recording]) -> str | None:
     return found if all({1, 2} <= own for own in springs) else None
 
 
-def _exchanged(recording: Recording) -> Recording:
-    """A recording with the columns of springs 1 and 2 exchanged."""
-
-    def other(table: dict) -> dict:
-        return {SPRING.sub(lambda at: "_2" if at[1] == "1" else "_1", name): v for name, v in table.items()}
-
-    reduction = recording.reduction
-    if reduction is not None:
-        reduction = dataclasses.replace(reduction, source=_exchanged(reduction.source))
-    return dataclasses.replace(
-        recording, columns=other(recording.columns), noise=other(recording.noise), zero=other(recording.zero),
-        reduction=reduction, notices=list(recording.notices),
-    )  # fmt: skip
+def _exchanged(table: Mapping) -> dict:
+    """Values by column with the columns of springs 1 and 2 exchanged."""
+    return {SPRING.sub(lambda at: "_2" if at[1] == "1" else "_1", name): x for name, x in table.items()}
 
 
 def _possible(program: Program, column: str, factor: float | None) -> bool:

@@ -10,7 +10,7 @@ from .model import AddedEffect, AugmentedModel
 def only_along_histories(model: AugmentedModel) -> list[str]:
     """The sentence on effects that only a history wakes, for states at rest; none where all act."""
     return _sentence(
-        [slug for slug, effect in _built(model) if changes_states(effect) and not effect.acts_at_rest()],
+        [slug for slug, effect in _built(model) if _asleep(effect)],
         "only along a history, so {it} {changes} nothing here",
     )
 
@@ -64,8 +64,7 @@ def chain_without(model: AugmentedModel, history: bool = False) -> list[str]:
             f"({joined(missed)}); simulate one segment"
         )
     woken = [] if history else only_along_histories(model)
-    asleep = lambda effect: not history and changes_states(effect) and not effect.acts_at_rest()  # noqa: E731
-    slugs = [slug for slug, effect in _built(model) if not asleep(effect)]
+    slugs = [slug for slug, effect in _built(model) if history or not _asleep(effect)]
     if not slugs:
         return woken
     change = "it changes" if len(slugs) == 1 else "they change"
@@ -75,6 +74,11 @@ def chain_without(model: AugmentedModel, history: bool = False) -> list[str]:
 def _built(model: AugmentedModel) -> list[tuple[str, Effect]]:
     """Effects of the catalogue, each with its slug."""
     return [(one.slug, one.build()) for one in model.added if isinstance(one, AddedEffect)]
+
+
+def _asleep(effect: Effect) -> bool:
+    """True if an effect changes states, but none at rest."""
+    return changes_states(effect) and not effect.acts_at_rest()
 
 
 def _moves(effect: Effect, history: bool) -> bool:
