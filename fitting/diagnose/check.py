@@ -23,7 +23,11 @@ from .settings import DEFAULT
 from .verdict.conclusion import Conclusion
 from .verdict.separating import to_separate
 
-CAMPAIGNS = DEFAULT.campaigns
+CHANCE = DEFAULT.chance
+INSTRUMENTS = DEFAULT.instruments
+LISTS = DEFAULT.lists
+SHARE = DEFAULT.share
+VALUES = DEFAULT.values
 
 BODY = (
     "design", "alloy", "material", "outer_diameter_mm", "wall_thickness_mm", "length_mm", "wire_diameter_mm",
@@ -165,10 +169,10 @@ def _driven(recording: Recording) -> bool:
         values = values[np.isfinite(values)]
         if values.size < 2 or not np.ptp(values) > 0.0:
             continue
-        small = dict(CAMPAIGNS.still_ranges).get(name.partition("_")[0])
-        least = float(np.max(np.abs(values))) * CAMPAIGNS.same_share if small is None else small
+        small = dict(INSTRUMENTS.still_ranges).get(name.partition("_")[0])
+        least = float(np.max(np.abs(values))) * SHARE.same if small is None else small
         unknown = recording.noise_si(name) is None  # coarse samples of a ramp look like noise, too
-        if (unknown and np.ptp(values) > least) or np.std(values) > CAMPAIGNS.minimum_driver_ratio * noise_of(
+        if (unknown and np.ptp(values) > least) or np.std(values) > CHANCE.driver_ratio * noise_of(
             recording, name
         ):
             return True
@@ -182,7 +186,7 @@ def _alike(recordings: Sequence[Recording]) -> bool:
         means = np.array([np.nanmean(r.si(name)) for r in held])
         noise = max(noise_of(r, name) for r in held)
         if np.ptp(means) > max(
-            CAMPAIGNS.maximum_deviation * noise, CAMPAIGNS.same_input_share * float(np.max(np.abs(means)))
+            CHANCE.agreement * noise, SHARE.same_input * float(np.max(np.abs(means)))
         ):
             return False
     return True
@@ -191,10 +195,10 @@ def _alike(recordings: Sequence[Recording]) -> bool:
 def _contradictions(recordings: Sequence[Recording]) -> list[str]:
     """Pairs of recordings that answered the same input differently, in words."""
     found = [said for a, b in combinations(recordings, 2) if (said := _contradiction(a, b))]
-    more = len(found) - CAMPAIGNS.maximum_told
+    more = len(found) - LISTS.told
     pairs = "more pair of recordings contradicts", "more pairs of recordings contradict"
     rest = [f"{counted(more, *pairs)} each other"] if more > 0 else []
-    return found[: CAMPAIGNS.maximum_told] + rest
+    return found[: LISTS.told] + rest
 
 
 def _contradiction(a: Recording, b: Recording) -> str | None:
@@ -205,9 +209,9 @@ def _contradiction(a: Recording, b: Recording) -> str | None:
         return None
     own = a.specimen == b.specimen
     spread = (
-        CAMPAIGNS.same_share
+        SHARE.same
         if own
-        else CAMPAIGNS.same_share + CAMPAIGNS.maximum_deviation * np.sqrt(2.0) * _tolerance(a)
+        else SHARE.same + CHANCE.agreement * np.sqrt(2.0) * _tolerance(a)
     )
     for column in a.outputs:
         quantity, unit = schema.quantity_and_unit(column)
@@ -215,12 +219,12 @@ def _contradiction(a: Recording, b: Recording) -> str | None:
             continue
         x, y = _at(a, quantity, time), _at(b, quantity, time)
         there = np.isfinite(x) & np.isfinite(y)
-        if there.sum() < CAMPAIGNS.minimum_rows:
+        if there.sum() < VALUES.minimum_rows:
             continue
         apart = np.abs(x - y)[there]
         noise = float(np.hypot(noise_of(a, quantity), noise_of(b, quantity)))
         reach = max(float(np.ptp(x[there])), float(np.ptp(y[there])))
-        if np.median(apart) > CAMPAIGNS.maximum_deviation * noise + spread * reach:
+        if np.median(apart) > CHANCE.agreement * noise + spread * reach:
             most = float(np.max(apart))
             times = f" ({most / noise:.0f} times their noise)" if noise > 0.0 else ""
             whose = (
@@ -248,25 +252,25 @@ def _tolerance(recording: Recording) -> float:
 def _common(a: Recording, b: Recording) -> np.ndarray | None:
     """Times from the start over which two recordings were driven alike; None if these are too short."""
     end = min(np.nanmax(_clock(a)), np.nanmax(_clock(b)))
-    count = min(len(a), len(b), CAMPAIGNS.maximum_rows)
-    if not end > 0.0 or count < CAMPAIGNS.minimum_rows:
+    count = min(len(a), len(b), LISTS.compared_rows)
+    if not end > 0.0 or count < VALUES.minimum_rows:
         return None
     time = np.linspace(0.0, end, count)
     alike, moved = np.ones(count, bool), np.zeros(count, bool)
     for name in drivers_in(a):
         x, y = _at(a, name, time), _at(b, name, time)
         reach = max(float(np.nanmax(x) - np.nanmin(x)), float(np.nanmax(y) - np.nanmin(y)))
-        noise = min(float(np.hypot(noise_of(a, name), noise_of(b, name))), CAMPAIGNS.same_input_share * reach)
-        alike &= np.abs(x - y) <= CAMPAIGNS.maximum_deviation * noise + CAMPAIGNS.same_input_share * reach
+        noise = min(float(np.hypot(noise_of(a, name), noise_of(b, name))), SHARE.same_input * reach)
+        alike &= np.abs(x - y) <= CHANCE.agreement * noise + SHARE.same_input * reach
         moved |= (
             np.abs(x - x[0])
-            > CAMPAIGNS.minimum_driver_ratio * CAMPAIGNS.maximum_deviation * noise
-            + CAMPAIGNS.minimum_move * reach
+            > CHANCE.driver_ratio * CHANCE.agreement * noise
+            + SHARE.minor * reach
         )
     apart = np.flatnonzero(~alike)
     count = int(apart[0]) if apart.size else count
     return (
-        time[:count] if count >= CAMPAIGNS.minimum_common_part * len(time) and moved[:count].any() else None
+        time[:count] if count >= SHARE.most * len(time) and moved[:count].any() else None
     )
 
 

@@ -37,7 +37,7 @@ from .verdict.locate import drivers_of
 from .verdict.text import unstated
 from .verdict.turns import TriedTurns, as_recorded, with_turns
 
-CAMPAIGNS = DEFAULT.campaigns
+VALUES = DEFAULT.values
 
 
 @small_matrices
@@ -109,7 +109,7 @@ def _readings(campaign: Campaign) -> int:
 
 def _refuse_few_values(campaign: Campaign, count: int) -> None:
     """Refuse a campaign with too few values to fit."""
-    least = CAMPAIGNS.minimum_values
+    least = VALUES.minimum
     if count < least:
         raise InputError(
             f"{campaign.path}: {count} values to fit are too few to diagnose; {least} are needed"

@@ -78,7 +78,7 @@ def test_drift_excuses_what_passes_for_noise_and_no_more():
 @pytest.mark.parametrize(("left", "told"), [(1.3, False), (1.6, False), (5.5, True), (9.0, True)])
 def test_a_name_that_leaves_half_of_a_misfit_is_told_with_something_unknown(left, told):
     signs = signs_of(named(validated=True), None, None, [9.0, 9.0], [1.0, left], [1.0, 1.0])
-    assert (probability_of_unknown(signs) >= DEFAULT.verdict.beside_unknown) is told
+    assert (probability_of_unknown(signs) >= DEFAULT.probability.beside) is told
 
 
 @pytest.mark.parametrize(("before", "after", "kept"), [
@@ -137,7 +137,7 @@ def test_an_effect_whose_form_is_not_natures_has_something_unmodelled_beside_it(
     assert conclusion.left.trusted and "a reduced chi-square of" in verdict_sentences(conclusion)[0]
     first, beside = conclusion.found[:2]
     assert (first.slug, beside.slug, beside.confusable) == (CONSTANT, "unmodelled", [CONSTANT])
-    assert beside.probability == pytest.approx(DEFAULT.verdict.beside_unknown)
+    assert beside.probability == pytest.approx(DEFAULT.probability.beside)
     assert beside.text.startswith(f"{CONSTANT} leaves more than noise")
 
 
@@ -150,7 +150,7 @@ def test_an_effect_that_something_without_a_name_looks_like_has_that_beside_it(m
     found = conclude(explain(world.program(y), np.random.default_rng(5)))
     assert [f.slug for f in alone.found] == [CONSTANT] and [f.slug for f in found.found] == [CONSTANT, "unmodelled"]
     assert found.found[0].probability == pytest.approx(0.75 * alone.found[0].probability) and found.left is None
-    assert found.found[1].probability == pytest.approx(DEFAULT.verdict.beside_unknown)
+    assert found.found[1].probability == pytest.approx(DEFAULT.probability.beside)
     assert found.nothing + found.unknown + sum(p for p, _ in found.candidates.values()) == pytest.approx(1.0)
     assert f"A dent in the tube looks the same as {CONSTANT}." in verdict_sentences(found)
     assert "unmodelled" in found.explanation_set and found.remainder is None
@@ -163,7 +163,7 @@ def test_a_unit_that_may_be_wrong_is_asked_about_before_the_names():
     asked = Misread("pressure_kPa", 0.1, (), 4.8, 0.01, 1e-4)
     found = conclude(dataclasses.replace(explanation, misread=asked))
     assert [f.slug for f in found.found] == ["unmodelled", CONSTANT]
-    assert found.found[0].probability == pytest.approx(DEFAULT.verdict.refuted_unknown)
+    assert found.found[0].probability == pytest.approx(DEFAULT.probability.refuted)
     assert verdict_sentences(found)[0].startswith(asked.text) and found.found[0].text.startswith(asked.text)
     assert next_experiment(found).startswith("None before it is known what pressure_kPa holds.")
 
@@ -193,7 +193,7 @@ def test_a_lookalike_counts_in_the_kinds_of_recordings_that_it_is_told_for():
 def test_an_effect_that_leaves_far_more_than_noise_is_not_first():
     conclusion = imperfect(6.0)
     assert conclusion.found[0].slug == "unmodelled" and conclusion.left.reduced_chi2 > 3.0 and not conclusion.left.trusted
-    assert conclusion.unknown >= DEFAULT.verdict.refuted_unknown
+    assert conclusion.unknown >= DEFAULT.probability.refuted
 
 
 @pytest.mark.parametrize(("discrepancy", "left", "units"), [
@@ -286,7 +286,7 @@ def test_what_only_a_nameless_correction_of_little_evidence_says_is_tentative(wo
     if unknown:
         told = lambda limit: discrepancy_probability(explanation, base, discrepancy, [1.0, 1.0], [limit] * 2)  # noqa: E731
         assert told(1.6) == unknown
-        assert told(1.2) == (DEFAULT.verdict.most_unknown if unknown == 0.9 else unknown)
+        assert told(1.2) == (DEFAULT.probability.most if unknown == 0.9 else unknown)
 
 
 @pytest.mark.parametrize(("misfit", "worth", "chance", "is_bound"), [

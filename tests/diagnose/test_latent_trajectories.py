@@ -183,7 +183,7 @@ def test_rows_that_only_pad_do_not_drown_the_others_in_rounding():
     own = np.where(np.arange(128) < 100, 0.3, 0.0)[None]
     sigma = np.where(np.arange(128) < 100, 0.03, np.inf)
     channel = Channel("resistance_2", np.zeros(128), sigma, 0.0)
-    one = LatentTrajectory.of(0, np.full(128, 0.5), own, np.zeros((1, 128)), min(DEFAULT.trajectories.process_noise_variances), time)
+    one = LatentTrajectory.of(0, np.full(128, 0.5), own, np.zeros((1, 128)), min(DEFAULT.instruments.process_noise_variances), time)
     answer = Projection([one], [channel]).answer(channel.whitened(np.where(own[0] > 0, -0.03, 0.0)), np.zeros((0, 128)))
     np.testing.assert_allclose(answer.steps[0], 0.1, rtol=1e-3)
 
@@ -194,7 +194,7 @@ def test_a_resistance_that_says_nothing_takes_the_process_noise_of_the_others(rn
     start = np.full(200, 0.5)
     assert np.isnan(process_noise_of(blind, np.full(200, 1e-6), -blind.measured, start, time))
     np.testing.assert_allclose(estimated_process_noise(np.array([[0.0, np.nan], [1e-4, 1e-6]])), [[0.0, 1e-5], [1e-4, 1e-6]])
-    np.testing.assert_allclose(estimated_process_noise(np.array([[np.nan]])), DEFAULT.trajectories.usual_process_noise_variance)
+    np.testing.assert_allclose(estimated_process_noise(np.array([[np.nan]])), DEFAULT.instruments.usual_process_noise_variance)
 
 
 def test_no_form_is_natures():

@@ -20,7 +20,7 @@ def test_noise_is_named_nothing(seed):
     rng = np.random.default_rng(100 + seed)
     world = tubes(seed=seed)
     conclusion = conclude(searched(world, world.truth(rng, rng.standard_normal(2))))
-    assert not conclusion.mismatch and not conclusion.found and conclusion.nothing == DEFAULT.verdict.tentative
+    assert not conclusion.mismatch and not conclusion.found and conclusion.nothing == DEFAULT.probability.tentative
 
 
 def test_an_effect_too_weak_to_be_seen_stays_possible_whatever_the_chance_of_the_misfit():
@@ -32,10 +32,10 @@ def test_an_effect_too_weak_to_be_seen_stays_possible_whatever_the_chance_of_the
         found.append(conclude(searched(world, world.truth(rng, rng.standard_normal(2), **{CONSTANT: strength}))))
     assert not any(one.mismatch for one in found)
     assert np.ptp([one.explanation.p_value for one in found]) > 0.2
-    assert [one.nothing for one in found] == [DEFAULT.verdict.tentative] * 4
+    assert [one.nothing for one in found] == [DEFAULT.probability.tentative] * 4
     for one in found:
         others = sum(probability for probability, _ in one.candidates.values()) + one.unknown
-        assert others == pytest.approx(1.0 - DEFAULT.verdict.tentative)
+        assert others == pytest.approx(1.0 - DEFAULT.probability.tentative)
 
 
 @pytest.mark.parametrize(("slug", "strength"), [(CONSTANT, 1.0), (ANOTHER, (0.9, -0.7)), (DELAY, 1.5), (SWELLING, 1.2)])

@@ -43,7 +43,7 @@ def test_a_slip_in_all_recordings_is_found(asked, slip):
     found = asked(lambda _, recording: scaled(recording, "pressure_kPa", slip))
     assert (found.column, found.recordings) == ("pressure_kPa", ())
     assert found.factor == pytest.approx(1.0 / slip)
-    assert found.after < 0.02 < DEFAULT.misread.minimum_error < found.before
+    assert found.after < 0.02 < DEFAULT.share.misread < found.before
 
 
 def test_a_slip_in_one_recording_names_it(asked):
@@ -55,7 +55,7 @@ def test_a_slip_in_one_recording_names_it(asked):
 
 def test_a_small_misfit_is_asked_about_where_nothing_explains_it(asked, monkeypatch):
     """An actuator that is mainly heated hardly shows a pressure that is ten times too small."""
-    monkeypatch.setattr(misread, "MISREAD", dataclasses.replace(DEFAULT.misread, minimum_error=np.inf))
+    monkeypatch.setattr(misread, "SHARE", dataclasses.replace(DEFAULT.share, misread=np.inf))
 
     def slipped(_, recording):
         return scaled(recording, "pressure_kPa", 0.1)
@@ -124,8 +124,8 @@ def test_factors_are_ratios_of_units_once_each():
     assert {0.1, 10.0, 100.0, 1000.0, -1.0} <= {round(f, 9) for f in factors}
     assert any(np.isclose(f, 6.894757, rtol=1e-6) for f in factors)  # psi
     positive = np.sort([f for f in factors if f > 1.0])
-    assert np.all(np.diff(np.log(positive)) > DEFAULT.misread.equal)
-    low, high = DEFAULT.misread.ratios
+    assert np.all(np.diff(np.log(positive)) > DEFAULT.share.alike)
+    low, high = DEFAULT.instruments.confused_units
     assert np.all((positive >= low) & (positive < 1.2 * high))
 
 

@@ -64,9 +64,9 @@ def test_a_score_is_what_the_effect_would_gain_with_all_constants_free(refitted,
 def test_effects_are_scored_about_nominal_where_constants_went_far(refitted):
     """There by their slopes, as those of a fit that ended at nominal, and by what they do as a whole."""
     program, base, found = refitted
-    assert np.max(np.abs(base.u[program.unknowns.base])) < DEFAULT.score_test.far_from_nominal and not about_nominal(Refitter(program), base, found)
+    assert np.max(np.abs(base.u[program.unknowns.base])) < DEFAULT.chance.deviations and not about_nominal(Refitter(program), base, found)
     refitter, far = Refitter(program), base.u.copy()
-    far[program.unknowns.base[0]] = -1.1 * DEFAULT.score_test.far_from_nominal
+    far[program.unknowns.base[0]] = -1.1 * DEFAULT.chance.deviations
     astray = dataclasses.replace(base, u=far)
     told = about_nominal(refitter, astray, score_effects(refitter, astray, SLUGS, np.random.default_rng(1)))
     nominal = dataclasses.replace(base, u=program.unknowns.neutral)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fitting.diagnose.settings import DEFAULT, thresholds_of
+from fitting.diagnose.settings import CATEGORIES, DEFAULT, thresholds_of
 from fitting.diagnose.settings.table import BEGIN, END, replaced, table
 
 ROOT = Path(__file__).parents[2]
@@ -76,10 +76,18 @@ def test_no_threshold_changes_while_a_diagnosis_runs():
     assert (other.evidence.minimum_first, DEFAULT.evidence.minimum_first) == (9.0, 8.0)
 
 
-def test_the_table_of_the_documentation_is_made_of_the_thresholds():
+def test_every_group_is_of_one_kind():
+    groups = [group for members in CATEGORIES.values() for group in members]
+    assert groups == [field.name for field in dataclasses.fields(DEFAULT)]
+
+
+def test_the_tables_of_the_documentation_are_made_of_the_thresholds():
     text = (ROOT / "docs" / "diagnosis.md").read_text(encoding="utf-8")
-    assert replaced(text, DEFAULT) == text, "run `python -m fitting.diagnose.settings docs/diagnosis.md`"
-    assert len(re.findall(r"^\| `", table(DEFAULT), re.MULTILINE)) == len(THRESHOLDS)
+    assert replaced(text, DEFAULT, CATEGORIES) == text, "run `python -m fitting.diagnose.settings docs/diagnosis.md`"
+    made = table(DEFAULT, CATEGORIES)
+    assert len(re.findall(r"^\| `", made, re.MULTILINE)) == len(THRESHOLDS)
+    counts = [int(count) for count in re.findall(r"^### [A-Z][a-z ]+: (\d+)$", made, re.MULTILINE)]
+    assert len(counts) == len(CATEGORIES) and sum(counts) == len(THRESHOLDS)
     with pytest.raises(ValueError, match="needs the marks"):
-        replaced("text", DEFAULT)
-    assert replaced(f"a {BEGIN} old {END} b", DEFAULT).startswith(f"a {BEGIN}\n| Threshold")
+        replaced("text", DEFAULT, CATEGORIES)
+    assert replaced(f"a {BEGIN} old {END} b", DEFAULT, CATEGORIES).startswith(f"a {BEGIN}\n### Decisions")

@@ -35,7 +35,7 @@ def test_a_sure_name_is_told_with_its_strength_and_error(conclusion):
     assert content(conclusion)["effects"][0] | {"tentative": False, "strength": "shift"} == content(conclusion)["effects"][0]
 
 
-@pytest.mark.parametrize("changes", [{"probability": 0.35}, {"probability": DEFAULT.verdict.tentative}, {"errors": 0.8}])
+@pytest.mark.parametrize("changes", [{"probability": 0.35}, {"probability": DEFAULT.probability.tentative}, {"errors": 0.8}])
 def test_a_tentative_name_says_perhaps(conclusion, changes):
     doubted = but(conclusion, **changes)
     probability = doubted.found[0].probability

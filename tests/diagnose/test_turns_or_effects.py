@@ -118,7 +118,7 @@ def test_both_are_reported_where_readings_do_not_tell_them_apart(acts):
     assert effect.slug == CONSTANT and 0.1 < effect.probability <= odds.share < 0.9
     assert conclusion.without_turns.probability == pytest.approx(1.0 - odds.share)
     total = sum(p for p, _ in conclusion.candidates.values()) + conclusion.nothing + conclusion.unknown
-    unseen = (1.0 - odds.share) * (1.0 - DEFAULT.verdict.tentative)  # it may be too weak to be seen, too
+    unseen = (1.0 - odds.share) * (1.0 - DEFAULT.probability.tentative)  # it may be too weak to be seen, too
     assert total == pytest.approx(1.0) and conclusion.candidates[CONSTANT][0] <= odds.share + unseen
     assert conclusion.explanation_set == [CONSTANT]
     assert verdict_sentences(conclusion)[0].startswith("One of two acts.") and "is as much" in note

@@ -12,10 +12,10 @@ from .fits import OwnFit, Problem
 from .model import OwnModel
 from .result import Candidate, Explained, Stage
 
-SEARCH = DEFAULT.search
-EVIDENCE = DEFAULT.evidence
 CANDIDATES = DEFAULT.candidates
-ENTRY = DEFAULT.entry
+EVIDENCE = DEFAULT.evidence
+SEARCH = DEFAULT.search
+SHARE = DEFAULT.share
 
 
 def explain_own(
@@ -62,7 +62,7 @@ def explain_own(
                 continue
             score = problem.left_out(fits[candidate.name])
             candidates[place] = candidate.scored(score)
-            if score < (1.0 - ENTRY.minimum_of_base) * kept:
+            if score < (1.0 - SHARE.of_base) * kept:
                 stage.chosen, current, kept = candidate.name, fits[candidate.name], score
                 break
         if stage.chosen is None:

@@ -21,8 +21,11 @@ from ..settings import DEFAULT
 
 optimize = Late("scipy.optimize")
 
-NOISE = DEFAULT.noise
 EVIDENCE = DEFAULT.evidence
+INSTRUMENTS = DEFAULT.instruments
+NOISE = DEFAULT.noise
+SHARE = DEFAULT.share
+VALUES = DEFAULT.values
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,7 @@ class Series:
 
     def less(self, leverage: np.ndarray) -> "Series":
         """Without rows that latent trajectories follow much; `leverage` is the share of each, (rows,)."""
-        return replace(self, errors=np.where(leverage > NOISE.maximum_followed, np.nan, self.errors))
+        return replace(self, errors=np.where(leverage > SHARE.minor, np.nan, self.errors))
 
     def finer(self, samples: np.ndarray, rows: int) -> "Series":
         """The errors of the samples whose means the rows are, at most `FINEST` of them.
@@ -164,7 +167,7 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
         series: errors of one quantity; all with a stated noise, or none.
     """
     bends = [one.bends() for one in series]
-    if sum(len(parts[0][0]) for parts in bends) < NOISE.minimum_differences:
+    if sum(len(parts[0][0]) for parts in bends) < VALUES.minimum_differences:
         return None
     rows = np.concatenate([one.signal[np.isfinite(one.errors)] for one in series])
     level = float(np.sqrt(np.mean(rows**2))) or 1.0
@@ -180,14 +183,14 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
             sigma, r = found.sigma(one.stated, one.signal, one.block)
             for lag, (bend, rows) in zip(NOISE.lags, parts, strict=True):
                 own = 6.0 - 8.0 * r**lag + 2.0 * r ** (2 * lag)
-                spread = _core(NOISE.student_degrees) * np.sqrt(
+                spread = _core(INSTRUMENTS.student_degrees) * np.sqrt(
                     own * sigma[rows] ** 2 + 6.0 * one.inputs[rows]
                 )
                 total += np.sum(
                     np.log(spread)
                     + 0.5
-                    * (NOISE.student_degrees + 1.0)
-                    * np.log1p((bend / spread) ** 2 / NOISE.student_degrees)
+                    * (INSTRUMENTS.student_degrees + 1.0)
+                    * np.log1p((bend / spread) ** 2 / INSTRUMENTS.student_degrees)
                 )
         return float(total / NOISE.dependent_differences)
 
@@ -203,7 +206,7 @@ def _chosen(cost: Callable[..., float], always: tuple[int, ...]) -> np.ndarray:
     """
     price = {
         1: EVIDENCE.minimum_difference,
-        2: NOISE.minimum_gain_unstated if always else EVIDENCE.minimum_difference,
+        2: EVIDENCE.minimum_unstated if always else EVIDENCE.minimum_difference,
     }
     tried = [
         (*_least(cost, (*always, *more)), sum(price[n] for n in more)) for more in ((), (2,), (1,), (1, 2))
@@ -215,7 +218,7 @@ def _least(cost: Callable[..., float], free: tuple[int, ...]) -> tuple[np.ndarra
     """Place and value of the least cost if only some numbers may differ from zero, from two starts."""
     low, high = (
         np.array([-3.0, 0.0, 0.0]),
-        np.array([3.0, -np.log(NOISE.minimum_floor), NOISE.maximum_correlation]),
+        np.array([3.0, -np.log(INSTRUMENTS.minimum_floor), INSTRUMENTS.maximum_correlation]),
     )
     chosen, found = list(free), []
     if not chosen:

@@ -11,7 +11,7 @@ from fitting.specimens.rows import Rows
 
 from ..settings import DEFAULT
 
-NOISE = DEFAULT.noise
+INSTRUMENTS = DEFAULT.instruments
 
 
 def channels_of(
@@ -80,5 +80,5 @@ def correlation_factor(pieces: Iterable[np.ndarray]) -> float:
         r = r[r != 0.0]
         above += float(np.sum(r[1:] * r[:-1]))
         below += float(np.sum(r * r))
-    rho = np.clip(above / below, 0.0, NOISE.maximum_correlation)
+    rho = np.clip(above / below, 0.0, INSTRUMENTS.maximum_correlation)
     return float((1.0 + rho) / (1.0 - rho))

@@ -12,7 +12,7 @@ from pneusma_jax.units import amount, from_si
 from ..settings import DEFAULT
 from .program import Program
 
-NOISE = DEFAULT.noise
+CHANCE = DEFAULT.chance
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def slow_as_noise(program: Program) -> list[str]:
     """
     largest: dict[str, NoiseUsed] = {}
     for one in noise_used(program):
-        if one.over_fast is not None and one.over_fast > NOISE.maximum_over_fast:
+        if one.over_fast is not None and one.over_fast > CHANCE.scatter_ratio:
             largest[one.column] = max(one, largest.get(one.column, one), key=lambda n: n.over_fast or 0.0)
     return [
         f"the noise of {one.column} is not stated, and was estimated as "

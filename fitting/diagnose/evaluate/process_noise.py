@@ -7,8 +7,8 @@ from fitting.inference.channels import Channel
 from ..settings import DEFAULT
 from .latent_trajectories import intervals
 
-TRAJECTORIES = DEFAULT.trajectories
 EVIDENCE = DEFAULT.evidence
+INSTRUMENTS = DEFAULT.instruments
 
 
 def process_noise_of(
@@ -32,7 +32,7 @@ def process_noise_of(
     gradient, noise = slope[there], (inflation * reading.sigma)[there]
     read = gradient * trajectory[there] - misfit[there]
     steps = intervals(time[there])
-    candidates = np.asarray(TRAJECTORIES.process_noise_variances)
+    candidates = np.asarray(INSTRUMENTS.process_noise_variances)
     mean, variance = np.full(len(candidates), trajectory[there][0]), np.ones(len(candidates))
     evidence = np.zeros(len(candidates))
     for s, sigma, y, dt in zip(gradient, noise, read, steps, strict=True):
@@ -49,5 +49,5 @@ def process_noise_of(
 def estimated_process_noise(found: np.ndarray) -> np.ndarray:
     """Process-noise variances of all trajectories; the median of the others where one is NaN."""
     known = found[np.isfinite(found) & (found > 0.0)]
-    usual = 10.0 ** np.median(np.log10(known)) if known.size else TRAJECTORIES.usual_process_noise_variance
+    usual = 10.0 ** np.median(np.log10(known)) if known.size else INSTRUMENTS.usual_process_noise_variance
     return np.where(np.isfinite(found), found, usual)

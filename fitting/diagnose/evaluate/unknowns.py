@@ -19,7 +19,6 @@ from pneusma_jax.effects import CATALOGUE, Effect, specs_of
 from ..settings import DEFAULT
 
 SCALING = DEFAULT.scaling
-CAMPAIGNS = DEFAULT.campaigns
 
 
 @dataclass(frozen=True)
@@ -206,8 +205,8 @@ def _base_unknowns(base: Parameters, known: Mapping[str, Quantity]) -> list[Unkn
             lambda x, p=prior, s=scale: (x - p.mean) / s
         )  # fmt: skip
         low, high = (
-            max(at(prior.min), -CAMPAIGNS.maximum_deviation),
-            min(at(prior.max), CAMPAIGNS.maximum_deviation),
+            max(at(prior.min), -SCALING.prior_bounds),
+            min(at(prior.max), SCALING.prior_bounds),
         )
         found.append(
             Unknown(name, "", prior.mean, scale, low, high, 0.0, parameter.unit, name, False, logarithmic)

@@ -18,10 +18,12 @@ from .misfit import reduced
 from .outliers import without_outliers
 from .refit import Fit, Refitter
 
-OPTIMISER = DEFAULT.optimiser
 BASE_FIT = DEFAULT.base_fit
+CHANCE = DEFAULT.chance
 EVIDENCE = DEFAULT.evidence
-VERDICT = DEFAULT.verdict
+EXCESS = DEFAULT.excess
+OPTIMISER = DEFAULT.optimiser
+SHARE = DEFAULT.share
 
 
 def base_fit(
@@ -43,7 +45,7 @@ def base_fit(
     begin = program.unknowns.neutral if start is None else start
     program, fit = fit_with_noise(program, Refitter(program).fit((), start))
     bound = at_bound(program.unknowns, fit)
-    if bound or reduced(program, fit, program.fitted) > BASE_FIT.minimum_poor:
+    if bound or reduced(program, fit, program.fitted) > EXCESS.poor:
         stuck = bool(bound) or not departed_from(program, fit, begin)
         starts = [*_elsewhere(program, fit, stuck), *further(program)]
         refitter = Refitter(program)
@@ -69,7 +71,7 @@ def with_hot_tests_at_rest(program: Program, fit: Fit) -> tuple[Program, Fit]:
     for k in np.flatnonzero(program.fitted) if latent.may_rest else ():
         resting = latent.resting(program.stacked)
         course = fit.evaluation.drivers[TRAJECTORY][k, : row_count(program.stacked, k)]
-        if resting[k] or not np.max(course) <= BASE_FIT.maximum_hot:
+        if resting[k] or not np.max(course) <= SHARE.hot:
             continue
         resting[k] = True
         trial = replace(program, stacked=latent.with_resting(program.stacked, resting)).prepared(fit.u)
@@ -84,7 +86,7 @@ def with_hot_tests_at_rest(program: Program, fit: Fit) -> tuple[Program, Fit]:
 
 def _by_chance(chi_square: float, count: int) -> bool:
     """True if noise makes such a chi-square of so many values, or of so many constants that moved."""
-    return chi_square <= count + VERDICT.minimum_deviations * np.sqrt(2.0 * count)
+    return chi_square <= count + CHANCE.deviations * np.sqrt(2.0 * count)
 
 
 def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:

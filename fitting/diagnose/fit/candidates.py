@@ -17,11 +17,12 @@ from .evidence import effective_degrees_of_freedom, evidence, inflation_of, log_
 from .refit import Fit, Refitter, largest_deviation
 from .score_test import ScoreTest, about_nominal
 
-OPTIMISER = DEFAULT.optimiser
 CANDIDATES = DEFAULT.candidates
+CHANCE = DEFAULT.chance
 EVIDENCE = DEFAULT.evidence
-SCORE_TEST = DEFAULT.score_test
-VERDICT = DEFAULT.verdict
+EXCESS = DEFAULT.excess
+OPTIMISER = DEFAULT.optimiser
+SHARE = DEFAULT.share
 
 
 @dataclass
@@ -86,11 +87,11 @@ def candidate_fits(
         The candidates, strongest evidence first.
     """
     refitter = Refitter(program)
-    likely = [s for s in found.scores if s.p_value < SCORE_TEST.level][: effort * most]
+    likely = [s for s in found.scores if s.p_value < CHANCE.level][: effort * most]
     nominal = about_nominal(refitter, current, found)
     others = [s for s in nominal if s.slug not in {one.slug for one in likely}]
-    enough = CANDIDATES.comparable_share * max((s.gain for s in nominal), default=0.0)
-    likely += [s for s in others if s.p_value < SCORE_TEST.level and s.gain >= enough][
+    enough = SHARE.comparable * max((s.gain for s in nominal), default=0.0)
+    likely += [s for s in others if s.p_value < CHANCE.level and s.gain >= enough][
         : effort * CANDIDATES.about_nominal
     ]
     proposals = [
@@ -215,7 +216,7 @@ def _ahead(
     rest = sorted((slugs for slugs in best if slugs not in first), key=promised.get)
     first += [slugs for slugs in rest[:1] if promised[slugs] < worst]
     least = min((fit.objective for fit in best.values()), default=np.inf)
-    if least >= log_likelihood(program, VERDICT.faint, 1.0):
+    if least >= log_likelihood(program, EXCESS.faint, 1.0):
         return first
     return [slugs for slugs in first if promised[slugs] <= CANDIDATES.hopeless_factor * least]
 

@@ -11,7 +11,7 @@ from ..settings import DEFAULT
 from .refit import Fit, Refitter
 
 CROSS_VALIDATION = DEFAULT.cross_validation
-VERDICT = DEFAULT.verdict
+SHARE = DEFAULT.share
 
 
 Masks = list[np.ndarray]
@@ -123,8 +123,8 @@ def gain(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     most = int(np.argmax(misfit))
     rest = np.delete(gains, most), np.delete(misfit, most)
     forgiven = (
-        after[most] > VERDICT.maximum_kept * before[most]
-        and rest[1].sum() > VERDICT.imperfect_share * misfit.sum()
+        after[most] > SHARE.most * before[most]
+        and rest[1].sum() > SHARE.small * misfit.sum()
     )
     if forgiven and rest[0].min(initial=np.inf) > 0.0 and len(rest[0]) > 1:
         share = max(share, float(rest[0].sum() / rest[1].sum()))

@@ -12,7 +12,8 @@ from ..evaluate.program import Program
 from ..settings import DEFAULT
 from .refit import Fit
 
-DRIFT = DEFAULT.drift
+CHANCE = DEFAULT.chance
+CROSS_VALIDATION = DEFAULT.cross_validation
 
 
 def explained_by_input_noise(program: Program, current: Fit, further: Fit) -> float:
@@ -33,7 +34,7 @@ def _passed_on(program: Program, fit: Fit, noise: dict[str, np.ndarray]) -> floa
         noise: 1-sigmas of inputs, SI, by quantity, (recordings of the stack,).
     """
     still = program.begun(program.stacked, fit.evaluation, fit.u)
-    rng, noisy = np.random.default_rng(DRIFT.input_seed), still
+    rng, noisy = np.random.default_rng(CROSS_VALIDATION.input_seed), still
     for name, sigma in noise.items():
         kicks = rng.standard_normal(np.shape(still.inputs[name]))
         noisy = shifted(noisy, name, sigma[:, None] * kicks)
@@ -41,7 +42,7 @@ def _passed_on(program: Program, fit: Fit, noise: dict[str, np.ndarray]) -> floa
     there, moved = (program.evaluate(fit.u, nothing, rows).misfit for rows in (still, noisy))
     followed = program.followed(fit.evaluation)
     for k in np.flatnonzero(program.fitted):
-        change = np.where(np.abs(moved[k] - there[k]) < DRIFT.maximum_change, moved[k] - there[k], 0.0)
+        change = np.where(np.abs(moved[k] - there[k]) < CHANCE.maximum_change, moved[k] - there[k], 0.0)
         change = followed[k].projected(change[None])[0][0] if followed[k] else change
         total += float(change @ change)
     return total

@@ -9,7 +9,8 @@ from ..evaluate.program import Program
 from ..settings import DEFAULT
 from .refit import Fit
 
-VERDICT = DEFAULT.verdict
+CHANCE = DEFAULT.chance
+EXCESS = DEFAULT.excess
 
 
 def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
@@ -81,7 +82,7 @@ def spread(program: Program, chosen: np.ndarray) -> float:
 
 def limit_of(program: Program, chosen: np.ndarray) -> float:
     """Reduced chi-square of some recordings up to which nothing counts as left over."""
-    return 1.0 + max(VERDICT.minimum_excess, VERDICT.minimum_deviations * spread(program, chosen))
+    return 1.0 + max(EXCESS.minimum, CHANCE.deviations * spread(program, chosen))
 
 
 def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:

@@ -28,8 +28,9 @@ from .base_fit import base_fit
 from .misfit import relative_errors
 from .refit import Fit
 
-MISREAD = DEFAULT.misread
-VERDICT = DEFAULT.verdict
+INSTRUMENTS = DEFAULT.instruments
+SEARCH = DEFAULT.search
+SHARE = DEFAULT.share
 
 
 @dataclass(frozen=True)
@@ -106,11 +107,11 @@ def misread_in(
             what mainly heats, such as an actuator, hardly shows a pressure that is off by ten.
     """
     errors = _errors(program, base.evaluation)
-    if not (unexplained or np.max(errors) > MISREAD.minimum_error):
+    if not (unexplained or np.max(errors) > SHARE.misread):
         return None
     promising, found = _promising(program, _sum(errors), build), list[Misread]()
     for total, (column, factor, chosen) in promising:
-        if found and promising[0][0] < VERDICT.minor_share * total:
+        if found and promising[0][0] < SHARE.minor * total:
             break  # this one and all that follow are far from as good
         misread = _refitted(program, errors, column, factor, chosen, build)
         if misread is not None:
@@ -118,7 +119,7 @@ def misread_in(
     if not found:
         return None
     best, *others = sorted(found, key=lambda one: one.total)
-    alike = (one for one in others if one.total <= VERDICT.alike_factor**2 * best.total)
+    alike = (one for one in others if one.total <= SHARE.alike_factor**2 * best.total)
     return dataclasses.replace(best, alike=tuple(alike))
 
 
@@ -144,14 +145,14 @@ def _promising(
                 errors = _errors(program, here, quantity, factor)
             else:
                 errors = _nominal_errors(program, column, factor, build)
-                if factor in extremes and np.allclose(errors, nominal, rtol=MISREAD.equal):
+                if factor in extremes and np.allclose(errors, nominal, rtol=SHARE.alike):
                     unchanged.add(factor)
                     if len(unchanged) > 1:
                         break  # neither far more nor far less: the base model hardly uses this column
             helped = errors < nominal
             tried.append((_sum(np.where(helped, errors, nominal)), (column, factor, helped)))
     tried.sort(key=lambda one: one[0])
-    best = [one for one in tried[: MISREAD.refitted] if one[0] < _sum(nominal)]
+    best = [one for one in tried[: SEARCH.refitted_slips] if one[0] < _sum(nominal)]
     return [one for k, one in enumerate(best) if k == 0 or one[0] < most]
 
 
@@ -178,8 +179,8 @@ def _refitted(
     except InputError:  # no model for both together
         return None
     after = _errors(trial, fit.evaluation)
-    gross = np.max(after) >= MISREAD.minimum_error
-    if gross or _sum(after) > VERDICT.imperfect_share * _sum(errors):
+    gross = np.max(after) >= SHARE.misread
+    if gross or _sum(after) > SHARE.small * _sum(errors):
         return None
     names = () if chosen.all() else tuple(r.name for r, there in pairs if there)
     return Misread(column, factor, names, float(np.max(errors)), float(np.max(after)), _sum(after))
@@ -203,13 +204,13 @@ def factors_of(column: str) -> list[float]:
     Args:
         column: canonical column.
     """
-    unit, (least, most) = find_unit(schema.quantity_and_unit(column)[1]), MISREAD.ratios
+    unit, (least, most) = find_unit(schema.quantity_and_unit(column)[1]), INSTRUMENTS.confused_units
     ratios = [other.factor / unit.factor for other in UNITS.values() if other.dimension == unit.dimension]
-    tens = 10.0 ** np.arange(1.0, np.log10(most) + MISREAD.equal)
+    tens = 10.0 ** np.arange(1.0, np.log10(most) + SHARE.alike)
     found: list[float] = []
     for ratio in (*tens, *(max(r, 1.0 / r) for r in ratios)):
-        apart = [abs(np.log(ratio / known)) > MISREAD.equal for known in found]
-        if least <= ratio <= most * (1.0 + MISREAD.equal) and all(apart):
+        apart = [abs(np.log(ratio / known)) > SHARE.alike for known in found]
+        if least <= ratio <= most * (1.0 + SHARE.alike) and all(apart):
             found.append(float(ratio))
     found.sort(reverse=True)
     return [*(factor for ratio in found for factor in (ratio, 1.0 / ratio)), -1.0]

@@ -16,8 +16,11 @@ from ..evaluate.evaluation import Evaluation
 from ..evaluate.program import Program
 from ..settings import DEFAULT
 
-OUTLIERS = DEFAULT.outliers
-CAMPAIGNS = DEFAULT.campaigns
+CHANCE = DEFAULT.chance
+LISTS = DEFAULT.lists
+NOISE = DEFAULT.noise
+SHARE = DEFAULT.share
+VALUES = DEFAULT.values
 
 
 @dataclass(frozen=True)
@@ -39,8 +42,8 @@ class Outliers:
     @property
     def text(self) -> str:
         """Sentence for a report."""
-        at = [f"{t:.4g}" for t in self.times[: CAMPAIGNS.maximum_told]] + ["..."] * (
-            len(self.times) > CAMPAIGNS.maximum_told
+        at = [f"{t:.4g}" for t in self.times[: LISTS.told]] + ["..."] * (
+            len(self.times) > LISTS.told
         )
         return (
             f"{self.recording}: not counted, for far from the readings on both sides (by up to "
@@ -96,8 +99,8 @@ def among_readings(recording: Recording, channel: Channel, rows: np.ndarray) -> 
     far[there], apart[there] = _beside(values[there])
     kept = recording.reduction.rows[rows]
     return rows[
-        (far[kept] > OUTLIERS.minimum_distance * channel.sigma[rows])
-        & (far[kept] > OUTLIERS.minimum_lead * apart[kept])
+        (far[kept] > CHANCE.outlier * channel.sigma[rows])
+        & (far[kept] > CHANCE.deviations * apart[kept])
     ]
 
 
@@ -109,16 +112,16 @@ def outliers_of(channel: Channel, predicted: np.ndarray) -> tuple[np.ndarray, fl
         predicted: predictions of a fitted model, SI, (rows,), NaN where it has no answer.
     """
     there = np.flatnonzero(np.isfinite(channel.sigma) & np.isfinite(predicted))
-    if len(there) < CAMPAIGNS.minimum_values:
+    if len(there) < VALUES.minimum:
         return there[:0], 0.0
     sigma, curve = channel.sigma[there], predicted[there]
     far, apart = _beside((channel.measured[there] - curve) / sigma)
     bends = np.pad(np.abs(np.diff(curve, 2)), 2) / np.pad(sigma, 1, "edge")
     bends = np.lib.stride_tricks.sliding_window_view(bends, 3).max(axis=1)
     usual = max(1.0, np.median(far) / GAUSSIAN_MAD)
-    odd = far > OUTLIERS.minimum_distance * usual
-    odd &= far > OUTLIERS.minimum_lead * np.maximum(apart, bends)
-    if not odd.any() or odd.sum() > max(OUTLIERS.maximum_share * len(there), 1.0):
+    odd = far > CHANCE.outlier * usual
+    odd &= far > CHANCE.deviations * np.maximum(apart, bends)
+    if not odd.any() or odd.sum() > max(SHARE.outliers * len(there), 1.0):
         return there[:0], 0.0
     return there[odd], float(far[odd].max())
 
@@ -129,7 +132,7 @@ def _beside(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     One neighbour on either end does not count for the spread, for it may be an outlier itself. Both are zero
     for the first and last few values.
     """
-    windows = np.lib.stride_tricks.sliding_window_view(values, 2 * OUTLIERS.neighbours + 1)
-    beside = np.sort(np.delete(windows, OUTLIERS.neighbours, axis=1), axis=1)
-    far = np.abs(windows[:, OUTLIERS.neighbours] - np.median(beside, axis=1))
-    return np.pad(far, OUTLIERS.neighbours), np.pad(beside[:, -2] - beside[:, 1], OUTLIERS.neighbours)
+    windows = np.lib.stride_tricks.sliding_window_view(values, 2 * NOISE.neighbours + 1)
+    beside = np.sort(np.delete(windows, NOISE.neighbours, axis=1), axis=1)
+    far = np.abs(windows[:, NOISE.neighbours] - np.median(beside, axis=1))
+    return np.pad(far, NOISE.neighbours), np.pad(beside[:, -2] - beside[:, 1], NOISE.neighbours)

@@ -23,8 +23,9 @@ from ..settings import DEFAULT
 from .refit import Fit, Refitter, largest_deviation
 from .sensitivities import Block, Projector, Sensitivities, sensitivities_about
 
-SCORE_TEST = DEFAULT.score_test
+CHANCE = DEFAULT.chance
 OPTIMISER = DEFAULT.optimiser
+SCORE_TEST = DEFAULT.score_test
 
 UNSEEN = "no output of a fitted recording changes with it"
 ABSORBED = "constants of the base model absorb all that it changes"
@@ -105,7 +106,7 @@ def about_nominal(refitter: Refitter, fit: Fit, found: ScoreTest) -> list[Score]
 
     Far from nominal a true effect may seem to act the wrong way.
     """
-    if largest_deviation(refitter.unknowns, fit) < SCORE_TEST.far_from_nominal:
+    if largest_deviation(refitter.unknowns, fit) < CHANCE.deviations:
         return []
     nominal = replace(fit, u=refitter.unknowns.at_nominal(fit.u))
     by_slope, whole = _scores(refitter.unknowns, sensitivities_about(refitter, nominal, found.tried))[0], []

@@ -30,10 +30,10 @@ from ..settings import DEFAULT
 from .pool import Pool
 
 CANDIDATES = DEFAULT.candidates
+CHANCE = DEFAULT.chance
 EVIDENCE = DEFAULT.evidence
-ENTRY = DEFAULT.entry
-VERDICT = DEFAULT.verdict
-BASE_FIT = DEFAULT.base_fit
+EXCESS = DEFAULT.excess
+SHARE = DEFAULT.share
 
 LITTLE, BOUND, UNSEEN, LEFT_OUT, SHARE, FORM, INSTRUMENTS, REMAINS, BOUND_REMAINS = (
     "too little evidence", "at a bound", "validation recordings", "left-out recordings", "a small share",
@@ -90,7 +90,7 @@ class Judge:
                 break
             size = len(fit.slugs)
             top = tops.setdefault(size, worth)
-            if top - worth > max(EVIDENCE.minimum_difference, VERDICT.minor_share * top):
+            if top - worth > max(EVIDENCE.minimum_difference, SHARE.minor * top):
                 continue
             asked[size] += 1
             if size > 1 and asked[size] > CANDIDATES.final_count:  # the others were not fitted to the end
@@ -136,7 +136,7 @@ class Judge:
             return FORM
         strongest = max(worth, key=worth.get)
         bounded = [slug for slug in fit.slugs if at_its_bound(fit, slug)]
-        if bounded and self.scores(self.pool.base).sum() < BASE_FIT.minimum_poor:
+        if bounded and self.scores(self.pool.base).sum() < EXCESS.poor:
             return BOUND
         for rest in rests.values():
             gained, share = gain(self.scores(rest), self.scores(fit))
@@ -158,28 +158,28 @@ class Judge:
     def _needless(self, rest: Fit, fit: Fit, worth: float) -> bool:
         """True if an effect explains next to nothing of the misfit, and about noise is left without it."""
         program, base = self.pool.program, self.pool.base
-        if rest is base or worth >= VERDICT.imperfect_share**2 * evidence(
+        if rest is base or worth >= SHARE.small**2 * evidence(
             program, base, fit, inflation_of(program, fit)
         ):
             return False
         masks = program.fitted, program.unseen
         left = max(predictive_chi_square(program, rest, mask) - floor(program, rest, mask) for mask in masks)
-        return left <= VERDICT.minimum_over
+        return left <= EXCESS.little
 
     def _small(self, rest: Fit, fit: Fit, gained: float, share: float) -> bool:
         """True if an effect removes only a small share of what the others leave, and of the whole misfit."""
         program, base = self.pool.program, self.pool.base
         before, after, whole = (reduced(program, f, program.fitted) for f in (rest, fit, base))
-        by_chance = whole - 1.0 < VERDICT.minimum_deviations * spread(program, program.fitted)
+        by_chance = whole - 1.0 < CHANCE.deviations * spread(program, program.fitted)
         taken = 0.0 if by_chance else (before - after) / (whole - 1.0)
-        if taken >= VERDICT.minor_share:
+        if taken >= SHARE.minor:
             return False
-        if share < ENTRY.minimum_further_share:
+        if share < SHARE.further:
             return True
         if not self._leaves_more(fit):  # imperfect forms do
             return False
         original = float(self.scores(base).sum())
-        return gained < ENTRY.minimum_of_base * (original - 1.0) and taken < ENTRY.minimum_of_fitted
+        return gained < SHARE.of_base * (original - 1.0) and taken < SHARE.of_fitted
 
     def _too_much_left(self, fit: Fit) -> str | None:
         """Why a set is refused of which no effect would be named alone.
@@ -191,7 +191,7 @@ class Judge:
         parts = [self.pool.get([slug]) for slug in fit.slugs]
         if any(part is not None and self.refusal(part) is None for part in parts):
             return None
-        return REMAINS if self._leaves_more(fit) and self._kept(fit) > VERDICT.imperfect_share else None
+        return REMAINS if self._leaves_more(fit) and self._kept(fit) > SHARE.small else None
 
     def _kept(self, fit: Fit) -> float:
         """See `kept_of`."""
@@ -240,8 +240,8 @@ def outweighs(program: Program, lost: float, gained: float, inflation: float) ->
         gained: gain in the reduced chi-square of fitted values that were left out in turn.
         inflation: inflation of variances [1], see `inflation_of`.
     """
-    outweighed = VERDICT.imperfect_share * log_likelihood(program, gained)
-    return lost / inflation > ENTRY.maximum_loss and lost > outweighed
+    outweighed = SHARE.small * log_likelihood(program, gained)
+    return lost / inflation > EVIDENCE.maximum_loss and lost > outweighed
 
 
 def leaves_more(program: Program, fit: Fit, left_out: float = np.nan) -> bool:

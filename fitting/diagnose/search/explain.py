@@ -28,8 +28,9 @@ from .set_search import SetSearch, base_scored
 from .steps import Explanation, Named, Step
 
 BASE_FIT = DEFAULT.base_fit
-SCORE_TEST = DEFAULT.score_test
-VERDICT = DEFAULT.verdict
+CHANCE = DEFAULT.chance
+EXCESS = DEFAULT.excess
+SHARE = DEFAULT.share
 
 
 def explain(
@@ -55,14 +56,14 @@ def explain(
     found = base_scored(started, base, rng)
     untried = not program.fitted.all()  # recordings for validation have not been fitted
     whole = None
-    if untried and found.p_value > SCORE_TEST.level:
-        whole = _together(started, base, SCORE_TEST.level_together, search)
+    if untried and found.p_value > CHANCE.level:
+        whole = _together(started, base, CHANCE.level_together, search)
         if whole is not None and whole.final.slugs:
             return whole
         untried = False
     explanation = _whole(search, started, base, found)
     if untried and _contradicted(explanation) and not far_from_noise(explanation):
-        whole = _together(started, base, SCORE_TEST.level, search)
+        whole = _together(started, base, CHANCE.level, search)
         if whole is not None and whole.final.slugs and _better(whole, explanation):
             return whole
     explanation.second_look = None if whole is None or whole.final.slugs else whole
@@ -115,7 +116,7 @@ def far_from_noise(explanation: Explanation) -> bool:
     if fit is None or not program.noise_stated:
         return False
     left = predictive_chi_square(program, fit, program.fitted) - floor(program, fit, program.fitted)
-    return left > VERDICT.clearly_left
+    return left > EXCESS.clear
 
 
 def _contradicted(explanation: Explanation) -> bool:
@@ -126,4 +127,4 @@ def _contradicted(explanation: Explanation) -> bool:
         predictive_chi_square(program, one, program.unseen) for one in (explanation.base, fit)
     )
     certain = after - noise > limit_of(program, program.unseen) - 1.0
-    return certain and after - noise > VERDICT.maximum_kept * (before - noise)
+    return certain and after - noise > SHARE.most * (before - noise)

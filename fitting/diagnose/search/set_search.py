@@ -38,10 +38,10 @@ from .decision import FORM, INSTRUMENTS, Judge, leaves_more
 from .pool import Pool
 from .steps import Explanation, LeaveOneOutEvidence, Named, Step
 
-OPTIMISER = DEFAULT.optimiser
-SCORE_TEST = DEFAULT.score_test
 CANDIDATES = DEFAULT.candidates
+CHANCE = DEFAULT.chance
 EVIDENCE = DEFAULT.evidence
+OPTIMISER = DEFAULT.optimiser
 SEARCH = DEFAULT.search
 
 
@@ -73,7 +73,7 @@ class SetSearch:
         """
         program, base = explanation.program, step.base
         explanation.steps.append(step)
-        if step.score_test.p_value > SCORE_TEST.level:
+        if step.score_test.p_value > CHANCE.level:
             return None
         self.fill(program, step)
         if again and clearly_better(program, base, step.base):
@@ -129,7 +129,7 @@ class SetSearch:
         """True if a set leaves a significant score, or more than noise."""
         return (
             leaves_more(program, fit)
-            or self._scores_beside(program, fit).score_test.p_value <= SCORE_TEST.level
+            or self._scores_beside(program, fit).score_test.p_value <= CHANCE.level
         )
 
     def _scores_beside(self, program: Program, fit: Fit, rng: np.random.Generator | None = None) -> Step:
@@ -171,7 +171,7 @@ class SetSearch:
                 ),
             )
             for s in found.scores[: SEARCH.beam]
-            if s.p_value < SCORE_TEST.level
+            if s.p_value < CHANCE.level
         ]
 
     def _from_gram(
@@ -289,7 +289,7 @@ def scored(program: Program, current: Fit, rng: np.random.Generator) -> ScoreTes
 def base_scored(program: Program, base: Fit, rng: np.random.Generator) -> ScoreTest:
     """Scores of all effects about the base model; where none stands out, pairs have a second look."""
     found = scored(program, base, rng)
-    if found.p_value <= SCORE_TEST.level:
+    if found.p_value <= CHANCE.level:
         return found
     together = 2.0 * pairs_p_value(found.look, program.unknowns, rng)
     return replace(found, p_value=min(found.p_value, together))

@@ -1,46 +1,62 @@
-"""Every threshold of the diagnosis, in groups: `DEFAULT` is what all of its modules read.
+"""Every number of the diagnosis, in groups: `DEFAULT` is what all of its modules read.
 
     >>> DEFAULT.evidence.minimum_first
     8.0
 
-Each threshold has a sentence, a unit and the measurement that it rests on (`Threshold`). The table in
-`docs/diagnosis.md` is made of them: `python -m fitting.diagnose.settings`.
+Three kinds of numbers are counted apart (`CATEGORIES`). Decisions say what is concluded. Numerical settings
+say how much is computed, on which grids and to which tolerance. Assumptions say what instruments and tests
+usually are. Each number has a sentence, a unit and the measurement that it rests on (`Threshold`). The
+tables in `docs/diagnosis.md` are made of them: `python -m fitting.diagnose.settings`.
 """
 
 from dataclasses import dataclass
 
-from .conclusions import Discrepancy, Misread, NextExperiment, Place, Verdict
-from .decisions import CrossValidation, Drift, Entry, Evidence, ScoreTest, Search
-from .fits import BaseFit, Candidates, Optimiser, Scaling
-from .recordings import Campaigns, LatentTrajectories, Noise, Outliers
+from .assumptions import Drift, Instruments, NextExperiment
+from .decisions import Chance, Evidence, Excess, Probability, Share, Values
+from .effort import Candidates, CrossValidation, Discrepancy, Lists, Place, ScoreTest, Search
+from .fits import BaseFit, LatentTrajectories, Noise, Optimiser, Scaling
 from .threshold import Threshold, thresholds_of
 
-__all__ = ["DEFAULT", "Settings", "Threshold", "thresholds_of"]
+__all__ = ["CATEGORIES", "DEFAULT", "Settings", "Threshold", "thresholds_of"]
 
 
 @dataclass(frozen=True)
 class Settings:
-    """All groups, in the order in which a diagnosis meets them."""
+    """All groups: decisions, then numerical settings, then assumptions."""
 
-    campaigns: Campaigns = Campaigns()
+    values: Values = Values()
+    chance: Chance = Chance()
+    evidence: Evidence = Evidence()
+    excess: Excess = Excess()
+    share: Share = Share()
+    probability: Probability = Probability()
+
     noise: Noise = Noise()
-    outliers: Outliers = Outliers()
     trajectories: LatentTrajectories = LatentTrajectories()
     scaling: Scaling = Scaling()
     optimiser: Optimiser = Optimiser()
     base_fit: BaseFit = BaseFit()
+    lists: Lists = Lists()
     score_test: ScoreTest = ScoreTest()
     candidates: Candidates = Candidates()
-    evidence: Evidence = Evidence()
     cross_validation: CrossValidation = CrossValidation()
-    entry: Entry = Entry()
-    drift: Drift = Drift()
     search: Search = Search()
     discrepancy: Discrepancy = Discrepancy()
     place: Place = Place()
-    misread: Misread = Misread()
-    verdict: Verdict = Verdict()
+
+    instruments: Instruments = Instruments()
+    drift: Drift = Drift()
     next_experiment: NextExperiment = NextExperiment()
 
 
 DEFAULT = Settings()
+
+CATEGORIES = {
+    "Decisions": ("values", "chance", "evidence", "excess", "share", "probability"),
+    "Numerical settings": (
+        "noise", "trajectories", "scaling", "optimiser", "base_fit", "lists", "score_test", "candidates",
+        "cross_validation", "search", "discrepancy", "place",
+    ),
+    "Assumptions": ("instruments", "drift", "next_experiment"),
+}  # fmt: skip
+"""Names of the groups of each kind of number."""

@@ -1,13 +1,13 @@
-"""Print the table of thresholds; with a file as argument, bring the table of that document up to date."""
+"""Print the tables of thresholds; with a file as argument, bring those of that document up to date."""
 
 import sys
 from pathlib import Path
 
-from . import DEFAULT
+from . import CATEGORIES, DEFAULT
 from .table import rewrite, table
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        rewrite(Path(sys.argv[1]), DEFAULT)
+        rewrite(Path(sys.argv[1]), DEFAULT, CATEGORIES)
     else:
-        print(table(DEFAULT))
+        print(table(DEFAULT, CATEGORIES))

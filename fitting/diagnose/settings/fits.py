@@ -1,8 +1,65 @@
-"""Thresholds on fits: scaled unknowns, the optimiser, the base fit, candidate fits."""
+"""Numerical settings of fits: scaled unknowns, latent trajectories, the optimiser, noise, the base fit."""
 
 from dataclasses import dataclass
 
 from .threshold import NUMERICAL, threshold
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Size, growth and correlation of the errors of an instrument."""
+
+    difference_order: int = threshold(
+        4,
+        "Number of differences in a row for the noise of an unstated resistance.",
+        basis="sixth run: differences of lower order took fast phases for noise (0.0007 ohm for 0.0003)",
+    )
+    stretch: int = threshold(16, "Number of differences of one stretch for the same.")
+    quiet_quantile: float = threshold(
+        0.3,
+        "Maximum quantile of stretches, the quietest first, for telling that noise.",
+        basis="five opened cases of the sixth run: ramps, ripple and heaters pass for noise above it",
+    )
+    simulated_draws: int = threshold(50, "Number of simulated recordings for the scale of that quantile.")
+    simulated_samples: int = threshold(
+        2000, "Maximum number of samples of a simulated recording for the same.", "samples"
+    )
+    lags: tuple[int, ...] = threshold((1, 2, 3), "Number of rows between the values of a difference.", "rows")
+    dependent_differences: float = threshold(
+        4.0, "Number of second differences for the information of an independent one."
+    )
+    maximum_samples: int = threshold(
+        4096, "Maximum number of samples of a recording for second differences.", "samples"
+    )
+    dither: float = threshold(0.5, "Factor from a rounding step to the width of errors drawn anew.")
+    neighbours: int = threshold(3, "Number of readings on each side of one that may be an outlier.")
+
+
+@dataclass(frozen=True)
+class LatentTrajectories:
+    """The martensite fraction behind a measured resistance."""
+
+    hold_weight: float = threshold(
+        1e-6, "Factor on the squared change of a fraction, for rows that say nothing.", basis=NUMERICAL
+    )
+    maximum_step: float = threshold(0.2, "Maximum change of a fraction for one linear step.")
+    maximum_believed_step: float = threshold(
+        0.02, "Maximum change of a fraction for its linear answer to be believed."
+    )
+    rounds: int = threshold(3, "Maximum number of rounds of trajectories and process noise.")
+    first_rounds: int = threshold(8, "Maximum number of the same rounds for the first search.")
+    converged_step: float = threshold(1e-3, "Maximum change of a fraction for these rounds to end.")
+    runs: int = threshold(5, "Maximum number of model runs for one search of trajectories.")
+    sufficient_step: float = threshold(0.005, "Minimum change of a fraction for another run of that search.")
+    minimum_gain: float = threshold(0.05, "Minimum decrease of chi-square for another run of that search.")
+    minimum_gain_share: float = threshold(
+        2e-3, "Minimum decrease of chi-square for another run of that search, over chi-square."
+    )
+    minimum_step_share: float = threshold(0.2, "Minimum part of a step for a shorter one to be tried.")
+    maximum_stiffness: float = threshold(
+        1e10, "Maximum ratio of a walk's precision to what the best row tells; stiffer walks are as flat.",
+        basis="freedom within 1e-4 of the exact one; rounding made it negative without",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -15,6 +72,9 @@ class Scaling:
     log_units: float = threshold(5.0, "Number of scaled units between the bounds of such a shape.")
     minimum_wide_ratio: float = threshold(
         8.0, "Minimum ratio of its bounds for a shape to be tried at logarithmic distances."
+    )
+    prior_bounds: float = threshold(
+        4.0, "Maximum distance from nominal for a constant whose prior has no closer bounds.", "sd"
     )
     shape_deviation: float = threshold(
         1.5, "Factor from a shape's typical departure to the standard deviation of its prior."
@@ -67,9 +127,6 @@ class Optimiser:
 class BaseFit:
     """The fit of the base model that every search begins with."""
 
-    minimum_poor: float = threshold(
-        1.2, "Minimum reduced chi-square for other starts of the base fit, or an effect at a bound."
-    )
     scattered_starts: int = threshold(
         7, "Number of scattered starts for a hidden or stuck base fit.",
         basis="two of five starts of springs found the better of two optima",
@@ -77,47 +134,3 @@ class BaseFit:
     maximum_start: float = threshold(2.0, "Maximum distance from nominal for another start.", "sd")
     noise_rounds: int = threshold(2, "Number of rounds for noise estimate and base fit.")
     maximum_searches: int = threshold(3, "Maximum number of searches for a base fit that candidates improve.")
-    maximum_hot: float = threshold(
-        0.1, "Maximum martensite fraction in a test for a fit in which it is constant there.",
-        basis="seven simulated springs at full heat reached 0.015 to 0.03 with a fraction that walks",
-    )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Candidates:
-    """Choice of the candidates that are fitted together with the base, and effort for each."""
-
-    tried: int = threshold(10, "Maximum number of candidates for a first effect.")
-    first_steps: int = threshold(2, "Number of trial steps for every candidate.")
-    second_steps: int = threshold(4, "Number of further trial steps for the better candidates.")
-    second_count: int = threshold(
-        5, "Number of candidates for these further steps, or for an effect beside others."
-    )
-    final_count: int = threshold(3, "Number of candidates for a fit to the end.")
-    kept_by_score: int = threshold(
-        2, "Number of candidates, first by score, for every step, however they began.",
-        basis="fifteenth run: an effect of many shapes needs many steps",
-    )  # fmt: skip
-    about_nominal: int = threshold(
-        4, "Maximum number of further candidates for scores about nominal constants.",
-        basis="eighteenth run: beyond three standard deviations a true effect seemed to act the wrong way",
-    )  # fmt: skip
-    comparable_share: float = threshold(0.3, "Minimum share of the best such score for a candidate.")
-    hopeless_factor: float = threshold(3.0, "Maximum ratio of predicted to best objective for a further fit.")
-    other_shapes: tuple[float, ...] = threshold(
-        (0.15, 0.5, 0.85), "Number of further starts for shapes, by their share of the range: these.",
-        basis="wires, coupons and tubes: widths and time constants have optima of their own",
-    )  # fmt: skip
-    faint_share: float = threshold(
-        0.1, "Factor on an effect for a second start where the first ended worse than none."
-    )
-    begin_share: float = threshold(
-        0.02, "Factor on a typical amplitude for a start at zero.",
-        basis="with 0.1 the mismatch of an opened tube (c0022) was lost",
-    )  # fmt: skip
-    minimum_ahead: float = threshold(
-        0.75, "Minimum share of the best log Bayes factor for another base fit beside trajectories."
-    )
-    minimum_elsewhere: float = threshold(
-        0.5, "Minimum change of a base constant for another base fit from there.", "sd"
-    )

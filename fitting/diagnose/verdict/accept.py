@@ -14,7 +14,7 @@ from ..settings import DEFAULT
 from .held_out import Scores
 from .refusals import needless, refused
 
-VERDICT = DEFAULT.verdict
+SHARE = DEFAULT.share
 
 
 def accepted(explanation: Explanation, scores: Scores) -> tuple[Explanation, list[str]]:
@@ -59,7 +59,7 @@ def beyond_instruments(explanation: Explanation) -> bool:
     program, fit = explanation.program, explanation.final
     if not any(CATALOGUE[slug].remembers for slug in fit.slugs):
         return False
-    return not leaves_more(program, fit) or kept_of(program, explanation.base, fit) <= VERDICT.imperfect_share
+    return not leaves_more(program, fit) or kept_of(program, explanation.base, fit) <= SHARE.small
 
 
 def _with_names_of(explanation: Explanation, fit: Fit) -> Explanation:

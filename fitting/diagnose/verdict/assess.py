@@ -22,8 +22,9 @@ from .unexplained import (
 )
 from .unknown import Signs, probability_of_unknown, signs_of
 
-SCORE_TEST = DEFAULT.score_test
-VERDICT = DEFAULT.verdict
+CHANCE = DEFAULT.chance
+EXCESS = DEFAULT.excess
+PROBABILITY = DEFAULT.probability
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def assess(explanation: Explanation) -> Assessment:
     )
     floors = [floor(program, explanation.final, mask) for mask in masks]
     limits = [limit_of(program, mask) for mask in masks]
-    if min(base) > VERDICT.gross and explanation.p_value > SCORE_TEST.level:
+    if min(base) > EXCESS.gross and explanation.p_value > CHANCE.level:
         explanation = explanation.with_chance(tail(program, base[0]), explanation.p_is_bound)
     chance = explanation.p_value, explanation.p_is_bound
     discrepancy = best_discrepancy(program, explanation.base)
@@ -87,7 +88,7 @@ def assess(explanation: Explanation) -> Assessment:
     unknown, lost, beyond, mimicked = 0.0, 0.0, False, ()
     if signs is not None:
         helpless = signs.kept >= 1.0 and any(left > limit for left, limit in zip(last, limits, strict=True))
-        likely = max(probability_of_unknown(signs), VERDICT.refuted_unknown if helpless else 0.0)
+        likely = max(probability_of_unknown(signs), PROBABILITY.refuted if helpless else 0.0)
         unknown, beyond, mimicked = _doubt_of_names(explanation, likely, over is not None and over.stated)
         lost = outdone(explanation, discrepancy)
     elif mismatch:
@@ -98,7 +99,7 @@ def assess(explanation: Explanation) -> Assessment:
     rest = beside(program, explanation.final) if beyond or (named and last[0] > limits[0]) else None
     left = over if rest is None else left_of(program, explanation.final, rest)
     if explanation.misread is not None or (left is not None and not left.trusted):
-        unknown = max(unknown, VERDICT.refuted_unknown)
+        unknown = max(unknown, PROBABILITY.refuted)
     return Assessment(
         named, mismatch, chance, unknown, beyond, mimicked, last, signs, lost, discrepancy, further, rest
     )
@@ -121,5 +122,5 @@ def _doubt_of_names(
         return unknown, False, ()
     letter, slugs = explanation.program.specimen.letter, explanation.final.slugs
     mimicked = tuple(slug for slug in slugs if mimicked_in(CATALOGUE[slug], letter))
-    beyond = unknown >= VERDICT.beside_unknown or more_than_noise
-    return max(unknown, VERDICT.beside_unknown) if beyond else unknown, beyond, mimicked
+    beyond = unknown >= PROBABILITY.beside or more_than_noise
+    return max(unknown, PROBABILITY.beside) if beyond else unknown, beyond, mimicked

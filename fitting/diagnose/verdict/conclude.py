@@ -33,7 +33,8 @@ from .refusals import beyond_form, contended
 from .repeats import Repeats, repeats_of
 from .unexplained import by_discrepancy
 
-VERDICT = DEFAULT.verdict
+PROBABILITY = DEFAULT.probability
+SHARE = DEFAULT.share
 
 
 def conclude(explanation: Explanation) -> Conclusion:
@@ -144,7 +145,7 @@ def _described(
     models = [(before, alone, explanation.base)]
     if doubtful:
         score = scores.averaged([(program, explanation.final, 1.0)])
-        if score.reduced_chi2 - 1.0 < VERDICT.maximum_kept * max(before.reduced_chi2 - 1.0, 0.0):
+        if score.reduced_chi2 - 1.0 < SHARE.most * max(before.reduced_chi2 - 1.0, 0.0):
             models.append((score, [*alone, *doubtful], explanation.final))
     options = []
     for score, found, fit in models:
@@ -167,7 +168,7 @@ def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, C
     kept = [
         (t, w)
         for t, w in zip(last.candidates, weights, strict=True)
-        if w >= VERDICT.minimum_weight or t.slug == last.slug
+        if w >= PROBABILITY.minimum_weight or t.slug == last.slug
     ]
     total = sum(w for _, w in kept)
     program, final = explanation.program, explanation.final
@@ -233,7 +234,7 @@ def _share_with_lookalikes(
     Returns:
         Probability that the strongest effect is one without a name.
     """
-    kept, moved = 1.0 - VERDICT.beside_unknown, 0.0
+    kept, moved = 1.0 - PROBABILITY.beside, 0.0
     for slug in slugs:
         probability, bayes = candidates[slug]
         candidates[slug] = kept * probability, bayes
@@ -246,7 +247,7 @@ def _share_with_lookalikes(
 
 def _lookalike(slugs: tuple[str, ...]) -> Found:
     """Something outside the catalogue that looks like named effects, as an entry of its own beside them."""
-    return Found(UNMODELLED, VERDICT.beside_unknown, 0.0, {}, list(slugs), _looks_like(slugs))
+    return Found(UNMODELLED, PROBABILITY.beside, 0.0, {}, list(slugs), _looks_like(slugs))
 
 
 def _looks_like(slugs: tuple[str, ...]) -> str:

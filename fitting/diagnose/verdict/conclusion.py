@@ -22,8 +22,8 @@ from .probabilities import UNMODELLED, Found
 from .repeats import Repeats
 from .unknown import Signs
 
-LEVEL = DEFAULT.score_test.level
-FAINT = DEFAULT.verdict.faint
+LEVEL = DEFAULT.chance.level
+FAINT = DEFAULT.excess.faint
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from .locate import Place, distinct_drivers, drivers_of, knots_of
 from .repeats import Repeats
 
 DISCREPANCY = DEFAULT.discrepancy
+SHARE = DEFAULT.share
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,7 @@ def beside(program: Program, fit: Fit) -> Discrepancy | None:
     None where it removes too little of what the effects leave of left-out parts.
     """
     return _described(
-        program, fit, (_first(program),), tuple(distinct_drivers(program, fit)), DISCREPANCY.maximum_kept
+        program, fit, (_first(program),), tuple(distinct_drivers(program, fit)), SHARE.kept_by_discrepancy
     )
 
 

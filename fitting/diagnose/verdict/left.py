@@ -15,7 +15,7 @@ from ..settings import DEFAULT
 from .discrepancy import Discrepancy
 from .regime import Regime, regime_of
 
-VERDICT = DEFAULT.verdict
+EXCESS = DEFAULT.excess
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Left:
 
         Much of an unstated noise may be little of the true one.
         """
-        return self.open or not self.stated or self.reduced_chi2 - self.noise <= VERDICT.clearly_left
+        return self.open or not self.stated or self.reduced_chi2 - self.noise <= EXCESS.clear
 
     @property
     def text(self) -> str:
@@ -90,9 +90,9 @@ def left_of(
         for mask in scored(program)
     ]
     square, noise, mask = max(excess, key=lambda one: one[0] - one[1])
-    if square - noise <= VERDICT.minimum_over:
+    if square - noise <= EXCESS.little:
         square, noise, _ = excess[-1]  # of the recordings that the score is about
-        if score is None or score - noise <= VERDICT.clearly_left:
+        if score is None or score - noise <= EXCESS.clear:
             return None
         return Left(float(score), float(noise), True, fit.slugs, None, explained=float(square))
     held_out = bool(not np.any(mask & program.fitted))

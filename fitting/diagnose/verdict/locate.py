@@ -15,8 +15,8 @@ from ..search.steps import Explanation
 from ..settings import DEFAULT
 
 DISCREPANCY = DEFAULT.discrepancy
+LISTS = DEFAULT.lists
 PLACE = DEFAULT.place
-CAMPAIGNS = DEFAULT.campaigns
 
 INTERNAL = ("gamma_", "ohms_", "taken", "slope_", "memory_", "renewal_")
 """Beginnings of the names of drivers that reports do not use."""
@@ -43,7 +43,7 @@ class Place:
     def led_by(self, driver: str) -> "Place":
         """The same with another driver first."""
         ranked = [driver, *(d for d in self.drivers if d != driver)]
-        return replace(self, drivers=ranked[: CAMPAIGNS.maximum_told])
+        return replace(self, drivers=ranked[: LISTS.told])
 
 
 def locate(explanation: Explanation) -> Place:
@@ -58,7 +58,7 @@ def locate(explanation: Explanation) -> Place:
         share = _explained(values[valid], misfit[valid])
         if share is not None:
             shares[name] = share
-    ranked = sorted(shares, key=lambda name: -shares[name])[: CAMPAIGNS.maximum_told]
+    ranked = sorted(shares, key=lambda name: -shares[name])[: LISTS.told]
     regions = [_region(program.kind, name, drivers[name][valid], misfit[valid]) for name in ranked[:1]]
     rows = _window(program, misfit, valid)
     if rows is not None and regions:

@@ -19,7 +19,8 @@ from ..search.steps import Explanation, LeaveOneOutEvidence
 from ..settings import DEFAULT
 
 EVIDENCE = DEFAULT.evidence
-VERDICT = DEFAULT.verdict
+PROBABILITY = DEFAULT.probability
+SHARE = DEFAULT.share
 
 UNMODELLED = "unmodelled"
 
@@ -56,7 +57,7 @@ class Found:
 
         It is no likelier than tentative ones are, or the error of every strength exceeds it.
         """
-        hardly = bool(self.probability <= VERDICT.tentative or self.errors < 1.0)
+        hardly = bool(self.probability <= PROBABILITY.tentative or self.errors < 1.0)
         return self.slug != UNMODELLED and hardly
 
     @property
@@ -81,9 +82,10 @@ def probabilities(
     slugs = explanation.program.unknowns.slugs
     step = explanation.leading
     candidates = {t.slug: t for t in step.candidates} if step else {}
-    bayes = {slug: float(candidates[slug].bayes) if slug in candidates else VERDICT.untried for slug in slugs}
+    untried = EVIDENCE.untried
+    bayes = {slug: float(candidates[slug].bayes) if slug in candidates else untried for slug in slugs}
     if not mismatch:
-        nothing = VERDICT.tentative
+        nothing = PROBABILITY.tentative
         share = (1.0 - nothing) / (len(slugs) + 1)
         return {slug: (share, min(bayes[slug], 0.0)) for slug in slugs}, nothing
     worth = (
@@ -91,7 +93,7 @@ def probabilities(
         if explanation.leave_one_out
         else (lambda candidate: candidate.bayes)
     )
-    logs = [worth(candidates[slug]) if slug in candidates else VERDICT.untried for slug in slugs]
+    logs = [worth(candidates[slug]) if slug in candidates else untried for slug in slugs]
     weights = (1.0 - unknown) * weights_of(np.array([*logs, -_others(explanation)]))
     bayes |= {s.slug: float(s.own.bayes) for s in explanation.leave_one_out}
     shares = {slug: (float(w), bayes[slug]) for slug, w in zip(slugs, weights, strict=False)}
@@ -119,7 +121,7 @@ def weights_of(logs: np.ndarray) -> np.ndarray:
 
 def imperfection_of(best: float) -> float:
     """Log Bayes factor by which the form of the best explanation may be off."""
-    return max(1.0, VERDICT.imperfect_share * float(best))
+    return max(1.0, SHARE.small * float(best))
 
 
 def told_apart(best: float, other: float) -> bool:
@@ -140,15 +142,15 @@ def effects_found(explanation: Explanation, unknown: float) -> list[Found]:
         instead = dict(zip([slug, *(t.slug for t in rivals)], np.delete(weights, 1).tolist(), strict=True))
         probability = float(weights[0]) * (1.0 - unknown)
         probability = min(
-            probability, max(_share(explanation, one_out) / VERDICT.minor_share, VERDICT.doubtful)
+            probability, max(_share(explanation, one_out) / SHARE.minor, PROBABILITY.doubtful)
         )
         if at_its_bound(fit, slug):
-            probability *= VERDICT.tentative
+            probability *= PROBABILITY.tentative
         if candidate.bayes - candidate.explained_by_instruments < EVIDENCE.minimum_settled:
-            probability = min(probability, VERDICT.tentative)
+            probability = min(probability, PROBABILITY.tentative)
         others = [pair for pair in explanation.contending if slug not in pair]
         if others:
-            probability = min(probability, VERDICT.doubtful)
+            probability = min(probability, PROBABILITY.doubtful)
         parameters = {}
         for k in program.unknowns.of([slug]):
             item = program.unknowns.items[k]
@@ -186,7 +188,7 @@ def _alike(program: Program, rival: CandidateFit, one_out: LeaveOneOutEvidence) 
     """True if a rival explains the recordings nearly as well, down to the noise."""
     mine, other = (reduced(program, t.fit, program.fitted) for t in (one_out.own, rival))
     return (
-        other < VERDICT.alike_factor * max(mine, 1.0) and one_out.net - rival.bayes < VERDICT.alike_evidence
+        other < SHARE.alike_factor * max(mine, 1.0) and one_out.net - rival.bayes < EVIDENCE.alike
     )
 
 
@@ -222,6 +224,6 @@ def _fewest(pool: dict[str, float]) -> list[str]:
     for slug in sorted(pool, key=lambda s: -pool[s]):
         chosen.append(slug)
         total += pool[slug]
-        if total >= VERDICT.set_probability:
+        if total >= PROBABILITY.sure:
             break
     return chosen

@@ -8,7 +8,7 @@ from fitting.inference.numbers import number
 from ..settings import DEFAULT
 from .text import not_fitted, went
 
-VERDICT = DEFAULT.verdict
+SHARE = DEFAULT.share
 
 
 def needless(slugs: Sequence[str]) -> str:
@@ -49,6 +49,6 @@ def beyond_form(slug: str, named: Sequence[str]) -> str:
     they = "it explains" if len(named) == 1 else "they explain"
     return (
         f"{slug} beside {joined(named)} would explain less than "
-        f"{number(100.0 * VERDICT.imperfect_share**2)} % of what {they}, and no form is known so well: not "
+        f"{number(100.0 * SHARE.small**2)} % of what {they}, and no form is known so well: not "
         "accepted"
     )

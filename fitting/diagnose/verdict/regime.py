@@ -18,8 +18,8 @@ from ..settings import DEFAULT
 from .locate import distinct_drivers, sized
 
 stats = Late("scipy.stats")
+CHANCE = DEFAULT.chance
 PLACE = DEFAULT.place
-SCORE_TEST = DEFAULT.score_test
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def regime_of(program: Program, fit: Fit, among: np.ndarray | None = None) -> Re
     best = int(np.argmin(chances))
     square, inside = found.square[other], found.inside[other, best]
     p_value = _chance(square, inside, "exact")
-    if p_value > SCORE_TEST.level:
+    if p_value > CHANCE.level:
         return None
     return Regime(found.texts[best], _share(square, inside), float(inside.mean()), p_value)
 

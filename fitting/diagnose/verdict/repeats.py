@@ -22,9 +22,9 @@ from ..settings import DEFAULT
 from .locate import drivers_of, hats_at, misfit_of
 
 stats = Late("scipy.stats")
+CHANCE = DEFAULT.chance
 PLACE = DEFAULT.place
-ALIKE = DEFAULT.verdict.alike_factor
-SCORE_TEST = DEFAULT.score_test
+ALIKE = DEFAULT.share.alike_factor
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def repeats_of(program: Program, fit: Fit) -> Repeats | None:
         fit: model.
     """
     found = [(course, *_found(course)) for course in _courses(program, fit) if course is not None]
-    found = [one for one in found if one[2] * len(found) <= SCORE_TEST.level]
+    found = [one for one in found if one[2] * len(found) <= CHANCE.level]
     if not found:
         return None
     told = [

@@ -20,7 +20,8 @@ from ..settings import DEFAULT
 from .conclusion import Conclusion
 from .unexplained import missed_beyond_drift
 
-VERDICT = DEFAULT.verdict
+EXCESS = DEFAULT.excess
+PROBABILITY = DEFAULT.probability
 
 REPEATING = {
     "time": "a pump, a switched heater or mains hum",
@@ -94,7 +95,7 @@ def _verdict(conclusion: Conclusion) -> list[str]:
         lead = _unexplained(conclusion, whole)
         rival = conclusion.discrepancy
         if (
-            conclusion.unknown <= VERDICT.tentative
+            conclusion.unknown <= PROBABILITY.tentative
             and not conclusion.explanation.final.slugs
             and rival is not None
         ):
@@ -179,7 +180,7 @@ def _excuse(conclusion: Conclusion) -> str:
     """Reason why names stay with which the misfit of left-out recordings rises, after a comma."""
     alone, named = conclusion.explanation.left_out
     rise = conclusion.after.reduced_chi2 - conclusion.before.reduced_chi2
-    if rise > VERDICT.clearly_left and alone > named:
+    if rise > EXCESS.clear and alone > named:
         return f", while that of parts of recordings {went(alone, named)}: it holds between what was recorded"
     return ", no more than chance and the other recordings allow"
 

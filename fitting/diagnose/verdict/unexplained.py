@@ -14,10 +14,11 @@ from ..search.steps import Explanation
 from ..settings import DEFAULT
 from .discrepancy_evidence import DiscrepancyEvidence
 
-SCORE_TEST = DEFAULT.score_test
-EVIDENCE = DEFAULT.evidence
+CHANCE = DEFAULT.chance
 DRIFT = DEFAULT.drift
-VERDICT = DEFAULT.verdict
+EVIDENCE = DEFAULT.evidence
+EXCESS = DEFAULT.excess
+PROBABILITY = DEFAULT.probability
 
 
 def contradicted(
@@ -57,9 +58,9 @@ def discrepancy_probability(
     certain = discrepancy is not None and discrepancy.bayes > EVIDENCE.minimum_settled
     certain = certain or _by_signature(explanation, base, discrepancy, floors)
     if not certain:
-        return VERDICT.tentative
+        return PROBABILITY.tentative
     sure = any(score > max(noise, limit) for score, noise, limit in zip(base, floors, limits, strict=True))
-    return VERDICT.most_unknown if sure else VERDICT.nothing_named_unknown
+    return PROBABILITY.most if sure else PROBABILITY.nothing_named
 
 
 def _by_signature(
@@ -73,14 +74,14 @@ def _by_signature(
     explain.
     """
     program = explanation.program
-    if explanation.p_value > SCORE_TEST.level:
+    if explanation.p_value > CHANCE.level:
         return False
     seen = [score - (noise - 1.0) for score, noise in zip(base, floors, strict=True)]
     left = steady(seen[0], discrepancy)
-    chance = 1.0 + VERDICT.sure_deviations * spread(program, program.fitted)
+    chance = 1.0 + CHANCE.sure_deviations * spread(program, program.fitted)
     sure = explanation.p_is_bound and program.noise_stated and left > chance
-    shown = seen[1] > 1.0 or left > VERDICT.faint
-    if min(left, seen[1]) > VERDICT.faint or max(seen) > VERDICT.gross or (sure and shown):
+    shown = seen[1] > 1.0 or left > EXCESS.faint
+    if min(left, seen[1]) > EXCESS.faint or max(seen) > EXCESS.gross or (sure and shown):
         return True
     return program.noise_stated and missed_beyond_drift(program, explanation.base)
 

@@ -20,7 +20,9 @@ from ..settings import DEFAULT
 from .discrepancy_evidence import DiscrepancyEvidence
 from .probabilities import imperfection_of
 
-VERDICT = DEFAULT.verdict
+CHANCE = DEFAULT.chance
+PROBABILITY = DEFAULT.probability
+SHARE = DEFAULT.share
 TABLE = "calibration.toml"
 
 
@@ -67,7 +69,7 @@ def signs_of(
     """
     program, kept = explanation.program, 0.0
     for mask, before, after, noise in zip(scored(program), base, last, floors, strict=True):
-        beyond = after - noise - VERDICT.chance_deviations * spread(program, mask)
+        beyond = after - noise - CHANCE.sign_deviations * spread(program, mask)
         kept = max(kept, _share(beyond, before - noise))
     alone, named = explanation.left_out
     outdone = 0.0 if discrepancy is None else _share(named - discrepancy.left_out, alone - 1.0)
@@ -89,8 +91,8 @@ def probability_of_unknown(signs: Signs) -> float:
     Effects that keep too much of the misfit to help have something unknown beside them in any case.
     """
     odds = float(curve() @ signs.scaled)
-    least = VERDICT.beside_unknown if signs.kept > VERDICT.maximum_kept else VERDICT.least_unknown
-    return float(np.clip(1.0 / (1.0 + np.exp(-odds)), least, VERDICT.most_unknown))
+    least = PROBABILITY.beside if signs.kept > SHARE.most else PROBABILITY.least
+    return float(np.clip(1.0 / (1.0 + np.exp(-odds)), least, PROBABILITY.most))
 
 
 @cache
