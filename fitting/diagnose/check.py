@@ -172,7 +172,7 @@ def _driven(recording: Recording) -> bool:
         small = dict(INSTRUMENTS.still_ranges).get(name.partition("_")[0])
         least = float(np.max(np.abs(values))) * SHARE.same if small is None else small
         unknown = recording.noise_si(name) is None  # coarse samples of a ramp look like noise, too
-        if (unknown and np.ptp(values) > least) or np.std(values) > CHANCE.driver_ratio * noise_of(
+        if (unknown and np.ptp(values) > least) or np.std(values) > CHANCE.scatter_ratio * noise_of(
             recording, name
         ):
             return True
@@ -185,9 +185,7 @@ def _alike(recordings: Sequence[Recording]) -> bool:
         held = [r for r in recordings if r.has(name)]
         means = np.array([np.nanmean(r.si(name)) for r in held])
         noise = max(noise_of(r, name) for r in held)
-        if np.ptp(means) > max(
-            CHANCE.agreement * noise, SHARE.same_input * float(np.max(np.abs(means)))
-        ):
+        if np.ptp(means) > max(CHANCE.deviations * noise, SHARE.same * float(np.max(np.abs(means)))):
             return False
     return True
 
@@ -208,23 +206,19 @@ def _contradiction(a: Recording, b: Recording) -> str | None:
     if time is None:
         return None
     own = a.specimen == b.specimen
-    spread = (
-        SHARE.same
-        if own
-        else SHARE.same + CHANCE.agreement * np.sqrt(2.0) * _tolerance(a)
-    )
+    spread = SHARE.small + (0.0 if own else CHANCE.deviations * np.sqrt(2.0) * _tolerance(a))
     for column in a.outputs:
         quantity, unit = schema.quantity_and_unit(column)
         if quantity in drivers_in(a) or column not in b.outputs:
             continue
         x, y = _at(a, quantity, time), _at(b, quantity, time)
         there = np.isfinite(x) & np.isfinite(y)
-        if there.sum() < VALUES.minimum_rows:
+        if there.sum() < VALUES.minimum:
             continue
         apart = np.abs(x - y)[there]
         noise = float(np.hypot(noise_of(a, quantity), noise_of(b, quantity)))
         reach = max(float(np.ptp(x[there])), float(np.ptp(y[there])))
-        if np.median(apart) > CHANCE.agreement * noise + spread * reach:
+        if np.median(apart) > CHANCE.deviations * noise + spread * reach:
             most = float(np.max(apart))
             times = f" ({most / noise:.0f} times their noise)" if noise > 0.0 else ""
             whose = (
@@ -253,25 +247,19 @@ def _common(a: Recording, b: Recording) -> np.ndarray | None:
     """Times from the start over which two recordings were driven alike; None if these are too short."""
     end = min(np.nanmax(_clock(a)), np.nanmax(_clock(b)))
     count = min(len(a), len(b), LISTS.compared_rows)
-    if not end > 0.0 or count < VALUES.minimum_rows:
+    if not end > 0.0 or count < VALUES.minimum:
         return None
     time = np.linspace(0.0, end, count)
     alike, moved = np.ones(count, bool), np.zeros(count, bool)
     for name in drivers_in(a):
         x, y = _at(a, name, time), _at(b, name, time)
         reach = max(float(np.nanmax(x) - np.nanmin(x)), float(np.nanmax(y) - np.nanmin(y)))
-        noise = min(float(np.hypot(noise_of(a, name), noise_of(b, name))), SHARE.same_input * reach)
-        alike &= np.abs(x - y) <= CHANCE.agreement * noise + SHARE.same_input * reach
-        moved |= (
-            np.abs(x - x[0])
-            > CHANCE.driver_ratio * CHANCE.agreement * noise
-            + SHARE.minor * reach
-        )
+        noise = min(float(np.hypot(noise_of(a, name), noise_of(b, name))), SHARE.same * reach)
+        alike &= np.abs(x - y) <= CHANCE.outlier * noise + SHARE.same * reach
+        moved |= np.abs(x - x[0]) > CHANCE.outlier * noise + SHARE.minor * reach
     apart = np.flatnonzero(~alike)
     count = int(apart[0]) if apart.size else count
-    return (
-        time[:count] if count >= SHARE.most * len(time) and moved[:count].any() else None
-    )
+    return time[:count] if count >= SHARE.most * len(time) and moved[:count].any() else None
 
 
 def _at(recording: Recording, quantity: str, time: np.ndarray) -> np.ndarray:

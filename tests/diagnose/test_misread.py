@@ -43,7 +43,7 @@ def test_a_slip_in_all_recordings_is_found(asked, slip):
     found = asked(lambda _, recording: scaled(recording, "pressure_kPa", slip))
     assert (found.column, found.recordings) == ("pressure_kPa", ())
     assert found.factor == pytest.approx(1.0 / slip)
-    assert found.after < 0.02 < DEFAULT.share.misread < found.before
+    assert found.after < 0.02 < DEFAULT.share.minor < found.before
 
 
 def test_a_slip_in_one_recording_names_it(asked):

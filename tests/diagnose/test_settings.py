@@ -91,3 +91,8 @@ def test_the_tables_of_the_documentation_are_made_of_the_thresholds():
     with pytest.raises(ValueError, match="needs the marks"):
         replaced("text", DEFAULT, CATEGORIES)
     assert replaced(f"a {BEGIN} old {END} b", DEFAULT, CATEGORIES).startswith(f"a {BEGIN}\n### Decisions")
+
+
+def test_decisions_stay_few():
+    """More principles than these would be hard to tell from each other. A new one takes the place of another."""
+    assert sum(one.name.partition(".")[0] in CATEGORIES["Decisions"] for one in THRESHOLDS) <= 25

@@ -62,7 +62,7 @@ def explain_own(
                 continue
             score = problem.left_out(fits[candidate.name])
             candidates[place] = candidate.scored(score)
-            if score < (1.0 - SHARE.of_base) * kept:
+            if score < (1.0 - SHARE.small) * kept:
                 stage.chosen, current, kept = candidate.name, fits[candidate.name], score
                 break
         if stage.chosen is None:

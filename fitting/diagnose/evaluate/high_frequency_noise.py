@@ -51,7 +51,7 @@ def high_frequency_readings(recordings: Sequence[Recording], rows: Sequence[Rows
             sigma = block_noise(own, 0.0, blocks[k])[0]
             span = float(np.ptp(raw)) if len(raw) else 0.0
             floor = max(LEAST_NOISE * span, rounding_noise(raw), 1e-12)
-            if blocks[k] > 1 and means > CHANCE.block_excess * sigma:
+            if blocks[k] > 1 and means > CHANCE.scatter_ratio * sigma:
                 sigma = means
             found[k][quantity] = max(sigma, floor)
     return found

@@ -167,7 +167,7 @@ def instrument_of(series: Sequence[Series]) -> Instrument | None:
         series: errors of one quantity; all with a stated noise, or none.
     """
     bends = [one.bends() for one in series]
-    if sum(len(parts[0][0]) for parts in bends) < VALUES.minimum_differences:
+    if sum(len(parts[0][0]) for parts in bends) < VALUES.minimum * NOISE.dependent_differences:
         return None
     rows = np.concatenate([one.signal[np.isfinite(one.errors)] for one in series])
     level = float(np.sqrt(np.mean(rows**2))) or 1.0

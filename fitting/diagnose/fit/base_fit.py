@@ -45,7 +45,7 @@ def base_fit(
     begin = program.unknowns.neutral if start is None else start
     program, fit = fit_with_noise(program, Refitter(program).fit((), start))
     bound = at_bound(program.unknowns, fit)
-    if bound or reduced(program, fit, program.fitted) > EXCESS.poor:
+    if bound or reduced(program, fit, program.fitted) > 1.0 + EXCESS.little:
         stuck = bool(bound) or not departed_from(program, fit, begin)
         starts = [*_elsewhere(program, fit, stuck), *further(program)]
         refitter = Refitter(program)
@@ -71,7 +71,7 @@ def with_hot_tests_at_rest(program: Program, fit: Fit) -> tuple[Program, Fit]:
     for k in np.flatnonzero(program.fitted) if latent.may_rest else ():
         resting = latent.resting(program.stacked)
         course = fit.evaluation.drivers[TRAJECTORY][k, : row_count(program.stacked, k)]
-        if resting[k] or not np.max(course) <= SHARE.hot:
+        if resting[k] or not np.max(course) <= SHARE.small:
             continue
         resting[k] = True
         trial = replace(program, stacked=latent.with_resting(program.stacked, resting)).prepared(fit.u)
@@ -91,7 +91,7 @@ def _by_chance(chi_square: float, count: int) -> bool:
 
 def clearly_better(program: Program, fit: Fit, other: Fit) -> bool:
     """True if another fit of the same model is better by more than the minimum log-likelihood."""
-    return fit.objective - other.objective > EVIDENCE.minimum_further * inflation_of(program, other)
+    return fit.objective - other.objective > EVIDENCE.minimum_difference * inflation_of(program, other)
 
 
 def departed_from(program: Program, fit: Fit, start: np.ndarray) -> bool:

@@ -90,7 +90,7 @@ def candidate_fits(
     likely = [s for s in found.scores if s.p_value < CHANCE.level][: effort * most]
     nominal = about_nominal(refitter, current, found)
     others = [s for s in nominal if s.slug not in {one.slug for one in likely}]
-    enough = SHARE.comparable * max((s.gain for s in nominal), default=0.0)
+    enough = SHARE.minor * max((s.gain for s in nominal), default=0.0)
     likely += [s for s in others if s.p_value < CHANCE.level and s.gain >= enough][
         : effort * CANDIDATES.about_nominal
     ]
@@ -216,7 +216,7 @@ def _ahead(
     rest = sorted((slugs for slugs in best if slugs not in first), key=promised.get)
     first += [slugs for slugs in rest[:1] if promised[slugs] < worst]
     least = min((fit.objective for fit in best.values()), default=np.inf)
-    if least >= log_likelihood(program, EXCESS.faint, 1.0):
+    if least >= log_likelihood(program, 1.0 + EXCESS.little, 1.0):
         return first
     return [slugs for slugs in first if promised[slugs] <= CANDIDATES.hopeless_factor * least]
 
@@ -279,11 +279,7 @@ def refitted_baseline(program: Program, current: Fit, candidates: list[Candidate
     slow, asked = program.hidden, set()
     while True:
         best = max((t.bayes for t in candidates), default=0.0)
-        enough = (
-            max(EVIDENCE.minimum_further, CANDIDATES.minimum_ahead * best)
-            if slow
-            else EVIDENCE.minimum_further
-        )
+        enough = max(EVIDENCE.minimum_difference, CANDIDATES.minimum_ahead * best if slow else 0.0)
         ahead = [t for t in candidates if t.bayes > enough and t.slug not in asked]
         if not ahead:
             weigh(program, current, candidates)

@@ -42,7 +42,7 @@ def _passed_on(program: Program, fit: Fit, noise: dict[str, np.ndarray]) -> floa
     there, moved = (program.evaluate(fit.u, nothing, rows).misfit for rows in (still, noisy))
     followed = program.followed(fit.evaluation)
     for k in np.flatnonzero(program.fitted):
-        change = np.where(np.abs(moved[k] - there[k]) < CHANCE.maximum_change, moved[k] - there[k], 0.0)
+        change = np.where(np.abs(moved[k] - there[k]) < CHANCE.outlier, moved[k] - there[k], 0.0)
         change = followed[k].projected(change[None])[0][0] if followed[k] else change
         total += float(change @ change)
     return total

@@ -10,7 +10,7 @@ from ..settings import DEFAULT
 from .refit import Fit
 
 CHANCE = DEFAULT.chance
-EXCESS = DEFAULT.excess
+SHARE = DEFAULT.share
 
 
 def reduced(program: Program, fit: Fit, chosen: np.ndarray) -> float:
@@ -82,7 +82,7 @@ def spread(program: Program, chosen: np.ndarray) -> float:
 
 def limit_of(program: Program, chosen: np.ndarray) -> float:
     """Reduced chi-square of some recordings up to which nothing counts as left over."""
-    return 1.0 + max(EXCESS.minimum, CHANCE.deviations * spread(program, chosen))
+    return 1.0 + max(SHARE.alike, CHANCE.deviations * spread(program, chosen))
 
 
 def floor(program: Program, fit: Fit, chosen: np.ndarray) -> float:

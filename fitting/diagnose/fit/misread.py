@@ -107,7 +107,7 @@ def misread_in(
             what mainly heats, such as an actuator, hardly shows a pressure that is off by ten.
     """
     errors = _errors(program, base.evaluation)
-    if not (unexplained or np.max(errors) > SHARE.misread):
+    if not (unexplained or np.max(errors) > SHARE.minor):
         return None
     promising, found = _promising(program, _sum(errors), build), list[Misread]()
     for total, (column, factor, chosen) in promising:
@@ -119,7 +119,7 @@ def misread_in(
     if not found:
         return None
     best, *others = sorted(found, key=lambda one: one.total)
-    alike = (one for one in others if one.total <= SHARE.alike_factor**2 * best.total)
+    alike = (one for one in others if one.total <= (1.0 + SHARE.alike) ** 2 * best.total)
     return dataclasses.replace(best, alike=tuple(alike))
 
 
@@ -179,7 +179,7 @@ def _refitted(
     except InputError:  # no model for both together
         return None
     after = _errors(trial, fit.evaluation)
-    gross = np.max(after) >= SHARE.misread
+    gross = np.max(after) >= SHARE.minor
     if gross or _sum(after) > SHARE.small * _sum(errors):
         return None
     names = () if chosen.all() else tuple(r.name for r, there in pairs if there)

@@ -35,7 +35,7 @@ EVIDENCE = DEFAULT.evidence
 EXCESS = DEFAULT.excess
 SHARE = DEFAULT.share
 
-LITTLE, BOUND, UNSEEN, LEFT_OUT, SHARE, FORM, INSTRUMENTS, REMAINS, BOUND_REMAINS = (
+LITTLE, BOUND, UNSEEN, LEFT_OUT, SMALL, FORM, INSTRUMENTS, REMAINS, BOUND_REMAINS = (
     "too little evidence", "at a bound", "validation recordings", "left-out recordings", "a small share",
     "less than a form is known by", "instruments explain it", "more than noise remains",
     "at a bound, and more than noise remains",
@@ -124,7 +124,7 @@ class Judge:
         """The cheap questions about all effects first."""
         program, single = self.pool.program, len(fit.slugs) == 1
         inflation = inflation_of(program, fit)
-        enough = EVIDENCE.minimum_first if single else EVIDENCE.minimum_further
+        enough = EVIDENCE.minimum_first if single else EVIDENCE.minimum_difference
         _, *quick = self._beside(fit)
         if any(rest is not None and evidence(program, rest, fit, inflation) < enough for rest in quick):
             return LITTLE  # which a better fit of the rest would not change
@@ -136,14 +136,14 @@ class Judge:
             return FORM
         strongest = max(worth, key=worth.get)
         bounded = [slug for slug in fit.slugs if at_its_bound(fit, slug)]
-        if bounded and self.scores(self.pool.base).sum() < EXCESS.poor:
+        if bounded and self.scores(self.pool.base).sum() < 1.0 + EXCESS.little:
             return BOUND
         for rest in rests.values():
             gained, share = gain(self.scores(rest), self.scores(fit))
-            if log_likelihood(program, gained, inflation) < EVIDENCE.minimum_further:
+            if log_likelihood(program, gained, inflation) < EVIDENCE.minimum_difference:
                 return LEFT_OUT
             if not single and self._small(rest, fit, gained, share):
-                return SHARE
+                return SMALL
             if loses(program, rest, fit, gained, inflation):
                 return UNSEEN
         for slug, rest in rests.items():
@@ -174,12 +174,12 @@ class Judge:
         taken = 0.0 if by_chance else (before - after) / (whole - 1.0)
         if taken >= SHARE.minor:
             return False
-        if share < SHARE.further:
+        if share < SHARE.most:
             return True
         if not self._leaves_more(fit):  # imperfect forms do
             return False
         original = float(self.scores(base).sum())
-        return gained < SHARE.of_base * (original - 1.0) and taken < SHARE.of_fitted
+        return gained < SHARE.small * (original - 1.0) and taken < SHARE.small
 
     def _too_much_left(self, fit: Fit) -> str | None:
         """Why a set is refused of which no effect would be named alone.
@@ -241,7 +241,7 @@ def outweighs(program: Program, lost: float, gained: float, inflation: float) ->
         inflation: inflation of variances [1], see `inflation_of`.
     """
     outweighed = SHARE.small * log_likelihood(program, gained)
-    return lost / inflation > EVIDENCE.maximum_loss and lost > outweighed
+    return lost / inflation > EVIDENCE.minimum_difference and lost > outweighed
 
 
 def leaves_more(program: Program, fit: Fit, left_out: float = np.nan) -> bool:

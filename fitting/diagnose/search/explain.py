@@ -57,7 +57,7 @@ def explain(
     untried = not program.fitted.all()  # recordings for validation have not been fitted
     whole = None
     if untried and found.p_value > CHANCE.level:
-        whole = _together(started, base, CHANCE.level_together, search)
+        whole = _together(started, base, CHANCE.level / 2.0, search)
         if whole is not None and whole.final.slugs:
             return whole
         untried = False

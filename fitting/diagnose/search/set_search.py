@@ -121,7 +121,7 @@ class SetSearch:
             pool.add(fitted_sets(program, proposals, pool.base, self.progress, self.effort))
             ranked = pool.ranked()  # anew: what better fits leave deflates the evidence of all sets less
             worth = {frozenset(): 0.0} | {frozenset(fit.slugs): evidence for fit, evidence in ranked}
-            if ranked[0][1] - worth[frozenset(leader.slugs)] < EVIDENCE.minimum_further:
+            if ranked[0][1] - worth[frozenset(leader.slugs)] < EVIDENCE.minimum_difference:
                 return
             pool.add([polished(program, ranked[0][0])])
 

@@ -76,7 +76,7 @@ def assess(explanation: Explanation) -> Assessment:
     )
     floors = [floor(program, explanation.final, mask) for mask in masks]
     limits = [limit_of(program, mask) for mask in masks]
-    if min(base) > EXCESS.gross and explanation.p_value > CHANCE.level:
+    if min(base) > 1.0 + EXCESS.clear and explanation.p_value > CHANCE.level:
         explanation = explanation.with_chance(tail(program, base[0]), explanation.p_is_bound)
     chance = explanation.p_value, explanation.p_is_bound
     discrepancy = best_discrepancy(program, explanation.base)
@@ -88,18 +88,18 @@ def assess(explanation: Explanation) -> Assessment:
     unknown, lost, beyond, mimicked = 0.0, 0.0, False, ()
     if signs is not None:
         helpless = signs.kept >= 1.0 and any(left > limit for left, limit in zip(last, limits, strict=True))
-        likely = max(probability_of_unknown(signs), PROBABILITY.refuted if helpless else 0.0)
+        likely = max(probability_of_unknown(signs), PROBABILITY.tentative if helpless else 0.0)
         unknown, beyond, mimicked = _doubt_of_names(explanation, likely, over is not None and over.stated)
         lost = outdone(explanation, discrepancy)
     elif mismatch:
-        unknown = discrepancy_probability(explanation, base, discrepancy, floors, limits)
+        unknown = discrepancy_probability(explanation, base, discrepancy, floors)
         chance = chance_without_a_name(explanation, base[0], discrepancy)
     elif not contradiction:  # no candidate survived being fitted; what is left is judged as a whole
         chance = max(explanation.p_value, tail(program, steady(base[0], discrepancy))), False
     rest = beside(program, explanation.final) if beyond or (named and last[0] > limits[0]) else None
     left = over if rest is None else left_of(program, explanation.final, rest)
     if explanation.misread is not None or (left is not None and not left.trusted):
-        unknown = max(unknown, PROBABILITY.refuted)
+        unknown = max(unknown, PROBABILITY.tentative)
     return Assessment(
         named, mismatch, chance, unknown, beyond, mimicked, last, signs, lost, discrepancy, further, rest
     )
@@ -118,7 +118,7 @@ def _doubt_of_names(
     Returns:
         The probability, whether it is told beside the names, and names that something else may look like.
     """
-    if unknown > 0.5:  # told before the names
+    if unknown > PROBABILITY.doubtful:  # told before the names
         return unknown, False, ()
     letter, slugs = explanation.program.specimen.letter, explanation.final.slugs
     mimicked = tuple(slug for slug in slugs if mimicked_in(CATALOGUE[slug], letter))

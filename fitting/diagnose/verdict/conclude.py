@@ -168,7 +168,7 @@ def _members(explanation: Explanation) -> list[tuple[str, Program, Fit, float, C
     kept = [
         (t, w)
         for t, w in zip(last.candidates, weights, strict=True)
-        if w >= PROBABILITY.minimum_weight or t.slug == last.slug
+        if w >= PROBABILITY.least or t.slug == last.slug
     ]
     total = sum(w for _, w in kept)
     program, final = explanation.program, explanation.final

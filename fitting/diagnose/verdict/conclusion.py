@@ -22,8 +22,8 @@ from .probabilities import UNMODELLED, Found
 from .repeats import Repeats
 from .unknown import Signs
 
-LEVEL = DEFAULT.chance.level
-FAINT = DEFAULT.excess.faint
+CHANCE = DEFAULT.chance
+EXCESS = DEFAULT.excess
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class Conclusion:
     @property
     def missed_validation(self) -> bool:
         """True if validation recordings are missed by the base model, by more than faintly."""
-        return not self.explanation.program.fitted.all() and self.before.reduced_chi2 > FAINT
+        return not self.explanation.program.fitted.all() and self.before.reduced_chi2 > 1.0 + EXCESS.little
 
     @cached_property
     def within_accuracy(self) -> bool:
@@ -122,7 +122,7 @@ class Conclusion:
         program, base = self.explanation.program, self.explanation.base
         if self.mismatch or not accurate(program, base):
             return False
-        return self.explanation.p_value <= LEVEL or self.missed_validation
+        return self.explanation.p_value <= CHANCE.level or self.missed_validation
 
     @property
     def named(self) -> bool:

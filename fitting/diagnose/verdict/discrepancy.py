@@ -124,7 +124,7 @@ def beside(program: Program, fit: Fit) -> Discrepancy | None:
     None where it removes too little of what the effects leave of left-out parts.
     """
     return _described(
-        program, fit, (_first(program),), tuple(distinct_drivers(program, fit)), SHARE.kept_by_discrepancy
+        program, fit, (_first(program),), tuple(distinct_drivers(program, fit)), 1.0 - SHARE.minor
     )
 
 

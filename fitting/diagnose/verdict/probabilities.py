@@ -82,7 +82,7 @@ def probabilities(
     slugs = explanation.program.unknowns.slugs
     step = explanation.leading
     candidates = {t.slug: t for t in step.candidates} if step else {}
-    untried = EVIDENCE.untried
+    untried = -EVIDENCE.minimum_difference
     bayes = {slug: float(candidates[slug].bayes) if slug in candidates else untried for slug in slugs}
     if not mismatch:
         nothing = PROBABILITY.tentative
@@ -188,7 +188,8 @@ def _alike(program: Program, rival: CandidateFit, one_out: LeaveOneOutEvidence) 
     """True if a rival explains the recordings nearly as well, down to the noise."""
     mine, other = (reduced(program, t.fit, program.fitted) for t in (one_out.own, rival))
     return (
-        other < SHARE.alike_factor * max(mine, 1.0) and one_out.net - rival.bayes < EVIDENCE.alike
+        other < (1.0 + SHARE.alike) * max(mine, 1.0)
+        and one_out.net - rival.bayes < EVIDENCE.minimum_settled
     )
 
 

@@ -24,7 +24,7 @@ from .locate import drivers_of, hats_at, misfit_of
 stats = Late("scipy.stats")
 CHANCE = DEFAULT.chance
 PLACE = DEFAULT.place
-ALIKE = DEFAULT.share.alike_factor
+SHARE = DEFAULT.share
 
 
 @dataclass(frozen=True)
@@ -99,9 +99,10 @@ def repeats_of(program: Program, fit: Fit) -> Repeats | None:
         Repeats(course.quantity, course.driver, *_refined(course, frequency), p_value)
         for course, frequency, p_value in found
     ]
-    clearest = max(told, key=lambda one: one.amplitude * (1.0 if one.driver == "time" else ALIKE))
+    alike = 1.0 + SHARE.alike
+    clearest = max(told, key=lambda one: one.amplitude * (1.0 if one.driver == "time" else alike))
     in_time = [one for one in told if one.driver == "time" and one.quantity == clearest.quantity]
-    if clearest.driver != "time" and in_time and in_time[0].amplitude * ALIKE > clearest.amplitude:
+    if clearest.driver != "time" and in_time and in_time[0].amplitude * alike > clearest.amplitude:
         return replace(clearest, seconds=in_time[0].period)
     return clearest
 

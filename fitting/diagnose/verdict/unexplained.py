@@ -45,22 +45,15 @@ def discrepancy_probability(
     base: list[float],
     discrepancy: DiscrepancyEvidence | None,
     floors: list[float],
-    limits: list[float],
 ) -> float:
     """Probability of something unknown where recordings contradict the base model without a named effect.
 
-    It is tentative where only a discrepancy of little evidence says so.
-
-    Args:
-        explanation, base, discrepancy, floors: same as for `contradicted`.
-        limits: reduced chi-square up to which nothing is left, of fitted and of scored recordings.
+    It is tentative where only a discrepancy of little evidence says so. The arguments are those of
+    `contradicted`.
     """
     certain = discrepancy is not None and discrepancy.bayes > EVIDENCE.minimum_settled
     certain = certain or _by_signature(explanation, base, discrepancy, floors)
-    if not certain:
-        return PROBABILITY.tentative
-    sure = any(score > max(noise, limit) for score, noise, limit in zip(base, floors, limits, strict=True))
-    return PROBABILITY.most if sure else PROBABILITY.nothing_named
+    return PROBABILITY.sure if certain else PROBABILITY.tentative
 
 
 def _by_signature(
@@ -78,10 +71,10 @@ def _by_signature(
         return False
     seen = [score - (noise - 1.0) for score, noise in zip(base, floors, strict=True)]
     left = steady(seen[0], discrepancy)
-    chance = 1.0 + CHANCE.sure_deviations * spread(program, program.fitted)
+    chance = 1.0 + CHANCE.deviations * spread(program, program.fitted)
     sure = explanation.p_is_bound and program.noise_stated and left > chance
-    shown = seen[1] > 1.0 or left > EXCESS.faint
-    if min(left, seen[1]) > EXCESS.faint or max(seen) > EXCESS.gross or (sure and shown):
+    shown = seen[1] > 1.0 or left > 1.0 + EXCESS.little
+    if min(left, seen[1]) > 1.0 + EXCESS.little or max(seen) > 1.0 + EXCESS.clear or (sure and shown):
         return True
     return program.noise_stated and missed_beyond_drift(program, explanation.base)
 
@@ -146,4 +139,4 @@ def outdone(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -
     program = explanation.program
     better = explanation.left_out[1] - discrepancy.left_out  # NaN, which gains nothing, if unasked
     gain = log_likelihood(program, better, inflation_of(program, explanation.final))
-    return float(gain) if gain > EVIDENCE.minimum_further else 0.0
+    return float(gain) if gain > EVIDENCE.minimum_difference else 0.0

@@ -69,7 +69,7 @@ def signs_of(
     """
     program, kept = explanation.program, 0.0
     for mask, before, after, noise in zip(scored(program), base, last, floors, strict=True):
-        beyond = after - noise - CHANCE.sign_deviations * spread(program, mask)
+        beyond = after - noise - CHANCE.left_beside_names * spread(program, mask)
         kept = max(kept, _share(beyond, before - noise))
     alone, named = explanation.left_out
     outdone = 0.0 if discrepancy is None else _share(named - discrepancy.left_out, alone - 1.0)
@@ -92,7 +92,7 @@ def probability_of_unknown(signs: Signs) -> float:
     """
     odds = float(curve() @ signs.scaled)
     least = PROBABILITY.beside if signs.kept > SHARE.most else PROBABILITY.least
-    return float(np.clip(1.0 / (1.0 + np.exp(-odds)), least, PROBABILITY.most))
+    return float(np.clip(1.0 / (1.0 + np.exp(-odds)), least, PROBABILITY.sure))
 
 
 @cache
