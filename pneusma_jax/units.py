@@ -102,7 +102,9 @@ def _table() -> dict[str, Unit]:
         "stiffness": {"N/m": 1.0, "N/mm": 1e3, "mN/mm": 1.0, "lbf/in": _POUND / _INCH},
         "moment": {"N m": 1.0, "N mm": 1e-3},
         "angle": {"rad": 1.0, "mrad": 1e-3, "deg": _DEGREE},
-        "curvature": {"1/m": 1.0, "1/cm": 1e2, "1/mm": 1e3},
+        "curvature": {
+            "1/m": 1.0, "1/cm": 1e2, "1/mm": 1e3, "1/in": 1.0 / _INCH, "1/ft": 1.0 / (12.0 * _INCH),
+        },
         "current": {"A": 1.0, "mA": 1e-3, "uA": 1e-6},
         "voltage": {"V": 1.0, "mV": 1e-3},
         "power": {"W": 1.0, "mW": 1e-3},
@@ -141,6 +143,9 @@ _WRITTEN_OUT = {
     "c": "degC", "celsius": "degC", "f": "degF", "fahrenheit": "degF", "kelvin": "K", "degree": "deg",
     "radian": "rad", "newton": "N", "pascal": "Pa", "volt": "V", "amp": "A", "ampere": "A", "sec": "s",
     "second": "s", "minute": "min", "hour": "h", "gram": "g", "inch": "in", "metre": "m", "meter": "m",
+    "seconds": "s", "millisecond": "ms", "millimetre": "mm", "millimeter": "mm", "centimetre": "cm",
+    "centimeter": "cm", "micrometer": "um", "kilopascal": "kPa", "megapascal": "MPa", "millinewton": "mN",
+    "foot": "ft", "feet": "ft", "pound": "lbf", "psig": "psi", "barg": "bar",
 }  # fmt: skip
 
 # Words that end a column's name without being its unit: `max_strain` is a strain, not a "max" in strains.
@@ -162,7 +167,7 @@ def find_unit(name: str) -> Unit:
     try:
         return UNITS[name]
     except (KeyError, TypeError):
-        raise InputError(f"unknown unit {name!r}, {_suggestion(str(name))}") from None
+        raise InputError(f"unknown unit {name!r}, {suggested_unit(str(name))}") from None
 
 
 def dimension_of(name: str) -> str:
@@ -250,15 +255,31 @@ def unit_of_column(name: str) -> tuple[str, str]:
         raise InputError(f"column {name!r} must end in a unit, such as `resistance_1_ohm` or `force_N`")
     if unit not in UNITS:
         raise InputError(
-            f"column {name!r}: unknown unit {unit!r} after the last underscore, {_suggestion(unit)}"
+            f"column {name!r}: unknown unit {unit!r} after the last underscore, {suggested_unit(unit)}"
         )
     return quantity, unit
 
 
-def _suggestion(name: str) -> str:
-    """Nearest unit name; a slip of the shift key (`kpa`) is nearer than any other spelling."""
-    folded = dict(_WRITTEN_OUT)
-    for known in UNITS:
-        folded.setdefault(known.casefold(), known)
-    close = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.6)
-    return f"did you mean {folded[close[0]]!r}?" if close else nearest(name, INTERNAL_UNITS.values())
+def suggested_unit(name: str, dimension: str | None = None) -> str:
+    """Sentence fragment that offers the unit that a mistyped name is nearest to.
+
+    A slip of the shift key (`kpa`) is nearest, then exchanged letters (`bra`), then any other spelling.
+
+    Args:
+        name: a name that no unit has.
+        dimension: dimension that the unit must have; None for any.
+
+    Returns:
+        `"did you mean 'kPa'?"`, or a list of units if none is close.
+    """
+    folded: dict[str, str] = {}
+    for known, unit in UNITS.items():
+        if dimension in (None, unit.dimension):
+            folded.setdefault(known.casefold(), known)
+    out = {word: unit for word, unit in _WRITTEN_OUT.items() if unit in folded.values()}
+    words, given = {**out, **folded}, name.casefold()
+    exchanged = [word for word in words if word.isalpha() and sorted(word) == sorted(given)]
+    close = [given] if given in words else exchanged or difflib.get_close_matches(given, words, 1, 0.6)
+    if close:
+        return f"did you mean {words[close[0]]!r}?"
+    return nearest(name, INTERNAL_UNITS.values() if dimension is None else folded.values())

@@ -24,6 +24,8 @@ from pneusma_jax.units import (
         (250.0, "um", 2.5e-4),
         (3.0, "mN", 3e-3),
         (1.0, "lbf", 4.4482216152605),
+        (1.0, "1/in", 1.0 / 0.0254),
+        (2.0, "1pft", 2.0 / 0.3048),
         (8.7, "psi", 59984.4),
         (1.2, "bar", 1.2e5),
         (10.0, "mbar", 1e3),
@@ -143,6 +145,10 @@ def test_column_with_an_unknown_unit(column, remedy):
         ("kg/m^3", "did you mean 'kg/m3'?"),
         ("celsius", "did you mean 'degC'?"),
         ("volts", "did you mean 'V'?"),
+        ("PSI", "did you mean 'psi'?"),
+        ("bra", "did you mean 'bar'?"),  # it was 'rad', which is as near by its letters
+        ("psig", "did you mean 'psi'?"),
+        ("millimetres", "did you mean 'mm'?"),
         ("3x7", "known: 1, "),
     ],
 )

@@ -6,7 +6,7 @@ from typing import Any
 
 from pneusma_jax.documents import check_keys, finite_number
 from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.units import UNITS, amount, to_si
+from pneusma_jax.units import UNITS, amount, suggested_unit, to_si
 
 Table = Mapping[str, Any]
 
@@ -60,11 +60,7 @@ def unit_of(table: Table, dimension: str, where: str) -> str:
             f"{where}: unit is missing; a {dimension} needs one, such as {usual_unit(dimension)!r}"
         )
     if not known_unit(unit):
-        alike = [name for name, one in UNITS.items() if one.dimension == dimension]
-        same = [name for name in alike if name.casefold() == str(unit).casefold()]  # a slip of the shift key
-        raise InputError(
-            f"{where}: unknown unit {unit!r}, {nearest(str(unit), same or alike)}"
-        )
+        raise InputError(f"{where}: unknown unit {unit!r}, {suggested_unit(str(unit), dimension)}")
     if UNITS[unit].dimension != dimension:
         raise InputError(
             f"{where}: unit {unit!r} is not of the right kind; a {dimension} needs one such as "

@@ -10,7 +10,7 @@ from fitting.data import hdf5
 from fitting.inference.parameters.ties import RESERVED
 from fitting.specimens.rows import MARK
 from pneusma_jax.errors import InputError, counted, nearest
-from pneusma_jax.units import UNITS, dimension_of, to_si
+from pneusma_jax.units import UNITS, dimension_of, suggested_unit, to_si
 
 from .distributions import Gaussian, Marginal, from_scipy
 from .inputs import Draws, Inputs, copula_of, correlation_matrix
@@ -168,7 +168,7 @@ def _marginal(entry: Mapping[str, Any], name: str, known: Known, study: Study) -
     if not isinstance(unit, str):
         raise InputError(f"{where}: unit must be a name such as 'mm', but it is {unit!r}")
     if unit not in UNITS:
-        raise InputError(f"{where}: unknown unit {unit!r}, {nearest(unit, UNITS)}")
+        raise InputError(f"{where}: unknown unit {unit!r}, {suggested_unit(unit, dimension_of(usual))}")
     if known.unit and dimension_of(unit) != dimension_of(usual):
         raise InputError(f"{where}: unit {unit!r} is one of {dimension_of(unit)}, but {name} is in {usual}")
     numbers = {key: number_in(entry, key, where) for key in entry if key not in ("distribution", "unit")}
@@ -219,7 +219,7 @@ def read_draws(place: Path) -> Draws:
             if group[name].ndim == 2:
                 unit = str(group[name].attrs.get("unit", "1"))
                 if unit not in UNITS:
-                    raise InputError(f"{file}: unknown unit {unit!r} of {name!r}, {nearest(unit, UNITS)}")
+                    raise InputError(f"{file}: unknown unit {unit!r} of {name!r}, {suggested_unit(unit)}")
                 with np.errstate(over="ignore"):  # infinite draws are refused below
                     columns[name] = to_si(np.asarray(group[name]).ravel(), unit, difference=unit == "K")
         if not columns:

@@ -9,7 +9,14 @@ import numpy as np
 from pneusma_jax.errors import counted
 from pneusma_jax.units import find_unit
 
-from ..recordings import NOT_STATED, Recording, check_recording, resistance_range, schema
+from ..recordings import (
+    NOT_STATED,
+    Recording,
+    ask_about_units,
+    check_recording,
+    resistance_range,
+    schema,
+)
 from ..recordings.columns import convert
 from ..recordings.nominal import nominal_geometry
 from ..recordings.sidecar import unusual_size
@@ -110,6 +117,7 @@ def assemble(
     _identify_other_alloy(recording, making)
     refuse_far_wire(making)
     check_recording(recording, [int(row) for row in rows])
+    ask_about_units(recording, _written_units(recording, making), _units_known(sample, making))
     explain(making)
     recording.source |= say_header(sample, making)
     recording.source["notes"] = list(making.notices)
@@ -256,6 +264,19 @@ def _question_rows(columns: dict[str, np.ndarray], making: Making) -> None:
                 " at moments of its own, bring them to one clock in the file"
             )
             return
+
+
+def _written_units(recording: Recording, making: Making) -> dict[str, str]:
+    """Units that the file states, by canonical column."""
+    channels = {name: making.channels.get(schema.quantity_and_unit(name)[0]) for name in recording.columns}
+    return {name: unit_name(one.unit) for name, one in channels.items() if one is not None and one.unit}
+
+
+def _units_known(sample: Sample, making: Making) -> set[str]:
+    """Quantities whose unit is beyond doubt: stated by the user, or the time of a calendar or a clock."""
+    clock = making.channels.get("time")
+    read = clock is not None and clock.column in sample.require_grid().clocks
+    return {*making.options.units, *(["time"] if read or making.options.interval_s else [])}
 
 
 def _identify_other_alloy(recording: Recording, making: Making) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from pneusma_jax.errors import InputError
-from pneusma_jax.units import find_unit
+from pneusma_jax.units import UNITS, find_unit, suggested_unit
 
 from ..recordings import schema
 from ..recordings.columns import convert
@@ -267,10 +267,10 @@ def in_unit(channel: Channel, wanted: str, quantity: str, place: object) -> np.n
     unit = unit_name(channel.unit)
     if find_unit(wanted).dimension == "force":
         unit = WEIGHTS.get(unit, unit)
-    try:
-        measured = find_unit(unit).dimension
-    except InputError as error:
-        raise unusable(place, f"column {channel.label!r}: {error}; {option}") from None
+    if unit not in UNITS:
+        why = f"unknown unit {unit!r}, {suggested_unit(unit, find_unit(wanted).dimension)}"
+        raise unusable(place, f"column {channel.label!r}: {why}; {option}")
+    measured = find_unit(unit).dimension
     if measured != find_unit(wanted).dimension:
         raise unusable(
             place, f"column {channel.label!r} is in {unit}, which is not a unit of {quantity} such as"

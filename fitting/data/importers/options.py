@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.units import find_unit
+from pneusma_jax.units import UNITS, dimension_of, suggested_unit
 
 from ..recordings import schema
 from ..recordings.columns import written_unit
@@ -285,10 +285,10 @@ def _number(option: str, name: str, text: str) -> float:
 def _unit(name: str, text: str) -> str:
     """Name of a unit; of a pressure as it is written if it says from which zero it counts (`kPaa`)."""
     unit = unit_name(text)
-    try:
-        find_unit(unit)
-    except InputError as error:
-        raise InputError(f"--unit {name}={text}: {error}") from None
+    if unit not in UNITS:
+        alike = next((c for c in map(lambda kind: schema.column_of(kind, name), schema.KINDS) if c), None)
+        dimension = None if alike is None else dimension_of(schema.quantity_and_unit(alike)[1])
+        raise InputError(f"--unit {name}={text}: unknown unit {unit!r}, {suggested_unit(unit, dimension)}")
     if not pressure_zero(text):
         return unit
     if name != "pressure":

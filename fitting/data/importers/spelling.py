@@ -56,7 +56,7 @@ _SPELLINGS = {
     "volts": "V", "volt": "V", "mm^2": "mm2", "cm^2": "cm2", "m^2": "m2", "in^2": "in2", "sq mm": "mm2",
     "sq. mm": "mm2",
     "sq in": "in2", "square mm": "mm2", "m-1": "1/m", "m^-1": "1/m", "cm-1": "1/cm", "cm^-1": "1/cm",
-    "mm-1": "1/mm", "mm^-1": "1/mm",
+    "mm-1": "1/mm", "mm^-1": "1/mm", "in-1": "1/in", "in^-1": "1/in", "1/inch": "1/in",
 }  # fmt: skip
 _FOLDED: dict[str, set[str]] = {}
 for _known in UNITS:
@@ -218,7 +218,7 @@ def parse_heading(text: str) -> Heading:
     if underscore and stem and (suffix in UNITS or _has_other_prefix(suffix)) and not suffix.isdigit():
         return Heading(text, plain(stem), suffix, pressure_zero(stem))
     if underscore and stem and _is_spelt_out(suffix):
-        return Heading(text, plain(stem), unit_name(suffix), pressure_zero(stem))
+        return Heading(text, plain(stem), unit_name(suffix), pressure_zero(suffix) or pressure_zero(stem))
     stem, _, suffix = text.rpartition(" ")
     if (
         stem.strip()

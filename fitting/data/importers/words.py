@@ -110,11 +110,13 @@ WORDS: dict[str, tuple[str, ...]] = {
         "pressure abs", "abs pressure", "pressure gauge", "applied pressure", "internal pressure",
         "air pressure", "supply pressure", "druck", "überdruck", "pression", "压力", "chamber pressure",
         "input pressure", "pressure measured", "measured pressure", "p", "p abs", "p gauge", "p rel",
+        "p ch", "pch", "p chamber", "p int", "p internal", "p actuator",
         "pressione", "druk", "presión", "pressão", "tryck", "ciśnienie", "圧力", "압력", "давление",
     ),
     "length": (
         "length", "actuator length", "tube length", "länge", "longueur", "长度", "長さ", "길이", "длина",
-        "lunghezza", "longitud",
+        "lunghezza", "longitud", "centreline length", "centerline length", "length centreline",
+        "length centerline", "length of centreline", "length of centerline", "arc length",
     ),
     "curvature": ("curvature", "kappa", "κ", "krümmung", "courbure"),
     "bend_angle": (
@@ -149,6 +151,7 @@ _NEEDS_UNIT = {
     "δl": "length", "bend": "angle", "angle": "angle", "theta": "angle", "θ": "angle",
     "compression": "length", "p": "pressure", "p abs": "pressure", "p gauge": "pressure",
     "p rel": "pressure", "r": "resistance", "i": "current",
+    **dict.fromkeys(("p ch", "pch", "p chamber", "p int", "p internal", "p actuator"), "pressure"),
     "tid": "time", "carga": "force", "corsa": "length", "rek": "number",
     "ave": "number", "ave2": "number", "ave 2": "number",
     "pos": "length", "winkel": "angle", "u": "voltage", "v": "voltage",

@@ -3,7 +3,7 @@
 import functools
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from pneusma_jax.errors import InputError
 from pneusma_jax.units import amount, find_unit
 
 from . import schema
+from .other_units import other_units
 from .recording import Recording
 from .sidecar import place_of_word, unusual_size
 from .table import unusable
@@ -218,6 +219,23 @@ def _ask_about_noise(recording: Recording) -> None:
         if 0.0 < most < deviation:
             said = f"{deviation:g} is more than the largest reading, {most:g}"
             _ask(recording, f"check: [noise] {name}: {said}; is its unit right?")
+
+
+def ask_about_units(
+    recording: Recording, written: Mapping[str, str], stated: Collection[str] = ()
+) -> None:
+    """Ask about columns whose numbers fit another unit of their dimension far better than the written one.
+
+    Args:
+        recording: checked recording; questions are added to its notices.
+        written: units in which the file states its columns, by canonical name.
+        stated: quantities whose units the user states; nothing is asked about these.
+    """
+    named = recording.full_geometry().get("material", "fit")
+    material = None if named == "fit" else _load(recording.table("material"), "silicone")
+    for question in other_units(recording, material, written):
+        if question.quantity not in stated:
+            _ask(recording, f"check: {question.text}")
 
 
 def _transforms_hot(recording: Recording) -> bool:

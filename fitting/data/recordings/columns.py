@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pneusma_jax.errors import InputError, nearest
-from pneusma_jax.units import UNITS, dimension_of, find_unit, from_si, to_si
+from pneusma_jax.errors import InputError
+from pneusma_jax.units import UNITS, dimension_of, find_unit, from_si, suggested_unit, to_si
 
 from . import schema
 from .table import Table, numbers, unusable
@@ -109,6 +109,11 @@ def canonical_columns(
     return columns, notices
 
 
+def written_units(table: Table, kind: str) -> dict[str, str]:
+    """Unit in which a table states each known column, by canonical name."""
+    return {canonical: unit for canonical, (_, unit) in _assign(table, kind)[0].items()}
+
+
 def held_by(table: Table, kind: str, canonical: str) -> bool:
     """True if a table has a column of a canonical one's quantity, in any unit."""
     return any(_canonical_of(name, kind) == canonical for name in table.header)
@@ -180,9 +185,13 @@ def written_unit(name: str, canonical: str) -> str:
     unit = name[len(quantity) + 1 :]
     alike = [known for known, meaning in UNITS.items() if meaning.dimension == dimension_of(wanted)]
     if unit not in UNITS:
-        folded = [known for known in alike if known.casefold() == unit.casefold()]
-        hint = f"did you mean {folded[0]!r}?" if folded else nearest(unit, alike)
-        raise InputError(f"unknown unit {unit!r}, {hint}")
+        absolute = unit[-1:].lower() == "a" and unit[:-1].casefold() in map(str.casefold, alike)
+        if absolute and dimension_of(wanted) == "pressure":  # `psia`, `bara`
+            raise InputError(
+                f"{unit!r} counts from vacuum, and a recording has gauge pressures; take the atmosphere off,"
+                " as `pneusma import` does"
+            )
+        raise InputError(f"unknown unit {unit!r}, {suggested_unit(unit, dimension_of(wanted))}")
     if unit not in alike:
         raise InputError(
             f"{unit!r} is a unit of {dimension_of(unit)}, not of {dimension_of(wanted)}; write {canonical}"

@@ -10,8 +10,8 @@ import numpy as np
 from pneusma_jax.errors import counted
 
 from . import schema, sidecar, stated_columns
-from .checks import check_recording, question_units
-from .columns import canonical_columns, held_by, infer_kind
+from .checks import ask_about_units, check_recording, question_units
+from .columns import canonical_columns, held_by, infer_kind, written_units
 from .recording import Recording
 from .table import Table, read_table, unusable
 
@@ -95,6 +95,7 @@ def read_merged(
     )
     check_recording(recording, table.rows, where)
     question_units(recording, table.header, table.rows)
+    ask_about_units(recording, written_units(table, kind))
     recording.notices.extend([*_sizes_in_comments(recording, beside.name), *_remarks(recording)])
     return recording
 

@@ -1,0 +1,301 @@
+"""Questions about columns whose numbers fit another unit of their dimension far better than the stated one.
+
+Physics decides: the stiffness of wires, rubbers and tubes, how far a coupon is strained, how long a test
+lasts, and how angle and curvature go together. Each question names the unit that fits. Nothing is asked
+about a unit that fits as well as another.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from pneusma_jax.calibration import Calibration
+from pneusma_jax.units import find_unit
+
+from .recording import Recording
+
+STIFFEST_WIRE_MPA = 1.5e5
+"""Maximum modulus of a wire [MPa]. Nitinol has 20 to 90 GPa; the stiffest reading of it is some 100 GPa."""
+WIRE_STRAINS = (0.003, 0.15)
+"""Largest strains of a wire that are usual [1]."""
+STIFFEST_RUBBER_KPA = 3e4
+"""Maximum modulus of an elastomer [kPa]: a shear modulus of 10 MPa. Silicones have 0.05 to 5 MPa."""
+RUBBER_STRAINS = (0.05, 19.0)
+"""Largest strains of a coupon that are usual [1]. Every measured coupon here was strained by 0.5 or more."""
+LEAST_FRACTION = 0.3
+"""Minimum strain of a coupon, as a fraction, at which it is asked whether a small one is percent [1]."""
+PERCENT = 100.0
+TUBE_MODULI = (10.0, 3e3)
+"""Moduli of a silicone tube whose material is not known [kPa]. Gels have 10 kPa, hard silicones 3 MPa."""
+TUBE_APART = 4.0
+"""Maximum ratio of a tube's modulus to that of its material, and of that to it [1]. Measured tubes lie within
+0.5 to 1.1, for a modulus falls over large strains."""
+TUBE_FITS = 2.0
+"""Maximum ratio of the same in a unit that fits [1]."""
+LEAST_STRETCHED = 0.02
+"""Minimum change of a tube's length that tells its modulus [1]."""
+FARTHEST_TUBE = 2.0
+"""Maximum pull of the pressure on an actuator's wall over the modulus of its material [1]. At more, the tube
+would stretch to three times its length without its springs. Actuators here have 0.1 to 0.4."""
+TUBE_PULLS = (0.02, 1.0)
+"""The same in a unit that fits [1]."""
+MOST_UNITS = 2
+"""Maximum number of units that a question names."""
+STATED_PRESSURES = ("bar", "kPa", "MPa", "psi", "mbar")
+"""Units that a file may have stated for a pressure, where that is no longer known."""
+PRESSURES = ("psi", "kPa", "mbar", "bar", "MPa", "Pa", "mmHg", "inHg", "cmH2O")
+"""Units that a pressure may rather be in, the most usual first."""
+LONG_S = 4 * 3600.0
+"""Minimum duration of a test whose clock may count milliseconds [s]."""
+COUNTED_S = 5.0
+"""Minimum step of such a clock [s]. Microcontrollers log every 5 ms or slower."""
+SLOWEST_K_PER_S = 0.05 / 60.0
+"""Minimum rate at which a chamber is heated or cooled [K/s]; the slowest ramps have 0.05 K/min or more."""
+SWEPT_K = 10.0
+"""Minimum range of a temperature that is swept, and not held [K]."""
+LEAPT = 0.2
+"""Maximum change from one row to the next over the range of a column [1]. A creep test that is logged every
+minute leaps further where it is loaded."""
+NO_LOADS = ("time", "cycle", "current", "resistance", "setpoint", "temperature")
+"""Beginnings of columns that may leap in a test of seconds, too."""
+BRIEF_S = 0.5
+"""Minimum duration of a test with many rows [s]. Testing machines and pumps take longer."""
+MANY_ROWS = 50
+"""Minimum number of rows of a test whose clock is asked about."""
+RADIANS = (math.radians(20.0), 2.0 * math.pi)
+"""Largest angles of an actuator that are rather radian than degree [deg]: 20 to 360 degrees in radian."""
+TURNS_DEG = 1080.0
+"""Maximum bend angle [deg]: three turns. More are rather degrees than radian."""
+DEGREES = 180.0 / math.pi
+ANGLE_APART = 2.0
+"""Maximum factor between an angle and the curvature times the length, in a unit that fits [1]."""
+
+
+class Question(NamedTuple):
+    """A question about the unit of a column.
+
+    Attributes:
+        quantity: quantity of the column.
+        text: the question, with the unit that fits.
+    """
+
+    quantity: str
+    text: str
+
+
+def other_units(
+    recording: Recording, material: Calibration | None = None, written: Mapping[str, str] | None = None
+) -> list[Question]:
+    """Questions about units, each with the unit that fits far better.
+
+    Args:
+        recording: recording with columns in canonical units.
+        material: table of its silicone; None where it has none, or one that is to be identified.
+        written: units in which the file states its columns, by canonical name, as far as they are known.
+    """
+    if recording.kind in ("wire", "elastomer"):
+        asked = _strain(recording)
+    elif recording.kind == "tube":
+        asked = _tube(recording, material, (written or {}).get("pressure_kPa"))
+    elif recording.kind == "actuator":
+        pressure = _high_pressure(recording, material, (written or {}).get("pressure_kPa"))
+        asked = [*pressure, *_angle(recording)]
+    else:
+        asked = []
+    return [*asked, *_clock(recording)]
+
+
+def _strain(recording: Recording) -> list[Question]:
+    """Ask about a strain that makes a specimen far too stiff, or that is hardly one."""
+    wire = recording.kind == "wire"
+    strain, stress = recording.columns["strain"], recording.columns["stress_MPa" if wire else "stress_kPa"]
+    reach, most = _largest(strain), _largest(stress)
+    usual = WIRE_STRAINS if wire else RUBBER_STRAINS
+    if not usual[0] <= PERCENT * reach <= usual[1]:
+        return []
+    # A wire that holds a stress is as stiff as this at least, if its strain counts from rest.
+    pulled = float(np.nanmax(stress) - np.nanmin(stress)) > most / 2.0
+    apart = [float(np.nanmax(x) - np.nanmin(x)) for x in (stress, strain)] if pulled else [most, reach]
+    modulus = apart[0] / apart[1] if apart[1] > 0.0 else 0.0
+    if wire and modulus > STIFFEST_WIRE_MPA:
+        why = f" under {most:.4g} MPa, a modulus of {1e-3 * modulus:.3g} GPa; nitinol has 20 to 90 GPa"
+    elif not wire and modulus > STIFFEST_RUBBER_KPA:
+        why = f" under {most:.4g} kPa, a modulus of {1e-3 * modulus:.3g} MPa; silicones have 0.05 to 5 MPa"
+    elif not wire and reach < RUBBER_STRAINS[0] and PERCENT * reach >= LEAST_FRACTION:
+        why = f", and few coupons of rubber are strained by less than {RUBBER_STRAINS[0]:g}"
+    else:
+        return []
+    return [
+        Question(
+            "strain",
+            f"strain reaches {reach:.3g}{why}. Are these numbers fractions under a heading of percent? Then"
+            f" they reach {PERCENT * reach:.3g} (on import: --unit strain=1)",
+        )
+    ]
+
+
+def _tube(recording: Recording, material: Calibration | None, unit: str | None) -> list[Question]:
+    """Ask about the pressure of a tube that is far stiffer or softer than its material."""
+    geometry, length = recording.full_geometry(), recording.columns["length_mm"]
+    pressure = recording.columns["pressure_kPa"]
+    known = np.isfinite(pressure) & np.isfinite(length)
+    if "length_mm" not in recording.geometry or not known.any():
+        return []
+    at = int(np.argmax(np.where(known, pressure, -np.inf)))
+    most, stretched = float(pressure[at]), float(length[at]) / geometry["length_mm"] - 1.0
+    if stretched < LEAST_STRETCHED or most <= 0.0:
+        return []
+    modulus, own = _pull(recording, most) / stretched, _modulus_kpa(material)
+    ends = TUBE_MODULI if own is None else (own / TUBE_APART, own * TUBE_APART)
+    fits = TUBE_MODULI if own is None else (own / TUBE_FITS, own * TUBE_FITS)
+    meant = _pressure_units(modulus, fits, unit)
+    if ends[0] <= modulus <= ends[1] or not meant:
+        return []
+    told = "silicones have 0.05 to 3 MPa" if own is None else f"{geometry['material']} has {_mpa(own)}"
+    other = "" if own is None else "; or is the material another one?"
+    return [
+        Question(
+            "pressure",
+            f"{most:.4g} kPa stretch this tube by {100.0 * stretched:.3g} %, so that its silicone has a"
+            f" modulus of {_mpa(modulus)}; {told}. Is the unit of pressure right? It would fit as {meant}"
+            f" (on import: --unit pressure=...){other}",
+        )
+    ]
+
+
+def _high_pressure(recording: Recording, material: Calibration | None, unit: str | None) -> list[Question]:
+    """Ask about a pressure that would stretch an actuator's tube far beyond what silicone bears."""
+    own, most = _modulus_kpa(material), float(np.nanmax(recording.columns["pressure_kPa"]))
+    pull = 0.0 if own is None else _pull(recording, most) / own
+    meant = _pressure_units(pull, TUBE_PULLS, unit) if pull > FARTHEST_TUBE else ""
+    if not meant:
+        return []
+    return [
+        Question(
+            "pressure",
+            f"{most:.4g} kPa pull the wall of this tube by {pull:.3g} times the modulus of"
+            f" {recording.full_geometry()['material']}, more than silicone bears. Is the unit of pressure"
+            f" right? It would fit as {meant} (on import: --unit pressure=...)",
+        )
+    ]
+
+
+def _pull(recording: Recording, pressure: float) -> float:
+    """Axial stress in the wall of a tube with closed ends, in the unit of the pressure."""
+    geometry = recording.full_geometry()
+    outer, wall = geometry["outer_diameter_mm"], geometry["wall_thickness_mm"]
+    bore = outer - 2.0 * wall
+    return pressure * bore**2 / (outer**2 - bore**2)
+
+
+def _modulus_kpa(material: Calibration | None) -> float | None:
+    """Young's modulus of a silicone at small strains [kPa]; None where no constant states it."""
+    if material is None:
+        return None
+    values = material.values()
+    if "mu" in values:
+        return 3e-3 * values["mu"]
+    return 6e-3 * values["c_10"] if "c_10" in values else None
+
+
+def _mpa(kilopascal: float) -> str:
+    return f"{1e-3 * kilopascal:.2g} MPa"
+
+
+def _pressure_units(size: float, ends: tuple[float, float], unit: str | None) -> str:
+    """Units in which a pressure becomes usual, in words; empty without any.
+
+    Args:
+        size: size that is proportional to the pressure.
+        ends: least and most of what is usual.
+        unit: unit that the file states; None where that is no longer known.
+    """
+    found = [
+        f"{other} under a heading of {one}"
+        for other in PRESSURES
+        for one in (STATED_PRESSURES if unit is None else (unit,))
+        if other != one and ends[0] <= size * find_unit(other).factor / find_unit(one).factor <= ends[1]
+    ]
+    return " or ".join(found[:MOST_UNITS])
+
+
+def _angle(recording: Recording) -> list[Question]:
+    """Ask about bend angles that are rather radian, or degrees under a heading of radian."""
+    if "bend_angle_deg" not in recording.columns:
+        return []
+    most, made = _largest(recording.columns["bend_angle_deg"]), _made_angle(recording)
+    turned = f"{DEGREES * most:.3g} degrees"
+    radian = f"Are these radian? Then they reach {turned} (on import: --unit bend_angle=rad)"
+    degree = "Are these degrees under a heading of radian? (on import: --unit bend_angle=deg)"
+    reaches = f"bend_angle_deg reaches {most:.4g}"
+    if made > 0.0 and most > 0.0:
+        for factor, asked in ((DEGREES, radian), (1.0 / DEGREES, degree)):
+            if abs(math.log(factor * most / made)) < math.log(ANGLE_APART):
+                return [Question("bend_angle", f"{reaches}, and curvature times length {made:.3g}. {asked}")]
+        return []
+    if most > TURNS_DEG:
+        return [Question("bend_angle", f"{reaches}, more than three turns. {degree}")]
+    if RADIANS[0] <= most <= RADIANS[1]:
+        return [Question("bend_angle", f"{reaches}, and few actuators bend so little. {radian}")]
+    return []
+
+
+def _made_angle(recording: Recording) -> float:
+    """Largest angle that curvature times length makes [deg]; 0 where no curvature was recorded."""
+    if "curvature_1pm" not in recording.columns:
+        return 0.0
+    length = recording.columns.get("length_mm", recording.full_geometry()["length_mm"])
+    angle = np.degrees(1e-3 * recording.columns["curvature_1pm"] * length)
+    return _largest(angle) if np.isfinite(angle).any() else 0.0
+
+
+def _clock(recording: Recording) -> list[Question]:
+    """Ask about a clock that counts milliseconds, or one that is far too fast."""
+    time = recording.columns.get("time_s", np.zeros(0))
+    if time.size < MANY_ROWS or recording.counts_rows:
+        return []
+    steps, lasts = np.diff(time), float(time[-1] - time[0])
+    if 0.0 < lasts < BRIEF_S:
+        return [
+            Question(
+                "time",
+                f"time_s: {time.size} rows last {lasts:.3g} s together. Is the unit of time right?"
+                " (on import: --unit time=s, if these are seconds)",
+            )
+        ]
+    whole = bool(np.all(np.mod(time, 1.0) == 0.0))
+    if not whole or lasts < LONG_S or float(np.median(steps)) < COUNTED_S or _is_slow(recording, steps):
+        return []
+    return [
+        Question(
+            "time",
+            f"time_s: the test lasts {lasts / 3600.0:.3g} h, with a row every {np.median(steps):.4g} s. Are"
+            f" these milliseconds? Then it lasts {1e-3 * lasts:.4g} s (on import: --unit time=ms)",
+        )
+    ]
+
+
+def _is_slow(recording: Recording, steps: np.ndarray) -> bool:
+    """True for a test of hours: a chamber is heated faster than the slowest, or a load comes from row to row.
+
+    Args:
+        recording: recording of a test.
+        steps: time from each row to the next [s], shape (rows - 1,).
+    """
+    temperature = recording.columns.get("temperature_degC")
+    if temperature is not None and np.nanmax(temperature) - np.nanmin(temperature) > SWEPT_K:
+        rates = np.abs(np.diff(temperature))[steps > 0.0] / steps[steps > 0.0]
+        return bool(np.nanpercentile(rates, 90.0) > SLOWEST_K_PER_S) if np.isfinite(rates).any() else False
+    for name in recording.known_columns:
+        values = recording.columns[name]
+        known = values[np.isfinite(values)]
+        if not name.startswith(NO_LOADS) and known.size > 1 and np.ptp(known) > 0.0:
+            if float(np.max(np.abs(np.diff(known)))) > LEAPT * float(np.ptp(known)):
+                return True
+    return False
+
+
+def _largest(values: np.ndarray) -> float:
+    return float(np.nanmax(np.abs(values)))

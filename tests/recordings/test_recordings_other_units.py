@@ -1,0 +1,170 @@
+"""Numbers that fit another unit of their dimension far better: the unit is asked for, and nothing else is."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fitting.data.importers import import_file, make_options
+from fitting.data.recordings import read_campaign, read_recording
+
+SHIPPED = Path(__file__).resolve().parents[2] / "calibration_data" / "examples"
+TUBE = ["outer_diameter_mm=10", "wall_thickness_mm=1", "length_mm=56"]
+T = np.arange(0.0, 121.0, 1.0)
+RAMP = 1.0 - np.abs(np.linspace(-1.0, 1.0, T.size))
+STRETCH = 1.0 + 2.0 * RAMP
+
+
+def questions(path, **options):
+    recording = import_file(path, make_options(**options))
+    return [text for text in recording.notices if text.startswith("check") and "--unit" in text]
+
+
+@pytest.fixture
+def table(tmp_path):
+    def write(**columns):
+        rows = zip(*columns.values(), strict=True)
+        lines = [",".join(f"{x:.9g}" for x in row) for row in rows]
+        path = tmp_path / "raw.csv"
+        path.write_text("\n".join([",".join(columns), *lines]) + "\n")
+        return path
+
+    return write
+
+
+def tube(table, unit, factor):
+    pressure = {f"Pressure [{unit}]": factor * 40.0 * RAMP}
+    return table(**{"Time [s]": T}, **pressure, **{"Length [mm]": 56.0 * (1.0 + 0.4 * RAMP)})
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor", "meant"),
+    [
+        ("bar", 1.0 / 6.894757, "psi under a heading of bar"),
+        ("kPa", 1.0 / 6.894757, "psi under a heading of kPa"),
+        ("psi", 1.0, "kPa under a heading of psi"),
+        ("psi", 0.01, "bar under a heading of psi"),
+        ("kPa", 10.0, "mbar under a heading of kPa"),
+    ],
+)
+def test_a_tubes_pressure_in_another_unit_is_asked_about(table, unit, factor, meant):
+    """Psi under [bar] made a silicone 14 times as stiff, and nothing was asked."""
+    (asked,) = questions(tube(table, unit, factor), kind="tube", dimensions=TUBE)
+    assert meant in asked and "dragon_skin_10_fast has 0.26 MPa" in asked
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("kPa", 1.0), ("bar", 0.01), ("psi", 1.0 / 6.894757)])
+def test_a_tubes_pressure_in_its_unit_is_not_asked_about(table, unit, factor):
+    assert not questions(tube(table, unit, factor), kind="tube", dimensions=TUBE)
+
+
+def test_a_unit_that_the_user_states_is_not_asked_about(table):
+    path = tube(table, "bar", 1.0 / 6.894757)
+    assert not questions(path, kind="tube", dimensions=TUBE, units=["pressure=bar"])
+
+
+def actuator(table, pressure, angle):
+    return table(**{"Time [s]": T}, **pressure, **{"Resistance 2 [ohm]": 3.6 + 0.05 * RAMP}, **angle)
+
+
+def test_an_actuators_pressure_that_silicone_does_not_bear_is_asked_about(table):
+    path = actuator(table, {"Pressure [bar]": 45.0 * RAMP / 6.894757}, {"Bend angle [deg]": 60.0 * RAMP})
+    (asked,) = questions(path, kind="actuator", dimensions=TUBE)
+    assert "psi under a heading of bar" in asked and "more than silicone bears" in asked
+
+
+@pytest.mark.parametrize(
+    ("unit", "most", "said"),
+    [
+        ("deg", np.radians(90.0), "Then they reach 90 degrees (on import: --unit bend_angle=rad)"),
+        ("rad", 90.0, "Are these degrees under a heading of radian? (on import: --unit bend_angle=deg)"),
+    ],
+)
+def test_an_angle_in_the_other_unit_is_asked_about(table, unit, most, said):
+    """90 degrees in radian under [deg] passed as a bend of 1.57 degrees."""
+    path = actuator(table, {"Pressure [kPa]": 30.0 * RAMP}, {f"Bend angle [{unit}]": most * RAMP})
+    (asked,) = questions(path, kind="actuator", dimensions=TUBE)
+    assert said in asked
+
+
+@pytest.mark.parametrize(("unit", "factor", "asks"), [("deg", 1.0, 0), ("deg", np.pi / 180.0, 1), ("rad", 1.0, 1)])
+def test_an_angle_beside_a_curvature_is_compared_with_it(table, unit, factor, asks):
+    """Ten degrees are few, yet curvature times length says so as well."""
+    curvature = np.radians(10.0) / 0.056 * RAMP
+    angle = {f"Bend angle [{unit}]": factor * 10.0 * RAMP, "Curvature [1/m]": curvature}
+    path = actuator(table, {"Pressure [kPa]": 30.0 * RAMP}, angle)
+    assert len(questions(path, kind="actuator", dimensions=TUBE)) == asks
+
+
+def coupon(table, factor, unit="%", time=T, heading="Time [s]"):
+    stress = 90.0 * (STRETCH - STRETCH**-2)
+    return table(**{heading: time, f"Strain [{unit}]": factor * (STRETCH - 1.0), "Stress [kPa]": stress})
+
+
+def test_a_coupons_strain_as_a_fraction_under_percent_is_asked_about(table):
+    (asked,) = questions(coupon(table, 1.0), kind="elastomer")
+    assert "strain reaches 0.02" in asked and "Then they reach 2 (on import: --unit strain=1)" in asked
+    assert not questions(coupon(table, 100.0), kind="elastomer")
+    assert not questions(coupon(table, 1.0, "mm/mm"), kind="elastomer")
+
+
+def test_a_wires_strain_as_a_fraction_under_percent_is_asked_about(table):
+    strain = {"Strain [%]": 0.06 * RAMP + 0.001}
+    rest = {"Stress [MPa]": 400.0 * RAMP, "Temperature [degC]": 60.0 + 0.0 * RAMP}
+    (asked,) = questions(table(**{"Time [s]": T}, **strain, **rest), kind="wire")
+    assert "a modulus of 667 GPa; nitinol has 20 to 90 GPa" in asked and "--unit strain=1" in asked
+    strain = {"Strain [%]": 6.0 * RAMP + 0.1}
+    assert not questions(table(**{"Time [s]": T}, **strain, **rest), kind="wire")
+
+
+def test_a_clock_that_counts_milliseconds_under_seconds_is_asked_about(table):
+    (asked,) = questions(coupon(table, 100.0, time=1e3 * T), kind="elastomer")
+    assert "lasts 33.3 h, with a row every 1000 s" in asked and "Then it lasts 120 s" in asked
+    assert "--unit time=ms" in asked
+    assert not questions(coupon(table, 100.0, time=1e3 * T), kind="elastomer", units=["time=s"])
+
+
+@pytest.mark.parametrize("time", [T, 60.0 * T, 1e3 * T + 0.25])
+def test_a_slow_clock_that_does_not_look_like_milliseconds_is_not_asked_about(table, time):
+    """Two hours with a row every minute, and fractions of seconds, are no milliseconds."""
+    assert not questions(coupon(table, 100.0, time=time), kind="elastomer")
+
+
+def test_a_test_of_creep_over_days_is_not_asked_about(table):
+    strain = 0.2 * np.minimum(1.0, T) * (1.0 + 0.05 * np.log1p(T))
+    path = table(**{"Time [s]": 600.0 * T, "Strain [mm/mm]": strain, "Stress [kPa]": 30.0 * np.minimum(1.0, T)})
+    assert not questions(path, kind="elastomer")
+
+
+def test_a_chamber_that_is_heated_for_hours_is_not_asked_about(table):
+    rest = {"Strain [%]": 4.0 * (1.0 - RAMP) + 0.2, "Stress [MPa]": 100.0 + 0.0 * T, "Temperature [degC]": 20.0 + 80.0 * RAMP}
+    assert not questions(table(**{"Time [s]": 150.0 * T}, **rest), kind="wire")
+    (asked,) = questions(table(**{"Time [s]": 5e3 * T}, **rest), kind="wire")
+    assert "milliseconds" in asked
+
+
+def test_times_of_day_are_no_milliseconds(tmp_path):
+    stamps = [f"2024-03-{1 + h // 24:02d} {h % 24:02d}:00:00" for h in range(T.size)]
+    stress = 90.0 * (STRETCH - STRETCH**-2)
+    rows = [f"{at},{100 * (x - 1):.6f},{y:.6f}" for at, x, y in zip(stamps, STRETCH, stress, strict=True)]
+    (tmp_path / "raw.csv").write_text("\n".join(["Date time,Strain [%],Stress [kPa]", *rows]) + "\n")
+    assert not questions(tmp_path / "raw.csv", kind="elastomer")
+
+
+def test_seconds_under_milliseconds_are_asked_about(table):
+    (asked,) = questions(coupon(table, 100.0, heading="Time [ms]"), kind="elastomer")
+    assert "121 rows last 0.12 s together" in asked
+
+
+def test_a_recording_is_asked_too_as_it_is_read(tmp_path):
+    rows = [f"{t:g},{40 * r / 6.894757:.6f},{56 * (1 + 0.4 * r):.6f}" for t, r in zip(T, RAMP, strict=True)]
+    (tmp_path / "a.csv").write_text("\n".join(["time_s,pressure_bar,length_mm", *rows]) + "\n")
+    (tmp_path / "a.toml").write_text('kind = "tube"\n[geometry]\nlength_mm = 56\n')
+    asked = [text for text in read_recording(tmp_path / "a.csv").notices if "psi under a heading of bar" in text]
+    assert len(asked) == 1
+
+
+@pytest.mark.parametrize("kind", ["actuator", "elastomer", "pulled_silicone", "spring", "tube", "wire"])
+def test_nothing_is_asked_of_the_shipped_recordings(kind):
+    notices = [text for one in read_campaign(SHIPPED / kind).recordings for text in one.notices]
+    assert not [text for text in notices if "--unit" in text]
