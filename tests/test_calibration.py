@@ -18,6 +18,7 @@ from pneusma_jax.calibration import (
     available,
     keys,
     load_calibration,
+    named_table,
     write_calibration,
 )
 from pneusma_jax.calibration.toml import parse_calibration, render_calibration
@@ -411,3 +412,21 @@ def test_an_interval_is_read_in_its_unit_and_written_back(tmp_path):
     for wrong, words in (("[1.0]", "must be"), ("[3.0, 2.0]", "above its end"), ('["a", 1.0]', "finite number")):
         with pytest.raises(InputError, match=words):
             parse_calibration(with_interval.replace("[2.5, 3.75]", wrong), "krl35.toml")
+
+
+@pytest.mark.parametrize(
+    ("key", "name", "said"),
+    [
+        ("material", "dragon_skin_10_fst", "did you mean 'dragon_skin_10_fast'"),
+        ("alloy", "krl53", "did you mean 'krl"),
+        ("material", "rubber.toml", "there is no file "),
+    ],
+)
+def test_a_misspelt_table_is_told_with_the_file_that_names_it(tmp_path, key, name, said):
+    """The message named no file, and in a study that of the study."""
+    text = (resources.files("calibration_data") / "pneusma2.toml").read_text()
+    (tmp_path / "mine.toml").write_text(re.sub(rf'(?m)^{key} = .*$', f'{key} = "{name}"', text))
+    table = load_calibration(tmp_path / "mine.toml", "actuator")
+    with pytest.raises(InputError) as caught:
+        named_table(table, key)
+    assert str(caught.value).startswith(f"{tmp_path / 'mine.toml'}: {key} = '{name}': ") and said in str(caught.value)

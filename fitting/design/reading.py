@@ -36,7 +36,7 @@ import numpy as np
 
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel, load_model
-from pneusma_jax.calibration import load_calibration
+from pneusma_jax.calibration import load_calibration, named_table
 from pneusma_jax.documents import read_document, shipped_names
 from pneusma_jax.errors import InputError, nearest
 
@@ -99,6 +99,9 @@ def _study(document: dict[str, Any], path: Path) -> Study:
         raise InputError(f"{path}: more than {MOST_CHOICES} combinations of design, alloy and material")
     for design in designs:
         _known("design", lambda design=design: plan_of(design), path)
+        for table in plan_of(design).tables:  # an error in a design's own file is none of the study's
+            for key in (k for k, chosen in (("alloy", alloys), ("material", materials)) if not all(chosen)):
+                named_table(table, key)
     for key, kind, names in (("alloy", "alloy", alloys), ("material", "silicone", materials)):
         for name in filter(None, names):
             _known(key, lambda name=name, kind=kind: load_calibration(name, kind), path)

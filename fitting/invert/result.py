@@ -1,7 +1,7 @@
 """Drives that were found for targets, as data; `fitting.report.invert` renders them."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,6 +26,8 @@ class Inversion(Result):
         unheated: martensite fraction of every spring that no current heats, in air of 22 degC [1]; highest:
             the largest that the drives may give it; shape (springs,).
         way_heat: heating power of every other solution [W], shape (ways,) of each target.
+        reach: least and largest value of each goal that has one column, over states all over the limits of
+            the drives [SI]; by goal.
     """
 
     design: str
@@ -44,6 +46,7 @@ class Inversion(Result):
     unheated: np.ndarray
     highest: np.ndarray
     way_heat: tuple[np.ndarray, ...]
+    reach: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def heat(self) -> np.ndarray:

@@ -290,8 +290,16 @@ class Inverse:
         return Inversion(
             self.design, goals, wanted, self.springs, drives[:, 0], drives[:, 1:], resistances, currents,
             values, found, met, held, tuple(ways), unheated(self.body), self.highest,
-            self._heat_of(ways),
+            self._heat_of(ways), self.reach(goals),
         )  # fmt: skip
+
+    def reach(self, goals: Sequence[str]) -> dict[str, tuple[float, float]]:
+        """Least and largest value of each goal that has one column, over the states of the atlas [SI]."""
+        found = {}
+        for name in (name for name in goals if len(GOALS[name].columns) == 1):
+            values = self.atlas.values((name,))
+            found[name] = float(np.nanmin(values)), float(np.nanmax(values))
+        return found
 
     def _heat_of(self, ways: list[np.ndarray]) -> tuple[np.ndarray, ...]:
         """Heating power of every way [W], shape (ways,) of each target; all are computed together."""

@@ -167,7 +167,7 @@ def follow(inverse: Inverse, goals: Sequence[str], wanted: np.ndarray, time: np.
     found = Inversion(
         inverse.design, goals, wanted, inverse.springs, drives[:, 0], drives[:, 1:], resistances, currents,
         exact, missed, met, held, tuple(np.zeros((0, drives.shape[1])) for _ in met), unheated(inverse.body),
-        inverse.highest, tuple(np.zeros(0) for _ in met),
+        inverse.highest, tuple(np.zeros(0) for _ in met), inverse.reach(goals),
     )  # fmt: skip
     return Trajectory(found, np.asarray(time, dtype=float), least, alone.met, off)
 

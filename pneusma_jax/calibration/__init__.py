@@ -81,11 +81,22 @@ def named_table(table: Calibration, key: str) -> str:
     Args:
         table: table of kind actuator.
         key: `"alloy"` or `"material"`; the source's own where the table names none.
+
+    Raises:
+        InputError: if there is no such table or file; the error says which actuator's file names it.
     """
     name = table.text.get(key, _USUAL[key])
-    if not name.endswith(".toml"):
-        return name
-    return str((table.path or Path()).parent / name)
+    where = f"{table.path or table.name}: {key} = {name!r}"
+    if name.endswith(".toml"):
+        beside = (table.path or Path()).parent / name
+        if not beside.exists():
+            raise InputError(f"{where}: there is no file {beside}")
+        return str(beside)
+    try:
+        _locate(name, {"material": "silicone"}.get(key, key))
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    return name
 
 
 def write_calibration(calibration: Calibration, path: str | Path) -> None:

@@ -4,6 +4,7 @@ import contextlib
 import functools
 import re
 import tomllib
+from importlib import resources
 
 import h5py
 import numpy as np
@@ -276,3 +277,13 @@ def test_the_command_says_it_on_one_line_and_writes_nothing(tmp_path):
     assert done.exit_code == 2
     assert done.stderr.count("\n") == 1 and "wall_thickness: bounds are crossed" in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_a_misspelt_material_of_a_design_is_told_with_the_designs_file(tmp_path):
+    """The study was blamed, which names no material."""
+    text = (resources.files("calibration_data") / "pneusma2.toml").read_text()
+    (tmp_path / "mine.toml").write_text(text.replace('material = "dragon_skin_10_fast"', 'material = "dragon_skin_10_fst"'))
+    study = write_study(tmp_path, changed('"pneusma2"', '"mine.toml"'))
+    with pytest.raises(InputError) as caught:
+        read_study(study)
+    assert str(caught.value).startswith(f"{tmp_path / 'mine.toml'}: material = 'dragon_skin_10_fst': ")

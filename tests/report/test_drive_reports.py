@@ -192,3 +192,35 @@ def test_a_loop_that_cannot_follow_or_balance_says_so(sweep):
         "misses the wanted curvature by up to 4.00 1/m; a heater is at its limit of 0.4 A for 100 %" in said
     )
     assert "wrap friction, told: in 9 of 600 rows, from 0 to 2 s, the plant has no equilibrium" in said
+
+
+def small(curvatures, reach, met=True):
+    """Curvatures that are wanted of an actuator with two springs, and what it reaches [1/m]."""
+    count = len(curvatures)
+    blank = np.full((count, 2), 0.973)
+    wanted = np.array(curvatures)[:, None]
+    return Inversion(
+        "pneusma2", ("curvature",), wanted, ((1, 1), (1, 2)), np.full(count, 30e3), blank, blank, blank,
+        0.0 * wanted, {"curvature": np.abs(wanted[:, 0])}, np.full(count, met), ("",) * count,
+        (np.zeros((0, 3)),) * count, np.full(2, 0.973), np.full(2, 0.973), (np.zeros(0),) * count,
+        {"curvature": reach},
+    )  # fmt: skip
+
+
+def test_a_target_near_zero_is_told_with_the_range_and_the_unit_that_may_be_meant():
+    """0.04 1/m was met by a straight actuator, and 0.04 1/mm was meant."""
+    said = small([0.04], (-65.6, 65.6)).verdict
+    assert "The target is near zero: curvature 0.04 1/m, and within the limits it is -65.6 to 65.6 1/m." in said
+    assert "Every curvature below 0.1 1/m counts as met, so that 0 meets it, too." in said
+    assert "Was 0.04 1/cm (a curvature of 4 1/m) or 0.04 1/mm (a curvature of 40 1/m) meant?" in said
+    several = " ".join(small([0.01, -0.04, 0.0], (-65.6, 65.6)).verdict)
+    assert "All targets of curvature are near zero: curvature 0.04 1/m" in several
+
+
+@pytest.mark.parametrize("curvatures", [[0.0], [5.0], [0.04, 30.0]])
+def test_a_target_of_zero_or_of_an_ordinary_size_is_not_asked_about(curvatures):
+    assert "near zero" not in " ".join(small(curvatures, (-65.6, 65.6)).verdict)
+
+
+def test_a_target_out_of_reach_is_told_with_the_range():
+    assert "Within the limits curvature is -65.6 to 65.6 1/m." in small([400.0], (-65.6, 65.6), met=False).verdict

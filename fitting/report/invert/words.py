@@ -8,7 +8,7 @@ from fitting.invert.passage import CLOSE, Passage
 from fitting.invert.result import Inversion, spring_name
 from fitting.invert.trajectory import Trajectory
 from pneusma_jax.errors import counted
-from pneusma_jax.units import amount, from_si, unit_of_column, written
+from pneusma_jax.units import UNITS, amount, from_si, to_si, unit_of_column, written
 
 from ..cells import number
 from ..table import Table
@@ -16,6 +16,10 @@ from ..table import Table
 SHOWN = 20
 """Maximum number of targets in a table; `targets.csv` has all."""
 HELD_BY_CURRENT = "The current holds the spring's temperature in still air of 22 degC."
+NEAR_ZERO = 0.01
+"""Maximum size of targets, over the largest value that is reached, that is near zero [1]."""
+MEANT = 0.05
+"""Minimum size of the same in a unit that may have been meant [1]."""
 SAME = 5e-4
 """Difference of martensite fractions that is not told [1]: half of the last digit shown."""
 
@@ -39,7 +43,7 @@ def verdict(result: Inversion) -> list[str]:
     """Sentence on the number of targets that are met; for a single one, on its errors. Last, on springs that
     are left alone, and on fractions that no heating gives."""
     met, count = int(result.met.sum()), result.met.size
-    springs = [*_left_alone(result), *_without_heat(result)]
+    springs = [*_near_zero(result), *_left_alone(result), *_without_heat(result)]
     if count > 1:
         return [f"{met} of {count} targets are met.", *springs]
     drives = f"Drives: {drive_words(result, 0)}."
@@ -50,7 +54,60 @@ def verdict(result: Inversion) -> list[str]:
         return [f"The target is out of reach: {wanted}.",
                 "The search ended where springs at rest find no equilibrium.", drives, *springs]  # fmt: skip
     return [f"The target is out of reach: {wanted}.", f"The nearest is {reached}: it misses "
-            f"{missed_words(result, 0)}.", drives, f"It is held by: {result.held[0]}.", *springs]  # fmt: skip
+            f"{missed_words(result, 0)}.", drives, f"It is held by: {result.held[0]}.", *_reaches(result),
+            *springs]  # fmt: skip
+
+
+def _reach(result: Inversion, name: str) -> str:
+    """Range of a goal in words, such as `-93 to 93 1/m`."""
+    unit = unit_of(GOALS[name].columns[0])
+    ends = " to ".join(f"{from_si(end, unit):.3g}" for end in result.reach[name])
+    return amount(ends, unit)
+
+
+def _reaches(result: Inversion) -> list[str]:
+    """Sentences on the ranges of a single target's goals, where nothing else says them."""
+    if _near_zero(result):
+        return []
+    return [f"Within the limits {n.replace('_', ' ')} is {_reach(result, n)}." for n in result.reach]
+
+
+def _near_zero(result: Inversion) -> list[str]:
+    """Sentences on targets that are all near zero: the range of the goal, and units that may be meant."""
+    said, at = [], 0
+    for name in result.goals:
+        columns = GOALS[name].columns
+        largest = float(np.max(np.abs(result.wanted[:, at])))
+        at += len(columns)
+        if name not in result.reach:
+            continue
+        most = max(abs(end) for end in result.reach[name])
+        if not 0.0 < largest < NEAR_ZERO * most:
+            continue
+        unit, goal = unit_of(columns[0]), name.replace("_", " ")
+        number = from_si(largest, unit)
+        which = "The target is" if result.met.size == 1 else f"All targets of {goal} are"
+        said.append(
+            f"{which} near zero: {goal} {amount(f'{number:.4g}', unit)}, and within the limits it is"
+            f" {_reach(result, name)}."
+        )
+        if largest <= GOALS[name].tolerance and result.reach[name][0] <= 0.0:
+            least = amount(f"{from_si(GOALS[name].tolerance, unit):.3g}", unit)
+            said.append(f"Every {goal} below {least} counts as met, so that 0 meets it, too.")
+        said += _meant(number, unit, goal, result.reach[name])
+    return said
+
+
+def _meant(number: float, unit: str, goal: str, reach: tuple[float, float]) -> list[str]:
+    """Question whether a number is in another unit, in which it is well within reach."""
+    alike = [u for u, one in UNITS.items() if one.dimension == UNITS[unit].dimension and u == written(u)]
+    sizes = {u: float(to_si(number, u)) for u in alike}
+    fits = [
+        f"{number:.4g} {u} (a {goal} of {amount(f'{from_si(size, unit):.4g}', unit)})"
+        for u, size in sizes.items()
+        if max(MEANT * reach[1], reach[0]) <= size <= reach[1]
+    ]
+    return [f"Was {joined(fits, 'or')} meant?"] if fits else []
 
 
 def value_words(goals: tuple[str, ...], row: np.ndarray, named: bool = True) -> str:
