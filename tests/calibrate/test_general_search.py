@@ -58,11 +58,15 @@ def test_what_that_noise_does_not_explain_is(searching):
     assert len(many) == 1 + general.DRAWS and len(found.starts) == STARTS + general.DRAWS * (STARTS - 1)
 
 
-def test_rows_decided_at_the_start_are_fitted_where_later_ones_are_missed(monkeypatch):
-    """A known model may be right at its start, which undecided rows lead away from."""
+@pytest.mark.parametrize("starts", [1, STARTS])
+@pytest.mark.parametrize("left", [1.0, 5.0])
+def test_rows_decided_at_the_start_are_fitted_where_later_ones_are_missed(monkeypatch, left, starts):
+    """A known model may be right at its start, which undecided rows lead away from. So it stays where it misses, too."""
+    made = []
 
     def fitted(model, recordings, rows, parameters, starts, seed):
-        reduced, values = (1.0, {"x": 0.0}) if rows[0] == "right" else (20.0, {"x": 1.0})
+        made.append(rows[0])
+        reduced, values = (left, {"x": 0.0}) if rows[0] == "right" else (20.0, {"x": 1.0})
         return SimpleNamespace(
             chi_square=100.0 * reduced, reduced_chi_square=reduced, status=Status.CONVERGED, values=values,
             parameters=SimpleNamespace(at=lambda values: Parameters()),
@@ -76,9 +80,10 @@ def test_rows_decided_at_the_start_are_fitted_where_later_ones_are_missed(monkey
         decides=lambda rows: True, decided=lambda values, rows: ["wrong" if values.get("x") else "right"]
     )
     words = []
-    found = general.fit_campaign(["a recording"], ["bare"], Parameters(), 1, 0, words.append, model)
-    assert found.rows == ("right",) and found.reduced_chi_square == 1.0
-    assert "from rows that are decided at the start" in words
+    found = general.fit_campaign(["a recording"], ["bare"], Parameters(), starts, 0, words.append, model)
+    assert found.rows == ("right",) and found.reduced_chi_square == left
+    assert words[-1] == "from rows that are decided at the start"
+    assert made.count("wrong") == 1  # a search that finds nothing lower is not decided again
 
 
 @pytest.mark.parametrize("bare", [1.0, 2.0, 1.8e5])

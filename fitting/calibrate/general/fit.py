@@ -134,12 +134,14 @@ def fit_campaign(
     more: tuple[float, ...] = ()
     undecided, first = rows, result
     rows, result = _decided(model, recordings, undecided, first)
-    if has_misfit(result):
-        rows, result = _begun_decided(model, recordings, undecided, parameters, (rows, result), progress)
     # the noise of drivers was taken over at these values; if they are wrong, so is that noise
     if has_misfit(result):
-        result, more = _searched(model, recordings, undecided, first, *further)
-        rows, result = _decided(model, recordings, undecided, result)
+        other, more = _searched(model, recordings, undecided, first, *further)
+        if other is not first:
+            rows, result = _lower((rows, result), _decided(model, recordings, undecided, other))
+    if has_misfit(result):
+        begun = _begun_decided(model, recordings, undecided, parameters, progress)
+        rows, result = _lower((rows, result), begun)
     if result.status is Status.STALLED:
         result, near = _searched(model, recordings, rows, result, *further)
         more += near
@@ -301,20 +303,27 @@ def _begun_decided(
     recordings: tuple[Recording, ...],
     undecided: list[Rows],
     parameters: Parameters,
-    found: tuple[list[Rows], FitResult],
     progress: Callable[[str], None],
-) -> tuple[list[Rows], FitResult]:
-    """The lower of a fit and of one whose rows were decided at the start; a known model is right there.
+) -> tuple[list[Rows], FitResult] | None:
+    """A fit of rows that were decided at the start; None where there is nothing to decide.
 
-    Undecided rows may be of other phases than the model's, as those read from a resistance without its leads.
-    A fit to them may end where no later decision leads back.
+    A known model is right there. Undecided rows may be of other phases than the model's, as those read from a
+    resistance without its leads. A fit to them may end where no later decision leads back.
     """
     if not model.decides(undecided):
-        return found
+        return None
     progress("from rows that are decided at the start")
     rows = model.decided(parameters.valuesdict(), undecided)
-    rows, result = _decided(model, recordings, rows, _fit(model, recordings, rows, parameters, 1, 0))
-    return (rows, result) if (result.chi_square or np.inf) < (found[1].chi_square or np.inf) else found
+    return _decided(model, recordings, rows, _fit(model, recordings, rows, parameters, 1, 0))
+
+
+def _lower(
+    found: tuple[list[Rows], FitResult], other: tuple[list[Rows], FitResult] | None
+) -> tuple[list[Rows], FitResult]:
+    """The one of two fits with its rows whose chi-square is lower; the first of two alike."""
+    if other is None:
+        return found
+    return other if (other[1].chi_square or np.inf) < (found[1].chi_square or np.inf) else found
 
 
 def _fit(
