@@ -14,6 +14,7 @@ from fitting.diagnose.fit import misread
 from fitting.diagnose.fit.base_fit import base_fit
 from fitting.diagnose.fit.misread import Misread, _of_springs, factors_of, misread_in, scaled
 from fitting.diagnose.settings import DEFAULT
+from fitting.inference.parallel import RUNS
 
 TUBE = Path(__file__).parents[2] / "calibration_data" / "examples" / "tube"
 
@@ -32,6 +33,23 @@ def asked():
         return misread_in(program, fit, build, unexplained)
 
     return asked
+
+
+def test_a_trial_of_a_slip_runs_the_nominal_model_once():
+    """A program evaluates it when it is built."""
+    campaign, built = read_campaign(TUBE), []
+    like = Program.of(campaign, "tube", slugs=[])
+
+    def build(recordings) -> Program:
+        made = Program.of(dataclasses.replace(campaign, recordings=list(recordings)), "tube", [], like=like)
+        built.append((made, made.tally[RUNS]))
+        return made
+
+    errors = misread._nominal_errors(like, "pressure_kPa", 10.0, build)
+    ((made, runs),) = built
+    assert made.tally[RUNS] == runs > 0
+    again = made.evaluate(made.unknowns.neutral, made.unknowns.base[:0])
+    np.testing.assert_array_equal(errors, misread._errors(made, again))
 
 
 def test_nothing_is_asked_of_a_model_that_fits(asked):

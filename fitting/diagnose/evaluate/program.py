@@ -60,6 +60,7 @@ class Program:
         bare: channels with their own noise only.
         outliers: readings that are not counted, see `fit.outliers`.
         untimed: slugs of effects that cannot be tested because the recordings have no clock of their own.
+        nominal: the nominal base model as the program was built, with the noise and the trajectories of then.
     """
 
     kind: str
@@ -75,6 +76,7 @@ class Program:
     bare: list[list[Channel]] = field(default_factory=list)
     outliers: tuple = ()
     untimed: tuple[str, ...] = ()
+    nominal: Evaluation | None = field(default=None, repr=False)
     _compiled: Compiled | None = field(default=None, repr=False)
     _freedom: WeakKeyDictionary = field(default_factory=WeakKeyDictionary, init=False, repr=False)
 
@@ -142,7 +144,7 @@ class Program:
                 building.begins()
                 stage(unknowns.neutral)
             building.begins()
-            nominal = program.evaluate(unknowns.neutral, unknowns.base[:0])
+            program.nominal = nominal = program.evaluate(unknowns.neutral, unknowns.base[:0])
         _refuse_no_answer(program, nominal)
         program.failed = max(
             OPTIMISER.failed_deviation, *(float(np.max(np.abs(m), initial=0.0)) for m in nominal.misfit)

@@ -288,4 +288,4 @@ def _nominal_errors(
         trial = build([scaled(recording, column, factor) for recording in program.recordings])
     except InputError:
         return np.full(len(program.recordings), np.inf)
-    return _errors(trial, trial.evaluate(trial.unknowns.neutral, trial.unknowns.base[:0]))
+    return _errors(trial, trial.nominal)
