@@ -31,7 +31,7 @@ import pneusma_jax as pj
 from fitting.design import read_study
 from fitting.design.bodies import plan_of
 from fitting.design.discrete import places_of
-from fitting.design.log import Evaluator, Log
+from fitting.design.log import Log, LoggedModel
 from fitting.design.optimise import ALLOWED, Problem, from_starts, optimise
 from fitting.design.program import Model
 from fitting.design.run import run_study, start_places
@@ -88,7 +88,7 @@ def cost(model: Model, places: np.ndarray) -> float:
 
 def single_start(model: Model, place: np.ndarray) -> np.ndarray:
     """Course of the gradient way from one start."""
-    evaluate = Evaluator(model, Log(None, ""), 0, FEW)
+    evaluate = LoggedModel(model, Log(None, ""), 0, FEW)
     first = evaluate([place])[0]
     rows = np.arange(1, first.values.size)
     size = abs(first.values[0])
@@ -220,7 +220,7 @@ def whole_study(study: object) -> dict:
 
 def side_by_side(study: object, model: Model) -> np.ndarray:
     """Course of the study's own continuous search, from all its starts; `study` has the seed of these."""
-    evaluate = Evaluator(model, Log(None, ""), 0, study.starts)
+    evaluate = LoggedModel(model, Log(None, ""), 0, study.starts)
     places = start_places(study, model)
     first = evaluate(places)
     rows = np.arange(1, first[0].values.size)

@@ -120,7 +120,7 @@ def race(case: Case, runs: int, steps: int) -> None:
     from fitting.inference.parameters import Parameter, Parameters, Prior
     from fitting.sample import Settings, Target, sample
     from fitting.sample.settings import moves
-    from fitting.sample.target import Evaluator
+    from fitting.sample.target import LogDensity
 
     truth, sd = np.array(case.truth), np.array(case.prior_sd)
     exact = np.asarray(case.ours(dict(zip(case.names, truth, strict=True)), case.rows))
@@ -142,7 +142,7 @@ def race(case: Case, runs: int, steps: int) -> None:
         target, parameters, Settings(walkers=WALKERS, ensembles=2, max_steps=steps), progress=False
     )
     tau = float(posterior.convergence.tau.max())
-    evaluator = Evaluator(target, WALKERS // 2)
+    evaluator = LogDensity(target, WALKERS // 2)
     points = posterior.flat(WALKERS)
     print(f"\n{case.name}: {len(exact)} rows, free {', '.join(case.names)}")
     print(f"  {posterior.verdict[0]} ({time.perf_counter() - began:.0f} s with compilation)")

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from .log import Evaluator
+from .log import LoggedModel
 from .optimise import ALLOWED, BETTER, Ends, Outcome, Problem, better_seen, optimise
 from .space import Space
 
@@ -91,7 +91,7 @@ def steps_from(space: Space, held: Held) -> list[tuple[int, bool, float]]:
 def made_from(
     ideal: Outcome,
     problem: Problem,
-    evaluate: Evaluator,
+    evaluate: LoggedModel,
     method: str,
     further: bool = True,
     ends: Ends = Ends(),
@@ -130,7 +130,7 @@ def made_from(
     return (best, dataclasses.replace(problem, held=held)) if best.kept else None
 
 
-def blocked_steps(best: Outcome, problem: Problem, evaluate: Evaluator) -> list[Step]:
+def blocked_steps(best: Outcome, problem: Problem, evaluate: LoggedModel) -> list[Step]:
     """Steps that the objective asks for, and that limits or ends of ranges forbid, the rest left as it is.
 
     A step that a slope asks for, but that turns out to help nothing, is none of them.
@@ -157,7 +157,7 @@ def blocked_steps(best: Outcome, problem: Problem, evaluate: Evaluator) -> list[
 class _Rounding:
     """The search from one continuous design; every set of fixed parameters is solved once."""
 
-    def __init__(self, ideal: Outcome, problem: Problem, evaluate: Evaluator, method: str, ends: Ends):
+    def __init__(self, ideal: Outcome, problem: Problem, evaluate: LoggedModel, method: str, ends: Ends):
         self.ideal, self.problem, self.evaluate = ideal, problem, evaluate
         self.method, self.ends = method, ends
         self.space = evaluate.model.space

@@ -9,14 +9,14 @@ import pneusma_jax as pj
 from fitting.inference.notes import joined
 from pneusma_jax.units import amount, from_si, to_si
 
-from .log import Evaluation, Evaluator
+from .log import Evaluation, LoggedModel
 from .optimise import ALLOWED, Outcome, Problem, least_violation
 from .program import Model
 from .study import Study
 
 
 def contradiction(
-    problem: Problem, owners: np.ndarray, starts: Sequence[np.ndarray], evaluate: Evaluator
+    problem: Problem, owners: np.ndarray, starts: Sequence[np.ndarray], evaluate: LoggedModel
 ) -> tuple[list[int], float] | None:
     """A smallest set of constraints that no design in the box keeps together.
 
@@ -113,7 +113,7 @@ def limit_words(study: Study, k: int) -> str:
     return f"{one.quantity} {end} {value}"
 
 
-def why_infeasible(problem: Problem, outcomes: Sequence[Outcome], evaluate: Evaluator) -> str:
+def why_infeasible(problem: Problem, outcomes: Sequence[Outcome], evaluate: LoggedModel) -> str:
     """Constraints that contradict each other, in words."""
     study = evaluate.model.study
     owners = np.array([row.constraint for row in evaluate.model.groups], dtype=int)

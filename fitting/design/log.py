@@ -111,7 +111,7 @@ class Log:
         self._remember(entry)
 
 
-class Evaluator:
+class LoggedModel:
     """A model whose evaluations are kept.
 
     Args:

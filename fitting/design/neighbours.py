@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .log import Evaluation, Evaluator
+from .log import Evaluation, LoggedModel
 from .optimise import ALLOWED, BETTER, JOINED, Outcome, Problem, best_of, optimise
 from .quantities import QUANTITIES
 from .study import Study
@@ -33,7 +33,7 @@ def jumps(study: Study) -> list[str]:
     ]
 
 
-def search_past_jumps(best: Outcome, problem: Problem, evaluate: Evaluator, method: str) -> Outcome:
+def search_past_jumps(best: Outcome, problem: Problem, evaluate: LoggedModel, method: str) -> Outcome:
     """A design at least as good, from neighbours on the other side of jumps.
 
     Neighbours lie along every parameter and along the objective's slope. Those that are better than a linear

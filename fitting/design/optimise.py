@@ -9,7 +9,7 @@ import numpy as np
 from pneusma_jax.late import Late
 
 from .lockstep import Ask, run_together
-from .log import Evaluation, Evaluator
+from .log import Evaluation, LoggedModel
 
 optimize = Late("scipy.optimize")
 
@@ -99,7 +99,7 @@ def best_of(outcomes: Sequence[Outcome]) -> Outcome:
 def better_seen(
     best: Outcome,
     problem: Problem,
-    evaluate: Evaluator,
+    evaluate: LoggedModel,
     counts: Callable[[np.ndarray], bool] = lambda place: True,
     objectives: int = 1,
 ) -> Outcome | None:
@@ -152,7 +152,7 @@ crept towards its limit of the heat took more than 400 evaluations."""
 def optimise(
     problems: Sequence[Problem],
     starts: Sequence[np.ndarray],
-    evaluate: Evaluator,
+    evaluate: LoggedModel,
     method: str = "slsqp",
     ends: Ends = Ends(),
     known: Sequence[Outcome] = (),
@@ -176,7 +176,7 @@ def optimise(
 
 
 def from_starts(
-    problem: Problem, starts: Sequence[np.ndarray], evaluate: Evaluator, method: str = "slsqp"
+    problem: Problem, starts: Sequence[np.ndarray], evaluate: LoggedModel, method: str = "slsqp"
 ) -> list[Outcome]:
     """One problem from many starts: from the best one first, then from the others side by side.
 
@@ -198,7 +198,7 @@ def from_starts(
     return [found[k] for k in range(len(starts))]
 
 
-def least_violation(problem: Problem, starts: Sequence[np.ndarray], evaluate: Evaluator) -> Outcome:
+def least_violation(problem: Problem, starts: Sequence[np.ndarray], evaluate: LoggedModel) -> Outcome:
     """The place of the least violation that searches for it find, whatever the objective there.
 
     Its `objective` is that violation [1].
@@ -208,7 +208,7 @@ def least_violation(problem: Problem, starts: Sequence[np.ndarray], evaluate: Ev
 
 
 def from_within(
-    problem: Problem, starts: Sequence[np.ndarray], evaluate: Evaluator, method: str
+    problem: Problem, starts: Sequence[np.ndarray], evaluate: LoggedModel, method: str
 ) -> list[Outcome]:
     """The search from a place that keeps all constraints; nothing where none is found.
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .discrete import all_made, held_at
-from .log import Evaluator
+from .log import LoggedModel
 from .optimise import ON_FRONTS, Outcome, Problem, best_of, better_seen, optimise
 
 POINTS_OF_THREE = 5
@@ -17,7 +17,7 @@ BEYOND = 0.1
 
 
 def front_of(
-    anchors: Sequence[Outcome], problem: Problem, evaluate: Evaluator, points: int, method: str
+    anchors: Sequence[Outcome], problem: Problem, evaluate: LoggedModel, points: int, method: str
 ) -> list[tuple[Outcome, Problem]]:
     """Designs along the front: the first objective is minimised while the others are limited.
 
@@ -83,7 +83,7 @@ def as_point(pair: tuple[Outcome, Problem], problem: Problem, count: int) -> tup
 
 
 def none_better(
-    pairs: Sequence[tuple[Outcome, Problem]], evaluate: Evaluator, count: int
+    pairs: Sequence[tuple[Outcome, Problem]], evaluate: LoggedModel, count: int
 ) -> list[tuple[Outcome, Problem]]:
     """The front, with better designs in place of those that a search of another point has beaten.
 
@@ -114,7 +114,7 @@ def _between(anchors: Sequence[Outcome], share: np.ndarray) -> np.ndarray:
 
 
 def _solved(
-    problems: Sequence[Problem], starts: Sequence[Sequence[np.ndarray]], evaluate: Evaluator, method: str
+    problems: Sequence[Problem], starts: Sequence[Sequence[np.ndarray]], evaluate: LoggedModel, method: str
 ) -> list[Outcome | None]:
     """The best outcome of every problem over its starts."""
     flat = [(p, x) for p, xs in zip(problems, starts, strict=True) for x in xs]

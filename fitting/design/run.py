@@ -23,7 +23,7 @@ from .bodies import alloy_of, build_body, material_of, plan_of, remarks_on_state
 from .chances import chances_of, notes_on_draws
 from .discrete import blocked_steps, made_from
 from .infeasible import why_infeasible, why_nothing
-from .log import Evaluation, Evaluator, Log
+from .log import Evaluation, Log, LoggedModel
 from .neighbours import jumps, search_past_jumps
 from .optimise import (
     JOINED,
@@ -58,7 +58,7 @@ class _Solved:
     """A combination of choices, solved."""
 
     choice: Choice
-    evaluate: Evaluator
+    evaluate: LoggedModel
     problem: Problem
     starts: list[np.ndarray]
     outcomes: list[Outcome]
@@ -196,7 +196,7 @@ def _search(
 ) -> _Solved:  # fmt: skip
     """Solve one model: continuous, front, rounded."""
     phase = ["starts"]
-    evaluate = Evaluator(model, log, number, max(study.starts + len(begin), LEAST_SIZE))
+    evaluate = LoggedModel(model, log, number, max(study.starts + len(begin), LEAST_SIZE))
     evaluate.said = lambda: said(f"{phase[0]}: {evaluate.asked} evaluations")
     starts = [*begin, *start_places(study, model)]
     first = evaluate(starts)
@@ -262,7 +262,7 @@ def _search(
     return found
 
 
-def _none_better(best: Outcome, problem: Problem, evaluate: Evaluator, method: str) -> Outcome:
+def _none_better(best: Outcome, problem: Problem, evaluate: LoggedModel, method: str) -> Outcome:
     """The end of a search, or of one from a better design that another search has evaluated."""
     while (seen := better_seen(best, problem, evaluate)) is not None:
         best = best_of([seen, *optimise([problem], [seen.evaluation.place], evaluate, method)])

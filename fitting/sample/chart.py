@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from .laplace import Laplace
-from .target import Evaluator, Target
+from .target import LogDensity, Target
 
 CLEAR = 4.0  # Minimum distance of the mode from zero for a logarithm, in standard errors
 PROBES = 64  # Number of draws from the approximation that judge a chart
@@ -46,7 +46,7 @@ class Chart:
         """Logarithm of the Jacobian determinant of `to_target`."""
         return np.sum(np.where(self._log, point, 0.0), axis=-1)
 
-    def density(self, evaluator: Evaluator) -> Callable[[np.ndarray], np.ndarray]:
+    def density(self, evaluator: LogDensity) -> Callable[[np.ndarray], np.ndarray]:
         """Log-probability of sampling coordinates, as emcee's `vectorize=True` wants it."""
         return lambda point: evaluator(self.to_target(point)) + self.log_jacobian(point)
 
@@ -57,7 +57,7 @@ class Chart:
 
 
 def choose_chart(
-    target: Target, found: Laplace, spread: Float[np.ndarray, "n n"], evaluator: Evaluator, seed: int
+    target: Target, found: Laplace, spread: Float[np.ndarray, "n n"], evaluator: LogDensity, seed: int
 ) -> Chart:
     """The chart in which the posterior is closest to its own Gaussian approximation, found greedily.
 

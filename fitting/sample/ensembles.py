@@ -16,7 +16,7 @@ from .independent import Proposals, proposals_about
 from .laplace import Laplace, start_spread
 from .settings import Settings, moves
 from .starts import dispersed_ball
-from .target import Evaluator, Target
+from .target import LogDensity, Target
 from .tempered import PARTICLES, temper
 from .unbounded import WhitenedMaps
 
@@ -183,6 +183,6 @@ class Ensembles(Chains):
         checkpoint.write(self.file, header, lambda file: fill(file, contents))
 
 
-def _evaluator(target: Target, settings: Settings) -> Evaluator:
+def _evaluator(target: Target, settings: Settings) -> LogDensity:
     """Compiled for half an ensemble: emcee moves one half at a time."""
-    return Evaluator(target, settings.walkers // 2)
+    return LogDensity(target, settings.walkers // 2)

@@ -31,7 +31,7 @@ from .gradients import differentiation, with_gradient
 from .laplace import Laplace, start_spread
 from .settings import Settings
 from .starts import CLOSER, TRIES, no_start
-from .target import Evaluator, Target
+from .target import LogDensity, Target
 from .unbounded import WhitenedMaps
 
 blackjax, adaptation_base = Late("blackjax"), Late("blackjax.adaptation.base")
@@ -101,7 +101,7 @@ class HamiltonianChains(Chains):
     def begin(self, found: Laplace) -> None:
         """Start chains around the fit and warm them up."""
         chart = choose_chart(
-            self.target, found, start_spread(self.target, found), Evaluator(self.target, PROBES),
+            self.target, found, start_spread(self.target, found), LogDensity(self.target, PROBES),
             self.settings.seed,
         )  # fmt: skip
         self._maps = WhitenedMaps.around(self.target, found, chart, self.settings.seed)

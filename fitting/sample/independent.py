@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from .chart import PROBES, Chart
 from .laplace import Laplace, start_spread
-from .target import Evaluator, Target
+from .target import LogDensity, Target
 
 FREEDOM = 5.0
 """Degrees of freedom of the proposals' multivariate t distribution. A posterior with wider tails is sampled
@@ -66,7 +66,7 @@ class Proposals:
 
 
 def proposals_about(
-    target: Target, found: Laplace, chart: Chart, evaluator: Evaluator, seed: int
+    target: Target, found: Laplace, chart: Chart, evaluator: LogDensity, seed: int
 ) -> Proposals:
     """Proposals about a fit. Their share is 0 if the posterior would accept hardly any.
 

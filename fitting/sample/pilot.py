@@ -22,7 +22,7 @@ from .convergence import BURN_LENGTHS, LENGTHS, assess
 from .ensembles import Ensembles
 from .laplace import Laplace, start_spread
 from .settings import Settings
-from .target import Evaluator, Target
+from .target import LogDensity, Target
 from .unbounded import WhitenedMaps
 
 STEPS = 200
@@ -103,7 +103,8 @@ def _smooth_segments(
     target: Target, found: Laplace, points: Float[np.ndarray, "m n"], settings: Settings
 ) -> int:
     """Number of segments on which Simpson's rule over the slope gives the change of the log-density."""
-    chart = choose_chart(target, found, start_spread(target, found), Evaluator(target, PROBES), settings.seed)
+    density = LogDensity(target, PROBES)
+    chart = choose_chart(target, found, start_spread(target, found), density, settings.seed)
     maps = WhitenedMaps.around(target, found, chart, settings.seed)
     random = np.random.default_rng(settings.seed)
     chosen = points[random.choice(len(points), SEGMENTS, replace=len(points) < SEGMENTS)]

@@ -7,7 +7,7 @@ from pneusma_jax.errors import InputError
 
 from .chart import Chart
 from .laplace import Laplace
-from .target import Evaluator, Target
+from .target import LogDensity, Target
 
 TRIES = 40
 """Maximum number of draws of starting points before a target is given up."""
@@ -30,7 +30,7 @@ def dispersed_ball(
     found: Laplace,
     spread: Float[np.ndarray, "n n"],
     chart: Chart,
-    evaluator: Evaluator,
+    evaluator: LogDensity,
     walkers: int,
     random: np.random.RandomState,
 ) -> Float[np.ndarray, "walkers n"]:

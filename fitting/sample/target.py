@@ -233,7 +233,7 @@ def _program(functions: tuple, static: Any, structure: Any) -> Callable:
     return jax.jit(block)
 
 
-class Evaluator:
+class LogDensity:
     """The log-probability in the form of emcee's `vectorize=True`: one compiled program for blocks of one
     shape.
 

@@ -12,7 +12,7 @@ from fitting.sample.bend import BentChart, bent, unbent
 from fitting.sample.chart import Chart
 from fitting.sample.independent import SHARE, Proposals, proposals_about
 from fitting.sample.laplace import laplace
-from fitting.sample.target import Evaluator
+from fitting.sample.target import LogDensity
 from fitting.sample.unbounded import WhitenedMaps
 
 BEND = 2.0
@@ -87,7 +87,7 @@ def test_walkers_in_a_bent_valley_go_on_to_the_same_bytes(tmp_path):
 def proposals(residual):
     target, parameters = bent_target(residual)
     found = approximated(target, parameters)
-    return proposals_about(target, found, Chart(np.zeros(2, int)), Evaluator(target, 32), 0)
+    return proposals_about(target, found, Chart(np.zeros(2, int)), LogDensity(target, 32), 0)
 
 
 def test_draws_about_the_fit_are_made_where_they_are_accepted():
@@ -108,7 +108,7 @@ def test_draws_about_the_fit_keep_a_density_that_is_not_the_fits():
     own = Proposals(np.array([2.2, 0.5]), np.array([[0.5, 0.1], [0.0, 0.4]]), 1.0)
     move, random = own.move, np.random.RandomState(0)
     points = np.tile([2.2, 0.5], (4000, 1))
-    density = Evaluator(target, 4000)
+    density = LogDensity(target, 4000)
     now = density(points)
     for _ in range(40):
         new, factor = move.get_proposal(points, random)
