@@ -34,7 +34,8 @@ from fitting.design.discrete import places_of
 from fitting.design.log import Log, LoggedModel
 from fitting.design.optimise import ALLOWED, Problem, from_starts, optimise
 from fitting.design.program import Model
-from fitting.design.run import run_study, start_places
+from fitting.design.run import run_study
+from fitting.design.search import start_places
 from fitting.report.figures import BLUE, GREEN, GREY, PURPLE, VERMILION, legend_above, save_figure, style
 
 STUDY = "wider_pneusma2"

@@ -12,7 +12,7 @@ from fitting.design.log import Evaluation
 from fitting.design.neighbours import jumps, search_past_jumps
 from fitting.design.optimise import Outcome, Problem, better_seen
 from fitting.design.pareto import none_better
-from fitting.design.run import LEAST_SIZE
+from fitting.design.search import LEAST_SIZE
 from fitting.design.space import Space
 from fitting.design.study import Bound, Free
 from fitting.report.design.words import _on_jumps

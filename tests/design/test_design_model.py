@@ -14,9 +14,10 @@ from study_files import CHAIN, PLAIN, changed, write_study
 import pneusma_jax as pj
 from fitting.design import program, read_study, run_study
 from fitting.design.bodies import build_body, plan_of, solve_body
+from fitting.design.conclude import notes_on_model
 from fitting.design.program import Model
 from fitting.design.quantities import bending_stiffness, blocking_force
-from fitting.design.run import fingerprint, notes_on_model
+from fitting.design.run import fingerprint
 from fitting.report.design.documents import files
 from fitting.specimens.saved_models import AddedDiscrepancy, AugmentedModel, load_model, render_model
 from pneusma_jax.actuator.loads import Load

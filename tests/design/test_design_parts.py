@@ -16,7 +16,7 @@ from fitting.design.log import Evaluation, Log
 from fitting.design.optimise import JOINED, NEAR, Problem, best_of, from_starts, optimise
 from fitting.design.pareto import hypervolume, not_dominated
 from fitting.design.program import first_of
-from fitting.design.run import start_places
+from fitting.design.search import start_places
 from fitting.design.seen import LEVER, Seen
 from fitting.design.space import Space
 from fitting.design.study import Bound, Free, Objective, Pose, State

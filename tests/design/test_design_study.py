@@ -13,7 +13,7 @@ from fitting.cli import main
 from fitting.design import read_study, run_study
 from fitting.design.bodies import plan_of
 from fitting.design.program import Model
-from fitting.design.run import LEAST_SIZE
+from fitting.design.search import LEAST_SIZE
 from fitting.report.design.documents import tables
 from fitting.report.design.figures import pictures
 from fitting.report.results import text
