@@ -82,62 +82,71 @@ def cached_program(
         options: compiler options; left out where the version or device does not know them.
         keep: false if it closes over laws from elsewhere, see `of_package`; it is then compiled only.
     """
-    ready: dict[tuple, Callable] = {}
-    first: dict[tuple, threading.Lock] = {}
+    return _Cached(function, name, options, keep)
 
-    @functools.cache
-    def usable() -> dict[str, Any] | None:
+
+class _Cached:
+    """What `cached_program` returns: a function and the programs of all arguments that it was called with."""
+
+    def __init__(
+        self, function: Callable, name: str, options: Mapping[str, bool | int] | None, keep: bool
+    ) -> None:
+        self._function, self._name, self._options, self._keep = function, name, options, keep
+        self._ready: dict[tuple, Callable] = {}
+        self._first: dict[tuple, threading.Lock] = {}
+
+    @functools.cached_property
+    def _usable(self) -> dict[str, Any] | None:
         """Compiler options that this version accepts. The compiler is asked on first use, which keeps imports
         fast."""
-        return _known(tuple(sorted(options.items()))) if options else None
+        return _known(tuple(sorted(self._options.items()))) if self._options else None
 
-    @functools.cache
-    def plain() -> Callable:
-        return jax.jit(function, compiler_options=usable())
+    @functools.cached_property
+    def _plain(self) -> Callable:
+        return jax.jit(self._function, compiler_options=self._usable)
 
-    def call(*arguments: Any) -> Any:
+    def __call__(self, *arguments: Any) -> Any:
         leaves, structure = jax.tree.flatten(arguments)
         folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
         if not _at_home(leaves):
-            return plain()(*arguments)
+            return self._plain(*arguments)
         key = (folder, jax.config.jax_enable_x64, structure, *map(_form, leaves))  # type: ignore[attr-defined]
-        if key in ready:
-            return ready[key](*leaves)
-        with first.setdefault(key, threading.Lock()):  # or every thread would trace and compile it
-            if key not in ready:
+        if key in self._ready:
+            return self._ready[key](*leaves)
+        with self._first.setdefault(key, threading.Lock()):  # or every thread would trace and compile it
+            if key not in self._ready:
                 number = next(_numbers)
-                made, step = stored(folder, leaves, structure, number)
-                _tell(number, name, step)
+                made, step = self._stored(folder, leaves, structure, number)
+                _tell(number, self._name, step)
                 found = made(*leaves)
-                ready[key] = made
+                self._ready[key] = made
                 return found
-        return ready[key](*leaves)
+        return self._ready[key](*leaves)
 
-    def stored(
-        folder: str | None, leaves: list, structure: jax.tree_util.PyTreeDef, number: int
+    def _stored(
+        self, folder: str | None, leaves: list, structure: jax.tree_util.PyTreeDef, number: int
     ) -> tuple[Callable, str]:
         """The program of these arguments, from disk or written there, and the step that its first run begins
         with. Untold ones are only compiled."""
-        whole = lambda *leaves: plain()(*jax.tree.unflatten(structure, leaves))  # noqa: E731
+        whole = lambda *leaves: self._plain(*jax.tree.unflatten(structure, leaves))  # noqa: E731
         shapes = [jax.typeof(leaf) for leaf in leaves]
-        words = f"{name}|{structure}|{shapes}"
+        words = f"{self._name}|{structure}|{shapes}"
         lasting = " at 0x" not in words and "..." not in words  # or a long array that is not told in full
-        if not (keep and folder and lasting and _ours(structure)):
+        if not (self._keep and folder and lasting and _ours(structure)):
             return whole, COMPILING
         step = LOADING
 
         def tracing() -> None:
             nonlocal step
             step = COMPILING
-            _tell(number, name, TRACING)
+            _tell(number, self._name, TRACING)
 
         try:
-            program = _program(Path(folder) / FOLDER, words, function, structure, shapes, tracing)
+            path = Path(folder) / FOLDER
+            program = _program(path, words, self._function, structure, shapes, tracing)
         except NotImplementedError:  # a check inside the program that calls back cannot be stored
             return whole, COMPILING
-        return jax.jit(program.call, compiler_options=usable()), step
-
-    return call
+        return jax.jit(program.call, compiler_options=self._usable), step
 
 
 def stored_jit(*returns: type) -> Callable[[Callable], Callable]:

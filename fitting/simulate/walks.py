@@ -296,17 +296,11 @@ def _filtered(
     """
     _, several, count = jnp.shape(kind)
     own = jnp.arange(several)
-    nothing = jnp.zeros((several, count))
     step = jnp.maximum(jnp.diff(time), SHORTEST)
     ratio = jnp.concatenate([jnp.zeros(2), step[1:] / step[:-1]])
-    every = jnp.ones((several, count))
-    noises, ramps, corners = map(jnp.asarray, (NOISES, RAMPS, CORNERS))
     begins = (kind[1:] != kind[:-1]) | cold[:-1]  # of other springs; of this one the filter knows
     begins = jnp.concatenate([jnp.zeros_like(begins[:1]), begins])
     of_k = jnp.arange(count) == k
-
-    def diagonal(values: Array) -> Array:
-        return values[:, :, None] * jnp.eye(values.shape[1])
 
     def row(carry: tuple, at: tuple) -> tuple[tuple, Array]:
         (mean, variance, score), (number, step, ratio, target, slope, kind, cold, begins) = carry, at
@@ -314,37 +308,69 @@ def _filtered(
         best = jnp.argmax(score)
         may = (begins_in < 0) | (begins_in == number % CORNERS_KEPT)
         from_ = jnp.where(may & (score[best] - change > score), best, own)
-        mean, score = mean[from_], jnp.where(from_ != own, score[best] - change, score)
+        score = jnp.where(from_ != own, score[best] - change, score)
         begins = jnp.where(of_k, (from_ != own)[:, None], begins)
-        # prediction: of each fraction its value and the one before
-        noise = jnp.where(begins & corners[kind], CORNER, noises[kind])
-        gain = ramps[kind] * ratio
-        goes_on = jnp.concatenate(
-            [
-                jnp.concatenate([diagonal(1.0 + gain), diagonal(-gain)], axis=2),
-                jnp.concatenate([diagonal(every), diagonal(nothing)], axis=2),
-            ],
-            axis=1,
-        )
-        mean = jnp.einsum("sij,sj->si", goes_on, mean)
-        variance = jnp.einsum("sij,sjk,slk->sil", goes_on, variance[from_], goes_on)
-        variance = variance + diagonal(jnp.concatenate([noise * step, nothing], axis=1))
-        is_cold = jnp.concatenate([jnp.broadcast_to(cold, nothing.shape), nothing > 1.0], axis=1)
-        mean = jnp.where(is_cold, 1.0, mean)
-        variance = variance * (~is_cold[:, :, None] & ~is_cold[:, None, :])
-        evidence = jnp.zeros(several)
-        for reading in range(count):  # update by the readings of one row, at most three
-            tangent = slope[:, reading]
-            reach = jnp.sum(variance[:, :, :count] * tangent[:, None, :], axis=2)
-            spread = jnp.sum(reach[:, :count] * tangent, axis=1) + 1.0
-            surprise = target[:, reading] - jnp.sum(mean[:, :count] * tangent, axis=1)
-            mean = mean + (surprise / spread)[:, None] * reach
-            variance = variance - reach[:, :, None] * (reach / spread[:, None])[:, None, :]
-            evidence = evidence - 0.5 * (surprise**2 / spread + jnp.log(spread))
+        mean, variance = _predicted(mean[from_], variance[from_], step, ratio, kind, cold, begins)
+        mean, variance, evidence = _updated(mean, variance, target, slope)
         return (mean, variance, score + evidence), from_
 
-    first = diagonal(jnp.concatenate([FIRST * every, nothing], axis=1))
-    begin = jnp.full((several, 2 * count), 0.5), first, jnp.zeros(several)
+    known = jnp.concatenate([jnp.ones((several, count)), jnp.zeros((several, count))], axis=1)
+    begin = jnp.full((several, 2 * count), 0.5), _diagonal(FIRST * known), jnp.zeros(several)
     rows = jnp.arange(len(time)), jnp.insert(step, 0, 0.0), ratio, target, slope, kind, cold, begins
     (_, _, score), parents = jax.lax.scan(row, begin, rows)
     return _Filtered(score, parents)
+
+
+def _predicted(
+    mean: Array, variance: Array, step: Array, ratio: Array, kind: Array, cold: Array, begins: Array
+) -> tuple[Array, Array]:
+    """Mean and variance of each fraction and of the one before, a step later.
+
+    Args:
+        mean, variance: those of the row before, shapes (candidates, 2 m) and (candidates, 2 m, 2 m).
+        step: length of the step [s]; ratio: over the length of the step before.
+        kind: kind of the step, shape (candidates, m).
+        cold: springs that are cold, shape (m,) or (candidates, m).
+        begins: springs whose kind begins here, shape (candidates, m).
+    """
+    every, nothing = jnp.ones(jnp.shape(kind)), jnp.zeros(jnp.shape(kind))
+    noises, ramps, corners = map(jnp.asarray, (NOISES, RAMPS, CORNERS))
+    noise = jnp.where(begins & corners[kind], CORNER, noises[kind])
+    gain = ramps[kind] * ratio
+    goes_on = jnp.concatenate(
+        [
+            jnp.concatenate([_diagonal(1.0 + gain), _diagonal(-gain)], axis=2),
+            jnp.concatenate([_diagonal(every), _diagonal(nothing)], axis=2),
+        ],
+        axis=1,
+    )
+    mean = jnp.einsum("sij,sj->si", goes_on, mean)
+    variance = jnp.einsum("sij,sjk,slk->sil", goes_on, variance, goes_on)
+    variance = variance + _diagonal(jnp.concatenate([noise * step, nothing], axis=1))
+    is_cold = jnp.concatenate([jnp.broadcast_to(cold, nothing.shape), nothing > 1.0], axis=1)
+    return jnp.where(is_cold, 1.0, mean), variance * (~is_cold[:, :, None] & ~is_cold[:, None, :])
+
+
+def _updated(mean: Array, variance: Array, target: Array, slope: Array) -> tuple[Array, Array, Array]:
+    """Mean and variance after the readings of one row, at most three, and their log-likelihood.
+
+    Args:
+        mean, variance: see `_predicted`.
+        target, slope: readings and their derivatives, shapes (candidates, m) and (candidates, m, m); of one
+            candidate where they are the same for all.
+    """
+    count, evidence = mean.shape[1] // 2, jnp.zeros(mean.shape[0])
+    for reading in range(count):
+        tangent = slope[:, reading]
+        reach = jnp.sum(variance[:, :, :count] * tangent[:, None, :], axis=2)
+        spread = jnp.sum(reach[:, :count] * tangent, axis=1) + 1.0
+        surprise = target[:, reading] - jnp.sum(mean[:, :count] * tangent, axis=1)
+        mean = mean + (surprise / spread)[:, None] * reach
+        variance = variance - reach[:, :, None] * (reach / spread[:, None])[:, None, :]
+        evidence = evidence - 0.5 * (surprise**2 / spread + jnp.log(spread))
+    return mean, variance, evidence
+
+
+def _diagonal(values: Array) -> Array:
+    """Diagonal matrices, (..., n, n) of (..., n)."""
+    return values[:, :, None] * jnp.eye(values.shape[1])

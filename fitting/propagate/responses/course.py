@@ -12,7 +12,7 @@ from jaxtyping import Array
 import pneusma_jax as pj
 from fitting.data.protocols.reading import PHASE, Protocol
 from fitting.data.recordings import Campaign, Recording, notices_of_reading, schema
-from fitting.inference.parameters import Parameter
+from fitting.inference.parameters import Parameter, Parameters
 from fitting.simulate.protocol import check_resistances, drives
 from fitting.specimens import specimen_of
 from fitting.specimens.model_objects import BASE
@@ -210,18 +210,8 @@ def recording_response(
         good = jnp.all(jnp.stack([jnp.all(jnp.isfinite(x)) for x in outputs.values()]))
         return outputs, jnp.where(good, 0, NOT_FINITE)
 
-    known = {
-        name: Known(float(e.value), e.unit, _prior(e), "recording") for name, e in parameters.items()
-    } | noise.known
     tables = _tables_of(campaign, own, model)
-    for key, table in tables.items():
-        free = key in named or recording.tolerance is None  # stated tolerances are those of own tables
-        for name, quantity in table.quantities.items():
-            if name in rows.base and (name not in known or (free and quantity.prior is not None)):
-                value = float(rows.base[name])
-                known[name] = Known(value, quantity.unit, quantity.prior, table.kind)
-    for name, value in rows.base.items():
-        known.setdefault(name, Known(float(value), "", None, ""))
+    known = _known_of(parameters, noise, tables, rows, named, recording.tolerance is not None)
     files = [recording.path, model.path, *(table.path for table in tables.values())]
     return Response(
         title=f"{recording.name} ({kind})",
@@ -233,6 +223,38 @@ def recording_response(
         notices=(*_READ_ONCE.get(kind, ()), *notices_of_reading(campaign.recordings)),
         side_by_side=TOGETHER,
     )  # fmt: skip
+
+
+def _known_of(
+    parameters: Parameters,
+    noise: WhiteNoise,
+    tables: Mapping[str, Calibration],
+    rows: Rows,
+    named: Collection[str],
+    stated: bool,
+) -> dict[str, Known]:
+    """Numbers of a recording's model that may vary, with their priors.
+
+    Args:
+        parameters: those of a fit of the recording.
+        noise: white noise of measured inputs.
+        tables: tables of alloy and silicone by their key in `[geometry]`.
+        rows: the recording as arrays.
+        named: keys of tables that are named in place of the recording's.
+        stated: true if the recording states tolerances; they are those of its own tables.
+    """
+    known = {
+        name: Known(float(e.value), e.unit, _prior(e), "recording") for name, e in parameters.items()
+    } | noise.known
+    for key, table in tables.items():
+        free = key in named or not stated
+        for name, quantity in table.quantities.items():
+            if name in rows.base and (name not in known or (free and quantity.prior is not None)):
+                value = float(rows.base[name])
+                known[name] = Known(value, quantity.unit, quantity.prior, table.kind)
+    for name, value in rows.base.items():
+        known.setdefault(name, Known(float(value), "", None, ""))
+    return known
 
 
 def _tables_of(campaign: Campaign, own: Model, model: AugmentedModel) -> dict[str, Calibration]:
