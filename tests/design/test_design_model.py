@@ -24,23 +24,28 @@ from pneusma_jax.actuator.loads import Load
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.effects import CATALOGUE, Effect, Spec, find_effect
 
-MODEL = """
+
+def stated(value, unit):
+    """A number of a model on disk."""
+    return f'{{value = {value}, unit = "{unit}", status = "fitted", source = "here"}}'
+
+
+def effect_table(slug, **parameters):
+    """Table of an effect of a model on disk, from `(value, unit)` of each parameter."""
+    lines = [f"{name} = {stated(*one)}" for name, one in parameters.items()]
+    return "\n".join(["", "[[effect]]", f'slug = "{slug}"', "[effect.parameters]", *lines, ""])
+
+
+MODEL = f"""
 schema = "pneusma-model/1"
 name = "mine"
 [base]
 design = "pneuflex_s"
 material = "dragon_skin_10_fast"
-wall_thickness = {value = 1.1, unit = "mm", status = "fitted", source = "here"}
-silicone_stiffness = {value = 0.9, unit = "1", status = "fitted", source = "here"}
+wall_thickness = {stated(1.1, "mm")}
+silicone_stiffness = {stated(0.9, "1")}
 """
-CONTACT = """
-[[effect]]
-slug = "tip_contact"
-[effect.parameters]
-stiffness = {value = 0.01, unit = "N m/rad", status = "fitted", source = "here"}
-angle = {value = 1.0, unit = "rad", status = "fitted", source = "here"}
-exponent = {value = 1.5, unit = "1", status = "fitted", source = "here"}
-"""
+CONTACT = effect_table("tip_contact", stiffness=(0.01, "N m/rad"), angle=(1.0, "rad"), exponent=(1.5, "1"))
 STUDY = PLAIN.replace('design = "pneuflex_s"', 'model = "mine.toml"')
 
 
@@ -75,44 +80,22 @@ def test_effects_act_in_states_with_exact_derivatives(tmp_path):
     assert slopes[0, 0, 0] == pytest.approx((around[1, 0] - around[0, 0]) / (2.0 * step), rel=1e-5)
 
 
-STAND = """
-[[effect]]
-slug = "force_calibration"
-[effect.parameters]
-offset = {value = 0.05, unit = "N", status = "fitted", source = "here"}
-[[effect]]
-slug = "camera_calibration"
-[effect.parameters]
-scale = {value = 1.1, unit = "1", status = "fitted", source = "here"}
-[specimen.A]
-wall_thickness = {value = 1.3, unit = "mm", status = "fitted", source = "here"}
-"""
+STAND = (
+    effect_table("force_calibration", offset=(0.05, "N"))
+    + effect_table("camera_calibration", scale=(1.1, "1"))
+    + f"[specimen.A]\nwall_thickness = {stated(1.3, 'mm')}\n"
+)
 
 
-WOKEN = """
-[[effect]]
-slug = "wrap_friction"
-[effect.parameters]
-constant = {value = 2e-4, unit = "N m", status = "fitted", source = "here"}
-"""
-THICK = """
-[[effect]]
-slug = "thick_wall"
-[effect.parameters]
-share = {value = 0.3, unit = "1", status = "fitted", source = "here"}
-"""
-LEADS = """
-[[effect]]
-slug = "series_resistance"
-[effect.parameters]
-ohms = {value = 0.04, unit = "ohm", status = "fitted", source = "here"}
-"""
+WOKEN = effect_table("wrap_friction", constant=(2e-4, "N m"))
+THICK = effect_table("thick_wall", share=(0.3, "1"))
+LEADS = effect_table("series_resistance", ohms=(0.04, "ohm"))
 
 
 def test_an_effect_that_only_a_history_wakes_is_named(tmp_path):
     notes = notes_on_model(read_study(written(tmp_path, model=MODEL + WOKEN + CONTACT)))
     assert notes[-1] == "wrap_friction acts only along a history, so it changes nothing here"
-    begun = WOKEN + 'begun = {value = 1.0, unit = "1", status = "fitted", source = "here"}\n'
+    begun = WOKEN + f"begun = {stated(1.0, '1')}\n"
     assert "along a history" not in "".join(notes_on_model(read_study(written(tmp_path, model=MODEL + begun))))
 
 
@@ -189,12 +172,7 @@ class Own(Effect):
         return value * (1.0 - self.lost)
 
 
-OWN = """
-[[effect]]
-slug = "own_loss"
-[effect.parameters]
-lost = {value = 0.5, unit = "1", status = "fitted", source = "here"}
-"""
+OWN = effect_table("own_loss", lost=(0.5, "1"))
 
 
 def test_programs_with_ones_own_effects_are_not_stored(tmp_path, monkeypatch):
