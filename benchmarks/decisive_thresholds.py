@@ -1,12 +1,14 @@
 """Which thresholds of the diagnosis ever decide: comparisons that would turn out differently without them.
 
     python benchmarks/decisive_thresholds.py CAMPAIGN... --out out/decisive [--minutes 4]
+    python benchmarks/decisive_thresholds.py CAMPAIGN... --out out/other --other chance.deviations=4
 
 Every threshold of one number becomes a `Probe`: a number that carries a relaxed value beside its own.
-Relaxed is 0 for a minimum (minus 1e9 for logarithms) and 1e9 for a maximum. Arithmetic keeps both. A
-comparison returns what the own value says, and notes whether the relaxed one says otherwise. So one
-diagnosis tests all thresholds at once, and its result is what it always is. NumPy functions that turn a
-probe into an array lose it, so what is never compared here may still decide. A file is left for every
+Relaxed is 0 for a minimum (minus 1e9 for logarithms) and 1e9 for a maximum. With `--other` it is the value
+that is given: comparisons that turn are those between both values. Arithmetic keeps both. A comparison
+returns what the own value says, and notes whether the relaxed one says otherwise. So one diagnosis tests all
+thresholds at once, and its result is what it always is. NumPy functions that turn a probe into an array lose
+it, so what is never compared here may still decide. A file is left for every
 campaign; those that are there are not run again.
 """
 
@@ -15,7 +17,7 @@ import collections
 import json
 import operator
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -116,16 +118,23 @@ for _name in ("add", "sub", "mul", "truediv", "pow"):
     setattr(Probe, f"__r{_name}__", _arithmetic(getattr(operator, _name), swapped=True))
 
 
-def probe(settings: Any) -> list[str]:
-    """Make every minimum and maximum of one number in settings a probe; their names."""
+def probe(settings: Any, others: Mapping[str, float] | None = None) -> list[str]:
+    """Make thresholds of one number in settings probes; their names.
+
+    Args:
+        settings: all thresholds.
+        others: relaxed value by name. If it is None, every minimum and maximum is relaxed.
+    """
     from fitting.diagnose.settings import thresholds_of
 
     made = []
     for one in thresholds_of(settings):
-        if isinstance(one.value, float) and one.sentence.startswith(("Minimum", "Maximum")):
+        asked = one.sentence.startswith(("Minimum", "Maximum")) if others is None else one.name in others
+        if isinstance(one.value, float) and asked:
             group, _, field = one.name.partition(".")
             least = -1e9 if one.unit == "nat" else 0.0
             other = least if one.sentence.startswith("Minimum") else 1e9
+            other = other if others is None else others[one.name]
             object.__setattr__(getattr(settings, group), field, Probe(one.value, other, {one.name}))
             made.append(one.name)
     return made
@@ -153,6 +162,7 @@ def main() -> None:
     arguments.add_argument("campaigns", nargs="*", type=Path)
     arguments.add_argument("--out", type=Path, required=True)
     arguments.add_argument("--minutes", type=float, default=60.0, help="no campaign is begun later than that")
+    arguments.add_argument("--other", nargs="+", metavar="NAME=VALUE", help="relaxed values of these alone")
     given = arguments.parse_args()
     from pneusma_jax import enable_float64
 
@@ -161,7 +171,10 @@ def main() -> None:
     from fitting.diagnose import diagnose
     from fitting.diagnose.settings import DEFAULT
 
-    probe(DEFAULT)
+    others = given.other and {name: float(x) for name, _, x in (one.partition("=") for one in given.other)}
+    known = probe(DEFAULT, others)
+    if unknown := sorted(set(others or ()) - set(known)):
+        arguments.error(f"no threshold of one number: {', '.join(unknown)}")
     given.out.mkdir(parents=True, exist_ok=True)
     begun = time.time()
     for campaign in given.campaigns:

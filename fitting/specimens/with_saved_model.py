@@ -19,7 +19,7 @@ from jaxtyping import Array, Float
 
 from fitting.data.recordings import Campaign, Recording
 from fitting.inference.notes import capital, joined
-from fitting.inference.parameters import Parameter, Parameters, Prior
+from fitting.inference.parameters import Parameters
 from fitting.specimens.saved_models.model import parameter_of
 from pneusma_jax.calibration.keys import QUANTITIES
 from pneusma_jax.calibration.records import Quantity
@@ -30,19 +30,14 @@ from pneusma_jax.numerics.safe import as_arrays
 from pneusma_jax.pipeline import Effect
 
 from .input_noise import have_driver_noise, with_effective_variance
-from .priors import CUT, FIT
+from .model_parameters import effect_parameter, start_from
+from .priors import FIT
 from .reduction import thinned
 from .registry import of_each, specimen_of
 from .rows import MARK, MOST_ROWS, Rows, stack, with_numbers
 from .saved_models import AddedDiscrepancy, AddedEffect, AugmentedModel, diagnosed_title
 from .silicones import FACTOR
 from .specimen import Model, Specimen
-
-WIDE = 20.0
-"""Minimum ratio of its bounds from which a positive shape parameter is fitted by its logarithm."""
-SHAPE_SD = 0.375
-"""Standard deviation of a shape parameter's prior about its typical value, as a share of its physical
-range."""
 
 
 @dataclass(frozen=True)
@@ -182,12 +177,12 @@ class Augmented(Model):
         for name, entry in base.items():
             quantity = self._quantity(campaign, name)
             if quantity is not None:
-                _start_from(entry, quantity, self.is_from_here(quantity))
+                start_from(entry, quantity, self.is_from_here(quantity))
         if self._factor_is_of_the_law(campaign, base):
             base[FACTOR].set(vary=False)
         for added, names in zip(self.acting, self.names, strict=True):
             for key, name in names.items():
-                base.add(_effect_parameter(added, key, name, self.is_from_here(added.parameters[key])))
+                base.add(effect_parameter(added, key, name, self.is_from_here(added.parameters[key])))
         return base
 
     def _factor_is_of_the_law(self, campaign: Campaign, base: Parameters) -> bool:
@@ -390,46 +385,6 @@ class Augmented(Model):
 
     def _by_row(self, values: Mapping[str, Array], stacked: Rows) -> Float[Array, "recordings rows"]:
         return of_each(self, lambda rows: self.answer(values, rows)[1]["taken_from_errors"], stacked)
-
-
-def _start_from(entry: Parameter, quantity: Quantity, here: bool) -> None:
-    """A base constant at the model's value, with the prior that is known beside these recordings.
-
-    Args:
-        entry: the constant; it is changed.
-        quantity: the model's number.
-        here: true if that comes from these recordings, so that its prior is none beside them.
-    """
-    value, prior = float(quantity.value), entry.prior
-    if quantity.prior is not None and here:
-        entry.set(value=float(np.clip(value, entry.min, entry.max)))
-        return
-    sd = prior.sd if quantity.prior is None else quantity.prior.sd
-    low, high = value - CUT * sd, value + CUT * sd
-    if prior.min > 0.0:
-        low = max(low, 1e-3 * value)
-    entry.set(value=value, prior=Prior(value, sd, low, high), min=low, max=high)
-
-
-def _effect_parameter(added: AddedEffect, key: str, name: str, here: bool) -> Parameter:
-    effect = find_effect(added.slug)
-    spec, quantity = effect.specs[parameter_of(effect, key)], added.parameters[key]
-    own = quantity.prior
-    logarithmic = spec.shape and spec.low > 0.0 and spec.high > WIDE * spec.low
-    prior = None
-    if own is not None and not here:
-        prior = Prior(float(quantity.value), own.sd, spec.low, spec.high)
-    elif spec.shape and not logarithmic:  # undetermined for a small effect
-        prior = Prior(spec.typical, SHAPE_SD * (spec.high - spec.low), spec.low, spec.high)
-    return Parameter(
-        name,
-        value=float(np.clip(quantity.value, spec.low, spec.high)),
-        min=spec.low,
-        max=spec.high,
-        unit=quantity.unit,
-        prior=prior,
-        scale="log" if logarithmic else "linear",
-    )
 
 
 def check_kind(model: AugmentedModel, kind: str) -> None:

@@ -5,7 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from benchmarks.decisive_thresholds import COMPARED, TURNED, Probe, names_of, table
+from benchmarks.decisive_thresholds import COMPARED, TURNED, Probe, names_of, probe, table
+from fitting.diagnose.settings import Settings
+from fitting.diagnose.settings.decisions import Chance
 
 
 @pytest.fixture(autouse=True)
@@ -38,6 +40,16 @@ def test_arrays_are_compared_as_they_would_be():
     values = np.array([1.0, 5.0])
     assert list(values > Probe(4.0, 0.0, {"a"})) == [False, True] and TURNED["a"] == 1
     assert list(np.minimum(values, Probe(9.0, 1e9, {"b"}))) == [1.0, 5.0] and TURNED["b"] == 0
+
+
+def test_comparisons_between_two_values_are_counted():
+    """With another value given, that threshold alone is a probe."""
+    settings = Settings(chance=Chance())  # its own, for the default ones are shared
+    assert probe(settings, {"chance.deviations": 4.0}) == ["chance.deviations"]
+    limit = 1.0 + 0.1 * settings.chance.deviations
+    assert [1.35 > limit, 1.2 > limit, 1.5 > limit] == [True, False, True]
+    assert (COMPARED["chance.deviations"], TURNED["chance.deviations"]) == (3, 1)
+    assert not isinstance(settings.chance.outlier, Probe)
 
 
 def test_the_table_counts_campaigns(tmp_path):

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Array
 
 from fitting.inference.parameters import Parameter, Parameters, Prior
+from fitting.specimens.model_parameters import is_logarithmic
 from fitting.specimens.rows import MARK, Rows
 from pneusma_jax.calibration.records import Quantity
 from pneusma_jax.effects import CATALOGUE, Effect, specs_of
@@ -217,9 +218,7 @@ def _base_unknowns(base: Parameters, known: Mapping[str, Quantity]) -> list[Unkn
 def _effect_unknowns(slug: str, letter: str) -> list[Unknown]:
     found = []
     for name, spec in specs_of(CATALOGUE[slug], letter).items():
-        if (
-            spec.shape and spec.low > 0.0 and spec.high > SCALING.minimum_log_ratio * spec.low
-        ):  # a time constant, say
+        if is_logarithmic(spec):  # a time constant, say
             scale = np.log(spec.high / spec.low) / SCALING.log_units
             low, high = (float(np.log(x / spec.typical) / scale) for x in (spec.low, spec.high))
             found.append(

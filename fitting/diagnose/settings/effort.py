@@ -48,6 +48,9 @@ class Candidates:
         basis="eighteenth run: beyond three standard deviations a true effect seemed to act the wrong way",
     )  # fmt: skip
     hopeless_factor: float = threshold(3.0, "Maximum ratio of predicted to best objective for a further fit.")
+    untried: float = threshold(
+        -5.0, "Maximum log Bayes factor that is told of a candidate whose score was not worth a fit.", "nat"
+    )
     other_shapes: tuple[float, ...] = threshold(
         (0.15, 0.5, 0.85), "Number of further starts for shapes, by their share of the range: these.",
         basis="wires, coupons and tubes: widths and time constants have optima of their own",

@@ -66,10 +66,9 @@ class LatentTrajectories:
 class Scaling:
     """Scales of the free numbers of base model and effects, and their priors."""
 
-    minimum_log_ratio: float = threshold(
-        20.0, "Minimum ratio of its bounds for a positive shape to be fitted by its logarithm."
+    log_units: float = threshold(
+        5.0, "Number of scaled units between the bounds of a shape that is fitted by its logarithm."
     )
-    log_units: float = threshold(5.0, "Number of scaled units between the bounds of such a shape.")
     minimum_wide_ratio: float = threshold(
         8.0, "Minimum ratio of its bounds for a shape to be tried at logarithmic distances."
     )

@@ -18,6 +18,7 @@ from ..fit.standard_errors import standard_errors
 from ..search.steps import Explanation, LeaveOneOutEvidence
 from ..settings import DEFAULT
 
+CANDIDATES = DEFAULT.candidates
 EVIDENCE = DEFAULT.evidence
 PROBABILITY = DEFAULT.probability
 SHARE = DEFAULT.share
@@ -82,7 +83,7 @@ def probabilities(
     slugs = explanation.program.unknowns.slugs
     step = explanation.leading
     candidates = {t.slug: t for t in step.candidates} if step else {}
-    untried = -EVIDENCE.minimum_difference
+    untried = CANDIDATES.untried
     bayes = {slug: float(candidates[slug].bayes) if slug in candidates else untried for slug in slugs}
     if not mismatch:
         nothing = PROBABILITY.tentative
