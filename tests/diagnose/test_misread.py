@@ -73,7 +73,7 @@ def test_a_slip_in_one_recording_names_it(asked):
 
 def test_a_small_misfit_is_asked_about_where_nothing_explains_it(asked, monkeypatch):
     """An actuator that is mainly heated hardly shows a pressure that is ten times too small."""
-    monkeypatch.setattr(misread, "SHARE", dataclasses.replace(DEFAULT.share, misread=np.inf))
+    monkeypatch.setattr(misread, "SHARE", dataclasses.replace(DEFAULT.share, minor=np.inf))
 
     def slipped(_, recording):
         return scaled(recording, "pressure_kPa", 0.1)
