@@ -215,12 +215,13 @@ def _notes(
     ]  # fmt: skip
     if conclusion.explanation.together:
         why = (
-            ": only they contradict the base model, or they contradict what the others say"
+            ", because only they contradict the base model, or they contradict what the others say"
             if conclusion.mismatch
             else ""
         )
         notes.append(
-            f"Recordings for validation were fitted, too{why}; all scores are of recordings left out in turn"
+            f"The validation recordings were fitted like all others{why}. Each score is of a recording that "
+            "was left out of the fit which predicts it"
         )
     return of_several(notes, [recording.name for recording in program.recordings])
 

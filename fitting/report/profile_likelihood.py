@@ -10,6 +10,7 @@ from fitting.calibrate.profile_likelihood import ALIKE, RISES, Profile
 from fitting.calibrate.profile_search import FITS
 from fitting.calibrate.quoted import KELVIN
 from fitting.calibrate.result import Estimate
+from fitting.inference.notes import joined
 from pneusma_jax.units import amount, from_si, to_si
 
 from . import figures as house
@@ -19,10 +20,10 @@ from .report import Picture
 CAPTION = (
     "Chi-square above its least value over one parameter when all others follow it. Dashed: the "
     "parabola of its standard error. Upright lines: the quoted 90 % interval. Open: the others stopped at a "
-    "kink, so that it may lie lower. Profiles that are parabolas are left out where others are none."
+    "kink, so that it may lie lower."
 )
-FEW = 4
-"""Number of profiles that are drawn where all are parabolas."""
+MOST_DRAWN = 12
+"""Maximum number of profiles that are drawn: three rows of four. Those that are no parabolas come first."""
 HIGH = 3.0
 """Standard errors up to which the parabola is drawn: chi-square rises by nine there."""
 
@@ -36,13 +37,26 @@ class Profiled(Protocol):
 
 def pictures(result: Profiled) -> list[Picture]:
     """The figure of the profiles, if there are any."""
-    return [Picture("profiles", CAPTION, lambda: figure(result))] if result.profiles else []
+    return [Picture("profiles", caption(result), lambda: figure(result))] if result.profiles else []
+
+
+def _in_order(result: Profiled) -> list[str]:
+    """Parameters with a profile, as in the report's table; those whose profile is no parabola come first."""
+    names = [name for name in result.parameters if name in result.profiles]
+    return sorted(names, key=lambda name: not result.parameters[name].curved)
 
 
 def shown(result: Profiled) -> list[str]:
-    """Profiles that are drawn: those that are no parabolas, or the first few where all are."""
-    curved = [name for name, estimate in result.parameters.items() if estimate.curved]
-    return [name for name in curved if name in result.profiles] or list(result.profiles)[:FEW]
+    """Profiles that are drawn: all of them, as far as there is room."""
+    return _in_order(result)[:MOST_DRAWN]
+
+
+def caption(result: Profiled) -> str:
+    """Caption of the figure, which names the profiles that are not drawn."""
+    rest = _in_order(result)[MOST_DRAWN:]
+    if not rest:
+        return f"{CAPTION} Every parameter that was profiled is drawn."
+    return f"{CAPTION} Not drawn for want of room: {joined(rest)}."
 
 
 def figure(result: Profiled) -> Figure:

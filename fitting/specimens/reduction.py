@@ -75,8 +75,8 @@ def reduced(recording: Recording, most: int) -> Recording:
     rows, cycles = _selected_rows(recording, table, turns, block, most)
     of = f", of {cycles[0]} of its {cycles[1]} cycles" if cycles else ""
     text = (
-        f"{recording.name}: reduced from {len(recording)} rows to {len(rows)}{of}, kept as they were read, "
-        "closer where readings change, turning points among them; nothing is averaged"
+        f"{recording.name}: {len(rows)} of {len(recording)} rows are used{of}, as they were read. They lie "
+        "closer together where readings change, and include the turning points"
     ) + ("; effects with a memory do not see the cycles left out" if cycles else "")
     columns = {name: column[rows] for name, column in table.items()}
     return dataclasses.replace(recording, columns=columns, reduction=Reduction(recording, rows, 1, text))

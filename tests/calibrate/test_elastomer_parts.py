@@ -1,9 +1,12 @@
 """Choice, drift, stability, identifiability and expected information, each on a case whose answer is known."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from fitting.calibrate.elastomer.analysis import analyse
+from fitting.calibrate.elastomer.choice import _reason
 from fitting.calibrate.elastomer.engine import Engine
 from fitting.calibrate.elastomer.laws import LAWS
 from fitting.calibrate.elastomer.pipeline import characterise_elastomer
@@ -140,3 +143,15 @@ def test_every_better_law_that_was_passed_over_is_named_with_its_reason(pulled):
     assert passed == ["polynomial", "yeoh"]
     for name in passed:
         assert f"{analysis.fits[name].law.label[1:]}, which {choice.unfit[name]}" in choice.reason
+
+
+def test_a_law_that_was_passed_over_is_told_in_a_sentence_of_its_own():
+    """It read "predicts gaps in the curve best, apart from polynomial of order 4, which falls"."""
+    names = ["polynomial_4", "yeoh"]
+    fits = {name: SimpleNamespace(law=SimpleNamespace(label=name.replace("_", " "))) for name in names}
+    said = _reason("yeoh", "yeoh", names, fits, {"polynomial_4": "falls where it was tested"})
+    assert said == (
+        "Yeoh predicts gaps in the curve best of the laws without fault."
+        " A law that predicts gaps better was not taken: polynomial 4, which falls where it was tested."
+    )
+    assert _reason("yeoh", "yeoh", ["yeoh", "polynomial_4"], fits, {}) == "Yeoh predicts gaps in the curve best."

@@ -1,5 +1,6 @@
 """Steps for which a report says what they change, of parameters whose range is short."""
 
+import numpy as np
 import pytest
 
 from fitting.design.study import Bound, Free
@@ -26,6 +27,14 @@ def free(low, high, unit="mm", made="continuous", name="wire_diameter"):
 )
 def test_a_step_is_at_most_half_of_the_range(parameter, size, words):
     assert step_of(parameter) == (pytest.approx(size), words)
+
+
+@pytest.mark.parametrize(("step", "words"), [(0.05e-3, "0.05 mm"), (0.1e-3, "0.1 mm"), (0.25e-3, "0.25 mm")])
+def test_a_parameter_that_is_made_in_steps_is_changed_by_one_of_them(step, words):
+    """A wall in steps of 0.05 mm was changed by 0.1 mm."""
+    values = tuple(0.8e-3 + step * np.arange(5))
+    parameter = Free("wall_thickness", "steps", Bound(values[0]), Bound(values[-1]), values, "mm")
+    assert step_of(parameter) == (pytest.approx(step), words)
 
 
 def test_an_end_that_depends_on_another_parameter_leaves_the_usual_step():

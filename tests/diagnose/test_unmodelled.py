@@ -101,4 +101,4 @@ def test_what_only_validation_recordings_contradict_is_said(tmp_path):
     found = diagnose(read_campaign(write(tmp_path / "campaign", law, courses=courses)), seed=1)
     assert found.mismatch and found.explanation.together
     assert found.found[0].slug == "unmodelled" and "unmodelled" in found.explanation_set
-    assert any(note.startswith("Recordings for validation were fitted, too") for note in found.notes)
+    assert any(note.startswith("The validation recordings were fitted like all others") for note in found.notes)

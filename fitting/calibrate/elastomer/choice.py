@@ -106,17 +106,19 @@ def _reason(
         return f"No law that was tried is without fault here ({fault}); it predicts gaps best."
     if len(fits) == 1:
         return ""
-    text = f"{label(chosen)} predicts gaps in the curve best"
+    better = order[: order.index(best)]
+    of = " of the laws without fault" if better else ""
+    text = f"{label(chosen)} predicts gaps in the curve best{of}"
     if chosen != best:
         text = (
             f"{label(chosen)} has fewer constants than {label(best)} and predicts gaps in the curve as well "
             "within one standard error"
         )
-    better = order[: order.index(best)]
+    text = f"{text[0].upper()}{text[1:]}."
     if better:
         passed = "; ".join(f"{label(name)}, which {unfit[name]}" for name in better)
-        text += f", apart from {passed}"
-    return f"{text[0].upper()}{text[1:]}."
+        text += f" A law that predicts gaps better was not taken: {passed}."
+    return text
 
 
 def criteria(fits: dict[str, LawFit]) -> tuple[dict[str, float | None], dict[str, float | None]]:

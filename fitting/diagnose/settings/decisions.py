@@ -27,6 +27,10 @@ class Chance:
         "half of it.",
         basis="sixteenth to twenty-third run: 3 of 708 nulls called a mismatch, all rules together",
     )  # fmt: skip
+    period_level: float = threshold(
+        1e-3, "Maximum probability by chance, over all outputs and drivers, of a period that is told.",
+        basis="white noise: 3 of 300 below 0.01, none below 0.001; ripples of 0.7 sd in time: 40 of 40 below",
+    )  # fmt: skip
     deviations: float = threshold(
         3.0, "Minimum distance for more than chance: of a reduced chi-square, a base constant, a mean of "
         "readings, or a reading over its neighbours' spread.", "sd",

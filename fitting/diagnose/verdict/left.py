@@ -66,7 +66,7 @@ class Left:
             least = f"the model leaves {number(self.explained, '.2g')} if it is fitted to these, too"
             return f"{text}, which the uncertainty of fitted numbers explains ({least})"
         if self.held_out:
-            text += ", what the uncertainty of fitted numbers explains left aside"
+            text += ", beyond what the uncertainty of the fitted numbers explains"
         if self.regime is None:
             return text
         return f"{text}, {100.0 * self.regime.share:.0f} % of it where {self.regime.text}"

@@ -1,7 +1,8 @@
 """Period of what a model leaves: of a pump or a switched heater in time, of a machine's screw in its travel.
 
 Periods are looked for along time and along the load. One is found in the first half of every recording and
-confirmed in the second. The power at its frequency is compared with that at frequencies beside it, which hold
+confirmed in the second, at its frequency alone. The power there is compared with that at frequencies
+beside it, which hold
 whatever else is left (the F-test of D. J. Thomson, Proc. IEEE 70 (1982) 1055). What goes with pressure,
 strain or heat repeats as often as these do. So what goes with them and their direction is taken off before a
 period in time is looked for. Such a period fits several times between two of their turning points. An error
@@ -36,7 +37,9 @@ class Repeats:
         driver: quantity along which it repeats.
         period: its period, in the unit of the driver, SI.
         amplitude: its amplitude, in the unit of the output, SI.
-        p_value: p-value of the confirmation.
+        p_value: probability that chance alone confirms a period as clearly in any of the courses [1]: the
+            p-value of the confirmation times `tries`.
+        tries: number of courses, each an output along one driver, in which a period was looked for.
         seconds: period in time, where it repeats along the load and in time; None where in one of them alone.
     """
 
@@ -45,6 +48,7 @@ class Repeats:
     period: float
     amplitude: float
     p_value: float
+    tries: int = 1
     seconds: float | None = None
 
 
@@ -92,13 +96,14 @@ def repeats_of(program: Program, fit: Fit) -> Repeats | None:
         fit: model.
     """
     found = [(course, *_found(course)) for course in _courses(program, fit) if course is not None]
-    found = [one for one in found if one[2] * len(found) <= CHANCE.level]
-    if not found:
-        return None
+    tries = len(found)
     told = [
-        Repeats(course.quantity, course.driver, *_refined(course, frequency), p_value)
+        Repeats(course.quantity, course.driver, *_refined(course, frequency), p_value * tries, tries)
         for course, frequency, p_value in found
+        if p_value * tries <= CHANCE.period_level
     ]
+    if not told:
+        return None
     alike = 1.0 + SHARE.alike
     clearest = max(told, key=lambda one: one.amplitude * (1.0 if one.driver == "time" else alike))
     in_time = [one for one in told if one.driver == "time" and one.quantity == clearest.quantity]

@@ -11,6 +11,7 @@ from fitting.inference.noise import ACCURACY
 from fitting.inference.notes import capital, joined
 from fitting.inference.numbers import number
 from fitting.specimens import specimen_of
+from pneusma_jax.errors import counted
 from pneusma_jax.units import amount, from_si
 
 from ..fit.base_fit import told_at_bound
@@ -168,6 +169,11 @@ def _repeating(conclusion: Conclusion) -> list[str]:
     cause = REPEATING.get(found.driver)
     like = f", as {cause} does" if cause else ""
     said = [f"A part of the misfit of {quantity} repeats every {every}{like}. Its amplitude is {amplitude}."]
+    tried = counted(found.tries, "search", "searches")
+    said.append(
+        f"Chance alone would confirm so clear a period with a probability of {number(found.p_value, '.2g')},"
+        f" counted over {tried} along time and the load."
+    )
     if found.seconds is not None:
         said.append(
             f"It repeats every {number(found.seconds)} s as well, as {REPEATING['time']} does: "

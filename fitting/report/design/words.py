@@ -217,8 +217,12 @@ def chance_words(result: DesignResult) -> list[str]:
 def step_of(free: Free) -> tuple[float, str]:
     """Step of a parameter for sensitivities [SI], and the step in words.
 
-    It is a tenth, a hundredth and so on of the usual step where that is longer than half the range.
+    A parameter that is made in steps has its own. Otherwise it is a tenth, a hundredth and so on of the usual
+    step where that is longer than half the range.
     """
+    if free.made == "steps" and len(free.values) > 1:
+        own = float(np.min(np.diff(free.values)))
+        return own, amount(f"{from_si(own, free.unit, difference=True):.4g}", free.unit)
     usual = STEP_OF_NUMBERS.get(free.name.rpartition(".")[2], SMALL_STEP)
     size, unit = STEPS.get(UNITS[free.unit].dimension, (usual, ""))
     in_si = to_si(size, unit) if unit else size

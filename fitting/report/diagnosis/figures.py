@@ -24,9 +24,12 @@ from fitting.report.figures import (
     style,
 )
 from fitting.specimens import specimen_of
+from pneusma_jax.errors import counted
 from pneusma_jax.units import from_si
 
 MOST_SHOWN = 6
+MOST_BARS = 8
+"""Maximum number of candidates with a bar of their own; the others share one."""
 BASE, AFTER, DATA, APART = VERMILION, BLUE, BLACK, GREY
 
 
@@ -155,13 +158,20 @@ def _residuals(conclusion: Conclusion, k: int, j: int, axes: Axes) -> None:
 def probability_figure(conclusion: Conclusion) -> Figure:
     """The likeliest explanations as bars, with `unknown` and `nothing missing`."""
     pool = {slug: p for slug, (p, _) in conclusion.candidates.items()}
-    ranked = sorted(pool, key=lambda s: -pool[s])[:8]
-    names = [*ranked, "unmodelled: none of these", "nothing is missing"]
-    values = [*(pool[s] for s in ranked), conclusion.unknown, conclusion.nothing]
+    every = sorted(pool, key=lambda s: -pool[s])
+    ranked, rest = every[:MOST_BARS], every[MOST_BARS:]
+    names, values = list(ranked), [pool[s] for s in ranked]
+    colours = [AFTER] * len(ranked)
+    if rest:
+        names.append(f"{counted(len(rest), 'further candidate')} together")
+        values.append(sum(pool[s] for s in rest))
+        colours.append(SKY)
+    names += ["unmodelled: none of these", "nothing is missing"]
+    values += [conclusion.unknown, conclusion.nothing]
+    colours += [GREY, GREEN]
     with style():
         figure = Figure(figsize=(6.4, 0.34 * len(names) + 0.9), layout="constrained")
         axes = figure.subplots()
-        colours = [AFTER] * len(ranked) + [GREY, GREEN]
         axes.barh(range(len(names)), values, color=colours)
         axes.set_yticks(range(len(names)), [n.replace("_", " ") for n in names], fontsize=8)
         axes.invert_yaxis()
