@@ -100,7 +100,7 @@ def warnings(result: Profiled) -> list[str]:
         )
     curved = [name for name, profile in found.items() if profile.curved]
     if curved:
-        where = f": {_intervals(result, curved)}" if len(curved) <= FEW else ", as the table has them"
+        where = f": {_intervals(result, curved)}" if len(curved) <= MOST_DRAWN else ", as the table has them"
         sentences.append(
             f"Over {_or(curved)} the misfit is no parabola. What is quoted is the profile likelihood's "
             f"interval (90 %){where}."

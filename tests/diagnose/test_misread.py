@@ -64,6 +64,58 @@ def test_a_slip_in_all_recordings_is_found(asked, slip):
     assert found.after < 0.02 < DEFAULT.share.minor < found.before
 
 
+def test_psi_read_as_bar_are_asked_about_as_such(asked):
+    """It was asked with 1/10, the nearest power of ten."""
+    found = asked(lambda _, recording: scaled(recording, "pressure_kPa", 100.0 / 6.894757))
+    assert found.factor == pytest.approx(6.894757 / 100.0, rel=1e-6)
+    assert "1/14.5 of these readings (psi read as bar)" in found.text
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "units"),
+    [
+        ("pressure_kPa", 0.0689476, "psi read as bar"),
+        ("pressure_kPa", 1.0 / 6.894757, "kPa read as psi"),
+        ("pressure_kPa", 6.894757, "psi read as kPa"),
+        ("stress_MPa", 6.894757, "psi read as kPa or ksi read as MPa"),
+        ("bend_angle_deg", 57.29578, "rad read as deg"),
+        ("pressure_kPa", 10.0, "kPa read as mbar"),
+        ("pressure_kPa", 3.0, ""),
+        ("strain", 10.0, ""),
+    ],
+)
+def test_a_factor_is_named_by_the_units_that_it_leads_between(column, factor, units):
+    assert misread.units_of(column, factor) == units or units in misread.units_of(column, factor).split(" or ")
+    assert not units or any(np.isclose(factor, known, rtol=1e-5) for known in factors_of(column))
+
+
+def test_a_wires_stress_that_drives_it_is_asked_about_though_its_transformation_is_unknown():
+    """The readings of a stress that drives were compared as if they were predicted, so no factor helped."""
+    campaign = read_campaign(TUBE.parent / "wire")
+    recordings = [scaled(recording, "stress_MPa", 10.0) for recording in campaign.recordings]
+
+    def build(recordings, like=None) -> Program:
+        return Program.of(dataclasses.replace(campaign, recordings=list(recordings)), "wire", [], like=like)
+
+    program, fit = base_fit(build(recordings))
+    found = misread_in(program, fit, lambda changed: build(changed, program))
+    assert {one.column for one in (found, *found.alike)} == {"stress_MPa"} and found.after < 0.05
+    assert any(one.factor == pytest.approx(0.1) for one in (found, *found.alike))
+
+
+def test_of_slips_that_explain_as_much_one_between_units_comes_first(monkeypatch):
+    """A third of the readings is no unit."""
+    slips = {0.3: 1.0, 6.894757: 1.2, 0.25: 1.1}
+    monkeypatch.setattr(misread, "_errors", lambda *_: np.array([5.0]))
+    monkeypatch.setattr(misread, "_promising", lambda *_: [(1.0, ("pressure_kPa", factor, None)) for factor in slips])
+    monkeypatch.setattr(
+        misread, "_refitted",
+        lambda program, errors, column, factor, *_: Misread(column, factor, (), 1.0, 0.01, slips[factor]),
+    )  # fmt: skip
+    found = misread_in(SimpleNamespace(), SimpleNamespace(evaluation=None), None)
+    assert found.factor == 6.894757 and [one.factor for one in found.alike] == [0.3, 0.25]
+
+
 def test_a_slip_in_one_recording_names_it(asked):
     found = asked(lambda k, recording: scaled(recording, "pressure_kPa", 10.0) if k == 1 else recording)
     assert found.recordings == ("inflation_2",)
@@ -166,7 +218,7 @@ def test_other_factors_that_explain_as_much_are_told():
     assert found.text == (
         "Has stress_MPa in cycle_2 the right unit? With 1/10 of these readings the refitted base model misses "
         "outputs by at most 1.4 % of their range. With the readings as they are it does by 47 %. As much is "
-        "explained by 1/6.89 of the readings of stress_MPa."
+        "explained by 1/6.89 of the readings of stress_MPa (kPa read as psi or MPa read as ksi)."
     )
 
 

@@ -57,6 +57,11 @@ class Misread:
     alike: tuple["Misread", ...] = ()
 
     @property
+    def between_units(self) -> bool:
+        """True if the factor leads from one unit to another: a slip that people make."""
+        return self.factor is not None and bool(units_of(self.column, self.factor))
+
+    @property
     def text(self) -> str:
         """The question, and what it rests on, in sentences."""
         if self.factor is None:
@@ -86,9 +91,11 @@ class Misread:
             return "the columns of springs 1 and 2 exchanged"
         if self.factor < 0.0:
             return f"the other sign of {readings}"
+        units = units_of(self.column, self.factor)
+        units = f" ({units})" if units else ""
         if self.factor > 1.0:
-            return f"{number(self.factor)} times {readings}"
-        return f"1/{number(1.0 / self.factor)} of {readings}"
+            return f"{number(self.factor)} times {readings}{units}"
+        return f"1/{number(1.0 / self.factor)} of {readings}{units}"
 
 
 def misread_in(
@@ -118,9 +125,10 @@ def misread_in(
             found.append(misread)
     if not found:
         return None
-    best, *others = sorted(found, key=lambda one: one.total)
-    alike = (one for one in others if one.total <= (1.0 + SHARE.alike) ** 2 * best.total)
-    return dataclasses.replace(best, alike=tuple(alike))
+    most = (1.0 + SHARE.alike) ** 2 * min(one.total for one in found)
+    alike = [one for one in found if one.total <= most]
+    best, *others = sorted(alike, key=lambda one: (not one.between_units, one.total))
+    return dataclasses.replace(best, alike=tuple(others))
 
 
 def _promising(
@@ -136,7 +144,7 @@ def _promising(
     spring = _of_springs(program.recordings)
     for column in dict.fromkeys(name for r in program.recordings for name in r.known_columns):
         quantity = schema.quantity_and_unit(column)[0]
-        compared = any(column in r.outputs for r in program.recordings) and not program.follows(quantity)
+        compared = _is_compared(program, column) and not program.follows(quantity)
         extremes, unchanged = factors_of(column)[:2], set[float]()
         for factor in [*([None] if column == spring else []), *factors_of(column)]:
             if not _possible(program, column, factor):
@@ -154,6 +162,16 @@ def _promising(
     tried.sort(key=lambda one: one[0])
     best = [one for one in tried[: SEARCH.refitted_slips] if one[0] < _sum(nominal)]
     return [one for k, one in enumerate(best) if k == 0 or one[0] < most]
+
+
+def _is_compared(program: Program, column: str) -> bool:
+    """True if the model predicts a column wherever it is. The stress of a wire drives it, or is predicted."""
+    quantity = schema.quantity_and_unit(column)[0]
+    return all(
+        any(channel.quantity == quantity for channel in channels)
+        for recording, channels in zip(program.recordings, program.channels, strict=True)
+        if column in recording.columns
+    )
 
 
 def _refitted(
@@ -195,17 +213,50 @@ def _sum(errors: np.ndarray) -> float:
     return float(np.sum(errors**2))
 
 
+_LENGTHS = ("mm", "cm", "in")
+CONFUSED = {
+    "pressure": ("kPa", "bar", "psi", "mbar", "MPa"), "stress": ("kPa", "psi", "MPa", "ksi", "GPa"),
+    "time": ("s", "min", "h"), "length": _LENGTHS, "elongation": _LENGTHS,
+    "force": ("N", "lbf", "gf", "kgf"), "bend_angle": ("deg", "rad"), "curvature": ("1/m", "1/in"),
+}  # fmt: skip
+"""Units of which a file may state one where another is meant, by quantity. A canonical column no longer has
+the stated unit, so psi that were read as bar are off by 1/14.5, which is no ratio to kPa."""
+
+
+def _pairs(column: str) -> list[tuple[float, str, str]]:
+    """Ratio of each unit that may be meant to each that may be stated, and both names."""
+    units = CONFUSED.get(schema.quantity_and_unit(column)[0], ())
+    return [
+        (find_unit(meant).factor / find_unit(stated).factor, meant, stated)
+        for meant in units
+        for stated in units
+        if meant != stated
+    ]
+
+
+def units_of(column: str, factor: float) -> str:
+    """Units between which a factor leads, such as `psi read as bar`; empty where it is none of such a pair.
+
+    Args:
+        column: canonical column.
+        factor: number by which its readings are multiplied [1].
+    """
+    near = [one for one in _pairs(column) if abs(one[0] / factor - 1.0) < SHARE.same]
+    return joined([f"{meant} read as {stated}" for _, meant, stated in near], "or")
+
+
 def factors_of(column: str) -> list[float]:
     """Factors by which a column in another unit than is stated would be off, and -1 [1].
 
-    They are powers of ten and the ratios of its unit to others of its dimension, the largest and its inverse
-    first. Ratios that are nearly equal count once.
+    They are powers of ten, the ratios of its unit to others of its dimension, and those between units that
+    are confused. The largest and its inverse come first. Ratios that are nearly equal count once.
 
     Args:
         column: canonical column.
     """
     unit, (least, most) = find_unit(schema.quantity_and_unit(column)[1]), INSTRUMENTS.confused_units
     ratios = [other.factor / unit.factor for other in UNITS.values() if other.dimension == unit.dimension]
+    ratios += [ratio for ratio, _, _ in _pairs(column)]
     tens = 10.0 ** np.arange(1.0, np.log10(most) + SHARE.alike)
     found: list[float] = []
     for ratio in (*tens, *(max(r, 1.0 / r) for r in ratios)):
