@@ -216,6 +216,17 @@ def test_a_labview_file_without_a_clock_has_units_and_a_step(put):
     assert right(import_file(path, make_options(interval_s=0.5)))
 
 
+def test_an_empty_first_column_of_a_labview_file_is_no_clock(put):
+    """With `X_Columns No` the heading of the clock may stay; nothing was said of the step then."""
+    head = (
+        "LabVIEW Measurement\t\nX_Columns\tNo\n***End_of_Header***\t\nChannels\t2\t\t\nY_Unit_Label\t%\tkPa\nX_Dimension\tTime\tTime\n"
+        "Delta_X\t0.5\t0.5\n***End_of_Header***\t\t\t\nX_Value\tStrain\tStress\tComment\n"
+    )
+    path = put("a.lvm", head + "".join(f"\t{100 * e:.5f}\t{s:.4f}\t\n" for _, e, s in ALL))
+    assert any(note.endswith("states a step (Delta_X): --interval 0.5") for note in checks(import_file(path)))
+    assert right(import_file(path, make_options(interval_s=0.5)))
+
+
 @pytest.mark.parametrize(("volts", "amperes"), [("U (V)", "I (A)"), ("Spring voltage (V)", "Spring current (A)")])
 def test_symbols_of_voltage_and_current_make_a_resistance(put, volts, amperes):
     rows = "".join(f"{t},{40 * e:.5f},{0.5 * e:.5f},{0.05 * (2 + e):.7f},0.05\n" for t, e, _ in ALL)

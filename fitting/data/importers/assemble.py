@@ -31,7 +31,7 @@ from .channels import (
 )
 from .compression import About
 from .derive import derive, question_stress
-from .doubtful_readings import question_labels, question_readings
+from .doubtful_readings import question_labels, question_readings, question_twice
 from .header_lines import lines_unread, say_header
 from .making import Channel, Making
 from .options import Options
@@ -148,6 +148,7 @@ def _columns(sample: Sample, making: Making) -> tuple[dict[str, np.ndarray], np.
     _notice_preload(sample, making)
     columns = {name: values[keep] for name, values in columns.items()}
     columns, rows = _drop_empty(columns, np.array(sample.require_grid().rows)[keep], making)
+    question_twice(columns, making)
     columns = with_clock(columns, rows, making)
     return {name: shortest(values, _taken_off(name, making)) for name, values in columns.items()}, rows
 

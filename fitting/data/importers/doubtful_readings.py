@@ -15,6 +15,8 @@ LONGER = 4
 """The same, as a multiple of the longest stay at any other value. A coarse resolution stays everywhere."""
 MOVED = 0.03
 """Minimum change of the drive over those rows, as part of its range."""
+TWICE = 0.1
+"""Minimum share of rows that repeat the one before in every column, the clock included, to ask about them."""
 TURNED = 0.2
 """Minimum value on both sides of a turned sign, as part of the largest one."""
 MIRRORED = 0.2
@@ -23,6 +25,10 @@ STEPS = 5.0
 """Minimum change at a turned sign, in median changes from row to row."""
 HOUR_S = 3600.0
 """Leap of a clock at the begin of daylight saving [s]."""
+TURN_DEG = 360.0
+"""One turn, by which an angle leaps that is counted from 0 to 360 degrees or from -180 to 180 [deg]."""
+WRAPPED_DEG = 60.0
+"""Maximum distance of such a leap from one turn [deg]."""
 HOUR_STEPS = 2.0
 """Maximum distance of a leap from an hour, in median steps of the clock."""
 
@@ -83,6 +89,28 @@ def question_readings(
                 _question_sign(course, making)
     if is_clock and "time_s" in columns:
         _question_hour(columns["time_s"], rows, making)
+    if "bend_angle_deg" in columns:
+        _question_turn(columns["bend_angle_deg"], rows, making)
+
+
+def question_twice(columns: dict[str, np.ndarray], making: Making) -> None:
+    """Ask about rows that were all written twice, or more often: they would count as so many readings.
+
+    Args:
+        columns: canonical columns as they stand in the file, each of shape (rows,), with a clock.
+        making: state of the import; questions are added to its notices.
+    """
+    values = np.stack(list(columns.values()))
+    if values.shape[1] < 2 or "time_s" not in columns:
+        return
+    same = np.all((values[:, 1:] == values[:, :-1]) | np.isnan(values[:, 1:] + values[:, :-1]), axis=0)
+    still = np.diff(columns["time_s"]) == 0.0
+    repeated = int(np.sum(same & still))
+    if repeated >= max(LONGEST, TWICE * values.shape[1]):
+        making.warn(
+            f"{repeated} rows repeat the row before them in every column, the time included: was each reading"
+            " written several times? Then take these rows out of the file, or a fit counts them as readings"
+        )
 
 
 def question_labels(channels: Mapping[str, Channel], making: Making) -> None:
@@ -141,6 +169,19 @@ def _question_sign(course: _Course, making: Making) -> None:
             f"{course.answer} turns its sign from {first[at]:.4g} to {second[at]:.4g} {course.unit} at row"
             f" {course.rows[at + 1]} while {course.drive} goes on: was the instrument connected the other way"
             " from there? Then mend these fields in the file"
+        )
+
+
+def _question_turn(angle: np.ndarray, rows: np.ndarray, making: Making) -> None:
+    """Ask about an angle that leaps by a turn, because it is counted within one turn only."""
+    known = np.flatnonzero(np.isfinite(angle))
+    steps = np.diff(angle[known])
+    leaps = np.flatnonzero(np.abs(np.abs(steps) - TURN_DEG) <= WRAPPED_DEG)
+    if leaps.size:
+        at = known[leaps[0]], known[leaps[0] + 1]
+        making.warn(
+            f"bend_angle_deg leaps from {angle[at[0]]:.4g} to {angle[at[1]]:.4g} at row {rows[at[1]]}: is it"
+            " counted within one turn? Then add or take off 360 degrees in the file, so that it goes on"
         )
 
 

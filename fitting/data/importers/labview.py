@@ -3,6 +3,8 @@
 import itertools
 from dataclasses import replace
 
+import numpy as np
+
 from .grid import Grid
 from .spelling import Heading, may_be_unit, same_unit, unit_name
 
@@ -22,6 +24,8 @@ def with_stated_units(grid: Grid) -> Grid:
         units, dimensions = units[1:], []
     headings, notices = list(grid.headings), []
     first = [c for c, heading in enumerate(headings) if heading.text == X]
+    if all(np.isnan(grid.values[:, column]).all() for column in first):
+        first, dimensions = [], []  # `X_Columns No` with a heading of the empty first column
     for column, following in itertools.pairwise([*first, len(headings)]):
         named = {text.casefold() for text in dimensions[column + 1 : following] if text}
         if named == {"time"}:

@@ -10,7 +10,7 @@ import numpy as np
 from pneusma_jax.errors import InputError, counted, nearest
 
 from ..files import names_apart
-from ..recordings import Recording
+from ..recordings import Recording, ask_about_copies
 from ..recordings.table import first_of, unusable
 from . import (
     compression_test,
@@ -323,6 +323,7 @@ def import_files(paths: Iterable[str | Path], options: Options | None = None) ->
     if options.successive:
         return [_one_of_all(paths, made, options)]
     _separate_names(recordings)
+    ask_about_copies(recordings)
     return recordings
 
 

@@ -8,6 +8,7 @@ test.
 from . import kinds, schema
 from .campaign import read_campaign
 from .checks import (
+    ask_about_copies,
     ask_about_units,
     check_recording,
     heated_unseen,
@@ -28,6 +29,7 @@ __all__ = [
     "Recording",
     "Reduction",
     "all_real",
+    "ask_about_copies",
     "ask_about_units",
     "check_recording",
     "heated_unseen",

@@ -7,6 +7,7 @@ from typing import Any
 from pneusma_jax.errors import InputError
 
 from . import schema, sidecar, stated_columns
+from .checks import ask_about_copies
 from .reading import read_merged
 from .recording import Campaign, Recording
 from .table import first_of, unusable
@@ -48,6 +49,7 @@ def read_campaign(path: str | Path, overrides: Mapping[str, Any] | None = None) 
     if errors:
         raise first_of(errors)
     _check_specimens(recordings)
+    ask_about_copies(recordings)
     notices += [f"{CAMPAIGN_FILE}: {text}" for text in stated_columns.unused(shared, recordings)]
     title = shared.get("title", path.resolve().name if path.is_dir() else path.stem)
     return Campaign(title, recordings, path, notices)

@@ -424,6 +424,23 @@ def heated_unseen(recording: Recording) -> list[str]:
     return found
 
 
+def ask_about_copies(recordings: Sequence[Recording]) -> None:
+    """Ask about recordings that hold the same numbers in the same columns as an earlier one."""
+    first: dict[tuple, Recording] = {}
+    for recording in recordings:
+        names = sorted(recording.known_columns)
+        key = (recording.kind, *((name, recording.columns[name].tobytes()) for name in names))
+        other = first.setdefault(key, recording)
+        if other is not recording:
+            question = (
+                f"check: it holds the same numbers as {other.name!r}: is it a copy? Then leave it out, or"
+                " every reading counts twice"
+            )
+            _ask(recording, question)
+            if "notes" in recording.source:
+                recording.source["notes"] = list(recording.notices)
+
+
 def notices_of_reading(recordings: Iterable[Recording]) -> list[str]:
     """Notices and questions of each recording after its name. One that was made in memory is asked, too."""
     return [
