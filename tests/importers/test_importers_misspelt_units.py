@@ -61,3 +61,12 @@ def test_a_curvature_per_inch_is_read(put, unit):
     text = tube("P (kPa)", f"Curvature ({unit})", 0.1 * T)
     recording = import_file(put("a.csv", text), make_options(kind="actuator"))
     np.testing.assert_allclose(recording.columns["curvature_1pm"], 0.1 * T / 0.0254, rtol=1e-5)
+
+
+@pytest.mark.parametrize(("heading", "asks"), [("Angle (grad)", 1), ("Biegewinkel [Grad]", 0), ("Angle (deg)", 0)])
+def test_grad_is_a_degree_in_german_and_asked_about_elsewhere(put, heading, asks):
+    """A hundred gon, which English calls grad, are ninety degrees."""
+    path = put("a.csv", tube("P (kPa)", heading, 5.0 * T))
+    recording = import_file(path, make_options(kind="actuator"))
+    np.testing.assert_allclose(recording.columns["bend_angle_deg"], 5.0 * T, atol=1e-6)
+    assert sum("400 make a turn" in note for note in recording.notices) == asks

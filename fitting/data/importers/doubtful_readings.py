@@ -34,6 +34,9 @@ HOUR_STEPS = 2.0
 
 _MINUS = re.compile(r"\s*[-\u2212\u2013]\s?[^\W\d_]")
 
+_GRAD = re.compile(r"[(\[/,]\s*grad\s*[)\]]?\s*$", re.IGNORECASE)
+_GERMAN = re.compile(r"winkel|biegung", re.IGNORECASE)
+
 # Driving and responding columns of a test, by kind.
 _PAIRS = {
     "elastomer": (("strain", "stress_kPa"),),
@@ -114,7 +117,7 @@ def question_twice(columns: dict[str, np.ndarray], making: Making) -> None:
 
 
 def question_labels(channels: Mapping[str, Channel], making: Making) -> None:
-    """Ask about headings that begin with a minus, such as `-Load (N)`.
+    """Ask about headings that begin with a minus, such as `-Load (N)`, and about an `Angle (grad)`.
 
     Args:
         channels: channels by quantity, with their columns and headings.
@@ -126,6 +129,12 @@ def question_labels(channels: Mapping[str, Channel], making: Making) -> None:
                 f"the heading {channel.label!r} begins with a minus, and its numbers were taken as they"
                 f" stand; if that turns their sign: --scale {quantity}=-1"
             )
+        if quantity == "bend_angle" and _GRAD.search(channel.label) and not _GERMAN.search(channel.label):
+            if quantity not in {*making.options.scales, *making.options.units}:
+                making.warn(
+                    f"{channel.label!r} was taken in degrees, as grad is in German; if these are gon, where"
+                    " 400 make a turn: --scale bend_angle=0.9"
+                )
 
 
 def _stays(values: np.ndarray) -> list[tuple[int, int]]:
