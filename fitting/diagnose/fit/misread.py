@@ -220,7 +220,7 @@ CONFUSED = {
     "force": ("N", "lbf", "gf", "kgf"), "bend_angle": ("deg", "rad"), "curvature": ("1/m", "1/in"),
 }  # fmt: skip
 """Units of which a file may state one where another is meant, by quantity. A canonical column no longer has
-the stated unit, so psi that were read as bar are off by 1/14.5, which is no ratio to kPa."""
+the stated unit. So psi that were read as bar are off by 1/14.5, which is no ratio to kPa."""
 
 
 def _pairs(column: str) -> list[tuple[float, str, str]]:
