@@ -108,7 +108,7 @@ class _Cached:
     def __call__(self, *arguments: Any) -> Any:
         leaves, structure = jax.tree.flatten(arguments)
         folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
-        if not _at_home(leaves):
+        if not _at_home(leaves) or any(isinstance(leaf, jax.core.Tracer) for leaf in leaves):
             return self._plain(*arguments)
         key = (folder, jax.config.jax_enable_x64, structure, *map(_form, leaves))  # type: ignore[attr-defined]
         if key in self._ready:

@@ -18,6 +18,7 @@ from jaxtyping import Array
 
 import pneusma_jax as pj
 from pneusma_jax.errors import InputError
+from pneusma_jax.numerics.safe import as_array
 from pneusma_jax.program_cache import stored_jit
 
 from .plant import Memory, Plant, Seen
@@ -33,11 +34,11 @@ class Gains(eqx.Module):
         temperature_sd: 1-sigma of the observer's temperatures before a reading [K].
     """
 
-    model: Array = eqx.field(converter=jnp.asarray, default=4e-3)
-    model_time: Array = eqx.field(converter=jnp.asarray, default=1.0)
-    resistance: Array = eqx.field(converter=jnp.asarray, default=0.15)
-    resistance_time: Array = eqx.field(converter=jnp.asarray, default=4.0)
-    temperature_sd: Array = eqx.field(converter=jnp.asarray, default=0.3)
+    model: Array = eqx.field(converter=as_array, default=4e-3)
+    model_time: Array = eqx.field(converter=as_array, default=1.0)
+    resistance: Array = eqx.field(converter=as_array, default=0.15)
+    resistance_time: Array = eqx.field(converter=as_array, default=4.0)
+    temperature_sd: Array = eqx.field(converter=as_array, default=0.3)
 
 
 class Converter(eqx.Module):
@@ -49,11 +50,11 @@ class Converter(eqx.Module):
         blind: slope of resistance over temperature below which a reading says nothing [ohm/K].
     """
 
-    noise: Array = eqx.field(converter=jnp.asarray, default=1e-3)
-    resolution: Array = eqx.field(converter=jnp.asarray, default=5e-4)
-    current: Array = eqx.field(converter=jnp.asarray, default=0.4)
-    steps: Array = eqx.field(converter=jnp.asarray, default=255.0)
-    blind: Array = eqx.field(converter=jnp.asarray, default=2e-3)
+    noise: Array = eqx.field(converter=as_array, default=1e-3)
+    resolution: Array = eqx.field(converter=as_array, default=5e-4)
+    current: Array = eqx.field(converter=as_array, default=0.4)
+    steps: Array = eqx.field(converter=as_array, default=255.0)
+    blind: Array = eqx.field(converter=as_array, default=2e-3)
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ class Loop:
         check_plane(model.body)
         plan = self.planned(model)
         shape = plan[1].resistances.shape
-        noise = jax.random.normal(jax.random.key(self.seed), shape) * self.converter.noise
+        noise = np.asarray(_normal(np.asarray(self.seed), shape)) * np.asarray(self.converter.noise)
         seen, observed, used, read = self.driven(plant, model, plan, noise)
         arrays = (self.time, self.wanted, seen.curvature, plan[1].curvature, observed.curvature, used, read)
         return Run(*(np.asarray(x) for x in (*arrays, seen.fractions, seen.good)))
@@ -140,7 +141,7 @@ class Loop:
     def planned(self, model: Plant) -> tuple[Array, Seen]:
         """Squares of the currents with which the model follows [A2], and what it shows then."""
         return _plan(
-            model, jnp.asarray(self.time), jnp.asarray(self.wanted), jnp.asarray(self.pressure), self.gains,
+            model, as_array(self.time), as_array(self.wanted), as_array(self.pressure), self.gains,
             self.converter,
         )  # fmt: skip
 
@@ -163,7 +164,7 @@ class Loop:
         inside = self.pressure if pressure is None else pressure
         squares, shown = plan
         return _drive(
-            plant, model, jnp.asarray(self.time), jnp.asarray(inside), jnp.asarray(self.pressure), squares,
+            plant, model, as_array(self.time), as_array(inside), as_array(self.pressure), squares,
             shown.resistances, noise, self.gains, self.converter,
         )  # fmt: skip
 
@@ -182,6 +183,12 @@ def _limited(square: Array, converter: Converter) -> Array:
     """Current [A] of a wanted square [A2], within the heater's range and steps."""
     current = jnp.sqrt(jnp.clip(square, 0.0, converter.current**2))
     return jnp.round(current / converter.current * converter.steps) / converter.steps * converter.current
+
+
+@stored_jit()
+def _normal(seed: Array, shape: tuple[int, ...]) -> Array:
+    """Standard normal numbers of a seed."""
+    return jax.random.normal(jax.random.key(seed), shape)
 
 
 @stored_jit(Seen)

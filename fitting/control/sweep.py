@@ -16,6 +16,7 @@ from pneusma_jax.actuator.designs import design_gravity
 from pneusma_jax.actuator.result import Status, solved
 from pneusma_jax.effects import find_effect
 from pneusma_jax.errors import InputError
+from pneusma_jax.numerics.safe import as_array
 from pneusma_jax.pipeline import Effect
 
 from .loop import Loop, Run
@@ -120,7 +121,7 @@ def usual_loop(seed: int = 0, level: float = LEVEL, swing: float = SWING, pressu
 def all_effects(chosen: Mapping[str, Mapping[str, float]]) -> tuple[Effect, ...]:
     """The five effects with some of their numbers given, all others off: one program serves all of them."""
     return tuple(
-        find_effect(slug)(**{key: jnp.asarray(float(x)) for key, x in chosen.get(slug, {}).items()})
+        find_effect(slug)(**{key: as_array(float(x)) for key, x in chosen.get(slug, {}).items()})
         for slug in CONCEALED
     )
 
@@ -187,7 +188,7 @@ def run_sweep(
     """
     loop, body = loop or usual_loop(), pj.make_actuator(design)
     place = body.section.enclosed_centroid
-    under = lambda force: body.with_loads(pj.TipForce(jnp.asarray([0.0, -force, 0.0]), place))  # noqa: E731
+    under = lambda force: body.with_loads(pj.TipForce(as_array(np.array([0.0, -force, 0.0])), place))  # noqa: E731
     nothing = Plant(under(0.0), all_effects({}))
     cases = []
     progress("no mismatch")

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array
 
 from fitting.design.bodies import Solved
-from pneusma_jax.numerics.safe import safe_norm
+from pneusma_jax.numerics.safe import as_array, safe_norm
 
 DEGREE = 0.017453292519943295
 
@@ -67,4 +67,4 @@ def misses(goals: tuple[str, ...], found: Array, wanted: Array) -> dict[str, Arr
 
 def sizes(goals: tuple[str, ...]) -> Array:
     """Size of every column, shape (columns,)."""
-    return jnp.asarray([GOALS[name].size for name in goals for _ in GOALS[name].columns])
+    return as_array(np.array([GOALS[name].size for name in goals for _ in GOALS[name].columns]))

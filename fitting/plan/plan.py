@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 
 import pneusma_jax as pj
@@ -16,6 +15,7 @@ from fitting.inference.results import Result
 from fitting.specimens.model_objects import geometry_of
 from fitting.synthesise.spring import NOISE
 from pneusma_jax.errors import InputError, nearest
+from pneusma_jax.numerics.safe import as_array
 from pneusma_jax.units import from_si
 
 from .candidates import HELD, LEG_ROWS, Candidate, candidates, courses, published_campaign
@@ -201,11 +201,11 @@ def _informer(
     misfit: float,
 ) -> Callable[[Sequence[Candidate], int], np.ndarray]:
     """Function from tests and their number of repeats to their information, see `information`."""
-    values = {name: jnp.asarray(column) for name, column in alloys.items()}
-    scale = jnp.asarray(prior.sd)
+    values = {name: as_array(np.asarray(column)) for name, column in alloys.items()}
+    scale = as_array(np.asarray(prior.sd))
 
     def information_of(batch: Sequence[Candidate], repeats: int) -> np.ndarray:
-        numbers = (jnp.asarray(x, float) for x in (sigma, misfit, repeats))
+        numbers = (np.asarray(x, float) for x in (sigma, misfit, repeats))
         return np.asarray(information(values, prior.names, scale, dimensions, courses(batch), *numbers))
 
     return information_of

@@ -186,7 +186,7 @@ def start_spread(target: Target, found: Laplace) -> Float[np.ndarray, "n n"]:
         sd = np.sqrt(np.diag(block))  # moduli in pascals beside thicknesses in metres would drown in rounding
         eigenvalues, axes = np.linalg.eigh(block / np.outer(sd, sd))
         root[np.ix_(known, known)] = sd[:, None] * axes * np.sqrt(np.maximum(eigenvalues, 0.0))
-    width = np.asarray(target.upper - target.lower)
+    width = np.asarray(target.upper) - np.asarray(target.lower)
     for i in np.flatnonzero(~found.known):
         choices = [found.alone[i], 0.1 * width[i]]
         if target.names[i] in target.prior_names and not target.layout.logarithmic[i]:

@@ -154,8 +154,9 @@ def _vector(target: Target, start: Parameters | Mapping[str, float]) -> np.ndarr
 def _check_proper(target: Target, approximation: Laplace) -> None:
     """Refuse a posterior that cannot be normalised, because neither data nor prior nor bounds determine a
     parameter."""
+    lower, upper = np.asarray(target.lower), np.asarray(target.upper)
     for i, name in enumerate(target.names):
-        bounded = np.isfinite(target.lower[i]) and np.isfinite(target.upper[i])
+        bounded = np.isfinite(lower[i]) and np.isfinite(upper[i])
         if not (approximation.known[i] or approximation.at_bound[i] or bounded or name in target.prior_names):
             raise InputError(
                 f"parameter {name!r}: the data do not determine it and nothing bounds it, so it has no "

@@ -26,6 +26,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from pneusma_jax.numerics.rows import joined, lots
+from pneusma_jax.numerics.safe import as_array
 
 from .bend import BentChart, Rows, bend_of, bent, order_of, unbent
 from .chart import Chart
@@ -72,13 +73,13 @@ class WhitenedMaps(eqx.Module):
         root = chart.scaled_root(approximation, start_spread(target, approximation))
         size = target.dimension
         straight = (chart.sign, lower, upper, centre, root, np.zeros((size, size, size)))
-        maps = cls(*(jnp.asarray(part, float) for part in straight))
+        maps = cls(*(as_array(np.asarray(part, float)) for part in straight))
         if target.likelihood.residual is None:
             return maps
         order = order_of(_rows_of(maps, target), approximation.known)
-        maps = eqx.tree_at(lambda m: m.root, maps, maps.root[:, order])
+        maps = eqx.tree_at(lambda m: m.root, maps, as_array(np.asarray(maps.root)[:, order]))
         bend = bend_of(_rows_of(maps, target), approximation.known[order], seed)
-        return eqx.tree_at(lambda m: m.bend, maps, jnp.asarray(bend))
+        return eqx.tree_at(lambda m: m.bend, maps, as_array(bend))
 
     def whitened(self, u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
         """Coordinates z of a point of the target within its bounds."""
@@ -137,8 +138,8 @@ def _rows_of(maps: WhitenedMaps, target: Target) -> Rows:
     """The same in units of the noise at the mode, for any number of points."""
 
     def rows(points: np.ndarray, bend: np.ndarray, scale: float = 1.0) -> np.ndarray:
-        known = jnp.asarray(bend), target, maps, jnp.asarray(scale)
-        return joined([np.asarray(_rows(jnp.asarray(x), *known)) for x in lots(points, BLOCK)], len(points))
+        known = as_array(bend), target, maps, as_array(scale)
+        return joined([np.asarray(_rows(as_array(x), *known)) for x in lots(points, BLOCK)], len(points))
 
     if not isinstance(target.likelihood, UnknownNoise):
         return rows

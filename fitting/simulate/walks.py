@@ -10,10 +10,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array
-from scipy.linalg import cho_solve_banded, cholesky_banded
 
+from pneusma_jax.late import Late
 from pneusma_jax.numerics.lengths import fixed_length, going_on, lengthened
 from pneusma_jax.program_cache import stored_jit
+
+linalg = Late("scipy.linalg")
 
 PROCESS_NOISES = 10.0 ** np.arange(-9.0, 0.0, 1.0)
 """Candidate variances of a fraction's change [1/s], from a cold spring, which stays, to one heated in
@@ -143,8 +145,8 @@ def smoothed(
     weight = np.where(free[1:], 1.0 / (_variances(kind, cold) * step[:, None]), 0.0)
     gain = RAMPS[kind[1:]] * ratio[:, None]
     own, next_, second, right = _normal_equations(target, slope, weight, gain, cold, held)
-    factor = cholesky_banded(_banded(own, next_, second))
-    x = cho_solve_banded((factor, False), right.ravel()).reshape(cold.shape)
+    factor = linalg.cholesky_banded(_banded(own, next_, second))
+    x = linalg.cho_solve_banded((factor, False), right.ravel()).reshape(cold.shape)
     missed = target - linear_readings(slope, x)
     spread = np.sum(np.log(weight[weight > 0.0])) - np.sum(free[0]) * np.log(FIRST)
     evidence = 0.5 * spread - np.sum(np.log(factor[-1])) - np.sum(costs_of(time, x, missed, kind, cold))

@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from ..nitinol import SpringResponse
 from ..nitinol.spring import MartensiteFraction
-from ..numerics.safe import frozen, is_concrete, safe_norm
+from ..numerics.safe import as_array, frozen, is_concrete, namespace_of, safe_norm
 from . import Actuator
 from .balance import (
     Problem,
@@ -134,8 +134,8 @@ class Equilibrium(eqx.Module):
     residual: Array
     steps: Int[Array, ""]
     status: Int[Array, ""]
-    equilibria: Int[Array, ""] = eqx.field(converter=jnp.asarray, default=1)
-    stable: Bool[Array, ""] = eqx.field(converter=jnp.asarray, default=True)
+    equilibria: Int[Array, ""] = eqx.field(converter=as_array, default=1)
+    stable: Bool[Array, ""] = eqx.field(converter=as_array, default=True)
     validity: Validity | None = None
     side_direction: tuple[float, float] = eqx.field(static=True, default=(0.0, 1.0))
 
@@ -177,7 +177,7 @@ class Equilibrium(eqx.Module):
     @property
     def bend_direction(self) -> Array:
         """Direction of the longest side, from the x axis [rad]."""
-        return jnp.arctan2(self.bend[..., 1], self.bend[..., 0])
+        return namespace_of(self.bend).arctan2(self.bend[..., 1], self.bend[..., 0])
 
 
 def equilibrium_of(

@@ -57,7 +57,7 @@ def preparation(plan: Plan) -> list[str]:
     """Preparations for the first test."""
     alloy = plan.spring.alloy
     cold, hot = rest_resistances(plan.spring)
-    temperature = float(alloy.T_mid - COLD_WIDTHS * alloy.T_width)
+    temperature = float(alloy.T_mid) - COLD_WIDTHS * float(alloy.T_width)
     interval = min(test.sampling_s for test in plan.tests)
     return [
         "Before every test heat the spring fully without load and let it cool: each recording starts fresh.",
