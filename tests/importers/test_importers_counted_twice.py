@@ -29,6 +29,13 @@ def test_rows_of_one_time_with_other_readings_are_not_asked_about(put):
     assert not checks(import_file(put("a.csv", HEAD + coarse), SIZES))
 
 
+def test_rows_of_a_hold_under_a_clock_of_whole_seconds_are_not_asked_about(put):
+    ramp = [(int(t), x, y) for t, x, y in zip(T, EXTENSION, LOAD, strict=True)]
+    held = [(20 + n // 2, 20.0, 2.0) for n in range(60)]
+    rows = "".join(f"{t},{x},{y}\n" for t, x, y in [*ramp, *held])
+    assert not any("repeat the row before" in note for note in checks(import_file(put("a.csv", HEAD + rows), SIZES)))
+
+
 def test_a_copied_sheet_is_asked_about(tmp_path):
     """`Test 1 (2)` is what a spreadsheet calls the copy of `Test 1`."""
     book = openpyxl.Workbook()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.data.importers import import_file, make_options
-from fitting.data.recordings import read_campaign, read_recording
+from fitting.data.recordings import read_campaign, read_recording, write_recording
 
 SHIPPED = Path(__file__).resolve().parents[2] / "calibration_data" / "examples"
 TUBE = ["outer_diameter_mm=10", "wall_thickness_mm=1", "length_mm=56"]
@@ -154,6 +154,34 @@ def test_times_of_day_are_no_milliseconds(tmp_path):
 def test_seconds_under_milliseconds_are_asked_about(table):
     (asked,) = questions(coupon(table, 100.0, heading="Time [ms]"), kind="elastomer")
     assert "121 rows last 0.12 s together" in asked
+
+
+@pytest.mark.parametrize("units", [[], ["pressure=bar"]])
+def test_a_question_of_import_is_asked_in_its_words_until_it_is_settled(table, tmp_path, units):
+    """A folder that was written asked of a column that is in kPa by then, also where the user had settled it."""
+    path = tube(table, "bar", 1.0 / 6.894757)
+    made = import_file(path, make_options(kind="tube", dimensions=TUBE, units=units))
+    written = write_recording(made, tmp_path / "made")
+    again = [text for text in read_recording(written).notices if "--unit" in text]
+    assert len(again) == (0 if units else 1) and all("psi under a heading of bar" in text for text in again)
+
+
+@pytest.mark.parametrize("modulus_kpa", [10.0, 250.0])
+def test_a_soft_coupon_that_is_strained_by_four_percent_is_not_asked_about(table, modulus_kpa):
+    stress = {"Stress [kPa]": 0.04 * modulus_kpa * RAMP}
+    assert not questions(table(**{"Time [s]": T, "Strain [%]": 4.0 * RAMP}, **stress), kind="elastomer")
+
+
+@pytest.mark.parametrize("held", ["Strain [%]", "Stress [kPa]"])
+def test_hours_of_creep_or_relaxation_after_a_ramp_are_not_asked_about(table, held):
+    ramp = np.minimum(1.0, T / 18.0)
+    free = ramp * (1.0 + 0.1 * np.log1p(T))
+    shapes = {"Strain [%]": 50.0 * free, "Stress [kPa]": 60.0 * free} | {held: 50.0 * ramp}
+    assert not questions(table(**{"Time [s]": 180.0 * T}, **shapes), kind="elastomer")
+
+
+def test_a_burst_under_seconds_is_not_asked_about(table):
+    assert not questions(coupon(table, 100.0, time=T / 300.0), kind="elastomer")
 
 
 def test_a_recording_is_asked_too_as_it_is_read(tmp_path):

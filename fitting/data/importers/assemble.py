@@ -347,7 +347,7 @@ def _source(sample: Sample, provenance: Provenance, facts: Facts) -> dict[str, o
         "citation": provenance.citation or NOT_STATED,
         "licence": provenance.licence or NOT_STATED,
         **facts.source,
-        "raw_file": raw.path.name,
+        schema.IMPORTED: raw.path.name,
         **({"raw_part": sample.title} if sample.title else {}),
         "raw_sha256": raw.sha256,
         "raw_format": facts.format,

@@ -17,6 +17,9 @@ MOVED = 0.03
 """Minimum change of the drive over those rows, as part of its range."""
 TWICE = 0.1
 """Minimum share of rows that repeat the one before in every column, the clock included, to ask about them."""
+OF_ONE_TIME = 0.9
+"""Minimum share of the rows of one time that are the same. Under a clock of whole seconds, rows of a hold
+are."""
 TURNED = 0.2
 """Minimum value on both sides of a turned sign, as part of the largest one."""
 MIRRORED = 0.2
@@ -109,7 +112,7 @@ def question_twice(columns: dict[str, np.ndarray], making: Making) -> None:
     same = np.all((values[:, 1:] == values[:, :-1]) | np.isnan(values[:, 1:] + values[:, :-1]), axis=0)
     still = np.diff(columns["time_s"]) == 0.0
     repeated = int(np.sum(same & still))
-    if repeated >= max(LONGEST, TWICE * values.shape[1]):
+    if repeated >= max(LONGEST, TWICE * values.shape[1], OF_ONE_TIME * int(np.sum(still))):
         making.warn(
             f"{repeated} rows repeat the row before them in every column, the time included: was each reading"
             " written several times? Then take these rows out of the file, or a fit counts them as readings"

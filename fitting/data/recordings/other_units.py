@@ -20,12 +20,10 @@ STIFFEST_WIRE_MPA = 1.5e5
 """Maximum modulus of a wire [MPa]. Nitinol has 20 to 90 GPa; the stiffest reading of it is some 100 GPa."""
 WIRE_STRAINS = (0.003, 0.15)
 """Largest strains of a wire that are usual [1]."""
-STIFFEST_RUBBER_KPA = 3e4
-"""Maximum modulus of an elastomer [kPa]: a shear modulus of 10 MPa. Silicones have 0.05 to 5 MPa."""
+RUBBER_KPA = (10.0, 5e3)
+"""Moduli of elastomers [kPa]. Gels have 10 kPa, hard silicones 5 MPa."""
 RUBBER_STRAINS = (0.05, 19.0)
 """Largest strains of a coupon that are usual [1]. Every measured coupon here was strained by 0.5 or more."""
-LEAST_FRACTION = 0.3
-"""Minimum strain of a coupon, as a fraction, at which it is asked whether a small one is percent [1]."""
 PERCENT = 100.0
 TUBE_MODULI = (10.0, 3e3)
 """Moduli of a silicone tube whose material is not known [kPa]. Gels have 10 kPa, hard silicones 3 MPa."""
@@ -58,6 +56,8 @@ SWEPT_K = 10.0
 LEAPT = 0.2
 """Maximum change from one row to the next over the range of a column [1]. A creep test that is logged every
 minute leaps further where it is loaded."""
+HELD = 0.02
+"""Maximum distance from its median at which a load or a strain is held, over its largest value [1]."""
 NO_LOADS = ("time", "cycle", "current", "resistance", "setpoint", "temperature")
 """Beginnings of columns that may leap in a test of seconds, too."""
 BRIEF_S = 0.5
@@ -104,11 +104,11 @@ def other_units(
         asked = [*pressure, *_angle(recording)]
     else:
         asked = []
-    return [*asked, *_clock(recording)]
+    return [*asked, *_clock(recording, (written or {}).get("time_s"))]
 
 
 def _strain(recording: Recording) -> list[Question]:
-    """Ask about a strain that makes a specimen far too stiff, or that is hardly one."""
+    """Ask about a strain that makes a specimen far too stiff, where its fraction does not."""
     wire = recording.kind == "wire"
     strain, stress = recording.columns["strain"], recording.columns["stress_MPa" if wire else "stress_kPa"]
     reach, most = _largest(strain), _largest(stress)
@@ -120,11 +120,10 @@ def _strain(recording: Recording) -> list[Question]:
     apart = [float(np.nanmax(x) - np.nanmin(x)) for x in (stress, strain)] if pulled else [most, reach]
     modulus = apart[0] / apart[1] if apart[1] > 0.0 else 0.0
     if wire and modulus > STIFFEST_WIRE_MPA:
-        why = f" under {most:.4g} MPa, a modulus of {1e-3 * modulus:.3g} GPa; nitinol has 20 to 90 GPa"
-    elif not wire and modulus > STIFFEST_RUBBER_KPA:
+        rest = "" if pulled else ", if strain counts from no load"
+        why = f" under {most:.4g} MPa, a modulus of {1e-3 * modulus:.3g} GPa{rest}; nitinol has 20 to 90 GPa"
+    elif not wire and modulus > RUBBER_KPA[1] and modulus / PERCENT >= RUBBER_KPA[0]:
         why = f" under {most:.4g} kPa, a modulus of {1e-3 * modulus:.3g} MPa; silicones have 0.05 to 5 MPa"
-    elif not wire and reach < RUBBER_STRAINS[0] and PERCENT * reach >= LEAST_FRACTION:
-        why = f", and few coupons of rubber are strained by less than {RUBBER_STRAINS[0]:g}"
     else:
         return []
     return [
@@ -177,7 +176,8 @@ def _high_pressure(recording: Recording, material: Calibration | None, unit: str
             "pressure",
             f"{most:.4g} kPa pull the wall of this tube by {pull:.3g} times the modulus of"
             f" {recording.full_geometry()['material']}, more than silicone bears. Is the unit of pressure"
-            f" right? It would fit as {meant} (on import: --unit pressure=...)",
+            f" right? It would fit as {meant} (on import: --unit pressure=...); or is the material another"
+            " one?",
         )
     ]
 
@@ -251,13 +251,13 @@ def _made_angle(recording: Recording) -> float:
     return _largest(angle) if np.isfinite(angle).any() else 0.0
 
 
-def _clock(recording: Recording) -> list[Question]:
-    """Ask about a clock that counts milliseconds, or one that is far too fast."""
+def _clock(recording: Recording, unit: str | None) -> list[Question]:
+    """Ask about a clock that counts milliseconds, or one that is far too fast and not stated in seconds."""
     time = recording.columns.get("time_s", np.zeros(0))
     if time.size < MANY_ROWS or recording.counts_rows:
         return []
     steps, lasts = np.diff(time), float(time[-1] - time[0])
-    if 0.0 < lasts < BRIEF_S:
+    if 0.0 < lasts < BRIEF_S and unit != "s":
         return [
             Question(
                 "time",
@@ -278,7 +278,9 @@ def _clock(recording: Recording) -> list[Question]:
 
 
 def _is_slow(recording: Recording, steps: np.ndarray) -> bool:
-    """True for a test of hours: a chamber is heated faster than the slowest, or a load comes from row to row.
+    """True for a test of hours: a chamber is heated faster than the slowest, or a load or strain is held.
+
+    It is held in most rows, or comes from one row to the next. Tests of creep and of relaxation do so.
 
     Args:
         recording: recording of a test.
@@ -291,9 +293,12 @@ def _is_slow(recording: Recording, steps: np.ndarray) -> bool:
     for name in recording.known_columns:
         values = recording.columns[name]
         known = values[np.isfinite(values)]
-        if not name.startswith(NO_LOADS) and known.size > 1 and np.ptp(known) > 0.0:
-            if float(np.max(np.abs(np.diff(known)))) > LEAPT * float(np.ptp(known)):
-                return True
+        if name.startswith(NO_LOADS) or known.size < 2:
+            continue
+        held = np.abs(known - np.median(known)) <= HELD * float(np.max(np.abs(known)))
+        leapt = float(np.max(np.abs(np.diff(known)))) > LEAPT * float(np.ptp(known)) > 0.0
+        if leapt or np.mean(held) > 0.5:
+            return True
     return False
 
 

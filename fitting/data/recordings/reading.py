@@ -95,9 +95,19 @@ def read_merged(
     )
     check_recording(recording, table.rows, where)
     question_units(recording, table.header, table.rows)
-    ask_about_units(recording, written_units(table, kind))
+    if schema.IMPORTED in recording.source:  # import asked, of the units of the raw file
+        recording.notices.extend(_unsettled(recording))
+    else:
+        ask_about_units(recording, written_units(table, kind))
     recording.notices.extend([*_sizes_in_comments(recording, beside.name), *_remarks(recording)])
     return recording
+
+
+def _unsettled(recording: Recording) -> list[str]:
+    """Questions about units that import left open, as its notes have them."""
+    notes = recording.source.get("notes", [])
+    asked = (note for note in notes if isinstance(note, str) and note.startswith("check:"))
+    return [note for note in asked if "--unit" in note]
 
 
 def _constants(

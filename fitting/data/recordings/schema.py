@@ -221,5 +221,6 @@ SIDECAR_KEYS = (
 )  # fmt: skip
 CAMPAIGN_KEYS = ("title", "tolerance", "geometry", "noise", "constant", "zero")
 NOT_STATED = "not stated"  # Text of a sidecar for an unknown citation or licence
+IMPORTED = "raw_file"  # Key of `[source]` that only import writes
 CLOCK, COUNTED = "clock", "rows counted"
 """Key of `[source]`, and its word where `time_s` only counts the rows of a file without clock."""

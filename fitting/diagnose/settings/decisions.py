@@ -111,7 +111,8 @@ class Share:
         basis="eleventh run: right effects in other forms left up to 0.19, once 0.3, wrong ones 0.2 or more",
     )  # fmt: skip
     alike: float = threshold(
-        0.1, "Maximum relative difference of two reduced chi-squares, amplitudes or units that are as good."
+        0.1, "Maximum relative difference of two reduced chi-squares, amplitudes or units that are as good; "
+        "what exceeds noise by more is left over.",
     )
     minor: float = threshold(
         0.2, "Maximum share of a minor part: of evidence, of explained misfit, of a range, or of a value "
