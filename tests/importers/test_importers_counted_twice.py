@@ -58,6 +58,7 @@ def test_a_copied_file_is_asked_about_at_import_and_as_a_campaign(put, tmp_path)
     write_recordings(recordings, tmp_path / "campaign")
     read = read_campaign(tmp_path / "campaign").recordings
     assert [sum("same numbers as 'a'" in note for note in checks(one)) for one in read] == [0, 1]
+    assert [one.source["notes"] for one in read] == [one.source["notes"] for one in recordings]
 
 
 @pytest.mark.parametrize(("angles", "asks"), [(np.linspace(-30.0, 60.0, 40), 0), (np.linspace(-30.0, 60.0, 40) % 360.0, 1)])

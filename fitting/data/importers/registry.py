@@ -324,6 +324,8 @@ def import_files(paths: Iterable[str | Path], options: Options | None = None) ->
         return [_one_of_all(paths, made, options)]
     _separate_names(recordings)
     ask_about_copies(recordings)
+    for recording in recordings:
+        recording.source["notes"] = list(recording.notices)
     return recordings
 
 

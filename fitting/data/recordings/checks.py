@@ -437,8 +437,6 @@ def ask_about_copies(recordings: Sequence[Recording]) -> None:
                 " every reading counts twice"
             )
             _ask(recording, question)
-            if "notes" in recording.source:
-                recording.source["notes"] = list(recording.notices)
 
 
 def notices_of_reading(recordings: Iterable[Recording]) -> list[str]:

@@ -86,7 +86,7 @@ class Question(NamedTuple):
 
 
 def other_units(
-    recording: Recording, material: Calibration | None = None, written: Mapping[str, str] | None = None
+    recording: Recording, material: Calibration | None, written: Mapping[str, str]
 ) -> list[Question]:
     """Questions about units, each with the unit that fits far better.
 
@@ -98,13 +98,13 @@ def other_units(
     if recording.kind in ("wire", "elastomer"):
         asked = _strain(recording)
     elif recording.kind == "tube":
-        asked = _tube(recording, material, (written or {}).get("pressure_kPa"))
+        asked = _tube(recording, material, written.get("pressure_kPa"))
     elif recording.kind == "actuator":
-        pressure = _high_pressure(recording, material, (written or {}).get("pressure_kPa"))
+        pressure = _high_pressure(recording, material, written.get("pressure_kPa"))
         asked = [*pressure, *_angle(recording)]
     else:
         asked = []
-    return [*asked, *_clock(recording, (written or {}).get("time_s"))]
+    return [*asked, *_clock(recording, written.get("time_s"))]
 
 
 def _strain(recording: Recording) -> list[Question]:
