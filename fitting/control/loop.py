@@ -133,7 +133,7 @@ class Loop:
         check_plane(model.body)
         plan = self.planned(model)
         shape = plan[1].resistances.shape
-        noise = np.asarray(_normal(np.asarray(self.seed), shape)) * np.asarray(self.converter.noise)
+        noise = jax.random.normal(jax.random.key(self.seed), shape) * self.converter.noise
         seen, observed, used, read = self.driven(plant, model, plan, noise)
         arrays = (self.time, self.wanted, seen.curvature, plan[1].curvature, observed.curvature, used, read)
         return Run(*(np.asarray(x) for x in (*arrays, seen.fractions, seen.good)))
@@ -183,12 +183,6 @@ def _limited(square: Array, converter: Converter) -> Array:
     """Current [A] of a wanted square [A2], within the heater's range and steps."""
     current = jnp.sqrt(jnp.clip(square, 0.0, converter.current**2))
     return jnp.round(current / converter.current * converter.steps) / converter.steps * converter.current
-
-
-@stored_jit()
-def _normal(seed: Array, shape: tuple[int, ...]) -> Array:
-    """Standard normal numbers of a seed."""
-    return jax.random.normal(jax.random.key(seed), shape)
 
 
 @stored_jit(Seen)

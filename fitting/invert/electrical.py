@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.design.bodies import Body, Solved
 from fitting.design.quantities import AMBIENT, balance_of, convected, temperature, wire_temperature
-from pneusma_jax.nitinol import Alloy, Spring
+from pneusma_jax.nitinol import Spring
 from pneusma_jax.numerics.rows import first_rows
 from pneusma_jax.program_cache import stored_jit
 from pneusma_jax.simulate.row import wire_resistances
@@ -21,7 +21,7 @@ COOL = 1e-9
 def unheated(body: Body) -> np.ndarray:
     """Martensite fraction of every spring in air of 22 degC without a current [1], shape (springs,)."""
     alloys = [spring.alloy for segment in body.segments for spring in segment.springs]
-    return np.array([float(x) for x in _fractions_at(alloys, np.asarray(AMBIENT))])
+    return np.array([float(alloy.martensite_fraction_at(jnp.asarray(AMBIENT))) for alloy in alloys])
 
 
 def highest(body: Body, xi0_max: float | None) -> np.ndarray:
@@ -54,12 +54,6 @@ def heat(body: Body, fractions: np.ndarray) -> np.ndarray:
     for k, spring in enumerate(springs):
         total += np.asarray(_held(spring, fractions[..., k]))
     return total
-
-
-@stored_jit()
-def _fractions_at(alloys: list[Alloy], temperature: jax.Array) -> list[jax.Array]:
-    """Martensite fraction of every alloy at a temperature [degC]."""
-    return [alloy.martensite_fraction_at(temperature) for alloy in alloys]
 
 
 @stored_jit()

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import jax
 import numpy as np
 from jaxtyping import Float
 
@@ -198,5 +199,5 @@ class Posterior:
     def log_likelihoods(self) -> Float[np.ndarray, "ensembles draws walkers"]:
         """Log-likelihoods of the thinned draws, up to a constant: log-probability without the prior."""
         points = self.thinned.reshape(-1, self.target.dimension)
-        prior = self.target.log_priors(points)
+        prior = np.asarray(jax.vmap(self.target.log_prior)(points))
         return self.thinned_log_probabilities - prior.reshape(self.thinned.shape[:-1])

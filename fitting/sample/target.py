@@ -31,9 +31,6 @@ from pneusma_jax.program_cache import stored_jit
 
 from .likelihood import GivenLikelihood, KnownNoise, Residual, UnknownNoise
 
-PRIORS_AT_ONCE = 1024
-"""Number of points whose priors one compiled program computes."""
-
 
 class Target(eqx.Module):
     """A posterior, as numbers (traced) and structure (static).
@@ -182,12 +179,6 @@ class Target(eqx.Module):
         density = sum(jacobian, -0.5 * jnp.sum(self.prior_rows(vector) ** 2))
         return jnp.where(self.inside(vector), density, -jnp.inf)
 
-    def log_priors(self, points: Float[np.ndarray, "m n"]) -> Float[np.ndarray, " m"]:
-        """`log_prior` of known points."""
-        bare = eqx.tree_at(lambda t: (t.likelihood, t.data), self, (None, None), is_leaf=lambda x: x is None)
-        parts = [np.asarray(_log_priors(bare, x)) for x in lots(points, PRIORS_AT_ONCE)]
-        return joined(parts, len(points))
-
     def log_probability(self, vector: Float[Array, " n"]) -> Float[Array, ""]:
         """Log-density of the posterior over the coordinates, up to a constant; NaN where the model has no
         answer.
@@ -222,12 +213,6 @@ class Target(eqx.Module):
 def _values(layout: Layout, stored: Array, points: Array) -> dict[str, Array]:
     """Every parameter at many points, shape (points, n), in one compiled program."""
     return jax.vmap(lambda vector: layout.values(vector, stored))(points)
-
-
-@stored_jit()
-def _log_priors(target: Target, points: Array) -> Array:
-    """`Target.log_prior` of points."""
-    return jax.vmap(target.log_prior)(points)
 
 
 @functools.lru_cache(maxsize=64)
