@@ -11,6 +11,13 @@ COPIED = {
     "changelog.md": "CHANGELOG.md",
     "contributing.md": "CONTRIBUTING.md",
     "benchmarks.md": "benchmarks/README.md",
+    "benchmarks/commands.md": "benchmarks/commands.md",
+    "benchmarks/core.md": "benchmarks/core.md",
+    "benchmarks/diagnosis.md": "benchmarks/diagnosis.md",
+    "benchmarks/diagnosis_speed.md": "benchmarks/diagnosis_speed.md",
+    "benchmarks/intervals.md": "benchmarks/intervals.md",
+    "benchmarks/samplers.md": "benchmarks/samplers.md",
+    "benchmarks/springs.md": "benchmarks/springs.md",
 }
 """Pages that are files of the repository, by their place in the site."""
 SHOWN = "benchmarks/runs"

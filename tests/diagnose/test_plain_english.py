@@ -13,6 +13,7 @@ ROOT = Path(__file__).parents[2]
 LONGEST = 25
 MODULES = sorted((ROOT / "fitting" / "diagnose").rglob("*.py"))
 PAGES = ("diagnosis", "index", "own_data", "commands", "files", "import", "characterise", "reliability")
+BENCHMARKS = sorted((ROOT / "benchmarks").glob("*.md"))
 BREAK = re.compile(r"\n\s*\n|\n\s*(?:[-*]|\d+\.) |\n\s*(?=[\w, ]+: )")
 """Between paragraphs, entries of a list, and described arguments."""
 
@@ -55,6 +56,11 @@ def test_no_sentence_of_a_page_is_long(page):
     assert long_sentences(text_of_page((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8"))) == []
 
 
+@pytest.mark.parametrize("path", BENCHMARKS, ids=lambda path: path.stem)
+def test_no_sentence_of_a_benchmark_is_long(path):
+    assert long_sentences(text_of_page(path.read_text(encoding="utf-8"))) == []
+
+
 MOST = 32
 """Maximum number of words between two full stops, wherever a user reads: colons and semicolons part no sentences here."""
 ALL_PAGES = sorted(path for path in (ROOT / "docs").glob("*.md") if path.stem != "corrections" and not path.stem.startswith("proof"))
@@ -82,7 +88,7 @@ def strings_of_module(source: str) -> Iterator[str]:
             yield node.value
 
 
-@pytest.mark.parametrize("path", ALL_PAGES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", ALL_PAGES + BENCHMARKS, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_no_page_has_a_sentence_that_only_semicolons_part(path):
     assert too_long(text_of_page(path.read_text(encoding="utf-8"))) == []
 
