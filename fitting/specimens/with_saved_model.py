@@ -19,6 +19,7 @@ from jaxtyping import Array, Float
 
 from fitting.data.recordings import Campaign, Recording
 from fitting.inference.notes import capital, joined
+from fitting.inference.numbers import number
 from fitting.inference.parameters import Parameters
 from fitting.specimens.saved_models.model import parameter_of
 from pneusma_jax.calibration.keys import QUANTITIES
@@ -38,6 +39,9 @@ from .rows import MARK, MOST_ROWS, Rows, stack, with_numbers
 from .saved_models import AddedDiscrepancy, AddedEffect, AugmentedModel, diagnosed_title
 from .silicones import FACTOR
 from .specimen import Model, Specimen
+
+MUCH_NARROWER = 2.0
+"""Minimum ratio of a constant's prior without a model on disk to that of its file for a note [1]."""
 
 
 @dataclass(frozen=True)
@@ -290,7 +294,25 @@ class Augmented(Model):
             sentences.append(
                 f"The file's priors of {joined(spent)} come from these recordings and are not counted again."
             )
-        return sentences
+        return sentences + self._narrowed(campaign)
+
+    def _narrowed(self, campaign: Campaign) -> list[str]:
+        """A sentence on base constants that the file knows much better than recordings of this kind alone."""
+        campaign, told = self.described(campaign), []
+        for name, entry in self.specimen.parameters_for(campaign, **self.options(campaign, {})).items():
+            quantity = self._quantity(campaign, name)
+            if quantity is None or quantity.prior is None or self.is_from_here(quantity):
+                continue
+            if entry.prior is None:
+                told.append(f"{name} (it has none without the file)")
+            elif entry.prior.sd >= MUCH_NARROWER * quantity.prior.sd:
+                told.append(f"{name} by a factor of {number(entry.prior.sd / quantity.prior.sd, '.2g')}")
+        if not told:
+            return []
+        return [
+            f"The file's priors come from other recordings, and narrow those of {joined(told)}. If this is "
+            "another specimen, widen them in the file."
+        ]
 
     def _specs(self) -> Iterator[tuple[str, str, Spec]]:
         """Name in the fit, slug and prior knowledge of every parameter of the acting effects."""

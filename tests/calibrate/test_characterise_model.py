@@ -143,11 +143,13 @@ def test_the_model_found_is_written_and_fits_the_next_campaign(fit, tmp_path):
     same = Augmented("elastomer", again, fit.title)
     assert "mullins_softening_depth" in same.spent(fit.campaign)
     assert same.parameters_for(fit.campaign)["mullins_softening_depth"].prior is None
+    assert not any("narrow" in said for said in same.notes(fit.campaign))
     for title in ("another stand", fit.title[:-1]):  # which the longer name does not name
         other = Augmented("elastomer", again, title)
         prior = other.parameters_for(fit.campaign)["mullins_softening_depth"].prior
         assert prior.sd == pytest.approx(depth.prior.sd) and prior.max == 0.7
         assert other.spent(fit.campaign) == []
+        assert any("narrow those of silicone_stiffness by a factor of" in said for said in other.notes(fit.campaign))
         assert other.parameters_for(fit.campaign)["silicone_stiffness"].prior.mean == pytest.approx(
             fit.parameters["silicone_stiffness"].value
         )
