@@ -6,7 +6,7 @@ from pneusma_jax.errors import counted
 
 from ..recordings import schema
 from ..recordings.table import unusable
-from ..slack import Slack, find_slack, noise_of_steps, rest_at_zero
+from ..slack import Slack, find_slack, noise_of_steps, reading_at_zero
 from .making import Making
 
 TWICE, LEAST_ZERO = 2.0, 0.01
@@ -69,7 +69,7 @@ def leave_to_fit(columns: dict[str, np.ndarray], pair: tuple[str, str], making: 
     drive, force = (columns[name] for name in pair)
     slack = slack_of(drive, force, making)
     finite = np.isfinite(drive) & np.isfinite(force)
-    first = rest_at_zero(drive[finite], force[finite]) if finite.any() else 0.0
+    first = reading_at_zero(drive[finite], force[finite]) if finite.any() else 0.0
     estimates = (slack.start, slack.zero) if slack else (0.0, first)
     for name, values, size in zip(pair, (drive, force), estimates, strict=True):
         least = LEAST_ZERO * float(np.nanmax(np.abs(values)))

@@ -4,7 +4,7 @@ import numpy as np
 
 from pneusma_jax.errors import counted
 
-from ..slack import noise_of_steps, rest_at_zero
+from ..slack import noise_of_steps, reading_at_zero
 from .making import Making
 
 AT_START = 0.05
@@ -78,7 +78,7 @@ def _crosses(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making
 
 def _notice_rest(x: np.ndarray, y: np.ndarray, pair: tuple[str, str], making: Making) -> None:
     """Report a stress or force where there is no strain or elongation."""
-    rest = rest_at_zero(x, y)
+    rest = reading_at_zero(x, y)
     least = max(PRELOAD * float(np.ptp(y)), NOISES * noise_of_steps(y))
     if abs(x[0]) > AT_START * float(np.ptp(x)) or abs(rest) <= least:
         return
