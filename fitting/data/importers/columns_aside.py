@@ -1,4 +1,8 @@
-"""Columns of a file that become no quantity: named one by one, and compared where they have one heading."""
+"""Notices about columns of a file that the import leaves aside.
+
+A column may be left aside because another one was taken for the same quantity. Then both are compared. It may
+be in a unit of another quantity, or be a clock that nothing says to be one. All others are only named.
+"""
 
 import shlex
 
@@ -13,32 +17,34 @@ from .other_headings import quantity_of_other_unit
 from .spelling import dimension, unit_name
 from .words import meaning
 
-SEVERAL = ("time", "cycle", "temperature")
-"""Quantities that a file often has of several things."""
+OF_SEVERAL_THINGS = ("time", "cycle", "temperature")
+"""Quantities of which a file often has columns about different things."""
 ROUNDING = 0.005
-"""Maximum difference of one measurement in two units, as part of the largest value."""
+"""Maximum difference between one measurement in two units, as part of its largest value [1]."""
 
 
-def say_aside(grid: Grid, channels: dict[str, Channel]) -> list[str]:
+def notices_of_columns_aside(grid: Grid, channels: dict[str, Channel]) -> list[str]:
     """Notices about the columns that no channel takes.
 
-    A column whose heading names the same as that of a taken one is compared with it.
+    Args:
+        grid: the table of the file.
+        channels: channels by quantity.
     """
     taken = {channel.column: quantity for quantity, channel in channels.items() if channel.column >= 0}
     notices, aside = [], []
     for column, heading in enumerate(grid.headings):
-        known = column in taken or column in grid.read_along or column - 1 in grid.by_row
-        if known or not heading.text.strip():
+        holds_units = column - 1 in grid.by_row  # of the column before it
+        if column in taken or column in grid.read_along or holds_units or not heading.text.strip():
             continue
         if (twin := next((one for one in taken if _same_name(grid, column, one)), None)) is not None:
             notices.append(_compared(grid, column, twin, taken[twin]))
         elif (other := next((one for one in taken if _named_alike(grid, column, one)), None)) is not None:
             notices.append(_one_of_two(grid, column, other, taken[other]))
-        elif said := _of_other_unit(grid, column, channels):
-            notices.append(said)
+        elif notice := _of_other_unit(grid, column, channels):
+            notices.append(notice)
         else:
             aside.append(column)
-    clocks = {} if "time" in channels else {c: said for c in aside if (said := _perhaps_clock(grid, c))}
+    clocks = {} if "time" in channels else {c: notice for c in aside if (notice := _perhaps_clock(grid, c))}
     notices += clocks.values()
     if rest := [repr(grid.headings[c].text) for c in aside if c not in clocks]:
         notices.append(f"columns left aside: {', '.join(rest)} (--map QUANTITY=COLUMN takes one)")
@@ -66,14 +72,14 @@ def _of_other_unit(grid: Grid, column: int, channels: dict[str, Channel]) -> str
 def _perhaps_clock(grid: Grid, column: int) -> str:
     """Notice about a column that may be the missing clock, by its heading or its numbers; empty otherwise."""
     heading, values = grid.headings[column], grid.values[:, column]
-    since = since_1970(values)
-    since = since if since is not None and in_order(values) else None
-    named = unit_name(heading.name) if names_a_unit_of_time(heading) else ""
-    if not since and not named and not may_be_clock(heading):
+    epoch = since_1970(values)
+    epoch = epoch if epoch is not None and in_order(values) else None
+    unit_in_name = unit_name(heading.name) if names_a_unit_of_time(heading) else ""
+    if not epoch and not unit_in_name and not may_be_clock(heading):
         return ""
-    counted = unit_name(since[1]) if since else named
-    unit = f" --unit time={counted}" if counted in UNITS and heading.unit is None else ""
-    counts = f" (its numbers may count {since[1]} since 1970)" if since else ""
+    likely = unit_name(epoch[1]) if epoch else unit_in_name
+    unit = f" --unit time={likely}" if likely in UNITS and heading.unit is None else ""
+    counts = f" (its numbers may count {epoch[1]} since 1970)" if epoch else ""
     return (
         f"check: {heading.text!r} was left aside, and nothing else is a clock{counts}: if it is one, --map"
         f" time={shlex.quote(heading.text)}{unit}"
@@ -81,6 +87,7 @@ def _perhaps_clock(grid: Grid, column: int) -> str:
 
 
 def _same_name(grid: Grid, column: int, other: int) -> bool:
+    """True if two headings are the same, or mean the same in units of one dimension."""
     first, second = grid.headings[other], grid.headings[column]
     if first.text.casefold() == second.text.casefold():
         return True
@@ -93,33 +100,41 @@ def _same_name(grid: Grid, column: int, other: int) -> bool:
 def _named_alike(grid: Grid, column: int, other: int) -> bool:
     """True if two headings name one quantity, and differ by a number (`Strain 1`, `Strain 2`) or by a word.
 
-    Clocks, cycles and temperatures of several words are of several things: `Step time`, `Oven temperature`.
+    Clocks, cycles and temperatures whose names have further words are about different things, as in `Step
+    time` and `Oven temperature`. They are not alike.
     """
     one, two = (meaning(grid.headings[c]) for c in (column, other))
     if one is None or two is None or one.quantity != two.quantity or np.isnan(grid.values[:, column]).all():
         return False
     units = [grid.headings[c].unit for c in (other, column)]
     same = units[0] == units[1] or _factor(*units) is not None
-    return same and (one.rank == two.rank or one.quantity not in SEVERAL)
+    return same and (one.rank == two.rank or one.quantity not in OF_SEVERAL_THINGS)
 
 
 def _one_of_two(grid: Grid, column: int, other: int, quantity: str) -> str:
-    """Notice about a column whose heading differs by a number or a word from that of a taken one."""
+    """Notice about a column whose heading differs by a number or a word from that of a taken one.
+
+    Args:
+        grid: the table.
+        column: position of the column that is left aside.
+        other: position of the taken one.
+        quantity: what it is taken for.
+    """
     first, second = grid.values[:, other], grid.values[:, column]
     units = [grid.headings[c].unit for c in (other, column)]
     second = second if units[0] == units[1] else (_factor(*units) or 1.0) * second
     there = np.isfinite(first) & np.isfinite(second)
     labels = [repr(grid.headings[c].text) for c in (column, other)]
-    most = np.abs(first - second)[there].max() if there.any() else np.nan
-    apart = f", from which it differs by up to {most:.4g}" if there.any() else ""
+    largest = np.abs(first - second)[there].max() if there.any() else np.nan
+    differs = f", from which it differs by up to {largest:.4g}" if there.any() else ""
     return (
-        f"check: {labels[0]} was left aside, and {labels[1]} taken{apart}. --map {quantity}={column + 1}"
+        f"check: {labels[0]} was left aside, and {labels[1]} taken{differs}. --map {quantity}={column + 1}"
         " takes the other. A mean of both needs a column of its own"
     )
 
 
 def _factor(unit: str | None, other: str | None) -> float | None:
-    """Factor from one unit to another of its dimension; None where they are not of one."""
+    """Factor by which a value in `other` becomes one in `unit`; None if there is no such factor."""
     names = [unit_name(text or "?") for text in (other, unit)]
     units = [UNITS.get(name) for name in names]
     if None in units or units[0].dimension != units[1].dimension or units[0].dimension == "temperature":
@@ -128,7 +143,7 @@ def _factor(unit: str | None, other: str | None) -> float | None:
 
 
 def _compared(grid: Grid, column: int, other: int, quantity: str) -> str:
-    """Notice about two columns with one heading."""
+    """Notice about two columns with one heading; arguments as for `_one_of_two`."""
     first, second = grid.values[:, other], grid.values[:, column]
     units = [grid.headings[c].unit for c in (other, column)]
     both = f"{grid.headings[column].text!r} (column {column + 1}) is named as column {other + 1}"
@@ -142,9 +157,9 @@ def _compared(grid: Grid, column: int, other: int, quantity: str) -> str:
                   for c, u in zip((other, column), units, strict=True)]  # fmt: skip
         return f"check: {both} and was not compared, since {' and '.join(stated)}: {took}"
     second = factor * second
-    apart = float(np.abs(first - second)[there].max()) if there.any() else float("nan")
+    largest = float(np.abs(first - second)[there].max()) if there.any() else float("nan")
     rounding = ROUNDING * float(np.abs(first[there]).max()) if there.any() and units[0] != units[1] else 0.0
-    if apart <= rounding and np.array_equal(np.isfinite(first), np.isfinite(second)):
+    if largest <= rounding and np.array_equal(np.isfinite(first), np.isfinite(second)):
         return f"{both} and repeats it: left aside"
-    how = f"differs from it by up to {apart:.4g}" if there.any() else "is filled in other rows"
+    how = f"differs from it by up to {largest:.4g}" if there.any() else "is filled in other rows"
     return f"check: {both} and {how}: {took}"

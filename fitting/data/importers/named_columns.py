@@ -15,7 +15,7 @@ from ..recordings.table import unusable
 from .assemble import Facts, assemble, slug
 from .channels import channels_of, in_unit, named_channels
 from .circuit import VOLTAGES, resistance_named
-from .columns_aside import say_aside
+from .columns_aside import notices_of_columns_aside
 from .derive import METAL_MPA
 from .format import Format
 from .header_lines import lines_unread
@@ -55,7 +55,7 @@ def read(sample: Sample, options: Options) -> Recording:
     kind = options.kind or _kind(sample, channels, options)
     if not options.kind:
         notices.append(_taken_as(kind, sample, channels, options))
-    notices += say_aside(grid, channels)
+    notices += notices_of_columns_aside(grid, channels)
     stated = stated_specimen(grid)
     if stated and not options.specimen and not sample.title:
         notices.append(
