@@ -6,7 +6,8 @@ import re
 
 _BLANK = re.compile(r"\*+|-+|n\.?/?a\.?|nan|null|none|#n/?a|#n/?v|#value!|#div/0!", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
-# Negative numbers as accountants and some databases write them: `(12.30)`, `12.30-`. `(1)` counts columns.
+# Negative numbers as accountants and some databases write them: `(12.30)`, `12.30-`. A whole number in
+# parentheses, `(1)`, is the number of a column.
 _NEGATIVE = re.compile(r"\((\d[\d.,'’ ]*[.,]\d+)\)|(\d[\d.,'’ ]*[.,]\d+)-")
 _EXPONENT = r"([eEdD][+-]?\d+)?"
 # Thousands in groups of three, by the decimal mark that goes with them. A group never begins with 0.
@@ -20,8 +21,8 @@ _GROUPED = {
 }
 _SPACED = re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:[ \u00a0\u2009\u202f]\d{{3}})+([.,]\d*)?{_EXPONENT}")
 _SPACES = re.compile(r"[ \u00a0\u2009\u202f]")
-# Numbers with one comma, which is the decimal mark where commas are.
-_ONLY_COMMA = re.compile(r"[+-]?(\d*,\d+)([eE][+-]?\d+)?")
+# Numbers with a decimal comma, without thousands.
+_DECIMAL_COMMA = re.compile(r"[+-]?(\d*,\d+)([eE][+-]?\d+)?")
 _LIKE_A_NUMBER = re.compile(r"[+-]?[\d.,'’ \u00a0\u2009\u202f]*\d[\d.,'’ \u00a0\u2009\u202f]*([eE][+-]?\d+)?")
 
 
@@ -32,12 +33,16 @@ class CellNumber(str):
 
 
 def to_number(text: str, decimal: str, spaced: str = "any") -> float | None:
-    """Number of a field; NaN if it is blank (`****`, `-`, `NaN`, `N/A`, nothing), None if it is text.
+    """Number of a field.
 
     Args:
-        text: field without surrounding spaces.
+        text: field without surrounding spaces. A percent sign at its end is left out: `5 %` is 5.
         decimal: decimal mark, `"."` or `","`; the other one may group thousands, as may `'` and spaces.
-        spaced: numbers in which spaces may group thousands: `"any"`, or those with a decimal `"point"`.
+        spaced: `"any"` if spaces may group the thousands of all numbers; `"point"` if only of numbers with a
+            decimal point.
+
+    Returns:
+        The number; NaN if the field is blank (`****`, `-`, `NaN`, `N/A`, nothing), None if it is text.
     """
     if isinstance(text, CellNumber):
         return float(text.removesuffix("%"))
@@ -63,12 +68,13 @@ def to_number(text: str, decimal: str, spaced: str = "any") -> float | None:
         and ("," if decimal == "." else ".") not in text
     ):
         return _float(_SPACES.sub("", text).replace(",", "."))
-    if decimal == "," and _ONLY_COMMA.fullmatch(text):
+    if decimal == "," and _DECIMAL_COMMA.fullmatch(text):
         return _float(text.replace(",", "."))
     return None
 
 
 def _float(text: str) -> float:
+    """A number whose exponent may be marked by `d`, as Fortran writes it."""
     return float(text.replace("d", "e").replace("D", "e"))
 
 
@@ -82,7 +88,7 @@ def decimal_evidence(text: str) -> str | None:
 
 
 def like_a_number(text: str) -> bool:
-    """True if a field consists of digits and marks alone, whatever number it may be."""
+    """True if a field consists of digits, marks and an exponent alone, even if it is no number: `1.2.3`."""
     return bool(_LIKE_A_NUMBER.fullmatch(re.sub(r"^([+-]) +", r"\1", text.strip())))
 
 

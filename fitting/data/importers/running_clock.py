@@ -1,4 +1,8 @@
-"""The clock of a recording: made where there is none, set aside where it was reset, spread where coarse."""
+"""The column `time_s` of a recording.
+
+It is made where the file has no clock, set aside where the clock was reset, and interpolated where it is
+coarse.
+"""
 
 import numpy as np
 
@@ -9,6 +13,7 @@ from ..recordings.table import unusable
 from .making import Making
 
 LOGGED_CLOCK = "clock_as_logged"
+"""Column to which a clock that goes back is renamed, so that nothing uses it."""
 DEFAULT_INTERVAL_S = 1.0
 """Seconds between rows that a recording without a clock is given, where one is needed and none is stated."""
 
@@ -18,8 +23,16 @@ def with_clock(
     rows: np.ndarray,
     making: Making,
 ) -> dict[str, np.ndarray]:
-    """A non-decreasing clock. It is made where there is none, set aside where it was reset, interpolated
-    where it is coarse."""
+    """The columns with a clock that never goes back, or without a clock if the kind of test needs none.
+
+    Args:
+        columns: columns of the recording, shape (rows,) each.
+        rows: line in the raw file of each row, for messages.
+        making: state of the import. Notices are added to it, and `clock_counts_rows` is set.
+
+    Raises:
+        InputError: if the clock goes back although the kind of test needs one.
+    """
     needed, notices = "time_s" in schema.KINDS[making.kind].columns.required, making.notices
     if len(rows) > 1 and "time_s" in columns and not np.ptp(columns["time_s"]) > 0.0:
         making.warn(f"the clock stands still at {columns['time_s'][0]:g} s in every row and was left out")
@@ -55,7 +68,15 @@ def with_clock(
 
 
 def _spread_ticks(time: np.ndarray, notices: list[str]) -> np.ndarray:
-    """Spread the samples of one tick of a coarse clock evenly over that tick (its resolution at most)."""
+    """Times of rows, where those with the same time are spread evenly over one step of the clock.
+
+    A coarse clock gives several rows the same time. Its step is the smallest difference of two times, or less
+    where the next time comes sooner.
+
+    Args:
+        time: clock that never goes back [s], shape (rows,).
+        notices: receives a sentence if any time was repeated.
+    """
     steps = np.diff(time)
     repeats = int(np.sum(steps == 0.0))
     if repeats == 0 or not (steps > 0.0).any():
