@@ -1,22 +1,34 @@
-"""Judgement of one report against its truth, by the rules of the trial."""
+"""Judgement of one report against its truth, by the rules of the trial.
+
+A truth names by slug what the generator concealed in a case. A case belongs to a group by what is concealed
+(docs/proof.md): nothing (`null`, `readout`), one effect (`single`, `masked`), two (`pair`), or physics
+that the catalogue does not hold (`outside`).
+"""
 
 import numpy as np
 
 from .truths import parameter_errors
 
 UNMODELLED = "unmodelled"
+"""Slug of physics that the catalogue does not hold."""
 NULLS = ("null", "readout")
 """Groups in which nothing is concealed."""
 CONFIDENT = 0.8
+"""Minimum probability of a statement that counts as confident [1]."""
 STRONG = 30.0
 """Minimum log Bayes factor of the true form, with the base refitted, for a strong effect."""
-GOOD_CHI2, GONE = 1.3, 0.95
-"""Criteria for a model on held-out recordings: maximum reduced chi-square, or minimum decrease of its excess
-over 1."""
+GOOD_CHI2 = 1.3
+"""Maximum reduced chi-square of a model that holds on held-out recordings."""
+LEAST_DECREASE = 0.95
+"""Minimum decrease of the excess of reduced chi-square over 1 for a model that holds, as a part of it [1]."""
 
 
 def judge(report, truth, timing=None):
     """Judgement of a report: a flat dictionary from which every rate is made.
+
+    Its truth values are: `mismatch`, a contradiction was reported; `top`, the report's first names are those
+    concealed; `covered`, they are in the reported set; `modelled` and `predicted`, the model holds on
+    held-out recordings. `wrong` lists names that are confident and wrong.
 
     Args:
         report: content of report.json, or its replacement where the diagnosis failed.
@@ -54,6 +66,7 @@ def strengths(truth):
 
 
 def _nothing_said():
+    """Entries of a judgement where the diagnosis failed."""
     return {
         "mismatch": False, "said": [], "first": "error", "top": False, "covered": False, "wrong": [], "where_right": False,
         "confident_unmodelled": False, "before": None, "after": None, "modelled": False, "predicted": False, "base_sd": None, "stated": [],
@@ -62,6 +75,12 @@ def _nothing_said():
 
 
 def _said(report, true):
+    """What a report says of effects, judged.
+
+    Args:
+        report: content of report.json.
+        true: slugs of what is concealed; empty for nothing.
+    """
     effects = report.get("effects", [])
     names = [e["name"] for e in effects]
     unknown = report.get("unknown_probability", 0.0)
@@ -91,7 +110,7 @@ def _said(report, true):
 
 
 def _place(report, truth):
-    """True if the named part of the model, or one of the two strongest drivers, is right."""
+    """Whether the named part of the model is right, one of the two strongest drivers, and either of them."""
     where = report.get("where", {})
     places = truth.get("where") or [{"component": truth["component"], "driver": truth["driver"]}]
     component = where.get("component") in {p["component"] for p in places}
@@ -100,6 +119,10 @@ def _place(report, truth):
 
 
 def _fit(report):
+    """Reduced chi-squares on held-out recordings without and with effects, and whether the model holds there.
+
+    `base_sd` is the largest departure of a constant of the base model, in its standard deviations.
+    """
     fit = report.get("fit", {})
     before, after = (fit.get(part, {}).get("reduced_chi2") for part in ("before", "after"))
     base = report.get("base_parameters", {})
@@ -120,14 +143,25 @@ def _within_errors(fit):
 
 
 def holds(before, after):
-    """True if a model meets the criteria on held-out recordings."""
+    """True if a model meets one of the two criteria on held-out recordings.
+
+    Args:
+        before: reduced chi-square of the base model; None where there is none.
+        after: that of the model with effects.
+    """
     if after is None or not np.isfinite(after):
         return False
-    return after <= GOOD_CHI2 or bool(before) and before > 1.0 and (after - 1.0) <= (1.0 - GONE) * (before - 1.0)
+    if after <= GOOD_CHI2:
+        return True
+    return bool(before) and before > 1.0 and (after - 1.0) <= (1.0 - LEAST_DECREASE) * (before - 1.0)
 
 
 def _probabilities(report, true):
-    """Stated probabilities and the outcomes, for the strongest explanation and for each effect."""
+    """Pairs of a stated probability and whether it is so.
+
+    `stated` are those of all candidates, of no effect and of something unknown. `marginal` are those of the
+    effects that the report names.
+    """
     stated = [(c["probability"], c["name"] in true) for c in report.get("candidates", [])]
     if "no_effect_probability" in report:
         stated.append((report["no_effect_probability"], not true))

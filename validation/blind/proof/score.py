@@ -1,4 +1,7 @@
-"""Rates with exact intervals over judged cases, the detection curve, the confusion matrix, reliability."""
+"""Rates with exact intervals over judged cases, the detection curve, the confusion matrix, reliability.
+
+Rows are judgements of cases (`judge.judge`). docs/proof.md explains the groups of cases and every rate.
+"""
 
 from collections import Counter
 
@@ -12,13 +15,23 @@ EDGES = (-np.inf, 3.0, 10.0, 20.0, 30.0, 60.0, 200.0, 1000.0, np.inf)
 BINS = (0.0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0)
 """Edges of the bins of stated probabilities."""
 METHODS = ("recalibration", "bic_stepwise", "gaussian_process", "sparse_regression")
-"""Other methods, in the order of the table."""
-BETTER = 0.98
-"""Maximum ratio of two reduced chi-squares for one to count as lower."""
+"""Methods that are compared with the tool, in the order of the table."""
+NAMING = ("false_alarms", "named_first", "covered", "confident_wrong", "pairs_both_named", "masked_named_first",
+          "outside_unmodelled")  # fmt: skip
+"""Rates that every method has."""
+CLEARLY_LOWER = 0.98
+"""Maximum ratio of two reduced chi-squares at which the first counts as lower [1]."""
 
 
 def rate(hits):
-    """Number, count and the 95 % Clopper-Pearson interval of a list of truth values."""
+    """Share of true values, with its 95 % Clopper-Pearson interval.
+
+    Args:
+        hits: truth values, one a case.
+
+    Returns:
+        `k` true ones of `n`, `rate` = k/n, and the interval `low`, `high`; None for these three if n is 0.
+    """
     hits = [bool(h) for h in hits]
     return rate_of(sum(hits), len(hits))
 
@@ -42,7 +55,7 @@ def rates(rows):
     masked = [r for r in rows if r["group"] == "masked"]
     outside = [r for r in rows if r["group"] == "outside"]
     right = [r for r in single + pair + masked if r["top"]]
-    of = lambda some, key: rate(r[key] for r in some)  # noqa: E731
+    of = lambda cases, key: rate(r[key] for r in cases)  # noqa: E731
     return {
         "false_alarms": of(null, "mismatch"),
         "readout_false_alarms": of(readout, "mismatch"),
@@ -88,7 +101,7 @@ def parameter_summary(rows):
 
 
 def times(rows):
-    """Median and upper decile of seconds by kind."""
+    """Median and upper decile of the duration by kind of specimen [s], and the median of processor time."""
     found = {}
     for kind in [*sorted({r["kind"] for r in rows}), "all"]:
         selected = [r for r in rows if kind in (r["kind"], "all") and r["seconds"] is not None]
@@ -131,23 +144,31 @@ def confusion(rows):
 
 
 def reliability(rows, key="stated"):
-    """Observed frequencies over stated probabilities, in bins."""
+    """Observed frequencies over stated probabilities, in bins of `BINS`.
+
+    Args:
+        rows: judgements.
+        key: `stated` or `marginal`, the statements of a judgement that count (`judge`).
+
+    Returns:
+        By bin, the mean `stated` probability, and `so`, the rate at which such a statement was true.
+    """
     pairs = [tuple(pair) for r in rows for pair in r[key]]
     found = []
     for low, high in zip(BINS[:-1], BINS[1:], strict=True):
-        selected = [(p, so) for p, so in pairs if low <= p < high or (high == 1.0 and p >= 1.0)]
+        selected = [(p, true) for p, true in pairs if low <= p < high or (high == 1.0 and p >= 1.0)]
         if selected:
-            found.append({"stated": float(np.mean([p for p, _ in selected])), "so": rate(so for _, so in selected)})
+            found.append({"stated": float(np.mean([p for p, _ in selected])), "so": rate(true for _, true in selected)})
     return found
 
 
 def slope(bins, draws=2000, seed=0):
-    """Slope of observed frequencies over stated probabilities: 1 where probabilities are what they say.
+    """Slope of observed frequencies over stated probabilities; it is 1 for calibrated probabilities.
 
     Args:
         bins: results of `reliability`; bins of the same statements in several runs may follow each other.
-        draws: simulated tables for the interval, whose frequencies are drawn from the straight line.
-        seed: of these.
+        draws: number of simulated tables for the interval, whose frequencies are drawn from the straight line.
+        seed: seed of these tables.
 
     Returns:
         The slope by least squares, every statement counted, and its 95 % interval; None with fewer than two
@@ -179,20 +200,15 @@ def methods(rows, others):
     for method, mine in {"pneusma diagnose": tool, **others}.items():
         chosen = [mine[name] for name in complete]
         concealed = [r for r in chosen if r["group"] not in NULLS and r["after"] is not None]
-        theirs = [(tool[r["name"]]["after"], r["after"]) for r in concealed if tool[r["name"]]["after"] is not None]
+        pairs = [(tool[r["name"]]["after"], r["after"]) for r in concealed if tool[r["name"]]["after"] is not None]
         found[method] = {
             "rates": {k: v for k, v in rates(chosen).items() if k in NAMING},
             "median_held_out": float(np.median([r["after"] for r in concealed])) if concealed else None,
             "holds": rate(holds(tool[r["name"]]["before"], r["after"]) for r in chosen if r["group"] not in NULLS),
-            "tool_is_better": rate(a <= BETTER * b for a, b in theirs),
-            "tool_is_worse": rate(b <= BETTER * a for a, b in theirs),
+            "tool_is_better": rate(a <= CLEARLY_LOWER * b for a, b in pairs),
+            "tool_is_worse": rate(b <= CLEARLY_LOWER * a for a, b in pairs),
         }
     return found
-
-
-NAMING = ("false_alarms", "named_first", "covered", "confident_wrong", "pairs_both_named", "masked_named_first",
-          "outside_unmodelled")  # fmt: skip
-"""Rates that every method has."""
 
 
 def scored(truths, reports, timings, answers):
