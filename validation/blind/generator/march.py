@@ -44,7 +44,16 @@ class Effect:
     """Physics added to the base: the hooks that a stand calls. The hooks of this base class change nothing.
 
     `amplitude` is (B, 1), and zero means absent. Hooks inside the root search must be free of side effects.
-    The memory of an effect changes in the `close_` hooks only, once a row is solved.
+    The memory of an effect changes only once a row is solved: in the `close_` hooks and in `solved`.
+
+    Attributes:
+        slug: name of the effect in a truth.
+        kinds: kinds of specimen that can have it.
+        component: part of the model that it changes, as in a report's `where`.
+        drivers: quantities over which it acts, as in a report's `where`.
+        ceiling: largest amplitude, in the effect's own unit.
+        wants: what an actuator must have for it, arguments of `plans.plan`.
+        maskable: kinds of specimen in which a recalibration can hide it in what is fitted.
     """
 
     slug = "none"

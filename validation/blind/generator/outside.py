@@ -1,4 +1,8 @@
-"""Physics outside the catalogue, which a laboratory would call something else."""
+"""Physics outside the catalogue: a diagnosis should say that something is missing, and may not name it.
+
+Each class is an effect of the generator. `march.Effect` explains its attributes and the hooks that a stand
+calls. `amplitude` is the strength that the generator sets, in the unit that the class states, up to `ceiling`.
+"""
 
 import numpy as np
 
@@ -6,7 +10,11 @@ from .march import Effect
 
 
 class FlatteningTube(Effect):
-    """Bending flattens the tube's section (Brazier): it loses stiffness with the square of the curvature."""
+    """Bending flattens the tube's section (Brazier): it loses bending stiffness with about the square of the
+    curvature.
+
+    The amplitude [1] is the ratio of lost to remaining stiffness at a curvature of 60 1/m. The power is drawn.
+    """
 
     slug, kinds, component = "section_ovalisation", ("actuator",), "geometry"
     drivers, ceiling = ("curvature",), 0.3
@@ -17,11 +25,14 @@ class FlatteningTube(Effect):
     def load(self, body, row):
         curvature = np.abs(body.bend) / body.length / 60.0
         lost = 1.0 - 1.0 / (1.0 + self.amplitude * curvature**self.power)
-        return 0.0, -lost * 2.2e-3 * body.bend
+        return 0.0, -lost * 2.2e-3 * body.bend  # N m of a tube of 2.2e-3 N m/rad
 
 
 class HeatedSilicone(Effect):
-    """The heated spring warms the silicone around it, which gets softer, late and everywhere."""
+    """The heated spring slowly warms all silicone around it, which gets softer.
+
+    The amplitude [1] is the share of stress that is lost when the silicone is at 37 degC, 15 K above the room.
+    """
 
     slug, kinds, component = "silicone_softened_by_heat", ("actuator",), "elastomer"
     drivers, ceiling = ("xi0_2", "time", "current_2"), 0.6
@@ -42,7 +53,10 @@ class HeatedSilicone(Effect):
 
 
 class SlippingCrimp(Effect):
-    """A crimp that creeps while the spring pulls hard: the spring's end moves for good."""
+    """A crimp that creeps while the spring pulls hard: the spring's end moves for good.
+
+    The amplitude is the slip in 20 s under 1 N more than the crimp holds [mm].
+    """
 
     slug, kinds, component = "slipping_crimp", ("actuator",), "spring_2"
     drivers, ceiling = ("force", "time", "xi0_2"), 8.0
@@ -64,7 +78,10 @@ class SlippingCrimp(Effect):
 
 
 class WrapEngages(Effect):
-    """The fibre wrap was wound loosely: it lets the tube give until it engages at a pressure."""
+    """The fibre wrap was wound loosely: it lets the tube give until it engages at a pressure.
+
+    The amplitude, times 0.4 N, is the axial load that the engaged wrap adds.
+    """
 
     slug, kinds, component = "wrap_engagement", ("tube",), "pressure"
     drivers, ceiling = ("pressure",), 0.5
@@ -79,7 +96,10 @@ class WrapEngages(Effect):
 
 
 class Ageing(Effect):
-    """Silicone that still cures: its stiffness grows with time, with or without load."""
+    """Silicone that still cures: its stiffness grows with time, with or without load.
+
+    The amplitude [1] is the final increase of stress, as part of the stress of the first row.
+    """
 
     slug, kinds, component = "curing_on_the_stand", ("elastomer", "tube"), "elastomer"
     drivers, ceiling = ("time",), 1.0
@@ -93,7 +113,7 @@ class Ageing(Effect):
 
 
 class Ripple(Effect):
-    """A moulded rib that buckles in and out: stress ripples with strain."""
+    """A moulded rib that buckles in and out: stress ripples with strain. The amplitude is in Pa."""
 
     slug, kinds, component = "ribbed_coupon", ("elastomer",), "elastomer"
     drivers, ceiling = ("strain",), 12e3
@@ -107,7 +127,7 @@ class Ripple(Effect):
 
 
 class TangledCoils(Effect):
-    """Two coils catch each other at one length and let go at another: a hump of force."""
+    """Two coils catch each other at one length and let go at another: a hump of force, of amplitude in N."""
 
     slug, kinds, component = "tangled_coils", ("spring",), "spring"
     drivers, ceiling = ("strain",), 0.5
@@ -126,8 +146,10 @@ class TangledCoils(Effect):
 
 
 class CurrentAttracts(Effect):
-    """Neighbouring turns attract each other with the square of the current (and a clamp that moves with
-    it)."""
+    """Neighbouring turns attract each other with the square of the current.
+
+    The amplitude is the force at the largest current and no strain [N].
+    """
 
     slug, kinds, component = "current_attraction", ("spring",), "spring"
     drivers, ceiling = ("current", "xi0"), 0.6
@@ -143,7 +165,10 @@ class CurrentAttracts(Effect):
 
 
 class HotAgeing(Effect):
-    """Time spent hot precipitates nickel and moves the transformation temperature for good."""
+    """Time spent hot precipitates nickel and moves the transformation temperature for good.
+
+    The amplitude is the shift after 200 s at 20 K above the limit [K].
+    """
 
     slug, kinds, component = "hot_ageing", ("wire",), "spring"
     drivers, ceiling = ("time", "temperature"), 12.0
