@@ -1,7 +1,8 @@
 """Lumped electro-thermal state of a spring's wire: Joule heating against convection.
 
-The law is `m c dT/dt = I^2 R - h A (T - T_ambient)`. The constants are assumed, with wide priors, and the
-latent heat of the transformation is in the heat capacity. Temperatures are in degC.
+The law is `m c dT/dt = I^2 R - h A (T - T_ambient)`. The source does not give its constants, so they are
+assumed, with wide priors. The heat capacity includes the latent heat of the transformation. Temperatures are
+in degC.
 """
 
 import equinox as eqx
@@ -14,7 +15,7 @@ from .geometry import SpringGeometry
 
 
 class Heating(eqx.Module):
-    """A spring driven by a current over time, in place of a known phase.
+    """Current and air of a spring whose phase follows from its temperature, instead of being given.
 
     Attributes:
         current: root-mean-square current [A], shape (rows,).
@@ -36,14 +37,24 @@ def duty_cycle_current(duty: Array, full_current: Array) -> Array:
 
 
 def time_constant(alloy: Alloy, geometry: SpringGeometry) -> Array:
-    """Time in which the wire's excess temperature falls to 1/e, `m c / (h A)` [s]."""
+    """Time in which the wire's excess temperature falls to 1/e, `m c / (h A)` [s].
+
+    Of a wire of diameter d, `m / A` is `density * d / 4`: its ends do not count.
+    """
     return alloy.density * alloy.heat_capacity * geometry.wire_diameter / (4.0 * alloy.convection)
 
 
 def steady_temperature(
     alloy: Alloy, geometry: SpringGeometry, current: Array, resistance: Array, ambient: Array
 ) -> Array:
-    """Temperature at which convection carries off the Joule heat [degC]."""
+    """Temperature at which convection carries off the Joule heat [degC].
+
+    Args:
+        alloy, geometry: alloy and geometry of the spring.
+        current: root-mean-square current [A].
+        resistance: resistance of the active wire [ohm].
+        ambient: temperature of the air [degC].
+    """
     surface = jnp.pi * geometry.wire_diameter * geometry.wire_length
     return ambient + current**2 * resistance / (alloy.convection * surface)
 
