@@ -21,8 +21,10 @@ from .transforms import to_bounded, to_unconstrained
 
 @dataclass(frozen=True)
 class Layout:
-    """Conversion of a flat vector of free parameters to all values: the hashable, static half of
-    `Parameters`.
+    """Conversion of a flat vector of free parameters to all values.
+
+    It is the part of `Parameters` that no fit changes. It is hashable, so that a compiled function may depend
+    on it.
 
     Attributes:
         names: names of all parameters.
@@ -37,7 +39,12 @@ class Layout:
     ties: tuple[tuple[str, str], ...]
 
     def values(self, vector: Float[Array, " n"], stored: Float[Array, " all"]) -> dict[str, Array]:
-        """All values by name; `stored` gives those of fixed parameters, in the order of `names`."""
+        """All values by name [SI].
+
+        Args:
+            vector: free parameters in fitting coordinates, shape (n,).
+            stored: values of all parameters in the order of `names`, of which those of fixed ones are used.
+        """
         tied = {name for name, _ in self.ties}
         values = {name: stored[i] for i, name in enumerate(self.names) if name not in tied}
         for i, name in enumerate(self.free):
@@ -55,7 +62,12 @@ class Parameters(Mapping[str, Parameter]):
             self.add(parameter)
 
     def add(self, parameter: Parameter | str, value: float | None = None, **options: Any) -> Parameter:
-        """Append a parameter, or one made of a name, a value and the fields of `Parameter`.
+        """Append a parameter, and return it.
+
+        Args:
+            parameter: the parameter, or its name.
+            value: its value, beside a name.
+            **options: further fields of `Parameter`, beside a name.
 
         Raises:
             InputError: if the name is taken, or the parameter cannot be made.
@@ -78,7 +90,10 @@ class Parameters(Mapping[str, Parameter]):
         return copy.deepcopy(self)
 
     def at(self, values: Mapping[str, float]) -> "Parameters":
-        """A copy at other values, clipped to the bounds.
+        """A copy with other values, clipped to the bounds.
+
+        Args:
+            values: new values by name; the others stay.
 
         Raises:
             InputError: for a name that it does not have.
@@ -127,7 +142,7 @@ class Parameters(Mapping[str, Parameter]):
         return {name: float(values[name]) for name in self._entries}
 
     def layout(self) -> Layout:
-        """The static conversion of a vector to values."""
+        """The conversion of a vector to values, as these parameters are free, tied and scaled now."""
         ties = {name: p.tie for name, p in self._entries.items() if p.tie is not None}
         free = tuple(name for name, p in self._entries.items() if p.free)
         return Layout(
@@ -138,7 +153,9 @@ class Parameters(Mapping[str, Parameter]):
         )
 
     def box(self) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-        """Lower and upper bounds of the fitting coordinates (logarithms where scaled so), infinite for none.
+        """Lower and upper bounds of the free parameters in fitting coordinates, infinite for none.
+
+        The fitting coordinate of a parameter is its value, or the logarithm if its scale is `log`.
         """
         free = [p for p in self._entries.values() if p.free]
         lower = [
@@ -170,7 +187,11 @@ class Parameters(Mapping[str, Parameter]):
         return np.asarray([0.0 if p.tie is not None else p.value for p in self._entries.values()], float)
 
     def _softness(self) -> Array:
-        """Distance of each free parameter from its single bound (one on a bound, or for a logarithm)."""
+        """Scale of the softplus map of each free parameter, see `to_unconstrained`; shape (n,).
+
+        It is the distance from the bound, so that the map begins nearly as the identity. It is 1 where there
+        is no such distance: without a bound, on it, and for a logarithm. Between two bounds it is not used.
+        """
         lower, upper = (np.asarray(side) for side in self.box())
         point = np.asarray(self.pack())
         edge = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper, point))
@@ -178,8 +199,7 @@ class Parameters(Mapping[str, Parameter]):
         return jnp.asarray(np.where((point == edge) | logarithmic, 1.0, np.abs(point - edge)))
 
     def table(self, correlations_above: float = 0.1) -> str:
-        """Report in the manner of lmfit's `fit_report`, without pairs that are correlated less than the
-        threshold."""
+        """Text table like lmfit's `fit_report`, with pairs that are correlated by at least this much [1]."""
         return render(self.values(), correlations_above)
 
     def __str__(self) -> str:
