@@ -29,9 +29,9 @@ from fitting.diagnose.verdict.unexplained import (
     chance_without_a_name,
     contradicted,
     discrepancy_probability,
+    gain_over_named,
     missed_beyond_drift,
-    outdone,
-    steady,
+    without_drift,
 )
 from fitting.diagnose.verdict.unknown import Signs, probability_of_unknown, signs_of
 from fitting.report.diagnosis.text import next_experiment
@@ -70,9 +70,9 @@ def named(slugs=(CONSTANT,), before=300.0, after=100.0, evidence=None, validated
 
 def test_drift_excuses_what_passes_for_noise_and_no_more():
     discrepancy = DiscrepancyEvidence("stress", "time", 3.0, 1.0, 1.05)
-    assert steady(1.5, discrepancy) == pytest.approx(1.05)
-    assert steady(3.9, discrepancy) == pytest.approx(3.9 - DEFAULT.drift.maximum_explained)
-    assert steady(3.9, None) == 3.9
+    assert without_drift(1.5, discrepancy) == pytest.approx(1.05)
+    assert without_drift(3.9, discrepancy) == pytest.approx(3.9 - DEFAULT.drift.maximum_explained)
+    assert without_drift(3.9, None) == 3.9
 
 
 @pytest.mark.parametrize(("left", "told"), [(1.3, False), (1.6, False), (5.5, True), (9.0, True)])
@@ -207,7 +207,7 @@ def test_a_discrepancy_that_predicts_better_speaks_against_a_name(discrepancy, l
     scaled = lambda x: 1.0 + (x - 1.0) * unit / 0.05  # noqa: E731
     explanation.named.left_out = scaled(left)
     rival = None if discrepancy is None else DiscrepancyEvidence("length", "time", 9.0, scaled(discrepancy), 1.0)
-    assert outdone(explanation, rival) == pytest.approx(units * DEFAULT.evidence.minimum_difference)
+    assert gain_over_named(explanation, rival) == pytest.approx(units * DEFAULT.evidence.minimum_difference)
 
 
 def test_what_is_said_where_a_discrepancy_predicts_better():

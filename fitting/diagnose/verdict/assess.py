@@ -13,12 +13,12 @@ from .discrepancy import Discrepancy, beside
 from .discrepancy_evidence import DiscrepancyEvidence, best_discrepancy
 from .left import left_of
 from .unexplained import (
+    chance_of_misfit,
     chance_without_a_name,
     contradicted,
     discrepancy_probability,
-    outdone,
-    steady,
-    tail,
+    gain_over_named,
+    without_drift,
 )
 from .unknown import Signs, probability_of_unknown, signs_of
 
@@ -77,7 +77,7 @@ def assess(explanation: Explanation) -> Assessment:
     floors = [floor(program, explanation.final, mask) for mask in masks]
     limits = [limit_of(program, mask) for mask in masks]
     if min(base) > 1.0 + EXCESS.clear and explanation.p_value > CHANCE.level:
-        explanation = explanation.with_chance(tail(program, base[0]), explanation.p_is_bound)
+        explanation = explanation.with_chance(chance_of_misfit(program, base[0]), explanation.p_is_bound)
     chance = explanation.p_value, explanation.p_is_bound
     discrepancy = best_discrepancy(program, explanation.base)
     contradiction = named or contradicted(explanation, base, discrepancy, floors)
@@ -90,12 +90,13 @@ def assess(explanation: Explanation) -> Assessment:
         helpless = signs.kept >= 1.0 and any(left > limit for left, limit in zip(last, limits, strict=True))
         likely = max(probability_of_unknown(signs), PROBABILITY.tentative if helpless else 0.0)
         unknown, beyond, mimicked = _doubt_of_names(explanation, likely, over is not None and over.stated)
-        lost = outdone(explanation, discrepancy)
+        lost = gain_over_named(explanation, discrepancy)
     elif mismatch:
         unknown = discrepancy_probability(explanation, base, discrepancy, floors)
         chance = chance_without_a_name(explanation, base[0], discrepancy)
     elif not contradiction:  # no candidate survived being fitted; what is left is judged as a whole
-        chance = max(explanation.p_value, tail(program, steady(base[0], discrepancy))), False
+        by_noise = chance_of_misfit(program, without_drift(base[0], discrepancy))
+        chance = max(explanation.p_value, by_noise), False
     rest = beside(program, explanation.final) if beyond or (named and last[0] > limits[0]) else None
     left = over if rest is None else left_of(program, explanation.final, rest)
     if explanation.misread is not None or (left is not None and not left.trusted):

@@ -28,11 +28,12 @@ def contradicted(
 
     Args:
         explanation: result of the search.
-        base: predictive reduced chi-square of the base model, of fitted and of scored recordings.
-        discrepancy: discrepancy of largest evidence.
+        base: predictive reduced chi-square of the base model, of fitted and of scored recordings. Scored ones
+            are those for validation, or the fitted ones again where there are none.
+        discrepancy: discrepancy of largest evidence; None where no driver varies.
         floors: chi-square of noise of both, see `misfit.floor`.
     """
-    return by_discrepancy(discrepancy) or _by_signature(explanation, base, discrepancy, floors)
+    return by_discrepancy(discrepancy) or _by_score_and_misfit(explanation, base, discrepancy, floors)
 
 
 def by_discrepancy(discrepancy: DiscrepancyEvidence | None) -> bool:
@@ -52,29 +53,36 @@ def discrepancy_probability(
     `contradicted`.
     """
     certain = discrepancy is not None and discrepancy.bayes > EVIDENCE.minimum_settled
-    certain = certain or _by_signature(explanation, base, discrepancy, floors)
+    certain = certain or _by_score_and_misfit(explanation, base, discrepancy, floors)
     return PROBABILITY.sure if certain else PROBABILITY.tentative
 
 
-def _by_signature(
+def _by_score_and_misfit(
     explanation: Explanation, base: list[float], discrepancy: DiscrepancyEvidence | None, floors: list[float]
 ) -> bool:
-    """True if a score stands out, and the whole misfit, too.
+    """True if the score test finds a misfit of some form, and the whole misfit is larger than noise.
 
-    Fitted recordings decide alone where their noise is stated and no simulated null has so large a score.
-    For what is missing need not act in validation recordings. A faint misfit must show there, too.
-    Validation recordings decide alone where they are missed by more than chance, the open numbers and drift
-    explain.
+    The misfit is a reduced chi-square less what noise explains. That of fitted recordings is less what drift
+    explains, too. It is large enough in four cases:
+
+    - Both recordings that are fitted and those that are scored have a little of it.
+    - Either of them has clearly much, drift included.
+    - Fitted recordings have more than chance makes, their noise is stated, and no simulated null has so
+      large a score. What is missing need not act in the others. Only a faint misfit must show there, too.
+    - The noise is stated, and recordings that were not fitted are missed beyond drift.
+
+    The arguments are those of `contradicted`.
     """
     program = explanation.program
     if explanation.p_value > CHANCE.level:
         return False
-    seen = [score - (noise - 1.0) for score, noise in zip(base, floors, strict=True)]
-    left = steady(seen[0], discrepancy)
-    chance = 1.0 + CHANCE.deviations * spread(program, program.fitted)
-    sure = explanation.p_is_bound and program.noise_stated and left > chance
-    shown = seen[1] > 1.0 or left > 1.0 + EXCESS.little
-    if min(left, seen[1]) > 1.0 + EXCESS.little or max(seen) > 1.0 + EXCESS.clear or (sure and shown):
+    fitted, scored = (chi2 - (noise - 1.0) for chi2, noise in zip(base, floors, strict=True))
+    steady = without_drift(fitted, discrepancy)
+    if min(steady, scored) > 1.0 + EXCESS.little or max(fitted, scored) > 1.0 + EXCESS.clear:
+        return True
+    by_chance = 1.0 + CHANCE.deviations * spread(program, program.fitted)
+    beyond_chance = explanation.p_is_bound and program.noise_stated and steady > by_chance
+    if beyond_chance and (scored > 1.0 or steady > 1.0 + EXCESS.little):
         return True
     return program.noise_stated and missed_beyond_drift(program, explanation.base)
 
@@ -82,8 +90,12 @@ def _by_signature(
 def missed_beyond_drift(program: Program, fit: Fit) -> bool:
     """True if recordings that were not fitted are missed by more than chance, open numbers and drift explain.
 
-    The uncertainty of the numbers is asked twice: by a fit to these recordings, and to first order beside
-    drift. It is false where every recording is fitted.
+    What the uncertainty of the fitted numbers explains is computed twice: by a fit to these recordings, and
+    to first order beside drift. It is false where every recording is fitted.
+
+    Args:
+        program: program of the campaign.
+        fit: fit of the base model to the other recordings.
     """
     if program.fitted.all():
         return False
@@ -93,17 +105,20 @@ def missed_beyond_drift(program: Program, fit: Fit) -> bool:
     return drifted_chi_square(program, fit, program.unseen) > limit
 
 
-def steady(left: float, discrepancy: DiscrepancyEvidence | None) -> float:
-    """Reduced chi-square less what drift explains, of a size within the noise."""
-    return (
-        left
-        if discrepancy is None
-        else min(left, max(discrepancy.left_by_drift, left - DRIFT.maximum_explained))
-    )
+def without_drift(reduced_chi2: float, discrepancy: DiscrepancyEvidence | None) -> float:
+    """Reduced chi-square of fitted recordings, less what drift within the noise explains of it.
+
+    Args:
+        reduced_chi2: reduced chi-square of the base model.
+        discrepancy: discrepancy of largest evidence, which knows what drift leaves; None for no drift.
+    """
+    if discrepancy is None:
+        return reduced_chi2
+    return min(reduced_chi2, max(discrepancy.left_by_drift, reduced_chi2 - DRIFT.maximum_explained))
 
 
-def tail(program: Program, reduced_chi2: float) -> float:
-    """Probability of a chi-square of the fitted recordings as large as this by chance."""
+def chance_of_misfit(program: Program, reduced_chi2: float) -> float:
+    """Probability that noise alone gives fitted recordings so large a reduced chi-square."""
     count = program.observations(program.fitted)
     return float(chi_square_tail(reduced_chi2 * count, count))
 
@@ -111,32 +126,38 @@ def tail(program: Program, reduced_chi2: float) -> float:
 def chance_without_a_name(
     explanation: Explanation, base: float, discrepancy: DiscrepancyEvidence | None
 ) -> tuple[float, bool]:
-    """P-value of a mismatch without a named effect, and whether it is a bound.
+    """P-value of a mismatch without a named effect, and whether it is only an upper bound.
 
-    The least of three, times their number: that of the strongest score, of the whole misfit, and of the
-    discrepancy that decides. Noise gives a Bayes factor of k with a probability of at most 1/k (Markov's
-    inequality, for one prior). Of 272 simulated nulls 1.5 % had a log Bayes factor of 1, none of 3.
+    It is the smallest of two or three p-values, times their number: that of the strongest score, of the whole
+    misfit, and of the discrepancy where it decides. Noise gives a Bayes factor of k with a probability of at
+    most 1/k (Markov's inequality, for one prior). Of 272 simulated nulls 1.5 % had a log Bayes factor of 1,
+    none of 3.
 
     Args:
         explanation: result of the search.
         base: reduced chi-square of the base model, of fitted recordings.
         discrepancy: discrepancy of largest evidence.
     """
-    found = [(explanation.p_value, explanation.p_is_bound), (tail(explanation.program, base), False)]
+    whole = chance_of_misfit(explanation.program, base)
+    found = [(explanation.p_value, explanation.p_is_bound), (whole, False)]
     if discrepancy is not None and by_discrepancy(discrepancy):
         found.append((math.exp(-discrepancy.bayes), True))
     least, is_bound = min(found)
     return min(1.0, len(found) * least), is_bound
 
 
-def outdone(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -> float:
-    """Held-out log-likelihood, deflated, by which a discrepancy predicts better than named effects.
+def gain_over_named(explanation: Explanation, discrepancy: DiscrepancyEvidence | None) -> float:
+    """Log-likelihood of left-out recordings by which a discrepancy predicts better than the named effects.
 
-    It is 0 where it is less than an effect must gain.
+    It is deflated by the noise's inflation. It is 0 where it is less than an effect must gain.
+
+    Args:
+        explanation: result of a search that named effects.
+        discrepancy: discrepancy of largest evidence beside the base model; None where no driver varies.
     """
     if discrepancy is None:
         return 0.0
     program = explanation.program
-    better = explanation.left_out[1] - discrepancy.left_out  # NaN, which gains nothing, if unasked
+    better = explanation.left_out[1] - discrepancy.left_out  # NaN without cross-validation: no gain
     gain = log_likelihood(program, better, inflation_of(program, explanation.final))
     return float(gain) if gain > EVIDENCE.minimum_difference else 0.0
