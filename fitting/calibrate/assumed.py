@@ -1,5 +1,8 @@
-"""Assumptions about the specimens of a campaign: the source's nominal values stand for what it does not
-state, and default tolerances for those that it does not state."""
+"""Assumptions about the specimens of a campaign, and whether the fitted constants contradict them.
+
+Where a campaign does not state a size, the nominal one of the source (the published work) is taken. Where it
+does not state a tolerance, a default one is taken.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -15,27 +18,31 @@ from fitting.specimens.reduction import reduction_notes
 from fitting.specimens.rows import MARK, MOST_ROWS, of_specimen
 from pneusma_jax.units import amount, from_si
 
-SILENT = ("prestrain", "cycles_before", "attached_length_mm", "free_length_mm", "orientation")
-"""Keys whose nominal value says that nothing is special, or follows from others."""
-NEW = {
+NEED_NO_NOTICE = ("prestrain", "cycles_before", "attached_length_mm", "free_length_mm", "orientation")
+"""Keys of `[geometry]` whose nominal value says that nothing is special, or follows from others."""
+HINTS = {
     "alloy": 'for an alloy of your own write alloy = "fit", or the name of its table',
     "material": "for a silicone of your own write the name of its table",
 }
+"""What a user with other constants writes, by the key of `[geometry]` that is missing."""
 FAR = 2.0
 """Minimum shift of a constant for a warning, in standard deviations of its default tolerance. Chance shifts
 one in twenty as far if the tolerance is right."""
 
 CHANCE = 1e-3
-"""Maximum probability of the shifts of all constants at which they count as no chance [1].
+"""Maximum probability for the shifts of all constants to be called improbable [1].
 
-If priors and law are right, one campaign in a thousand reaches it, or fewer. Two tests share it, half each.
-One is of the sum of squares, the other of the largest shift of as many (Bonferroni). In six simulated
+If priors and law are right, at most one campaign in a thousand is called so. Two tests share it, half each.
+One is of the sum of squares, the other of the largest of all shifts (Bonferroni). In six simulated
 campaigns of springs the sum of squares of 9 shifts was 4.5 to 14, and 29.7 is allowed. A lead of 0.15 ohm
-made it 71 of 13 shifts, and 36.5 is allowed. A largest shift of 4.1 is allowed of 13, and of 4.4 of 40."""
+made it 71 of 13 shifts, and 36.5 is allowed. A largest shift of 4.1 is allowed of 13, and of 4.4 of 40.
+"""
 
-SHARED = 1.0
-"""Minimum shift that is named where none reaches `FAR`, in standard deviations of the prior. A prior that is
-right leaves no larger root mean square."""
+ONE_OF_MANY = 1.0
+"""Minimum shift that is named where many are improbable together and none reaches `FAR`.
+
+It is in standard deviations of the prior. A prior that is right leaves no larger root mean square.
+"""
 
 
 def notices_of(recordings: Sequence[Recording], free: Parameters, most: int = MOST_ROWS) -> list[str]:
@@ -45,7 +52,7 @@ def notices_of(recordings: Sequence[Recording], free: Parameters, most: int = MO
     Args:
         recordings: the recordings as read.
         free: free parameters of their model, with priors.
-        most: rows that were taken of each.
+        most: number of rows to which longer recordings were reduced.
     """
     notes = [
         *assumed(recordings), *default_tolerances(recordings, free), *cautions(recordings),
@@ -65,32 +72,35 @@ def assumed(recordings: Sequence[Recording]) -> list[str]:
         if "design" in recording.geometry:
             continue
         nominal = recording.full_geometry()
-        left = [key for key in nominal if key not in recording.geometry and key not in SILENT]
-        missing |= {key: str(nominal[key]) for key in left}
-        silent += [recording.name] if left else []
+        unstated = [k for k in nominal if k not in recording.geometry and k not in NEED_NO_NOTICE]
+        missing |= {key: str(nominal[key]) for key in unstated}
+        silent += [recording.name] if unstated else []
     if not missing:
         return []
     taken = ", ".join(f"{key} = {value}" for key, value in missing.items())
-    hints = "".join(f"; {hint}" for key, hint in NEW.items() if key in missing)
+    hints = "".join(f"; {hint}" for key, hint in HINTS.items() if key in missing)
     return [f"{', '.join(silent)}: not stated in [geometry], so the source's are taken: {taken}{hints}"]
 
 
 def by_default(recordings: Sequence[Recording], free: Parameters) -> dict[str, float]:
-    """Relative standard deviations of free constants that no recording states, by name.
+    """Relative standard deviations of free constants that have a default tolerance, by name.
 
     Args:
         recordings: recordings of one kind.
         free: free parameters of their model. One whose prior comes from a table is left out.
+
+    Returns:
+        Nothing if every recording has a table `[tolerance]`.
     """
     if all(recording.tolerance is not None for recording in recordings):
         return {}
-    known = {quantity_of(key): sd for key, sd in schema.TOLERANCE_DEFAULTS.items()}
-    found = {name: known.get(name.partition(MARK)[0]) for name in free}
-    return {name: sd for name, sd in found.items() if sd is not None and _has(free[name], sd)}
+    defaults = {quantity_of(key): sd for key, sd in schema.TOLERANCE_DEFAULTS.items()}
+    found = {name: defaults.get(name.partition(MARK)[0]) for name in free}
+    return {name: sd for name, sd in found.items() if sd is not None and _prior_is_tolerance(free[name], sd)}
 
 
-def _has(entry: Parameter, relative: float) -> bool:
-    """True if the prior of a parameter is that of a relative tolerance."""
+def _prior_is_tolerance(entry: Parameter, relative: float) -> bool:
+    """True if the prior of a parameter is that of a relative tolerance [1]."""
     prior = entry.prior
     return prior is not None and math.isclose(prior.sd, relative * abs(prior.mean), rel_tol=1e-6)
 
@@ -101,12 +111,12 @@ def default_tolerances(recordings: Sequence[Recording], free: Parameters) -> lis
     Args:
         recordings, free: as in `by_default`.
     """
-    alike: dict[float, dict[str, None]] = {}
+    names_by_sd: dict[float, dict[str, None]] = {}
     for name, sd in by_default(recordings, free).items():
-        alike.setdefault(sd, {})[name.partition(MARK)[0]] = None
-    if not alike:
+        names_by_sd.setdefault(sd, {})[name.partition(MARK)[0]] = None
+    if not names_by_sd:
         return []
-    each = "; ".join(f"{joined(names)} to {number(100.0 * sd, '.2g')} %" for sd, names in alike.items())
+    each = "; ".join(f"{joined(names)} to {number(100.0 * sd, '.2g')} %" for sd, names in names_by_sd.items())
     silent = [recording.name for recording in recordings if recording.tolerance is None]
     whose = f" of {joined(silent)}" if len(silent) < len(recordings) else ""
     return [
@@ -115,19 +125,21 @@ def default_tolerances(recordings: Sequence[Recording], free: Parameters) -> lis
     ]
 
 
-def surprising(free: Parameters, values: Mapping[str, float]) -> dict[str, float]:
-    """Shifts of constants from their priors that chance hardly makes, in their standard deviations, by name.
+def improbable_shifts(free: Parameters, values: Mapping[str, float]) -> dict[str, float]:
+    """Shifts of constants from their priors where chance hardly makes such shifts, by name.
 
-    If priors and law are right, the sum of squares of all shifts is at most distributed like chi-square with
-    as many degrees of freedom as there are priors. Recordings that tell little leave it smaller, and hide a
-    single constant that moved far. So the largest shift is tested, too.
+    A shift is in standard deviations of the prior. If priors and law are right, the sum of squares of all
+    shifts is distributed like chi-square with as many degrees of freedom as there are priors, or is smaller.
+    It is smaller where recordings tell little, and then hides a single constant that moved far. So the
+    largest shift is tested, too.
 
     Args:
         free: free parameters, with priors or without.
         values: values found, by name, SI. One without a finite shift does not count.
 
     Returns:
-        Those of two standard deviations or more, or else those above one; empty where chance explains all.
+        Shifts of at least `FAR`, or of at least `ONE_OF_MANY` if none is so large; empty where chance
+        explains all.
     """
     entries = {name: entry for name, entry in free.items() if entry.free and entry.prior is not None}
     shifts = {name: float((values[name] - e.prior.mean) / e.prior.sd) for name, e in entries.items()}
@@ -135,16 +147,18 @@ def surprising(free: Parameters, values: Mapping[str, float]) -> dict[str, float
     if not shifts:
         return {}
     largest, square = max(map(abs, shifts.values())), sum(shift**2 for shift in shifts.values())
-    together = chi_square_tail(square, len(shifts))
-    alone = len(shifts) * chi_square_tail(largest**2, 1)
-    if min(together, alone) > 0.5 * CHANCE:
+    chance_of_sum = chi_square_tail(square, len(shifts))
+    chance_of_largest = len(shifts) * chi_square_tail(largest**2, 1)
+    if min(chance_of_sum, chance_of_largest) > 0.5 * CHANCE:
         return {}
-    least = FAR if largest >= FAR else SHARED
+    least = FAR if largest >= FAR else ONE_OF_MANY
     return {name: shift for name, shift in shifts.items() if abs(shift) >= least}
 
 
-def moved(recordings: Sequence[Recording], free: Parameters, values: Mapping[str, float]) -> list[str]:
-    """Sentences on constants that a fit moved far in units of a tolerance that nobody stated.
+def far_from_nominal(
+    recordings: Sequence[Recording], free: Parameters, values: Mapping[str, float]
+) -> list[str]:
+    """Sentences on constants that a fit moved at least `FAR` default tolerances from their nominal values.
 
     Args:
         recordings, free: as in `by_default`.
@@ -158,9 +172,9 @@ def moved(recordings: Sequence[Recording], free: Parameters, values: Mapping[str
             continue
         first, now = (number(float(from_si(x, entry.unit)), ".4g") for x in (prior.mean, values[name]))
         share = number(100.0 * relative, ".2g")
-        told = of_specimen(name, (recording.specimen for recording in recordings))
+        constant = of_specimen(name, (recording.specimen for recording in recordings))
         said.append(
-            f"No tolerance of {told} is stated, so it was taken as known to {share} %. "
+            f"No tolerance of {constant} is stated, so it was taken as known to {share} %. "
             f"The fit moved it from {first} to {amount(now, entry.unit)}, by {abs(shift):.1f} of these "
             "standard deviations. Measure it again, and state its tolerance."
         )

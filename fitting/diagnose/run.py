@@ -1,4 +1,8 @@
-"""`diagnose`: from a campaign to a conclusion and its documents."""
+"""`diagnose`: from a campaign to a conclusion.
+
+A drive may turn between two rows, and then no row has its largest value. Such turning points can look like a
+missing effect. So the search may be made twice: with drives as recorded, and with turning points added.
+"""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
@@ -6,7 +10,7 @@ from functools import cache
 
 import numpy as np
 
-from fitting.calibrate.assumed import moved
+from fitting.calibrate.assumed import far_from_nominal
 from fitting.calibrate.result import Estimate
 from fitting.data.recordings import Campaign, Recording, require_fitted, schema
 from fitting.inference.notes import of_several
@@ -77,38 +81,37 @@ def diagnose(
     rebuilt = _rebuilding(campaign, model, start, progress)
     searched = _search(campaign, kind, seed, progress, model, thorough, rebuilt)
     explanation = searched(program)
-    turned = _with_turning_points(program, rebuilt)
-    if turned is not None:
-        progress("trying turning points between rows")
-        tried = TriedTurns.beside(turned, explanation)
-        turned = turned if tried.help_base else None
-    if turned is not None and not tried.matter():
-        notes, turned = [*notes, as_recorded(explanation)], None
-    if turned is not None:
-        progress("looking for effects with turning points between rows")
-        others, explanation = explanation, searched(turned)
-    progress("scoring recordings that were not fitted")
+    turned, about_turns = _worth_a_search(_with_turning_points(program, rebuilt), explanation, progress)
     if turned is None:
+        progress("scoring recordings that were not fitted")
         conclusion = conclude(explanation)
     else:
-        conclusion, about_turns = with_turns(explanation, others)
-        notes = [*notes, about_turns]
-        if conclusion.explanation.program.recordings is program.recordings:
-            explanation = others
+        progress("looking for effects with turning points between rows")
+        with_them = searched(turned)
+        progress("scoring recordings that were not fitted")
+        conclusion, said = with_turns(with_them, explanation)
+        about_turns = [said]
+        if conclusion.explanation.program.recordings is not program.recordings:
+            explanation = with_them
     conclusion.start = start
-    conclusion.notes = _notes(campaign, conclusion, explanation.program, model, notes)
+    conclusion.notes = _notes(campaign, conclusion, explanation.program, model, [*notes, *about_turns])
     conclusion.asked = answers(asked, conclusion)
     return conclusion
 
 
 def _readings(campaign: Campaign) -> int:
-    """Readings of outputs in the recordings that are fitted. A program may count fewer values."""
+    """Number of readings of outputs in the recordings that are fitted. A program may count fewer values."""
     fitted = [recording for recording in campaign.recordings if recording.role == "fit"]
     return sum(int(np.isfinite(r.columns[name]).sum()) for r in fitted for name in r.outputs)
 
 
 def _refuse_few_values(campaign: Campaign, count: int) -> None:
-    """Refuse a campaign with too few values to fit."""
+    """Raise an `InputError` for a campaign with too few values to fit.
+
+    Args:
+        campaign: named in the message.
+        count: number of its values.
+    """
     least = VALUES.minimum
     if count < least:
         raise InputError(
@@ -125,42 +128,46 @@ def _search(
     thorough: bool,
     rebuilt: "Rebuilding",
 ) -> Callable[[Program], Explanation]:
-    """The search for effects in a program of a campaign, to be made with turning points and without.
+    """A function that looks for effects in a program of the campaign, with turning points or without.
+
+    It also tells whether a column may have been read in a wrong unit or with a wrong sign (`misread_in`).
 
     Args:
         campaign, seed, progress, model, thorough: as of `diagnose`.
         kind: kind of the recordings.
-        rebuilt: makes a program of the campaign again.
+        rebuilt: see `Rebuilding`.
     """
 
-    @cache  # of the recordings alone: both searches ask for it
-    def known() -> Mapping[str, Estimate]:
+    @cache  # it depends on the recordings alone, and both searches need it
+    def calibrated() -> Mapping[str, Estimate]:
         return {} if model is not None else characterised(campaign, kind, progress)
 
-    def further(program: Program) -> list[np.ndarray]:
-        return begun_at(known(), program.unknowns)
+    def further_starts(program: Program) -> list[np.ndarray]:
+        return begun_at(calibrated(), program.unknowns)
 
     def searched(program: Program) -> Explanation:
-        explanation = explain(program, np.random.default_rng(seed), progress, 2 if thorough else 1, further)
-        like, unexplained = explanation.program, far_from_noise(explanation)
+        rng, effort = np.random.default_rng(seed), 2 if thorough else 1
+        explanation = explain(program, rng, progress, effort, further_starts)
+        final, unexplained = explanation.program, far_from_noise(explanation)
         misread = misread_in(
-            like, explanation.base, lambda recordings: rebuilt(like, recordings), unexplained
+            final, explanation.base, lambda recordings: rebuilt(final, recordings), unexplained
         )
-        for look in filter(None, (explanation, explanation.second_look)):  # the verdict may be of either
-            look.misread = misread
+        explanation.misread = misread
+        if explanation.second_look is not None:  # the verdict may be of this one
+            explanation.second_look.misread = misread
         return explanation
 
     return searched
 
 
 Rebuilding = Callable[[Program, Sequence[Recording]], Program]
-"""Makes a program of the same campaign, like a given one, from other recordings."""
+"""Makes a program of the same campaign, like a given one, from its recordings with other rows or values."""
 
 
 def _rebuilding(
     campaign: Campaign, model: AugmentedModel | None, start: Start, progress: Callable[[str], None]
 ) -> Rebuilding:
-    """How a program of a campaign is made again from recordings with other rows or values."""
+    """The `Rebuilding` of a campaign; the arguments are those of `diagnose`, and where its fits begin."""
 
     def rebuilt(program: Program, recordings: Sequence[Recording]) -> Program:
         whole = dataclasses.replace(campaign, recordings=list(recordings))
@@ -187,6 +194,25 @@ def _with_turning_points(program: Program, rebuilt: Rebuilding) -> Program | Non
     return other
 
 
+def _worth_a_search(
+    turned: Program | None, explanation: Explanation, progress: Callable[[str], None]
+) -> tuple[Program | None, list[str]]:
+    """The program with turning points if a search with them may find something else, and a note if not.
+
+    Args:
+        turned: program with turning points of drives between rows; None where there are none.
+        explanation: result of the search without them.
+        progress: as of `diagnose`.
+    """
+    if turned is None:
+        return None, []
+    progress("trying turning points between rows")
+    tried = TriedTurns.beside(turned, explanation)
+    if not tried.help_base:
+        return None, []
+    return (turned, []) if tried.matter() else (None, [as_recorded(explanation)])
+
+
 def _notes(
     campaign: Campaign,
     conclusion: Conclusion,
@@ -199,18 +225,18 @@ def _notes(
     Args:
         campaign: the recordings as they were read.
         conclusion: the conclusion, with its own notes.
-        program: program of the search that it is of, with the outliers that this left aside.
+        program: program of the search from which it comes, with the outliers that the search left aside.
         model: base model to start from; None for the published one.
         found: notes of the checks before.
     """
-    apart = [one.text for one in program.outliers]
+    outliers = [one.text for one in program.outliers]
     whole = [recording.whole for recording in program.recordings]
     readings = [*cautions(program.recordings), *reduction_notes(program.recordings), *offered(whole)]
     notes = [
-        *stated_too_large(*conclusion.model), *_bodies(conclusion), *_moved(conclusion),
+        *stated_too_large(*conclusion.model), *_assumed_specimen(conclusion), *_moved(conclusion),
         *slow_as_noise(program), *_untimed(program),
         *conclusion.start.notes, *found,
-        *specimen_of(program.kind).notes(campaign), *readings, *apart, *_beyond(conclusion, model),
+        *specimen_of(program.kind).notes(campaign), *readings, *outliers, *_beyond_saved(conclusion, model),
         *_at_bounds(conclusion), *conclusion.notes,
     ]  # fmt: skip
     if conclusion.explanation.together:
@@ -227,8 +253,10 @@ def _notes(
 
 
 def _at_bounds(conclusion: Conclusion) -> list[str]:
-    """Constants of a contradicted base model that nothing but their bounds held; where it is accepted, the
-    verdict itself says so."""
+    """A note on constants of a contradicted base model that only their bounds held.
+
+    If the base model is not contradicted, the verdict itself says so.
+    """
     program, fit = conclusion.model
     names = told_at_bound(program, fit)
     if not names or not conclusion.mismatch:
@@ -242,7 +270,7 @@ def _at_bounds(conclusion: Conclusion) -> list[str]:
     ]
 
 
-def _bodies(conclusion: Conclusion) -> list[str]:
+def _assumed_specimen(conclusion: Conclusion) -> list[str]:
     """A note where recordings do not state their specimen: another one looks like missing physics."""
     silent = unstated(conclusion)
     if not silent:
@@ -257,8 +285,8 @@ def _bodies(conclusion: Conclusion) -> list[str]:
 def _moved(conclusion: Conclusion) -> list[str]:
     """Notes on constants that the model moves far in units of a tolerance that nobody stated."""
     program, fit = conclusion.model
-    values = program.unknowns.values(fit.u)
-    return [one.rstrip(".") for one in moved(program.recordings, program.unknowns.parameters(), values)]
+    free, values = program.unknowns.parameters(), program.unknowns.values(fit.u)
+    return [one.rstrip(".") for one in far_from_nominal(program.recordings, free, values)]
 
 
 def _untimed(program: Program) -> list[str]:
@@ -272,19 +300,19 @@ def _untimed(program: Program) -> list[str]:
     ]
 
 
-def _beyond(conclusion: Conclusion, model: AugmentedModel | None) -> list[str]:
-    """Notes where the starting model has a discrepancy outside the range in which it was fitted."""
+def _beyond_saved(conclusion: Conclusion, model: AugmentedModel | None) -> list[str]:
+    """Notes on rows outside the range in which a discrepancy of the model on disk was fitted."""
     program, found = conclusion.explanation.program, []
     drivers = drivers_of(program, conclusion.explanation.base) if model and model.remainders else {}
-    for rest in model.remainders if model else ():
-        low, high = rest.span
+    for discrepancy in model.remainders if model else ():
+        low, high = discrepancy.span
         low, high = low - EDGE * (high - low), high + EDGE * (high - low)
-        values = drivers.get(rest.driver)
+        values = drivers.get(discrepancy.driver)
         there = np.asarray(program.stacked.mask)[: len(program.recordings)]
         beyond = there if values is None else there & ~((values >= low) & (values <= high))
         if beyond.any():
             found.append(
-                f"{rest.words}, was seen for {rest.span_words} only; beyond it is held at its end value in "
-                f"{int(beyond.sum())} of {int(there.sum())} rows"
+                f"{discrepancy.words}, was seen for {discrepancy.span_words} only; beyond it is held at its "
+                f"end value in {int(beyond.sum())} of {int(there.sum())} rows"
             )
     return found

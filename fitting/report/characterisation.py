@@ -71,7 +71,7 @@ def doubtful(
     looks like noise.
 
     Args:
-        shifts: shifts that chance hardly makes, see `surprising`.
+        shifts: shifts that chance hardly makes, see `improbable_shifts`.
         drifts: drifts of zeros of instruments that are large, in units of the noise, by output.
         path: the campaign's folder.
         model: model on disk that was fitted, if any. A diagnosis of the same campaign has looked already.

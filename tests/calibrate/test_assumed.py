@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fitting.calibrate.assumed import assumed, by_default, default_tolerances, moved
+from fitting.calibrate.assumed import assumed, by_default, default_tolerances, far_from_nominal
 from fitting.data.recordings import read_campaign
 from fitting.specimens import SPRING
 
@@ -47,7 +47,7 @@ def test_default_tolerances_are_said_by_their_size():
 def test_stated_tolerances_are_not_said(springs):
     campaign = read_campaign(EXAMPLES / "spring")
     free = SPRING.parameters_for(campaign)
-    assert default_tolerances(springs, free) == [] == moved(springs, free, free.valuesdict())
+    assert default_tolerances(springs, free) == [] == far_from_nominal(springs, free, free.valuesdict())
 
 
 def test_a_prior_of_a_table_is_no_default_tolerance():
@@ -64,6 +64,6 @@ def test_a_constant_that_moved_far_is_named_with_its_shift():
     campaign = silent_of_tolerances(read_campaign(EXAMPLES / "spring"))
     free = SPRING.parameters_for(campaign)
     at = free.valuesdict()
-    assert moved(campaign.recordings, free, at) == []
-    (sentence,) = moved(campaign.recordings, free, {**at, "wire_diameter": 0.268e-3, "G_m": 1.05 * at["G_m"]})
+    assert far_from_nominal(campaign.recordings, free, at) == []
+    (sentence,) = far_from_nominal(campaign.recordings, free, {**at, "wire_diameter": 0.268e-3, "G_m": 1.05 * at["G_m"]})
     assert "wire_diameter" in sentence and "from 0.25 to 0.268 mm, by 3.6 of these" in sentence

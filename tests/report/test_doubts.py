@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from fitting.calibrate.assumed import surprising
+from fitting.calibrate.assumed import improbable_shifts
 from fitting.calibrate.batch import Batch, Member
 from fitting.calibrate.general.fit import MISFIT
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
@@ -62,7 +62,7 @@ def alone(shift, number):
 )
 def test_shifts_that_chance_hardly_makes_are_those_of_all_constants_together_or_the_largest(shifts, named):
     """A lead of 0.15 ohm moved five constants by 2.8 to 4 standard deviations of their tolerances."""
-    found = surprising(*parameters(*shifts))
+    found = improbable_shifts(*parameters(*shifts))
     assert tuple(found) == named
     assert all(shift == pytest.approx(shifts[NAMES.index(name)]) for name, shift in found.items())
 
@@ -71,21 +71,21 @@ def test_shifts_that_chance_hardly_makes_are_those_of_all_constants_together_or_
 def test_equal_shifts_are_reported_from_the_tabulated_quantile_of_chi_square_on(number, limit):
     """Quantiles of 0.9995, half of one in a thousand, from a table."""
     each = np.sqrt(limit / number)
-    assert not surprising(*parameters(*(0.999 * each,) * number))
-    assert len(surprising(*parameters(*(1.001 * each,) * number))) == number
+    assert not improbable_shifts(*parameters(*(0.999 * each,) * number))
+    assert len(improbable_shifts(*parameters(*(1.001 * each,) * number))) == number
 
 
 @pytest.mark.parametrize(("number", "limit"), [(9, 4.0309), (13, 4.1165), (40, 4.3687)])
 def test_a_single_shift_is_reported_from_the_normal_quantile_of_so_many_tries_on(number, limit):
     """Two-sided normal quantiles of 0.0005 over the number of constants."""
-    assert not surprising(*parameters(*alone(0.999 * limit, number)))
-    assert list(surprising(*parameters(*alone(-1.001 * limit, number)))) == ["G_m"]
+    assert not improbable_shifts(*parameters(*alone(0.999 * limit, number)))
+    assert list(improbable_shifts(*parameters(*alone(-1.001 * limit, number)))) == ["G_m"]
 
 
 @pytest.mark.parametrize("missing", [np.nan, np.inf, -np.inf])
 def test_a_constant_without_a_finite_value_hides_no_other(missing):
-    assert list(surprising(*parameters(missing, 5.0, 0.1))) == ["G_a"]
-    assert surprising(*parameters(missing, 0.5)) == {} == surprising(*parameters(missing))
+    assert list(improbable_shifts(*parameters(missing, 5.0, 0.1))) == ["G_a"]
+    assert improbable_shifts(*parameters(missing, 0.5)) == {} == improbable_shifts(*parameters(missing))
 
 
 @pytest.mark.parametrize(("number", "rate"), [(1, 0.5e-3), (9, 0.91e-3)])
@@ -100,7 +100,7 @@ def test_one_campaign_in_a_thousand_reaches_them_if_priors_are_right(number, rat
     asked = draws[np.abs(draws).max(axis=1) > 3.0] if number == 1 else draws[
         (np.abs(draws).max(axis=1) > 3.0) | ((draws**2).sum(axis=1) > 19.7)
     ]  # fmt: skip
-    reached = sum(bool(surprising(*parameters(*row))) for row in asked)
+    reached = sum(bool(improbable_shifts(*parameters(*row))) for row in asked)
     low, high = binom.interval(0.999, tries, rate)
     assert low <= reached <= high
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.calibrate.assumed import moved, surprising
+from fitting.calibrate.assumed import far_from_nominal, improbable_shifts
 from fitting.calibrate.general.fit import MISFIT
 from fitting.calibrate.general.pipeline import GeneralCharacterisation
 from fitting.calibrate.general.scores import overall
@@ -78,7 +78,7 @@ def doubts(result: GeneralCharacterisation) -> list[str]:
     """Sentences on constants that are not to be trusted although the law fits; see `doubtful`."""
     if result.fit.reduced_chi_square > MISFIT:
         return []
-    shifts = surprising(result.fitted, result.fit.result.values)
+    shifts = improbable_shifts(result.fitted, result.fit.result.values)
     return doubtful(shifts, large_drifts(result.lasting), result.campaign.path, result.model)
 
 
@@ -241,7 +241,7 @@ def warnings(result: GeneralCharacterisation) -> list[str]:
         sentences.append(
             "Only one of the starts ended at the best fit: there may be a better one that none found."
         )
-    far = moved(result.fit.recordings, result.fitted, result.fit.result.values)
+    far = far_from_nominal(result.fit.recordings, result.fitted, result.fit.result.values)
     zeros = lasting_zeros(result.lasting)
     said = [] if doubts(result) else another_cause(far, zeros, result.campaign.path, result.model)
     sentences += [*far, *zeros, *said]

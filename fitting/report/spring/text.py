@@ -1,6 +1,10 @@
-"""Sentences on the alloy from tests of a spring on a stand, for the laboratory."""
+"""Sentences of the report of an alloy that was found from tests of springs on a stand.
 
-from fitting.calibrate.assumed import assumed, moved, surprising
+`verdict` begins the report, `warnings` are listed below it, `how_it_was_fitted` and `phases` end it. The law
+takes a spring's martensite fraction from its resistance.
+"""
+
+from fitting.calibrate.assumed import assumed, far_from_nominal, improbable_shifts
 from fitting.calibrate.spring.joint import MISFIT, lead, missed
 from fitting.calibrate.spring.modes import Mode
 from fitting.calibrate.spring.pipeline import SpringCharacterisation
@@ -15,42 +19,44 @@ from .. import profile_likelihood
 from ..characterisation import another_cause, ask, doubtful, limits
 from ..general.text import how_errors_grew, large_drifts, lasting_sentence, lasting_zeros
 
-OTHER_RULE = (
+OPEN_MIXING_RULE = (
     " If the alloy is no nitinol, its phases' resistances may mix by another rule: --base new_sma opens it."
 )
-ORDER = " The tests were read with {} as the softer phase; --softer {} reads them otherwise."
+"""What else to try where the law does not fit an alloy that was identified."""
+OTHER_SOFTER_PHASE = " The tests were read with {} as the softer phase; --softer {} reads them otherwise."
+"""What else to try where the softer phase was chosen by the tests' stiffness."""
 CLOSE_CALL = 4.0
-"""Maximum advantage in chi-square of a best fit that only one start found, up to which no sentence is
-needed."""
+"""Maximum lead in chi-square, without a warning, of a best fit that only one start found [1]."""
 SOME_ROWS = 0.01
-"""Minimum share of a test's rows with an impossible fraction for a sentence; noise leaves 0.3 %."""
+"""Minimum share of a test's rows with a fraction outside 0 to 1 for a sentence [1]; noise leaves 0.3 %."""
 BLIND_SHARE = 0.5
-"""Minimum share of a test's rows with an uninformative resistance for the test to be called blind."""
+"""Minimum share of a test's rows with an uninformative resistance for a warning [1]."""
 
 
 def verdict(result: SpringCharacterisation) -> list[str]:
-    """The few most important sentences."""
+    """The few most important sentences: doubts, what was found and how well it predicts, what stays open."""
     fitted = [test for test in result.tests if test.fitted]
     method = "identified from" if result.identify else "adjusted within its tolerances to"
-    chosen = overall(result.scores, "fit")
+    errors = overall(result.scores, "fit")
     tests = counted(len(fitted), "test")
     reduced = result.joint.reduced_chi_square
     misfit, warned = reduced > MISFIT, cautions(result)
     sentences = [*warned]
-    sentences.append(f"The alloy was {method} {tests}.{_errors(chosen)}{_held_out(result)}")
+    sentences.append(f"The alloy was {method} {tests}.{_errors(errors)}{_held_out(result)}")
     if result.modes:
         sentences.append(mode_sentence(result.modes[0]))
     if misfit:
-        taken = assumed([test.recording for test in fitted])
-        sentences += [f"The specimen may be another one. {text}." for text in taken]
+        unstated = assumed([test.recording for test in fitted])
+        sentences += [f"The specimen may be another one. {text}." for text in unstated]
+        rule_is_fixed = result.identify and "c" not in result.fitted
         sentences.append(
             f"Standard errors {how_errors_grew(result.joint.inflation, result.lasting)}."
-            + (OTHER_RULE if result.identify and "c" not in result.fitted else "")
-            + (ORDER.format(result.softer, _other(result)) if result.softer else "")
+            + (OPEN_MIXING_RULE if rule_is_fixed else "")
+            + (OTHER_SOFTER_PHASE.format(result.softer, _other(result)) if result.softer else "")
         )
     elif result.joint.inflation > 1.0:
-        found = result.joint.correlation_time, result.joint.inflation
-        sentences.append(lasting_sentence(*found, result.lasting))
+        joint = result.joint
+        sentences.append(lasting_sentence(joint.correlation_time, joint.inflation, result.lasting))
     if reduced * result.joint.correlation_time < OVERSTATED:
         sentences.append(overstated_sentence(reduced))
     loose = [e for e in result.identifiability if e["kind"] != "at_bound"]
@@ -69,18 +75,18 @@ def cautions(result: SpringCharacterisation) -> list[str]:
 
 
 def doubts(result: SpringCharacterisation) -> list[str]:
-    """Sentences on constants that are not to be trusted although the law fits; see `doubtful`."""
+    """Sentences on constants that are not to be trusted although the law fits; none if it does not fit."""
     if result.joint.reduced_chi_square > MISFIT:
         return []
-    shifts = surprising(result.fitted, result.joint.values)
+    shifts = improbable_shifts(result.fitted, result.joint.values)
     return doubtful(shifts, large_drifts(result.lasting), result.path)
 
 
 def not_fitted(result: SpringCharacterisation) -> list[str]:
     """Sentences on a law that misses its tests: by how much, where, and which command looks for the cause."""
     joint = result.joint
-    by_test, reduced = missed(joint.problem, joint.values), number(joint.reduced_chi_square)
-    (worst, output), rms = max(by_test.items(), key=lambda one: one[1])
+    misfits, reduced = missed(joint.problem, joint.values), number(joint.reduced_chi_square)
+    (worst, output), rms = max(misfits.items(), key=lambda one: one[1])
     sentences = [
         f"The law does not fit these tests: the reduced chi-square is {reduced}, and noise alone would leave "
         f"1. It misses most in {worst}, where the {output} is off by {number(rms, '.2g')} times its noise.",
@@ -98,11 +104,12 @@ def not_fitted(result: SpringCharacterisation) -> list[str]:
 
 
 def _other(result: SpringCharacterisation) -> str:
-    """The phase that was not taken as the softer one."""
+    """A phase that could have been taken as the softer one instead, for the option `--softer`."""
     return next(phase for phase in SOFTER if phase != result.softer)
 
 
 def _errors(measures: dict[str, float] | None) -> str:
+    """Sentence on the errors of fitted tests; empty where no row could be predicted."""
     if measures is None:
         return ""
     return (
@@ -112,6 +119,7 @@ def _errors(measures: dict[str, float] | None) -> str:
 
 
 def _held_out(result: SpringCharacterisation) -> str:
+    """Sentence on the errors of tests that were not fitted."""
     errors = overall(result.scores, "validation")
     if errors is None:
         return " No test was held out."
@@ -132,7 +140,7 @@ def mode_sentence(mode: Mode) -> str:
 
 
 def warnings(result: SpringCharacterisation) -> list[str]:
-    """Warnings: bounds, parameters that never moved, fits that failed, blind tests."""
+    """Warnings: bounds, parameters that never moved, fits that failed, uninformative resistances."""
     sentences = [e["text"] for e in result.identifiability if e["kind"] in ("at_bound", "at_start")]
     if not result.joint.result.success:
         sentences.append(f"The joint fit did not end well. {result.joint.result.status.value}")
@@ -144,9 +152,10 @@ def warnings(result: SpringCharacterisation) -> list[str]:
             "errors span the fits that were found."
         )
     recordings = [test.recording for test in result.tests]
-    far, zeros = moved(recordings, result.fitted, result.joint.values), lasting_zeros(result.lasting)
-    said = [] if doubts(result) else another_cause(far, zeros, result.path)
-    sentences += [*far, *zeros, *said, *limits(result.parameters)]
+    far = far_from_nominal(recordings, result.fitted, result.joint.values)
+    zeros = lasting_zeros(result.lasting)
+    cause = [] if doubts(result) else another_cause(far, zeros, result.path)
+    sentences += [*far, *zeros, *cause, *limits(result.parameters)]
     sentences += profile_likelihood.warnings(result)
     sentences += [blind_sentence(score) for score in result.scores if score.uninformed > BLIND_SHARE]
     return sentences
@@ -167,9 +176,9 @@ def how_it_was_fitted(result: SpringCharacterisation) -> list[str]:
     joint = result.joint
     sentences = []
     for stage in result.stages:
-        found = ", ".join(stage.parameters) if stage.result is not None else f"skipped: {stage.skipped}"
+        outcome = ", ".join(stage.parameters) if stage.result is not None else f"skipped: {stage.skipped}"
         tests = f" ({', '.join(stage.tests)})" if stage.tests else ""
-        sentences.append(f"Stage: {stage.name}{tests}: {found}.")
+        sentences.append(f"Stage: {stage.name}{tests}: {outcome}.")
     ends = ", ".join(
         f"from {s.name} {'none' if s.result.chi_square is None else format(s.result.chi_square, '.1f')}"
         for s in joint.starts
@@ -193,5 +202,5 @@ def how_it_was_fitted(result: SpringCharacterisation) -> list[str]:
 
 
 def phases(result: SpringCharacterisation) -> list[str]:
-    """Assumed phase of each test."""
+    """A line for each test: its role, the phase in which its wire was taken to be, and why."""
     return [f"{t.name} ({t.recording.role}): {t.words}; {t.reason}." for t in result.tests]
