@@ -74,7 +74,7 @@ def _one(campaign: Path, out: Path, options: dict[str, Any]) -> None:
     asked = _asked(options)
     start = asked.start()
     with Steps("diagnosing", plain=True) as told:
-        conclusion = asked.of(recordings, start, told)
+        conclusion = asked.conclusion(recordings, start, told)
     report = report_of(conclusion, recordings.title, asked.command(campaign, out), asked.seed, start)
     documents = render.documents(report)
     files = publish(out, documents, options["force"])

@@ -1,7 +1,8 @@
-"""Many campaigns diagnosed, each a task of the engine: what is done stays after a kill, and others may help.
+"""Many campaigns diagnosed, each a task of `fitting.engine`.
 
-A campaign that cannot be used, or whose diagnosis fails in any way, is reported beside the others and stops
-none. What a campaign's documents look like is handed in by the caller: this layer knows nothing of reports.
+Finished tasks stay on disk if the program is killed, and other processes may compute some of them. A campaign
+that cannot be used, or whose diagnosis fails in any way, is reported beside the others and stops none. The
+caller passes the function that writes a campaign's report (`Present`), because this layer knows no reports.
 """
 
 import json
@@ -28,6 +29,7 @@ from .run import diagnose
 from .verdict.conclusion import Conclusion
 
 Progress = Callable[[str], None]
+"""Receives a line of text at every step."""
 
 
 @dataclass(frozen=True)
@@ -36,10 +38,11 @@ class Asked:
 
     Attributes:
         seed: seed of all random numbers.
-        tables: names or paths by `alloy` and `material`, in the place of those that recordings name.
-        model: name or path of the model to start from; None for the published one.
+        tables: names or paths of tables of constants, by `alloy` and `material`. They replace those that
+            recordings name.
+        model: name or path of the model on disk to start from; None for the published one.
         thorough: fit twice as many candidates.
-        effects: slugs that are asked about.
+        effects: slugs of effects about which the conclusion has to say something.
     """
 
     seed: int = 0
@@ -49,7 +52,7 @@ class Asked:
     effects: tuple[str, ...] = ()
 
     def command(self, campaign: str | Path, out: str | Path) -> str:
-        """The command line that asks this of one campaign."""
+        """The command line that diagnoses one campaign with these options into the folder `out`."""
         words = ["pneusma", "diagnose", str(campaign), "--out", str(out), "--seed", str(self.seed)]
         words += [word for key, table in self.tables.items() for word in (f"--{key}", table)]
         words += (["--model", self.model] if self.model else []) + (["--thorough"] if self.thorough else [])
@@ -63,27 +66,27 @@ class Asked:
         """
         return load_model(self.model) if self.model else None
 
-    def of(self, campaign: Campaign, start: AugmentedModel | None, progress: Progress) -> Conclusion:
-        """The diagnosis; float64 must be on.
+    def conclusion(self, campaign: Campaign, start: AugmentedModel | None, progress: Progress) -> Conclusion:
+        """The diagnosis of one campaign; float64 must be on.
 
         Raises:
-            InputError: for a campaign that cannot be diagnosed, or not so.
+            InputError: for a campaign that cannot be diagnosed, or not with these options.
         """
-        given = with_tables(campaign, self.tables)
-        return diagnose(given, self.seed, progress, start, self.thorough, self.effects)
+        with_own_tables = with_tables(campaign, self.tables)
+        return diagnose(with_own_tables, self.seed, progress, start, self.thorough, self.effects)
 
 
 @dataclass(frozen=True)
 class Diagnosed:
-    """One campaign of many.
+    """One campaign of many, and its diagnosis if there is one.
 
     Attributes:
-        name: name of its folder of results, made unique.
+        name: name of its folder of results, different from all others.
         path: path of the campaign.
         verdict: the first sentences of its report.
         notes: cautions to show beside it.
-        documents: content of its files, by file name; empty where there is no diagnosis.
-        problem: why there is none, or why its files could not be written, in a line; empty otherwise.
+        documents: content of its files, by file name; empty if the diagnosis failed.
+        problem: why it failed, or why its files could not be written, in a line; empty otherwise.
     """
 
     name: str
@@ -120,8 +123,11 @@ class Diagnoses(Result):
 Present = Callable[
     [Conclusion, str, str, int, AugmentedModel | None], tuple[Sequence[str], Mapping[str, bytes]]
 ]
-"""Sentences and documents of a conclusion, from its campaign's title, the command, the seed and the model
-that it started from. A function of a module, so that it can be sent to other processes."""
+"""Function that writes a report: (conclusion, title, command, seed, start) -> (sentences, documents).
+
+The title is the campaign's, and `start` is the model that the diagnosis started from. Documents are contents
+of files by name. It must be a function of a module, so that it can be sent to other processes.
+"""
 
 
 @dataclass(frozen=True)
@@ -129,8 +135,8 @@ class DiagnosisJob:
     """Diagnoses campaigns by number, see `MemberJob`.
 
     Attributes:
-        names, paths: names and paths of the campaigns; out: folder of all results, for the command that a
-            report quotes.
+        names, paths: names of the folders of results, and paths of the campaigns.
+        out: folder of all results, for the command that a report quotes.
         asked: options of every campaign.
         present: see `Present`.
     """
@@ -146,7 +152,7 @@ class DiagnosisJob:
         return self.packed(self.member(number, lambda _: None))
 
     def packed(self, member: Diagnosed) -> bytes:
-        """A diagnosed campaign as bytes."""
+        """A diagnosed campaign as bytes, as the store keeps it."""
         return objects.dump(member)
 
     def member(self, number: int, progress: Progress) -> Diagnosed:
@@ -156,7 +162,7 @@ class DiagnosisJob:
         name, path = self.names[number], self.paths[number]
         try:
             campaign, start = read_campaign(path), self.asked.start()
-            conclusion = self.asked.of(campaign, start, lambda word: progress(f"{name}: {word}"))
+            conclusion = self.asked.conclusion(campaign, start, lambda word: progress(f"{name}: {word}"))
             command = self.asked.command(path, self.out / name)
             verdict, documents = self.present(conclusion, campaign.title, command, self.asked.seed, start)
         except Exception as error:  # noqa: BLE001  one bad campaign never stops the others
@@ -165,12 +171,18 @@ class DiagnosisJob:
         return Diagnosed(name, path, tuple(verdict), notes, dict(documents))
 
     def tasks(self) -> list[Task]:
-        """A file for each campaign, named by its content, by what is asked, and by the program's version."""
-        beside = [Path(x) for x in (self.asked.model, *self.asked.tables.values()) if x and Path(x).is_file()]
+        """A file of the store for each campaign.
+
+        Its name has a digest of the campaign's files, of all options, and of the program's version. So a
+        result is found again only if all of them are the same.
+        """
+        own_files = [
+            Path(x) for x in (self.asked.model, *self.asked.tables.values()) if x and Path(x).is_file()
+        ]
         names = []
         for name, path in zip(self.names, self.paths, strict=True):
             asked = replace(self.asked, tables=dict(sorted(self.asked.tables.items())))
-            names.append(f"{name}-{digest([path, *beside], asked)}.diagnosis")
+            names.append(f"{name}-{digest([path, *own_files], asked)}.diagnosis")
         return [Task(name) for name in names]
 
 
@@ -182,7 +194,9 @@ def diagnose_batch(
     kept: Callable[[Diagnosed], None] | None = None,
     progress: Progress = lambda _: None,
 ) -> Diagnoses:
-    """Diagnose campaigns; those in the store are taken from it, and those that failed are tried again.
+    """Diagnose campaigns, except those whose diagnosis is in the store already.
+
+    Campaigns whose diagnosis failed are tried again.
 
     Args:
         job: campaigns and their options.
@@ -205,6 +219,13 @@ def diagnose_batch(
 
 
 def job_of(campaigns: Sequence[str | Path], out: str | Path, asked: Asked, present: Present) -> DiagnosisJob:
-    """The job for campaigns: folders of recordings, or single CSVs."""
+    """The job that diagnoses campaigns.
+
+    Args:
+        campaigns: folders of recordings, or single CSVs.
+        out: folder of all results.
+        asked: options of every campaign.
+        present: see `Present`.
+    """
     paths = tuple(Path(path) for path in campaigns)
     return DiagnosisJob(tuple(unique_names(paths)), paths, Path(out), asked, present)

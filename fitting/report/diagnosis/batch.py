@@ -1,4 +1,4 @@
-"""The report of many diagnoses: a table of verdicts, the frequency of each physics, and failed cases."""
+"""The report of many diagnoses: verdicts, how often each effect is named first, failed campaigns."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -20,32 +20,49 @@ from .report import report_of as diagnosis_report
 from .tables import words_of
 
 SCHEMA = "pneusma-diagnosis-batch/1"
-CONTENT = ("name", "probability", "tentative", "strength", "parameters")
-"""What the content of many diagnoses keeps of an effect."""
+EFFECT_KEYS = ("name", "probability", "tentative", "strength", "parameters")
+"""Keys of an effect that are copied from a campaign's own `report.json`."""
+HEADER = ("campaign", "verdict", "effects, their probabilities and strengths", "base model", "with effects")
+"""Columns of the table; the last two are reduced chi-squares."""
+NOTE = (
+    "The strength of an effect has its standard error. Perhaps: the name is hardly likelier than not, or the "
+    "error is larger than the strength. The last columns are reduced chi-squares on recordings that were not "
+    "fitted, or on all where none was held out. Each campaign has a folder of its own with its report."
+)
+NO_EFFECT = {"name": "", "probability": None, "tentative": None, "strength": None, "parameters": {}}
+"""Entry of a campaign without effects, for its row in `campaigns.csv`."""
 
 
 def present(
     conclusion: Conclusion, title: str, command: str, seed: int, start: AugmentedModel | None
 ) -> tuple[Sequence[str], Mapping[str, bytes]]:
-    """Sentences and documents of one diagnosis, in the form of `fitting.diagnose.batch.Present`."""
+    """Sentences and documents of one diagnosis, in the form of `fitting.diagnose.batch.Present`.
+
+    Args:
+        conclusion: the diagnosis.
+        title: title of the campaign.
+        command: command line that repeats the diagnosis.
+        seed: seed of the diagnosis.
+        start: model on disk that it started from; None for the published one.
+    """
     report = diagnosis_report(conclusion, title, command, seed, start)
     documents = render.documents(report).items()
-    whole = {name: body.encode() if isinstance(body, str) else body for name, body in documents}
-    return list(report.verdict), whole
+    as_bytes = {name: body.encode() if isinstance(body, str) else body for name, body in documents}
+    return list(report.verdict), as_bytes
 
 
 def verdict(result: Diagnoses) -> list[str]:
     """The few most important sentences."""
     done = [member for member in result.members if member.done]
-    wrong = [member for member in done if member.content["verdict"] == "mismatch"]
+    mismatched = [member for member in done if member.content["verdict"] == "mismatch"]
     were = "was" if len(done) == 1 else "were"
     said = [
         f"{len(done)} of {counted(len(result.members), 'campaign')} {were} diagnosed; the model leaves "
-        f"physics out in {len(wrong)} of them."
+        f"physics out in {len(mismatched)} of them."
     ]
-    first = [_effects(member)[0] for member in wrong if _effects(member)]
-    for words, doubt in (("Named first", False), ("Named first with a perhaps", True)):
-        counts = Counter(effect["name"] for effect in first if effect["tentative"] is doubt)
+    first = [_effects(member)[0] for member in mismatched if _effects(member)]
+    for words, tentative in (("Named first", False), ("Named first with a perhaps", True)):
+        counts = Counter(effect["name"] for effect in first if effect["tentative"] is tentative)
         names = [f"{words_of(slug)} ({count})" for slug, count in counts.most_common()]
         said += [f"{words}: {joined(names)}."] if names else []
     said += [f"{m.name} was not diagnosed: {m.problem}." for m in result.members if not m.done]
@@ -53,6 +70,7 @@ def verdict(result: Diagnoses) -> list[str]:
 
 
 def _effects(member: Diagnosed) -> list[dict[str, Any]]:
+    """Effects of a campaign's report, the most probable first; empty where it has none or failed."""
     return member.content.get("effects", [])
 
 
@@ -68,6 +86,7 @@ def _name(effect: dict[str, Any]) -> str:
 
 
 def _row(member: Diagnosed) -> list[str]:
+    """Cells of a campaign, as many as in `HEADER`."""
     if not member.done:
         return [member.name, "failed", "", "", ""]
     names = [_name(effect) for effect in _effects(member)]
@@ -76,19 +95,8 @@ def _row(member: Diagnosed) -> list[str]:
     return [member.name, member.content["verdict"], ", ".join(names), number(before), number(after)]
 
 
-HEADER = ("campaign", "verdict", "effects, their probabilities and strengths", "base model", "with effects")
-NOTE = (
-    "The strength of an effect has its standard error. Perhaps: the name is hardly likelier than not, or the "
-    "error is larger than the strength. The last columns are reduced chi-squares on recordings that were not "
-    "fitted, or on all where none was held out. Each campaign has a folder of its own with its report."
-)
-
-
-NO_EFFECT = {"name": "", "probability": None, "tentative": None, "strength": None, "parameters": {}}
-"""Entry of a campaign without effects."""
-
-
 def _csv(result: Diagnoses) -> str:
+    """`campaigns.csv`: a row for each effect of each campaign, or one for a campaign without effects."""
     header = [
         "campaign",
         "path",
@@ -111,19 +119,20 @@ def _csv(result: Diagnoses) -> str:
         outcome = member.content.get("verdict", "failed")
         for effect in _effects(member) or [NO_EFFECT]:
             size = effect["parameters"].get(effect["strength"], {})
-            of = [effect[key] for key in ("name", "probability", "tentative", "strength")]
-            of += [size.get(key) for key in ("value", "sd", "unit")]
-            rows.append([member.name, str(member.path), outcome, *of, *scores, member.problem])
+            cells = [effect[key] for key in ("name", "probability", "tentative", "strength")]
+            cells += [size.get(key) for key in ("value", "sd", "unit")]
+            rows.append([member.name, str(member.path), outcome, *cells, *scores, member.problem])
     return csv_rows(header, rows)
 
 
 def _content(result: Diagnoses) -> dict[str, Any]:
+    """Content of the `report.json` of all campaigns."""
     members = [
         {
             "name": member.name,
             "path": str(member.path),
             "verdict": member.content.get("verdict"),
-            "effects": [{key: e[key] for key in CONTENT} for e in _effects(member)],
+            "effects": [{key: e[key] for key in EFFECT_KEYS} for e in _effects(member)],
             "problem": member.problem or None,
         }
         for member in result.members
