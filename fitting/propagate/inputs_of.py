@@ -1,6 +1,10 @@
-"""The inputs that a study's `[vary]`, `[input]` and `[[correlation]]` describe."""
+"""The inputs that a study's `[vary]`, `[input]` and `[[correlation]]` describe.
 
-from collections.abc import Mapping
+A number of the model may vary by its prior, by a relative tolerance, by a distribution that the study states,
+or with the draws of a posterior. Each of the last three replaces the prior.
+"""
+
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +23,18 @@ from .responses import NOISE, Known, Response
 from .study import Study
 
 CUT = 4.0
-"""1-sigma at which a tolerance ends, as in fits."""
-FILE = "posterior.nc"
+"""Number of standard deviations at which a tolerance ends on either side, as in fits."""
+POSTERIOR_FILE = "posterior.nc"
+"""Name of the file with draws in the folder that `pneusma posterior` leaves."""
+FEWEST_DRAWS = 10
+"""Minimum number of draws of a posterior."""
 
 
 def plain_marginals(study: Study) -> dict[str, Marginal]:
-    """Distributions of `[input]` for expressions, whose inputs are plain numbers.
+    """Distributions of `[input]` for a study whose model is an expression: its numbers have no unit.
 
     Raises:
-        InputError: for a distribution that is none.
+        InputError: for a table that describes no distribution, or a name that cannot be in an expression.
     """
     for name in study.inputs:
         if not name.isidentifier() or name in RESERVED:
@@ -37,27 +44,64 @@ def plain_marginals(study: Study) -> dict[str, Marginal]:
 
 
 def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
-    """Inputs, and sentences about numbers that follow others.
+    """Inputs, and sentences about numbers that are left out.
+
+    Args:
+        study: the study.
+        response: its model, which knows the numbers that may vary.
 
     Raises:
-        InputError: for a name that the model does not have, a distribution that is none, or correlations that
-            no inputs can have.
+        InputError: for a name that the model does not have, a table that describes no distribution, a number
+            that varies in two ways, or correlations that no inputs can have.
     """
     vary, known, notices = study.vary, response.known, []
     draws = None if vary.posterior is None else read_draws(study.folder / vary.posterior)
-    drawn = () if draws is None else draws.names
+    in_file = None if draws is None else draws.names
     if draws is not None:
         draws, notices = _draws_of_model(draws, study, known)
+    _check_names(study, known, in_file)
+    marginals = _marginals_of_priors(study, known)
+    notices += _drop_tied(marginals, study, response)
+    marginals |= _marginals_of_tolerances(study, known)
+    marginals |= {name: _marginal(entry, name, known[name], study) for name, entry in study.inputs.items()}
+    if NOISE in known and study.noise:
+        marginals[NOISE] = from_scipy("uniform", {"loc": 0.0, "scale": 1.0}, "1", str(study.path))
+    if draws is not None:
+        _check_draws(draws, study, known)
+        for name in draws.names:  # a posterior replaces the prior
+            marginals.pop(name, None)
+    return _joined(study, marginals, draws), notices
+
+
+def _check_names(study: Study, known: Mapping[str, Known], in_file: Sequence[str] | None) -> None:
+    """Refuse names that the model does not have, and numbers that vary in two ways.
+
+    Args:
+        study: the study.
+        known: numbers of the model that may vary, by name.
+        in_file: names of the draws in the posterior's file; None without a posterior.
+    """
+    vary = study.vary
     for name in (*study.inputs, *vary.tolerance):
-        if name in vary.leave_out and draws is None:  # of a posterior it takes the place
+        if name in vary.leave_out and in_file is None:  # with one, the input replaces the draws left out
             raise InputError(f"{study.path}: [vary] leave_out has {name!r}, which varies by itself; keep one")
-    for name in (*study.inputs, *vary.tolerance, *(n for n in vary.leave_out if n not in drawn)):
+    of_model = [name for name in vary.leave_out if name not in (in_file or ())]
+    for name in (*study.inputs, *vary.tolerance, *of_model):
         if name == NOISE and name in known:
             raise InputError(f"{study.path}: {name!r} is drawn by [noise] already; leave it out here")
         if name not in known:
             raise InputError(
                 f"{study.path}: the model has no number {name!r} to vary, {nearest(name, known)}"
             )
+
+
+def _marginals_of_priors(study: Study, known: Mapping[str, Known]) -> dict[str, Marginal]:
+    """Priors of the tables that `[vary] priors` names.
+
+    Raises:
+        InputError: if these tables have no prior.
+    """
+    vary = study.vary
     marginals: dict[str, Marginal] = {
         name: Gaussian(n.prior.mean, n.prior.sd, n.prior.min, n.prior.max)
         for name, n in known.items()
@@ -65,8 +109,17 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
     }
     if vary.priors and not marginals:
         raise InputError(f"{study.path}: [vary] priors: none of the numbers has a prior to draw from")
-    notices += _drop_tied(marginals, study, response)
-    for name, relative in vary.tolerance.items():
+    return marginals
+
+
+def _marginals_of_tolerances(study: Study, known: Mapping[str, Known]) -> dict[str, Marginal]:
+    """Gaussians about nominal values, cut off at `CUT`.
+
+    Raises:
+        InputError: for a nominal value of zero, or a number with a distribution of its own.
+    """
+    marginals: dict[str, Marginal] = {}
+    for name, relative in study.vary.tolerance.items():
         if name in study.inputs:
             raise InputError(f"{study.path}: {name!r} has a tolerance and a table [input.{name}]; keep one")
         value = known[name].value
@@ -74,33 +127,32 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
             raise InputError(f"{study.path}: [vary] tolerance: {name} is 0, of which there is no share")
         sd = relative * abs(value)
         marginals[name] = Gaussian(value, sd, value - CUT * sd, value + CUT * sd)
-    for name, entry in study.inputs.items():
-        marginals[name] = _marginal(entry, name, known[name], study)
-    if NOISE in known and study.noise:
-        marginals[NOISE] = from_scipy("uniform", {"loc": 0.0, "scale": 1.0}, "1", str(study.path))
-    if draws is not None:
-        for name in draws.names:
-            if name not in known:
-                raise InputError(
-                    f"{draws.source}: the model has no number {name!r}, {nearest(name, known)}; or name it "
-                    "in [vary] leave_out"
-                )
-            if name in study.inputs or name in vary.tolerance:
-                raise InputError(
-                    f"{study.path}: {name!r} is in the posterior, and varies otherwise, too; keep one"
-                )
-            marginals.pop(name, None)
-    return _joined(study, marginals, draws), notices
+    return marginals
+
+
+def _check_draws(draws: Draws, study: Study, known: Mapping[str, Known]) -> None:
+    """Refuse draws of numbers that the model does not have, or that vary otherwise, too."""
+    for name in draws.names:
+        if name not in known:
+            raise InputError(
+                f"{draws.source}: the model has no number {name!r}, {nearest(name, known)}; or name it "
+                "in [vary] leave_out"
+            )
+        if name in study.inputs or name in study.vary.tolerance:
+            raise InputError(
+                f"{study.path}: {name!r} is in the posterior, and varies otherwise, too; keep one"
+            )
 
 
 def _draws_of_model(draws: Draws, study: Study, known: Mapping[str, Known]) -> tuple[Draws, list[str]]:
     """Draws of the numbers of one specimen, and sentences on what is left out.
 
-    A posterior of several specimens has their numbers as `wall_thickness__2`. The names of an expression are
-    the user's own, and stay as they are.
+    A posterior of several specimens has numbers with the number of the specimen, `wall_thickness__2`. Those
+    of the specimen that the study means get the names of the model. Names that the model has already stay.
 
     Raises:
-        InputError: if it is of several and the study does not say which one is meant, or of too few.
+        InputError: if the posterior is of several specimens and the study does not say which one is meant, or
+            if the one that it means does not exist.
     """
     wanted, left_out = study.vary.posterior_specimen, study.vary.leave_out
     parts = {name: ("", "", "") if name in known else name.partition(MARK) for name in draws.names}
@@ -122,21 +174,30 @@ def _draws_of_model(draws: Draws, study: Study, known: Mapping[str, Known]) -> t
             names.append(stem or name)
     if not kept:
         raise InputError(f"{draws.source}: [vary] leave_out leaves nothing of this posterior")
-    said = [f"of the posterior, only the numbers of specimen {wanted} play a part"] if count > 1 else []
-    return Draws(tuple(names), draws.table[:, kept], draws.source), said
+    notices = [f"of the posterior, only the numbers of specimen {wanted} play a part"] if count > 1 else []
+    return Draws(tuple(names), draws.table[:, kept], draws.source), notices
 
 
 def _drop_tied(marginals: dict[str, Marginal], study: Study, response: Response) -> list[str]:
-    """Leave out priors of numbers that follow others, unless the study names them."""
-    said = []
+    """Remove priors of numbers that follow others from `marginals`, unless the study names them.
+
+    Returns:
+        A sentence for each of them.
+    """
+    notices = []
     for name, sentence in response.tied.items():
         if name in marginals and name not in study.inputs and name not in study.vary.tolerance:
             del marginals[name]
-            said.append(f"{sentence}, so its own prior is left out")
-    return said
+            notices.append(f"{sentence}, so its own prior is left out")
+    return notices
 
 
 def _joined(study: Study, marginals: dict[str, Marginal], draws: Draws | None) -> Inputs:
+    """Inputs with their correlations; draws become marginals with a rank correlation if the study says so.
+
+    Raises:
+        InputError: for a correlation of a number that does not vary, or varies with its posterior.
+    """
     if draws is not None and study.vary.posterior_as == "copula":
         own, correlation = copula_of(draws)
         matrix = np.eye(len(marginals) + len(own))
@@ -161,22 +222,27 @@ def _joined(study: Study, marginals: dict[str, Marginal], draws: Draws | None) -
 
 
 def _marginal(entry: Mapping[str, Any], name: str, known: Known, study: Study) -> Marginal:
-    """A distribution: of SciPy; or `mean`, `sd`, `min`, `max` of a Gaussian; or `low` and `high`."""
+    """The distribution that a table `[input.NAME]` describes.
+
+    It is one of SciPy with its numbers; or a Gaussian by `mean`, `sd` and perhaps `min`, `max`; or a uniform
+    one by `low` and `high`.
+
+    Args:
+        entry: the table.
+        name: the number that varies.
+        known: its unit; any unit if that is empty. A number in kelvin is a difference of temperatures.
+        study: the study, for messages.
+
+    Raises:
+        InputError: if the table describes no distribution, or is in a unit of something else.
+    """
     where = f"{study.path}: [input.{name}]"
-    usual = known.unit or "1"
-    unit = entry.get("unit", usual)
-    if not isinstance(unit, str):
-        raise InputError(f"{where}: unit must be a name such as 'mm', but it is {unit!r}")
-    if unit not in UNITS:
-        raise InputError(f"{where}: unknown unit {unit!r}, {suggested_unit(unit, dimension_of(usual))}")
-    if known.unit and dimension_of(unit) != dimension_of(usual):
-        raise InputError(f"{where}: unit {unit!r} is one of {dimension_of(unit)}, but {name} is in {usual}")
+    unit = _unit_of(entry, name, known, where)
     numbers = {key: number_in(entry, key, where) for key in entry if key not in ("distribution", "unit")}
     if "distribution" in entry:
         if not isinstance(entry["distribution"], str):
             raise InputError(f"{where}: distribution must be a name of scipy.stats, such as 'lognorm'")
         return from_scipy(entry["distribution"], numbers, unit, where)
-    spread = usual == "K"
     if set(numbers) == {"low", "high"}:
         if not numbers["low"] < numbers["high"]:
             raise InputError(
@@ -189,6 +255,31 @@ def _marginal(entry: Mapping[str, Any], name: str, known: Known, study: Study) -
             f"{where} needs distribution and its numbers, or mean and sd (and min, max), or low and high;"
             f" it has {', '.join(entry) or 'nothing'}"
         )
+    return _gaussian(numbers, unit, known.unit == "K", where)
+
+
+def _unit_of(entry: Mapping[str, Any], name: str, known: Known, where: str) -> str:
+    """Unit of the numbers of a table; arguments as for `_marginal`, and file and table for messages."""
+    usual = known.unit or "1"
+    unit = entry.get("unit", usual)
+    if not isinstance(unit, str):
+        raise InputError(f"{where}: unit must be a name such as 'mm', but it is {unit!r}")
+    if unit not in UNITS:
+        raise InputError(f"{where}: unknown unit {unit!r}, {suggested_unit(unit, dimension_of(usual))}")
+    if known.unit and dimension_of(unit) != dimension_of(usual):
+        raise InputError(f"{where}: unit {unit!r} is one of {dimension_of(unit)}, but {name} is in {usual}")
+    return unit
+
+
+def _gaussian(numbers: Mapping[str, float], unit: str, is_difference: bool, where: str) -> Marginal:
+    """A Gaussian by `mean`, `sd` and perhaps `min`, `max`.
+
+    Args:
+        numbers: these, in `unit`.
+        unit: their unit.
+        is_difference: true if the mean is a difference of temperatures, which has no zero to be shifted.
+        where: file and table, for messages.
+    """
     if numbers["sd"] <= 0.0:
         raise InputError(f"{where}: sd = {numbers['sd']:g} must be more than 0")
     low, high = numbers.get("min", -np.inf), numbers.get("max", np.inf)
@@ -196,7 +287,7 @@ def _marginal(entry: Mapping[str, Any], name: str, known: Known, study: Study) -
         raise InputError(f"{where}: min = {low:g} must be less than max = {high:g}")
     if not (low - 5.0 * numbers["sd"] < numbers["mean"] < high + 5.0 * numbers["sd"]):
         raise InputError(f"{where}: mean = {numbers['mean']:g} lies more than 5 sd outside of min and max")
-    mean, low, high = (to_si(x, unit, difference=spread) for x in (numbers["mean"], low, high))
+    mean, low, high = (to_si(x, unit, difference=is_difference) for x in (numbers["mean"], low, high))
     return Gaussian(mean, to_si(numbers["sd"], unit, difference=True), low, high)
 
 
@@ -207,9 +298,9 @@ def read_draws(place: Path) -> Draws:
         place: its folder, or the file `posterior.nc` in it.
 
     Raises:
-        InputError: if there are none.
+        InputError: if there is no such file, or it has too few draws or any that is not finite.
     """
-    file = place / FILE if place.is_dir() else place
+    file = place / POSTERIOR_FILE if place.is_dir() else place
     if not file.exists():
         raise InputError(f"{file}: there is no such file; `pneusma posterior` leaves one")
     with hdf5.opened(file, str(file), "a posterior of `pneusma posterior`") as content:
@@ -225,6 +316,6 @@ def read_draws(place: Path) -> Draws:
         if not columns:
             raise InputError(f"{file}: there are no draws in it; `pneusma posterior` leaves some")
         table = np.stack(list(columns.values()), axis=1)
-    if len(table) < 10 or not np.all(np.isfinite(table)):
+    if len(table) < FEWEST_DRAWS or not np.all(np.isfinite(table)):
         raise InputError(f"{file}: {counted(len(table), 'draw')}: too few, or some are not finite")
     return Draws(tuple(columns), table, str(file))

@@ -13,7 +13,7 @@ from pneusma_jax.errors import InputError, nearest
 
 from .evaluate import Evaluator
 from .inputs import Inputs
-from .inputs_of import FILE, inputs_of, plain_marginals, read_draws
+from .inputs_of import POSTERIOR_FILE, inputs_of, plain_marginals, read_draws
 from .quantities import Columns, check_quantities, row_function
 from .responses import Response
 from .responses_of import response_of
@@ -100,7 +100,7 @@ class Problem:
         files = self.response.files
         if self.study.vary.posterior is not None:
             place = self.study.folder / self.study.vary.posterior
-            files = (*files, place / FILE if place.is_dir() else place)
+            files = (*files, place / POSTERIOR_FILE if place.is_dir() else place)
         return fingerprint(self.study, tuple(map(Path, files)), version("pneusma-jax"))
 
     @property
