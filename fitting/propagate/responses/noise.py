@@ -1,4 +1,8 @@
-"""White noise along the course of a channel, as one input of a study that picks it."""
+"""White noise of channels: one more input of a study, a number that selects the noise of a whole row.
+
+A channel is what a recording has a column of, such as a pressure. A row of a study is one sample of all its
+inputs. Of a study over time, a channel of a row is a series.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -13,16 +17,15 @@ from pneusma_jax.units import dimension_of, to_si, unit_of_column
 from .response import NOISE, Known
 
 BITS = 32
-"""Number of bits of the number that picks the noise of a row: the seeds of JAX's random numbers have as
-many."""
+"""Number of bits of the seed that selects the noise of a row, as many as a seed of JAX can have."""
 
 
 @dataclass(frozen=True)
 class WhiteNoise:
     """Independent noise at each point of some channels.
 
-    A row's noise follows from one number, the input `noise`: the same number gives the same noise wherever
-    the row is computed. It is one input, so it has one index beside the other inputs.
+    A row's noise follows from one number, the input `noise`. The same number gives the same noise wherever
+    the row is computed. As one input it has one sensitivity index, like every other.
 
     Attributes:
         sd: standard deviation [SI] by channel.
@@ -32,15 +35,18 @@ class WhiteNoise:
 
     @property
     def known(self) -> dict[str, Known]:
-        """The number that picks the noise: from 0 to 1, and without noise where it is negative."""
+        """The input `noise`: a number from 0 to 1, or a negative one for no noise, its value by default."""
         return {NOISE: Known(-1.0, "1")} if self.sd else {}
 
     def on(self, channels: Mapping[str, Array], values: Mapping[str, Array]) -> dict[str, Array]:
         """Channels with a row's noise.
 
         Args:
-            channels: [SI], any shapes.
-            values: values of the row; no noise is added if `noise` is not among them.
+            channels: values [SI] by channel, of any shapes.
+            values: inputs of the row, by name; no noise is added if `noise` is not among them.
+
+        Returns:
+            Channels in the same shapes. Martensite fractions, whose names begin with `xi0`, stay in 0 to 1.
         """
         found = dict(channels)
         if NOISE not in values:
@@ -60,7 +66,8 @@ def noise_of(stated: Mapping[str, float], channels: Mapping[str, str], where: st
     """The noise that a study states.
 
     Args:
-        stated: 1-sigma by column with its unit, `pressure_kPa`.
+        stated: 1-sigma by column. Its name is the channel with a unit, `pressure_kPa`, or a channel without a
+            unit alone.
         channels: channels that can have noise, with an example of a unit of each.
         where: file and table, for messages.
 
@@ -71,8 +78,8 @@ def noise_of(stated: Mapping[str, float], channels: Mapping[str, str], where: st
     for column, sd in stated.items():
         name, unit = (column, "1") if column in channels else _split(column)
         if name not in channels:
-            shown = {c if unit == "1" else f"{c}_{unit}" for c, unit in channels.items()}
-            raise InputError(f"{where}: the model has no channel {column!r}, {nearest(column, shown)}")
+            columns = {c if of == "1" else f"{c}_{of}" for c, of in channels.items()}
+            raise InputError(f"{where}: the model has no channel {column!r}, {nearest(column, columns)}")
         if dimension_of(unit) != dimension_of(channels[name]):
             raise InputError(
                 f"{where}: {column} must be a {dimension_of(channels[name])}, such as in {channels[name]}"
@@ -82,10 +89,11 @@ def noise_of(stated: Mapping[str, float], channels: Mapping[str, str], where: st
 
 
 NoiseFor = Callable[[Mapping[str, str]], WhiteNoise]
-"""The noise that a study states, of a model whose channels are given, each with a unit; see `noise_of`."""
+"""`noise_of` for one study: the argument is the channels of the model, each with a unit."""
 
 
 def _split(column: str) -> tuple[str, str]:
+    """Channel and unit of a column's name; the unit is 1 for a name that ends with no unit."""
     try:
         return unit_of_column(column)
     except InputError:
