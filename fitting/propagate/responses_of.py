@@ -2,11 +2,12 @@
 
 import functools
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from fitting.data.protocols.reading import load_protocol, protocol_examples
-from fitting.data.recordings import read_campaign, schema
+from fitting.data.recordings import Recording, read_campaign, schema
 from fitting.simulate.state import described_actuator
 from fitting.specimens.model_objects import BASE
 from fitting.specimens.saved_models import AugmentedModel, load_model
@@ -25,7 +26,9 @@ from .responses.noise import NoiseFor, noise_of
 from .responses.state import state_response, workspace_response
 from .study import Study
 
-SPECIMEN = ("design", "alloy", "material", "geometry", "model")
+TABLES = ("design", "alloy", "material")
+"""Keys of `[model]` that name a table of constants."""
+SPECIMEN = (*TABLES, "geometry", "model")
 KEYS = {
     "state": SPECIMEN,
     "workspace": SPECIMEN,
@@ -59,7 +62,7 @@ def response_of(study: Study, nominal: Mapping[str, float]) -> Response:
         return expression_response(model, nominal, where)
     augmented = load_model(_place(study, model["model"])) if "model" in model else BASE
     known = {key: value for key, value in augmented.tables.items()}
-    for key in ("design", "alloy", "material"):
+    for key in TABLES:
         if key in model:
             known[key] = _place(study, model[key])
     if through == "recording":
@@ -75,14 +78,28 @@ def response_of(study: Study, nominal: Mapping[str, float]) -> Response:
         return chain_response(chain, rest, augmented, model, _noise_for(study), where)
     if not known.get("design", "pneusma2").endswith(".toml"):
         word_of(known.get("design", "pneusma2"), (*schema.DESIGNS, *examples()), f"{where} design")
-    specimen = described_actuator(None, known | _geometry(model, where), where)
+    geometry, notices = _geometry(model, where)
+    specimen = described_actuator(None, known | geometry, where)
+    response = _of_actuator(study, specimen, augmented, where)
+    return replace(response, notices=(*response.notices, *notices))
+
+
+def _of_actuator(study: Study, specimen: Recording, model: AugmentedModel, where: str) -> Response:
+    """The response of one actuator: a state, a workspace, a protocol or a closed loop.
+
+    Args:
+        study: the study.
+        specimen: recording that describes the actuator.
+        model: model on disk, or the base model.
+        where: file and table, for messages.
+    """
+    through, noise_for = study.model["through"], _noise_for(study)
     if through == "protocol":
-        return _protocol(study, specimen, augmented, where)
+        return _protocol(study, specimen, model, where)
     if through == "closed_loop":
-        points = _points(model, where)
-        return loop_response(specimen, augmented, model, points, _noise_for(study), where)
+        return loop_response(specimen, model, study.model, _points(study.model, where), noise_for, where)
     build = state_response if through == "state" else workspace_response
-    return build(specimen, augmented, model, _noise_for(study), where)
+    return build(specimen, model, study.model, noise_for, where)
 
 
 def _noise_for(study: Study) -> NoiseFor:
@@ -111,11 +128,24 @@ def _place(study: Study, name: Any) -> str:
     return str((study.folder / name).resolve()) if is_path else name
 
 
-def _geometry(model: Mapping[str, Any], where: str) -> dict[str, Any]:
-    table = model.get("geometry", {})
-    if not isinstance(table, dict):
+def _geometry(model: Mapping[str, Any], where: str) -> tuple[dict[str, Any], list[str]]:
+    """Dimensions of the actuator, and notices about tables of constants that are named among them.
+
+    Tables stand in `[model]` itself. Studies that name them in its `geometry` are read as well.
+
+    Raises:
+        InputError: if a table is named in both places, and not alike.
+    """
+    geometry, notices = model.get("geometry", {}), []
+    if not isinstance(geometry, dict):
         raise InputError(f"{where} geometry must be a table of dimensions, as beside a recording")
-    return table
+    for key in (key for key in TABLES if key in geometry):
+        if model.get(key, geometry[key]) != geometry[key]:
+            raise InputError(
+                f"{where}: {key} is {model[key]!r} here and {geometry[key]!r} in geometry; keep the first"
+            )
+        notices.append(f"{key} is named in [model] geometry; name it in [model] itself")
+    return geometry, notices
 
 
 def _points(model: Mapping[str, Any], where: str) -> int:
@@ -125,7 +155,7 @@ def _points(model: Mapping[str, Any], where: str) -> int:
     return points
 
 
-def _protocol(study: Study, specimen: Any, model: AugmentedModel, where: str) -> Response:
+def _protocol(study: Study, specimen: Recording, model: AugmentedModel, where: str) -> Response:
     name = study.model.get("protocol")
     if name is None:
         raise InputError(f"{where} needs protocol, a file or one of {', '.join(protocol_examples())}")

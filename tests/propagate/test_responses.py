@@ -55,6 +55,16 @@ def test_priors_of_all_tables_vary_but_for_what_follows_others(state):
     assert {"alloy.density", "silicone.density"} <= set(names), "a name of two tables has its table before it"
 
 
+def test_a_table_among_the_dimensions_is_read_and_told(write):
+    """It took the place of the one that `[model]` names, in silence."""
+    here, there = 'alloy = "krl45"\n', 'geometry = {alloy = "krl45"}\n'
+    told = [problem_of(write, STATE + more + "[vary]\npriors = true\n") for more in (here, there, here + there)]
+    line = "alloy is named in [model] geometry; name it in [model] itself"
+    assert [line in problem.notices for problem in told] == [False, True, True]
+    expected = pj.load_calibration("krl45").quantities["ka_1"].value
+    assert [problem.response.known["ka_1"].value for problem in told] == [expected] * 3
+
+
 @pytest.mark.slow
 def test_rows_of_states_are_those_of_the_model(state):
     random = np.random.default_rng(0)

@@ -50,6 +50,7 @@ CASES = {
     "a driver that falls": (STATE.replace("30.0", "[30.0, 10.0]"), "must rise"),
     "no such design": (STATE.replace("pneusma2", "pneusma7"), "study.toml: [model] design is 'pneusma7', did you mean 'pneusma"),
     "no such alloy": (STATE.replace('"pneusma2"', '"pneusma2"\nalloy = "krl99"'), "study.toml: [model]: alloy: no table of constants is called 'krl99', did you mean 'krl45'? Known of kind alloy: krl35, krl45,"),
+    "an alloy in two places": (STATE.replace('"pneusma2"', '"pneusma2"\nalloy = "krl35"\ngeometry = {alloy = "krl45"}'), "keep the first"),
     "a chain as an actuator": (STATE.replace('"pneusma2"', '"orthogonal_chain"'), "is a chain"),
     "no such number": (STATE.replace("G_m", "G_n"), "no number 'G_n' to vary, did you mean"),
     "a unit of something else": (STATE.replace("GPa", "mm"), "unit 'mm' is one of length"),
