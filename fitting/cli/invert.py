@@ -18,10 +18,16 @@ from ._common import (
     tell_unused,
 )
 
-SINGLE = ("curvature_1pm", "bend_angle_deg", "length_mm")
-PLACE = ("tip_mm", "direction")
+GOALS = ("curvature_1pm", "bend_angle_deg", "length_mm")
+"""Options that state a goal of an actuator by one number; they are columns of targets, too."""
+VECTOR_GOALS = ("tip_mm", "direction")
+"""Options that state a goal by three numbers, for columns such as `tip_x_mm` and `direction_x`."""
 USUAL_DESIGN = "pneusma2"
+"""Design where neither an option nor the model states one."""
 OF_SPRINGS = {"alloy": "--alloy", "xi0_min": "--xi0-min", "xi0_max": "--xi0-max"}
+"""Options that mean nothing for a design without springs."""
+MOST_TARGETS_WITH_ALL_WAYS = 20
+"""Maximum number of targets for which other solutions are looked for, too: each costs further searches."""
 
 
 @click.command("invert")
@@ -97,8 +103,8 @@ def invert_command(**options: Any) -> None:
     limits = Limits((1e3 * options["least"], 1e3 * options["most"]), options["xi0_min"], options["xi0_max"])
     model = model_of(options["model"], {"design": design} | {k: options[k] for k in ("alloy", "material")})
     design = design or model.tables.get("design", USUAL_DESIGN)
-    acts = any(changes_states(effect) for effect in model.effects)
-    if acts and (lumen is not None or targets.time is not None):
+    changes = any(changes_states(effect) for effect in model.effects)
+    if changes and (lumen is not None or targets.time is not None):
         raise click.UsageError(
             "effects of --model have no history here: give targets without time, and no --lumen"
         )
@@ -106,8 +112,8 @@ def invert_command(**options: Any) -> None:
         model.tables.get(key) if options[key] is None else table_argument(options[key])
         for key in ("alloy", "material")
     ]
-    with Steps("inverting", plain=True) as told:
-        told("compiling, which takes longest the first time, and solving")
+    with Steps("inverting", plain=True) as progress:
+        progress("compiling, which takes longest the first time, and solving")
         inverse = Inverse(design, limits, *tables, options["seed"], model)
         for sentence in remarks_on_states(model, design):
             notice(sentence)
@@ -115,23 +121,28 @@ def invert_command(**options: Any) -> None:
             tell_unused(OF_SPRINGS, "there is no spring")
         if lumen is not None:
             result = pass_through(inverse, lumen, 1e-3 * (options["clearance_mm"] or 0.0))
-            good = result.passes
+            reached = result.passes
         elif targets.time is not None:
             result = follow(inverse, targets.goals, targets.wanted, targets.time)
-            good = bool(result.inversion.met.all())
+            reached = bool(result.inversion.met.all())
         else:
-            result = inverse.solve(targets.goals, targets.wanted, all_ways=len(targets.wanted) <= 20)
-            good = bool(result.met.all())
+            all_ways = len(targets.wanted) <= MOST_TARGETS_WITH_ALL_WAYS
+            result = inverse.solve(targets.goals, targets.wanted, all_ways)
+            reached = bool(result.met.all())
     click.echo(text(result))
     if options["out"] is not None:
         done(save(result, options["out"], options["force"]))
-    raise SystemExit(0 if good else 1)
+    raise SystemExit(0 if reached else 1)
 
 
 def _wanted(options: dict[str, Any]) -> dict[str, list[float]]:
-    """Columns of the one target that options describe; refuses what contradicts each other."""
-    columns = {name: [options[name]] for name in SINGLE if options[name] is not None}
-    for name in PLACE:
+    """Columns of the one target that options describe; empty for `--targets` and `--lumen`.
+
+    Raises:
+        UsageError: if options say in no way what is wanted, or in more than one.
+    """
+    columns = {name: [options[name]] for name in GOALS if options[name] is not None}
+    for name in VECTOR_GOALS:
         if options[name]:
             stem, _, unit = name.partition("_")
             columns |= {
