@@ -129,9 +129,9 @@ def improbable_shifts(free: Parameters, values: Mapping[str, float]) -> dict[str
     """Shifts of constants from their priors where chance hardly makes such shifts, by name.
 
     A shift is in standard deviations of the prior. If priors and law are right, the sum of squares of all
-    shifts is distributed like chi-square with as many degrees of freedom as there are priors, or is smaller.
-    It is smaller where recordings tell little, and then hides a single constant that moved far. So the
-    largest shift is tested, too.
+    shifts is at most distributed like chi-square. It has one degree of freedom for each prior. Where
+    recordings tell little the sum is smaller, and hides a single constant that moved far. So the largest
+    shift is tested, too.
 
     Args:
         free: free parameters, with priors or without.

@@ -1,7 +1,7 @@
 """The inputs that a study's `[vary]`, `[input]` and `[[correlation]]` describe.
 
-A number of the model may vary by its prior, by a relative tolerance, by a distribution that the study states,
-or with the draws of a posterior. Each of the last three replaces the prior.
+A number of the model may vary by its prior. A relative tolerance, a distribution that the study states, and
+the draws of a posterior each replace the prior.
 """
 
 from collections.abc import Mapping, Sequence
@@ -51,8 +51,8 @@ def inputs_of(study: Study, response: Response) -> tuple[Inputs, list[str]]:
         response: its model, which knows the numbers that may vary.
 
     Raises:
-        InputError: for a name that the model does not have, a table that describes no distribution, a number
-            that varies in two ways, or correlations that no inputs can have.
+        InputError: for an unknown name, a table that describes no distribution, a number that varies in two
+            ways, or correlations that no inputs can have.
     """
     vary, known, notices = study.vary, response.known, []
     draws = None if vary.posterior is None else read_draws(study.folder / vary.posterior)
@@ -151,8 +151,8 @@ def _draws_of_model(draws: Draws, study: Study, known: Mapping[str, Known]) -> t
     of the specimen that the study means get the names of the model. Names that the model has already stay.
 
     Raises:
-        InputError: if the posterior is of several specimens and the study does not say which one is meant, or
-            if the one that it means does not exist.
+        InputError: if the study does not say which of several specimens is meant, or means one that is not
+            in the posterior.
     """
     wanted, left_out = study.vary.posterior_specimen, study.vary.leave_out
     parts = {name: ("", "", "") if name in known else name.partition(MARK) for name in draws.names}
@@ -224,8 +224,8 @@ def _joined(study: Study, marginals: dict[str, Marginal], draws: Draws | None) -
 def _marginal(entry: Mapping[str, Any], name: str, known: Known, study: Study) -> Marginal:
     """The distribution that a table `[input.NAME]` describes.
 
-    It is one of SciPy with its numbers; or a Gaussian by `mean`, `sd` and perhaps `min`, `max`; or a uniform
-    one by `low` and `high`.
+    With `distribution` it is one of SciPy. With `mean`, `sd` and perhaps `min`, `max` it is a Gaussian. With
+    `low` and `high` it is uniform.
 
     Args:
         entry: the table.

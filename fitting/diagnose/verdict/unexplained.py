@@ -65,11 +65,11 @@ def _by_score_and_misfit(
     The misfit is a reduced chi-square less what noise explains. That of fitted recordings is less what drift
     explains, too. It is large enough in four cases:
 
-    - Both recordings that are fitted and those that are scored have a little of it.
-    - Either of them has clearly much, drift included.
-    - Fitted recordings have more than chance makes, their noise is stated, and no simulated null has so
-      large a score. What is missing need not act in the others. Only a faint misfit must show there, too.
-    - The noise is stated, and recordings that were not fitted are missed beyond drift.
+    - Fitted and scored recordings both have at least a little of it.
+    - Fitted or scored recordings have clearly much, drift included.
+    - Fitted recordings have more than chance makes, the noise is stated, and no simulated null has so large
+      a score. Missing physics need not act in scored recordings. Only a faint misfit must show there, too.
+    - The noise is stated, and recordings that were not fitted are missed by more than drift explains.
 
     The arguments are those of `contradicted`.
     """
@@ -128,10 +128,10 @@ def chance_without_a_name(
 ) -> tuple[float, bool]:
     """P-value of a mismatch without a named effect, and whether it is only an upper bound.
 
-    It is the smallest of two or three p-values, times their number: that of the strongest score, of the whole
-    misfit, and of the discrepancy where it decides. Noise gives a Bayes factor of k with a probability of at
-    most 1/k (Markov's inequality, for one prior). Of 272 simulated nulls 1.5 % had a log Bayes factor of 1,
-    none of 3.
+    It is the smallest of two or three p-values, times their number. They are those of the strongest score, of
+    the whole misfit, and of the discrepancy where it decides. Noise gives a Bayes factor of k with a
+    probability of at most 1/k (Markov's inequality, for one prior). Of 272 simulated nulls 1.5 % had a log
+    Bayes factor of 1, none of 3.
 
     Args:
         explanation: result of the search.

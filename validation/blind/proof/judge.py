@@ -1,8 +1,8 @@
 """Judgement of one report against its truth, by the rules of the trial.
 
-A truth names by slug what the generator concealed in a case. A case belongs to a group by what is concealed
-(docs/proof.md): nothing (`null`, `readout`), one effect (`single`, `masked`), two (`pair`), or physics
-that the catalogue does not hold (`outside`).
+A truth names by slug what the generator concealed in a case. The group of a case says what that is
+(docs/proof.md). It is nothing (`null`, `readout`), one effect (`single`, `masked`), two effects (`pair`), or
+physics that the catalogue does not hold (`outside`).
 """
 
 import numpy as np
