@@ -45,10 +45,10 @@ from .next_test import NextTest, next_test
 from .plateaus import plateaus
 from .profiles import profiles, with_other_fits
 from .scores import Score, scores
-from .search import best_of_readings, order, readings_of
+from .search import Fitted, best_of_readings, order, readings_of
 from .stages import UNLOADING, Stage
 from .stand_tests import STATED, Phase, Softer, StandTest
-from .valleys import fits_aside, valleys, with_valleys
+from .valleys import Valley, fits_aside, valleys, with_valleys
 from .zeros import zeros
 
 STARTS = 3
@@ -177,24 +177,83 @@ def characterise_spring(
     quantities, identify = priors.alloy_quantities(campaign, ALLOY, base)
     known = None if identify else Alloy(**{name: q.value for name, q in quantities.items()})
     readings = readings_of(recordings, phases, known, softer)
-    stage_progress = Stages(progress, (FITS, ZERO, *([PROFILE] if profile else []), LAST))
-    fits = stage_progress.of(FITS)
-    found, best = best_of_readings(campaign, readings, base, identify, adjust or {}, starts, seed, fits)
-    chosen = found[best]
-    begun = _beside_zeros(chosen.single, stage_progress.of(ZERO))
-    single, (profiled, last) = _profiled_to_the_end(begun, profile, stage_progress)
-    of_memory = identify and not {*profiled}.isdisjoint(UNLOADING)
-    others = valleys(single, fits_aside(single, stage_progress.of(FITS))) if of_memory else ()
+    stages = Stages(progress, (FITS, ZERO, *([PROFILE] if profile else []), LAST))
+    tried, best = best_of_readings(
+        campaign, readings, base, identify, adjust or {}, starts, seed, stages.of(FITS)
+    )
+    found = _searched_to_the_end(tried[best].single, profile, identify, stages)
+    return _characterisation(campaign, quantities, identify, tried, best, found, seed, stages.of(LAST, 2))
+
+
+@dataclass(frozen=True)
+class _Searched:
+    """The best fit of a search that no profile improves, and what else the search found.
+
+    Attributes:
+        single: the fit, with the errors of the best start alone.
+        profiled: profile likelihoods by parameter.
+        lasting: zeros of force and resistance that are off or drift.
+        others: valleys of the misfit beside that of the fit.
+    """
+
+    single: Joint
+    profiled: dict[str, Profile]
+    lasting: Lasting
+    others: tuple[Valley, ...]
+
+
+def _searched_to_the_end(
+    fit: Joint, profile: int | Sequence[str], identify: bool, stages: Stages
+) -> _Searched:
+    """Zeros, profiles and valleys of the best reading's fit.
+
+    Args:
+        fit: joint fit of the best reading.
+        profile, identify: as in `characterise_spring` and its result.
+        stages: tells the progress of each stage.
+    """
+    begun = _beside_zeros(fit, stages.of(ZERO))
+    single, (profiled, lasting) = _profiled_to_the_end(begun, profile, stages)
+    memory_is_profiled = identify and not {*profiled}.isdisjoint(UNLOADING)
+    others = valleys(single, fits_aside(single, stages.of(FITS))) if memory_is_profiled else ()
+    return _Searched(single, profiled, lasting, others)
+
+
+def _characterisation(
+    campaign: Campaign,
+    quantities: dict[str, Quantity],
+    identify: bool,
+    tried: Sequence[Fitted],
+    best: int,
+    found: _Searched,
+    seed: int,
+    progress: Callable[[str], None],
+) -> SpringCharacterisation:
+    """The result, with what follows from the fits: information, next test, scores and notices.
+
+    Args:
+        campaign: the campaign.
+        quantities: constants of the alloy that the fits started from.
+        identify: true if the alloy was identified.
+        tried: every reading of the tests, fitted.
+        best: index of the best one.
+        found: its fit, searched to the end.
+        seed: seed of all draws.
+        progress: called with a word for each of two steps.
+    """
+    chosen, single, profiled = tried[best], found.single, found.profiled
     joint = spanned(single)
     tests = joint.problem.tests
     fitted = [test for test in tests if test.fitted]
-    closing = stage_progress.of(LAST, 2)
-    closing("what the tests tell")
+    progress("what the tests tell")
     fisher = information(joint.problem, joint.parameters)
-    closing("the next test")
+    progress("the next test")
     further = next_test(joint.problem, joint.parameters, fisher, identify)
-    told = single.result.uncertainty
-    drifting = covariance_beside_zeros(last, fisher.names, told.covariance, told.names)
+    uncertainty, recordings = single.result.uncertainty, campaign.fittable("spring")
+    drifting = covariance_beside_zeros(
+        found.lasting, fisher.names, uncertainty.covariance, uncertainty.names
+    )
+    all_ends = (*single.starts, *(valley.start for valley in found.others))
     return SpringCharacterisation(
         title=campaign.title,
         identify=identify,
@@ -205,20 +264,20 @@ def characterise_spring(
         start=chosen.start,
         information=fisher,
         identifiability=_identifiability(fisher, joint, chosen.start, fitted, profiled),
-        modes=tuple(other_modes(replace(single, starts=(*single.starts, *(one.start for one in others))))),
-        profiles=with_valleys(with_other_fits(profiled, single), others),
+        modes=tuple(other_modes(replace(single, starts=all_ends))),
+        profiles=with_valleys(with_other_fits(profiled, single), found.others),
         scores=tuple(scores(joint.problem, joint.values)),
         next_test=further,
         real=all_real(recordings),
         notices=(
-            *order(found, best),
+            *order(tried, best),
             *(_exact_diameter(joint.parameters) if identify else _held(joint)),
             *notices_of(recordings, joint.parameters),
         ),
         seed=seed,
         softer=chosen.reading.softer,
         combinations=tuple(plateaus(single, quantities, fitted, profiled, drifting)),
-        lasting=last,
+        lasting=found.lasting,
         path=campaign.path,
     )
 
