@@ -1,4 +1,8 @@
-"""Tables of the fit of an elastomer."""
+"""Tables of the fit of an elastomer: of one law's constants, of all laws, of their drift, of the next test.
+
+Every law is fitted to the whole curve, to ranges of growing reach, and to the curve with gaps
+(`fitting.calibrate.elastomer.held_out`).
+"""
 
 from collections.abc import Sequence
 
@@ -12,24 +16,26 @@ from ..cells import number, relative, with_error
 from ..characterisation import ERRORS, estimate_text, remark
 from ..table import Table
 
-LAWS = (
+LAWS_NOTE = (
     "Best first, by error in gaps of the curve; the law taken is emphasised. Free: constants. Errors "
     "are root mean square or relative (Eq. 2.52 with absolute differences). Next: error on the stretch that "
     "follows a fitted range, geometric mean over the ranges. AICc and BIC count independent samples and are "
     "differences to the best law."
 )
-MODULI = "Initial shear modulus in kPa, ± one standard error."
-NEXT_TEST = (
+MODULI_NOTE = "Initial shear modulus in kPa, ± one standard error."
+NEXT_TEST_NOTE = (
     "Expected root mean square error of the stress over an actuator's strains, after each test, "
     "and its causes."
 )
 
 
 def _kilopascal(value: float | None) -> str:
+    """A cell with a stress, given in Pa."""
     return number(None if value is None else value / 1e3)
 
 
 def _percent(value: float | None) -> str:
+    """A cell with a relative error, given as a number [1]."""
     return number(None if value is None else 100.0 * value)
 
 
@@ -47,11 +53,14 @@ def parameter_table(result: ElastomerCharacterisation) -> Table:
 
 
 def law_table(analysis: Analysis) -> Table:
-    """Table of every law with its errors, best first."""
-    validation = any(held.validation for held in analysis.held.values())
-    recordings = any(held.recordings for held in analysis.held.values())
+    """Table of every law with its errors, best first.
+
+    It has columns for errors on other recordings only if some law was tested on such recordings.
+    """
+    has_validation = any(held.validation for held in analysis.held.values())
+    has_others = any(held.recordings for held in analysis.held.values())
     header = ["law", "free", "fit kPa", "gaps kPa", "gaps %", "next %"]
-    header += ["other pull kPa"] * recordings + ["validation kPa"] * validation
+    header += ["other pull kPa"] * has_others + ["validation kPa"] * has_validation
     header += ["dAICc", "dBIC", "monotone"]
     rows = []
     for ranked in analysis.choice.ranked:
@@ -63,18 +72,21 @@ def law_table(analysis: Analysis) -> Table:
             _kilopascal(held.ranges[-1].inside.rmse),
         ]
         row += [_kilopascal(gaps and gaps.rmse), _percent(gaps and gaps.rpd), _percent(held.extrapolation)]
-        for wanted, transfers in ((recordings, held.recordings), (validation, held.validation)):
-            if wanted:
+        for has_column, transfers in ((has_others, held.recordings), (has_validation, held.validation)):
+            if has_column:
                 squares = [t.score.rmse**2 for t in transfers.values()]
                 row.append(_kilopascal(float(np.sqrt(np.mean(squares))) if squares else None))
         row += [number(ranked.aicc, ".1f"), number(ranked.bic, ".1f")]
         rows.append([*row, "yes" if ranked.usable else "NO"])
     names = [ranked.name for ranked in analysis.choice.ranked]
-    return Table(header, rows, LAWS, names.index(analysis.choice.chosen))
+    return Table(header, rows, LAWS_NOTE, chosen=names.index(analysis.choice.chosen))
 
 
 def drift_table(analysis: Analysis) -> Table:
-    """Table of every law's initial shear modulus, and error beyond the range, over the range of its fit."""
+    """Table of every law's initial shear modulus, fitted to ranges of growing reach, and its largest drift.
+
+    The drift is that of the constant that moves by most of its standard errors.
+    """
     reaches = [r.reach for r in next(iter(analysis.held.values())).ranges]
     header = ["law", *(f"to stretch {reach:.3g}" for reach in reaches), "largest drift"]
     rows = []
@@ -83,20 +95,24 @@ def drift_table(analysis: Analysis) -> Table:
         for r in analysis.held[ranked.name].ranges:
             modulus, sd = r.fit.shear_modulus()
             cells.append(with_error(modulus / 1e3, sd / 1e3) if sd != 0.0 else _kilopascal(modulus))
-        moving = [d for d in analysis.drifts[ranked.name] if d.drifts]
-        worst = max(moving, key=lambda d: d.errors, default=None)
-        remark = f"{worst.constant} {worst.errors:.0f} sd" if worst else "none"
-        rows.append([analysis.fits[ranked.name].law.label, *cells, remark])
-    return Table(header, rows, MODULI)
+        drifting = [d for d in analysis.drifts[ranked.name] if d.drifts]
+        worst = max(drifting, key=lambda d: d.errors, default=None)
+        largest = f"{worst.constant} {worst.errors:.0f} sd" if worst else "none"
+        rows.append([analysis.fits[ranked.name].law.label, *cells, largest])
+    return Table(header, rows, MODULI_NOTE)
 
 
 def next_test_table(test: NextTest, causes: Sequence[str]) -> Table:
-    """Table of the remaining error of the stress now and after each test, with its causes; the best test is
-    marked."""
+    """Table of the expected error of the stress now and after each test; the first test is the best.
+
+    Args:
+        test: the comparison of possible next tests.
+        causes: causes of the error, as named in it; each has a column.
+    """
     header = ["test", "error left (kPa)", *(f"from {cause}" for cause in causes), "information (nats)"]
     now = [_kilopascal(test.error_before), *(_kilopascal(test.before[cause]) for cause in causes)]
     rows = [["as it stands", *now, ""]]
     for candidate in test.candidates:
         errors = [candidate.error_after, *(candidate.after[cause] for cause in causes)]
         rows.append([candidate.text, *map(_kilopascal, errors), number(candidate.information, ".2g")])
-    return Table(header, rows, NEXT_TEST, 1)
+    return Table(header, rows, NEXT_TEST_NOTE, chosen=1)  # row 0 is the present state, and 1 the best test
