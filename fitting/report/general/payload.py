@@ -16,26 +16,39 @@ from . import text, wires
 
 
 def _named(column: str, measures: dict[str, float]) -> dict[str, float]:
-    """Measures by name with the column. Those of a stress are in MPa, as for alloys."""
+    """Measures of errors, where the names of those with a unit end with it: `mae_strain_pct`.
+
+    A report states stresses in MPa, like the calibrations of alloys.
+
+    Args:
+        column: column of the output, with its unit.
+        measures: measures by their short names, see `fitting.inference.metrics`.
+    """
     unit = "MPa" if column == "stress_MPa" else column
     renamed = {"mae": f"mae_{unit}", "rmse": f"rmse_{unit}"}
     return {renamed.get(name, name): value for name, value in measures.items()}
 
 
 def _by_column(found: dict[str, dict[str, float]]) -> dict[str, Any] | None:
-    """Measures of the first column, with those of others under `others`."""
+    """Measures of the first column, with those of further columns under `others`.
+
+    Args:
+        found: measures by column, the main output first; empty where no row was scored.
+    """
     if not found:
         return None
-    first, *more = found.items()
-    others = {column: _named(column, m) for column, m in more}
-    return {**_named(*first), **({"others": others} if others else {})}
+    main, *further = found.items()
+    others = {column: _named(column, measures) for column, measures in further}
+    return {**_named(*main), **({"others": others} if others else {})}
 
 
 def _score_json(score: Score) -> dict[str, Any]:
+    """Errors of one output of one recording."""
     return {"role": score.role, **_named(score.column, score.metrics), "rms_over_noise": score.rms_over_noise}
 
 
 def _model_json(result: GeneralCharacterisation) -> dict[str, Any]:
+    """Effects of the model on disk that was fitted, and its fixed numbers; empty for the base model."""
     if result.model is None:
         return {}
     fixed = {
@@ -54,7 +67,7 @@ def _model_json(result: GeneralCharacterisation) -> dict[str, Any]:
 
 
 def _half_way(result: GeneralCharacterisation) -> dict[str, Any]:
-    """Temperature at which a wire is half transformed, if its recordings show it."""
+    """Entry `half_way`: temperatures at which a wire is half transformed; empty if no recording shows it."""
     found = wires.middle(result) if result.specimen is WIRE else {}
     return {"half_way": found} if found else {}
 
@@ -63,7 +76,7 @@ def content(result: GeneralCharacterisation) -> dict[str, Any]:
     """The content of `report.json`."""
     return characterisation.content(
         result.kind, result.title, result.real, text.verdict(result), result.parameters,
-        text.warnings(result), result.seed, _more(result),
+        text.warnings(result), result.seed, _details(result),
     )  # fmt: skip
 
 
@@ -72,14 +85,15 @@ def most_rows(result: GeneralCharacterisation) -> int:
     return MOST_ROWS if result.model is None else result.model.most_rows
 
 
-def _more(result: GeneralCharacterisation) -> dict[str, Any]:
-    fit, per = result.fit, {}
+def _details(result: GeneralCharacterisation) -> dict[str, Any]:
+    """Entries that only reports of these kinds have: errors, model, notices, next test, how the fit went."""
+    fit, scores = result.fit, {}
     for score in result.scores:
-        per.setdefault(score.name, {})[score.column] = _score_json(score)
+        scores.setdefault(score.name, {})[score.column] = _score_json(score)
     return {
         "metrics": _by_column(overall(result.scores, "fit")),
         "metrics_held_out": _by_column(overall(result.scores, "validation")),
-        "metrics_by_recording": per,
+        "metrics_by_recording": scores,
         **_model_json(result),
         "notices": notices_of(result.fit.recordings, result.fitted, most_rows(result)),
         **_half_way(result),
