@@ -184,6 +184,11 @@ def test_names_of_sizes_are_read_part_by_part():
     }  # fmt: skip
     for key, names in known.items():
         assert {name: size_named(name) for name in names} == dict.fromkeys(names, key)
+    phrases = {"gauge_length_mm": ("Grip-separation", "L 0"), "active_coils": ("Windungszahl",), "temperature_degC": ("Temp.",)}
+    behind = {"width_mm": ("宽度 b0", "Breite, b"), "length": ("Länge l0",), "wire_diameter_mm": ("Drahtstärke d_0",), "active_coils": ("圈数 n",)}
+    for key, names in (*phrases.items(), *behind.items()):
+        assert {name: size_named(name) for name in names} == dict.fromkeys(names, key)
+    assert size_named("宽度 d0") is None and size_named("Drahtstärke b") is None
     for name in ("total coils", "Windungen gesamt", "length/inner diameter", "wire", "coil number", "Sample number", "d", "L/D", "rate"):
         assert size_named(name) is None, name
     assert may_name_a_size("Windungen gesamt") and may_name_a_size("L/D") and may_name_a_size("final length")

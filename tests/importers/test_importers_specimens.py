@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fitting.data.importers import Options, import_file, import_tests
-from fitting.data.importers.sizes import table_of_sizes
+from fitting.data.importers.size_tables import table_of_sizes
 from pneusma_jax.errors import InputError
 
 STRAIN = np.linspace(0.0, 0.5, 12)

@@ -16,7 +16,6 @@ from .sizes import (
     Size,
     filled_cells,
     heading_of_a_size,
-    key_named,
     sizes_read,
     statements,
     states_a_size_among_others,
@@ -247,7 +246,7 @@ def _size_in(cells: list[str]) -> str | None:
     if not long and name.split()[-1:] == ["id"]:
         return None  # the name of a specimen: `Coil ID: 3`
     begins = _BEGINS.match(value) is not None
-    if begins and (key := key_named(name)) is not None:
+    if begins and (key := size_named(name)) is not None:
         return key
     return "" if long or (begins and may_name_a_size(name) and not _is_of_another_unit(value)) else None
 

@@ -15,16 +15,8 @@ from .pages import joined_pages, oldest_first, states_a_specimen
 from .raw import Page, RawFile
 from .separators import LEAST_ROWS
 from .serial_output import as_table
-from .sizes import (
-    Sizes,
-    beside,
-    filled_cells,
-    is_amount,
-    may_hold_sizes,
-    sizes_in,
-    sizes_in_a_name,
-    table_of_sizes,
-)
+from .size_tables import may_hold_sizes, table_of_sizes
+from .sizes import Sizes, beside, filled_cells, is_amount, sizes_in, sizes_in_a_name
 from .spelling import dimension, narrow, plain
 from .splits import split
 from .tables import find_grids

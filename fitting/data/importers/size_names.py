@@ -1,4 +1,8 @@
-"""Names of sizes, read part by part: `Windungen (aktiv)`, `D_mean`, `Federinnendurchmesser`, `有效圈数`."""
+"""Names of sizes, and of a test's temperature and stress, in several languages.
+
+Most names are read part by part: `Windungen (aktiv)`, `D_mean`, `Federinnendurchmesser`, `有效圈数`. Names
+whose parts do not tell the size are in a list of phrases: `grip separation`, `b0`.
+"""
 
 import re
 from collections.abc import Iterable
@@ -136,6 +140,42 @@ _SIZES: dict[frozenset[str], str] = {
     for roles in names
 }  # fmt: skip
 """Size by the roles of all parts of its name."""
+_PHRASES: dict[str, tuple[str, ...]] = {
+    "gauge_length_mm": (
+        "gauge", "gage", "gage length standard travel", "gauge length standard travel",
+        "gage length fine strain", "grip separation", "grip to grip separation",
+        "grip to grip separation at the start position", "initial grip separation", "grip distance",
+        "clamp distance", "distance between grips", "distance between clamps", "jaw separation", "l0", "lo",
+        "l 0", "l0 course standard", "free length between grips", "active length", "length between grips",
+    ),
+    "length": (
+        "height", "specimen height", "sample height", "initial height", "cylinder height", "h0",
+        "puck height", "thickness along the load",
+    ),
+    "area_mm2": (
+        "cross section", "cross sectional area", "cross section area", "initial cross section",
+        "specimen cross section", "final area cross section", "s0", "a0 area",
+    ),
+    "diameter_mm": ("cylinder diameter", "puck diameter", "outer diameter of the specimen", "d0"),
+    "coil_diameter_mm": ("diamètre d'enroulement",),
+    "active_coils": ("coil count", "windungszahl"),
+    "free_length_mm": ("rest length",),
+    "width_mm": ("gauge width", "b0", "w0"),
+    "thickness_mm": ("depth", "a0", "t0"),
+    "temperature_degC": (
+        "temperature", "test temperature", "temperature of the test", "room temperature",
+        "ambient temperature", "temp", "testing temperature", "prüftemperatur", "chamber temperature",
+    ),
+    "stress_MPa": ("constant stress", "applied stress", "hung stress", "stress applied", "bias stress"),
+}  # fmt: skip
+"""Names whose parts do not tell the size, by the size. A `length` may be that of the whole specimen."""
+_KEY = {phrase: key for key, phrases in _PHRASES.items() for phrase in phrases}
+_SYMBOLS = {
+    "gauge_length_mm": "l", "length": "lh", "area_mm2": "as", "diameter_mm": "d", "width_mm": "bw",
+    "thickness_mm": "athds", "wire_diameter_mm": "d", "mandrel_diameter_mm": "d", "coil_diameter_mm": "d",
+    "active_coils": "n", "initial_pitch_mm": "p",
+}  # fmt: skip
+"""Letters by size: machines write one of them behind its name, with or without a 0: `Probenbreite b0`."""
 _OF_NO_SIZE = frozenset({"filler", "ending"})
 """Roles of parts that change nothing of a size."""
 _STEPS = ("pas", "passo", "paso", "шаг")
@@ -147,6 +187,21 @@ _SPECIMENS = frozenset({"specimen", "spring", "coil", "wire", "tube"})
 
 
 def size_named(name: str) -> str | None:
+    """Size that a name states, by its key in `--dimension` or `--constant`; None where it states none.
+
+    The name may be a phrase, consist of known parts, or be one of these with the size's symbol behind it.
+    """
+    words = plain(re.sub(r"[,.-]", " ", name))
+    if key := _KEY.get(words):
+        return key
+    if found := re.match(r"(.+) ([a-z])[_ ]?[0o]?$", words):
+        key = _KEY.get(found[1]) or _size_by_parts(found[1])
+        if key in _SYMBOLS and found[2] in _SYMBOLS[key]:
+            return key
+    return _size_by_parts(name)
+
+
+def _size_by_parts(name: str) -> str | None:
     """Size whose name consists of known parts alone; None where a part is unknown, or fits no size.
 
     A letter stands for a size only beside another part: `D_mean`, and not `D`. A name that has several

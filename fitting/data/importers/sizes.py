@@ -1,9 +1,8 @@
-"""Dimensions of a specimen that a file states itself: in a preamble, a sheet of parameters, or a table of
-specimens."""
+"""Dimensions of a specimen that a file states line by line: in a preamble or a sheet of parameters."""
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from pneusma_jax.errors import InputError
@@ -14,107 +13,7 @@ from .numerals import decimal_evidence, to_number
 from .rounding import shortest
 from .size_names import names_a_specimen, size_named
 from .spelling import Heading, is_unit, may_be_unit, narrow, parse_heading, plain, unit_name
-from .words import SPECIMEN_WORDS, meaning_of
 
-# Words for dimensions, without their unit, and the tool's own unit of each.
-_LENGTH = (
-    "gauge length", "gage length", "gauge length initial", "initial gauge length", "initial gage length",
-    "gauge", "gage",
-    "gage length standard travel", "gauge length standard travel", "gage length fine strain",
-    "grip separation",
-    "grip to grip separation", "grip to grip separation at the start position", "initial grip separation",
-    "grip distance",
-    "clamp distance", "distance between grips", "distance between clamps", "jaw separation", "initial length",
-    "original length",
-    "undeformed length", "length initial", "l0", "lo", "l 0", "l0 course standard", "anfangslänge",
-    "messlänge", "einspannlänge",
-    "longueur initiale", "free length between grips", "active length", "length between grips", "wire length",
-)  # fmt: skip
-# Lengths that may be those of the whole specimen: used with a notice where nothing better is stated.
-_DOUBTFUL_LENGTH = (
-    "length", "specimen length", "sample length", "height", "specimen height", "sample height",
-    "initial height", "cylinder height",
-    "h0", "puck height", "thickness along the load",
-)  # fmt: skip
-_WORDS: dict[str, tuple[str, ...]] = {
-    "gauge_length_mm": _LENGTH,
-    "length": _DOUBTFUL_LENGTH,
-    "area_mm2": (
-        "area", "cross section", "cross-section", "cross sectional area", "cross-sectional area",
-        "cross section area",
-        "cross-section area", "initial area", "original area", "specimen area", "sample area",
-        "initial cross-section", "s0", "a0 area",
-        "specimen cross-section", "specimen cross section", "querschnitt", "section", "section initiale",
-        "final area cross section",
-    ),
-    "diameter_mm": (
-        "diameter", "specimen diameter", "sample diameter", "cylinder diameter", "initial diameter",
-        "d0", "ø",
-        "durchmesser", "diamètre", "puck diameter", "outer diameter of the specimen",
-    ),
-    "wire_diameter_mm": (
-        "wire diameter", "wire dia", "diameter of the wire", "diameter of wire", "drahtdurchmesser",
-        "drahtdicke", "diamètre du fil", "diamètre de fil",
-    ),
-    "mandrel_diameter_mm": (
-        "mandrel diameter", "mandrel", "diameter of the mandrel", "inner coil diameter",
-        "coil inner diameter", "spring inner diameter", "inner diameter of the coil", "coil id",
-        "dorndurchmesser", "dorn", "innerer windungsdurchmesser", "diamètre du mandrin",
-    ),
-    "coil_diameter_mm": (
-        "coil diameter", "mean coil diameter", "coil mean diameter", "spring diameter",
-        "mean spring diameter", "spring mean diameter", "mean diameter",
-        "windungsdurchmesser", "mittlerer windungsdurchmesser", "diamètre d'enroulement", "diamètre moyen",
-    ),
-    "coil_outer_diameter_mm": (
-        "outer coil diameter", "coil outer diameter", "spring outer diameter", "outer diameter of the coil",
-        "coil od", "äußerer windungsdurchmesser",
-    ),
-    "active_coils": (
-        "active coils", "number of active coils", "no of active coils", "coils", "number of coils",
-        "no of coils", "coil count", "active turns", "turns", "number of turns", "number of active turns",
-        "windungen", "windungszahl", "federnde windungen", "anzahl windungen", "spires actives",
-        "nombre de spires",
-    ),
-    "initial_pitch_mm": (
-        "pitch", "initial pitch", "coil pitch", "spring pitch", "pitch of the coil", "pitch of the coils",
-        "windungssteigung", "steigung", "pas initial",
-    ),
-    "free_length_mm": (
-        "free length", "spring free length", "free length of the spring", "free spring length",
-        "unstretched length", "unloaded length", "rest length", "ungespannte länge", "freie länge",
-        "longueur libre",
-    ),
-    "inner_diameter_mm": ("inner diameter", "tube inner diameter", "innendurchmesser", "diamètre intérieur"),
-    "outer_diameter_mm": ("outer diameter", "tube outer diameter", "außendurchmesser", "diamètre extérieur"),
-    "wall_thickness_mm": (
-        "wall thickness", "wall", "tube wall thickness", "wandstärke", "wanddicke", "épaisseur de paroi",
-    ),
-    "length_mm": ("tube length", "length of the tube", "schlauchlänge"),
-    "width_mm": (
-        "width", "specimen width", "sample width", "initial width", "b0", "w0", "breite", "largeur",
-        "largeur éprouvette",
-        "probenbreite", "gauge width",
-    ),
-    "thickness_mm": (
-        "thickness", "specimen thickness", "sample thickness", "initial thickness", "a0", "t0", "dicke",
-        "épaisseur",
-        "épaisseur éprouvette", "probendicke", "depth",
-    ),
-    "temperature_degC": (
-        "temperature", "test temperature", "temperature of the test", "room temperature",
-        "ambient temperature", "temp",
-        "testing temperature", "prüftemperatur", "chamber temperature",
-    ),
-    "stress_MPa": ("constant stress", "applied stress", "hung stress", "stress applied", "bias stress"),
-}  # fmt: skip
-_KEY = {word: key for key, words in _WORDS.items() for word in words}
-_SYMBOLS = {
-    "gauge_length_mm": "l", "length": "lh", "area_mm2": "as", "diameter_mm": "d", "width_mm": "bw",
-    "thickness_mm": "athds", "wire_diameter_mm": "d", "mandrel_diameter_mm": "d", "coil_diameter_mm": "d",
-    "active_coils": "n", "initial_pitch_mm": "p",
-}  # fmt: skip
-"""Letters by size: machines write one of them behind its name, with or without a 0: `Probenbreite b0`."""
 _ALSO = {"wire_diameter_mm": "diameter_mm"}
 """Size of a straight specimen that a size of its own name is as well."""
 _COUNTED = re.compile(r"(coils?|turns?|windungen|spires?|pcs|圈|匝|巻き?|회|-|1)?", re.IGNORECASE)
@@ -147,8 +46,6 @@ LONGEST = 200
 """Maximum number of letters of a text that states a size."""
 SAME = 0.02
 """Maximum relative difference of two statements of one size that agree. Calipers read to a percent or two."""
-_MOST_ROWS = 60
-"""Maximum number of specimens in a table of dimensions, and of lines above its headings."""
 
 
 @dataclass(frozen=True)
@@ -197,15 +94,15 @@ def sizes_in(rows: Sequence[Sequence[str]], decimal: str = ".") -> Sizes:
 
     Returns:
         Dimensions by the name of `--dimension` (or of `--constant` for a temperature or a dead-weight
-        stress). A length that may be the whole specimen's is under `length`; a spring's coil, which has a
-        mandrel there, under `coil_diameter_mm` or `coil_outer_diameter_mm`; a tube's bore under
-        `inner_diameter_mm`.
+        stress). Some have names of their own, since `--dimension` takes what follows from them. A length
+        that may be the whole specimen's is under `length`. A spring's coil is under `coil_diameter_mm` or
+        `coil_outer_diameter_mm`, and a tube's bore under `inner_diameter_mm`.
     """
     found: Sizes = {}
     mark = _mark_of(rows, decimal)
     for row in rows:
         for key, size in _of_row(filled_cells(row), mark):
-            for name in _names_of(key):
+            for name in names_of(key):
                 found[name] = found[name].beside(size) if name in found else size
     return found
 
@@ -284,7 +181,7 @@ def states_a_size_among_others(cells: Sequence[str]) -> bool:
     return len(parts) > 1 and any(_of_parts(parts, "."))
 
 
-def _names_of(key: str) -> tuple[str, ...]:
+def names_of(key: str) -> tuple[str, ...]:
     """Keys under which a size is found."""
     return (key, _ALSO[key]) if key in _ALSO else (key,)
 
@@ -334,7 +231,7 @@ def heading_of_a_size(text: str) -> Heading:
     heading = parse_heading(text)
     known = heading.unit is None or may_be_unit(heading.unit)
     if re.search(r"1\W*$", text) and heading.unit == "1":
-        known = key_named(heading.name) == "active_coils" and not re.search(r"[,;:=]\s*1\s*$", text)
+        known = size_named(heading.name) == "active_coils" and not re.search(r"[,;:=]\s*1\s*$", text)
     return heading if known else Heading(text, plain(text), None)
 
 
@@ -347,27 +244,15 @@ def _without_tolerance(text: str) -> str:
     return before if re.search(r"[^\W\d]$|[)\]°]$", before) else f"{before} {found['unit']}".rstrip()
 
 
-def key_named(name: str) -> str | None:
-    """Size that a heading names, with its symbol behind it or not."""
-    words = plain(re.sub(r"[,.-]", " ", name))
-    if key := _KEY.get(name) or _KEY.get(words):
-        return key
-    if found := re.match(r"(.+) ([a-z])[_ ]?[0o]?$", words):
-        key = _KEY.get(found[1])
-        if key in _SYMBOLS and found[2] in _SYMBOLS[key]:
-            return key
-    return size_named(name)
-
-
 def _size(name: str, number: str, unit: str | None, said: str, mark: str = ".") -> tuple[str, Size] | None:
-    """The size that a heading names, with its key; None where it names none. Arguments as of `_size_of`."""
-    key = key_named(name)
+    """The size that a heading names, with its key; None where it names none. Arguments as of `size_of`."""
+    key = size_named(name)
     if key is None or (plain(name).split()[-1:] == ["id"] and not unit):
         return None  # no size, or the name of a specimen: `Tube ID: 8`
-    return _size_of(key, number, unit, said, mark)
+    return size_of(key, number, unit, said, mark)
 
 
-def _size_of(
+def size_of(
     key: str, number: str, unit: str | None, said: str, mark: str = "."
 ) -> tuple[str, Size] | None:
     """A size in the unit of its key, with that key; None where number and unit cannot be those of one.
@@ -439,82 +324,3 @@ def sizes_in_a_name(name: str) -> Sizes:
         if read:
             found[key] = Size(float(read[1]), name)
     return found
-
-
-def count_of_sizes(header: Sequence[str]) -> int:
-    """Number of sizes of a specimen that some headings name."""
-    keys = {key_named(parse_heading(text).name) for text in header if text}
-    return len(keys - {None, *CONSTANTS})
-
-
-def may_hold_sizes(rows: int) -> bool:
-    """True if a table is short enough to have one specimen a line."""
-    return rows <= _MOST_ROWS
-
-
-def table_of_sizes(rows: Sequence[Sequence[str]]) -> dict[str, Sizes]:
-    """Dimensions by specimen, from a table with one specimen a line: headings of dimensions, possibly units,
-    then lines.
-
-    Returns:
-        Dimensions by the specimen's name (or its number where no column names it); empty for any other table.
-    """
-    filled = [[cell.strip().strip('"') for cell in row] for row in rows if any(cell.strip() for cell in row)]
-    for at, header in enumerate(filled[:_MOST_ROWS]):
-        names = [parse_heading(text) for text in header]
-        keys = [key_named(heading.name) for heading in names]
-        sized = [c for c, key in enumerate(keys) if key is not None and key not in CONSTANTS]
-        labels = [c for c, h in enumerate(names) if h.name and keys[c] is None and _names_specimens(h.name)]
-        if len(header) < 2 or not sized or (len(sized) < 2 and not labels):
-            continue
-        if any(_is_pressure(text) for text in header):
-            return {}  # such as a tube under pressure, its length or diameter measured row by row
-        body, units = filled[at + 1 :], [heading.unit for heading in names]
-        if body and all(not text or is_unit(text.strip("()[]")) for text in body[0]) and any(body[0]):
-            below = [*body[0], *[""] * (len(header) - len(body[0]))]
-            units = [text.strip("()[]") or unit for text, unit in zip(below, units, strict=False)]
-            body = body[1:]
-        return _by_specimen(body, labels, {c: (str(keys[c]), units[c], header[c]) for c in sized})
-    return {}
-
-
-def _is_pressure(heading: str) -> bool:
-    found = meaning_of(heading)
-    return found is not None and found.quantity == "pressure"
-
-
-def _by_specimen(
-    body: list[list[str]], labels: list[int], sized: Mapping[int, tuple[str, str | None, str]]
-) -> dict[str, Sizes]:
-    """Sizes by specimen, up to the first row without one.
-
-    Args:
-        body: fields of the rows, one specimen each.
-        labels: columns that may name the specimen; the first filled one does. Else it is the row's number.
-        sized: key, unit and heading of each column of sizes, by its index.
-    """
-    found: dict[str, Sizes] = {}
-    for number, row in enumerate(body, start=1):
-        sizes: Sizes = {}
-        for column, (key, unit, written) in sized.items():
-            text = row[column] if column < len(row) else ""
-            read = _size_of(key, text, unit, f"{written} {text}") if text else None
-            if read is not None:
-                name, size = read
-                sizes |= dict.fromkeys(_names_of(name), size)
-        named = next((row[c] for c in labels if c < len(row) and row[c]), "")
-        if not sizes:
-            break
-        found[named or str(number)] = sizes
-    return found
-
-
-def _names_specimens(name: str) -> bool:
-    return any(word in name for word in SPECIMEN_WORDS) or name in (
-        "id",
-        "name",
-        "no",
-        "nr",
-        "label",
-        "designation",
-    )

@@ -26,7 +26,7 @@ from .headers import (
 from .numerals import like_a_number
 from .raw import Page
 from .separators import LEAST_ROWS, best_reading, numeric_row
-from .sizes import count_of_sizes
+from .size_tables import count_of_sizes
 from .spelling import may_be_unit, parse_heading, same_unit
 from .summaries import counts_columns, statistics_rows, unlabelled_statistics
 from .texts import read_texts
