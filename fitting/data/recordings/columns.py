@@ -68,7 +68,7 @@ class _Header:
 
 def canonical_columns(
     table: Table, kind: str, constant: Mapping[str, float] | None = None
-) -> tuple[dict[str, np.ndarray], list[str]]:
+) -> tuple[dict[str, np.ndarray], list[str], dict[str, str]]:
     """Known columns by canonical name in canonical units, then the others unchanged.
 
     Args:
@@ -77,7 +77,8 @@ def canonical_columns(
         constant: value of constant columns that the table lacks, by canonical name.
 
     Returns:
-        The columns, each of shape (rows,), and notices about conversions and ignored columns.
+        The columns, each of shape (rows,); notices about conversions and ignored columns; and the unit in
+        which the table states each known column, by canonical name.
 
     Raises:
         InputError: for an unknown or wrong unit, two columns of one quantity, a missing required column, or a
@@ -106,12 +107,7 @@ def canonical_columns(
     for name in (name for name in table.header if name in unknown):
         columns[name] = _keep(table, name)
         notices.append(f"column {name} is not one that a recording of kind {kind} has: {schema.IGNORED}")
-    return columns, notices
-
-
-def written_units(table: Table, kind: str) -> dict[str, str]:
-    """Unit in which a table states each known column, by canonical name."""
-    return {canonical: unit for canonical, (_, unit) in _assign(table, kind)[0].items()}
+    return columns, notices, {canonical: unit for canonical, (_, unit) in assigned.items()}
 
 
 def held_by(table: Table, kind: str, canonical: str) -> bool:

@@ -11,7 +11,7 @@ from pneusma_jax.errors import counted
 
 from . import schema, sidecar, stated_columns
 from .checks import ask_about_units, check_recording, question_units
-from .columns import canonical_columns, held_by, infer_kind, written_units
+from .columns import canonical_columns, held_by, infer_kind
 from .recording import Recording
 from .table import Table, read_table, unusable
 
@@ -71,7 +71,7 @@ def read_merged(
         notices.append(f"{missing}: taken as kind {kind} from its columns ({reason})")
     where = beside if beside.exists() else path
     constant = _constants(table, settings, campaign, kind, where)
-    columns, more = canonical_columns(table, kind, constant)
+    columns, more, written = canonical_columns(table, kind, constant)
     if "specimen" not in settings:
         notices.append(f"no specimen stated: recordings that state none are taken as one specimen, {kind!r}")
     zero = stated_columns.zeros(campaign.get("zero", {}), kind, where, strict=False)
@@ -98,7 +98,7 @@ def read_merged(
     if schema.IMPORTED in recording.source:  # import asked, of the units of the raw file
         recording.notices.extend(_unsettled(recording))
     else:
-        ask_about_units(recording, written_units(table, kind))
+        ask_about_units(recording, written)
     recording.notices.extend([*_sizes_in_comments(recording, beside.name), *_remarks(recording)])
     return recording
 
