@@ -7,6 +7,7 @@ the recordings. One that explains as much as a right effect does is told before 
 """
 
 import dataclasses
+import itertools
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -31,6 +32,8 @@ from .refit import Fit
 INSTRUMENTS = DEFAULT.instruments
 SEARCH = DEFAULT.search
 SHARE = DEFAULT.share
+SPRING = re.compile(r"_([12])(?=_|$)")
+"""Number of a spring in a canonical column."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ class Misread:
         before, after: largest root mean square error of an output over its range in a recording [1]. They are
             of the base model refitted to the readings as they are, and as they would be.
         total: sum of the squares of the errors after, over all recordings [1].
-        alike: other slips that explain as much.
+        alike: other slips that explain about as much, the best first. Of equal ones, those between units are.
     """
 
     column: str
@@ -127,7 +130,8 @@ def misread_in(
         return None
     most = (1.0 + SHARE.alike) ** 2 * min(one.total for one in found)
     alike = [one for one in found if one.total <= most]
-    best, *others = sorted(alike, key=lambda one: (not one.between_units, one.total))
+    equal = (1.0 + SHARE.same) ** 2 * min(one.total for one in alike)
+    best, *others = sorted(alike, key=lambda one: (max(one.total, equal), not one.between_units))
     return dataclasses.replace(best, alike=tuple(others))
 
 
@@ -213,55 +217,88 @@ def _sum(errors: np.ndarray) -> float:
     return float(np.sum(errors**2))
 
 
-_LENGTHS = ("mm", "cm", "in")
-CONFUSED = {
-    "pressure": ("kPa", "bar", "psi", "mbar", "MPa"), "stress": ("kPa", "psi", "MPa", "ksi", "GPa"),
-    "time": ("s", "min", "h"), "length": _LENGTHS, "elongation": _LENGTHS,
-    "force": ("N", "lbf", "gf", "kgf"), "bend_angle": ("deg", "rad"), "curvature": ("1/m", "1/in"),
+_LENGTHS = (("mm", "cm", "in", "m", "um"),)
+CONFUSED: dict[str, tuple[tuple[str, ...], ...]] = {
+    "pressure": (("kPa", "bar", "psi", "mbar", "MPa"), ("kPa", "kgf/cm2"), ("kPa", "mmHg", "inHg", "cmH2O")),
+    "stress": (("kPa", "psi", "MPa", "ksi", "GPa"), ("MPa", "kgf/mm2"), ("kPa", "kgf/cm2")),
+    "strain": (("1", "%"),), "time": (("s", "ms", "min", "h"),), "length": _LENGTHS, "elongation": _LENGTHS,
+    "force": (("N", "mN", "kN", "lbf", "gf", "kgf"),), "bend_angle": (("deg", "rad"),),
+    "curvature": (("1/m", "1/cm", "1/mm", "1/in"),), "resistance": (("ohm", "mohm", "kohm"),),
+    "current": (("A", "mA", "uA"),),
 }  # fmt: skip
-"""Units of which a file may state one where another is meant, by quantity. A canonical column no longer has
-the stated unit. So psi that were read as bar are off by 1/14.5, which is no ratio to kPa."""
+"""Units of which a file may state one where another of the same group is meant, by quantity. A canonical
+column no longer has the stated unit. So psi that were read as bar are off by 1/14.5, which is no ratio to
+kPa."""
 
 
-def _pairs(column: str) -> list[tuple[float, str, str]]:
-    """Ratio of each unit that may be meant to each that may be stated, and both names."""
-    units = CONFUSED.get(schema.quantity_and_unit(column)[0], ())
-    return [
-        (find_unit(meant).factor / find_unit(stated).factor, meant, stated)
-        for meant in units
-        for stated in units
-        if meant != stated
-    ]
+def confused_pairs(column: str) -> list[tuple[float, str, str]]:
+    """Ratio of each unit that may be meant to each that may be stated, and both names.
+
+    Args:
+        column: canonical column, with the number of its spring or without.
+
+    Returns:
+        Pairs whose ratio is one of units that are confused, see `Instruments.confused_units`.
+    """
+    found = []
+    for group in CONFUSED.get(SPRING.sub("", schema.quantity_and_unit(column)[0]), ()):
+        for meant, stated in itertools.permutations(group, 2):
+            ratio = find_unit(meant).factor / find_unit(stated).factor
+            if _are_confused(ratio) and (ratio, meant, stated) not in found:
+                found.append((ratio, meant, stated))
+    return found
+
+
+def _are_confused(ratio: float) -> bool:
+    least, most = INSTRUMENTS.confused_units
+    return least <= max(ratio, 1.0 / ratio) <= most * (1.0 + SHARE.same)
+
+
+def _differ_less(one: float, other: float, share: float) -> bool:
+    return bool(abs(np.log(one / other)) <= share)
+
+
+_WORDS = {"1": "fractions"}
 
 
 def units_of(column: str, factor: float) -> str:
     """Units between which a factor leads, such as `psi read as bar`; empty where it is none of such a pair.
 
+    Pairs whose ratio differs too little for a refitted model to tell are named, too, the nearest first. So is
+    a decimal point in another place.
+
     Args:
         column: canonical column.
         factor: number by which its readings are multiplied [1].
     """
-    near = [one for one in _pairs(column) if abs(one[0] / factor - 1.0) < SHARE.same]
-    return joined([f"{meant} read as {stated}" for _, meant, stated in near], "or")
+    if factor < 0.0:
+        return ""
+    pairs = [one for one in confused_pairs(column) if _differ_less(one[0], factor, SHARE.alike)]
+    pairs.sort(key=lambda one: not _differ_less(one[0], factor, SHARE.same))
+    named = [f"{_WORDS.get(meant, meant)} read as {_WORDS.get(stated, stated)}" for _, meant, stated in pairs]
+    ten = 10.0 ** np.round(np.log10(factor))
+    if named and _differ_less(ten, factor, SHARE.alike) and not _differ_less(ten, factor, SHARE.same):
+        named.append("a slip of the decimal point")
+    return joined(named, "or")
 
 
 def factors_of(column: str) -> list[float]:
     """Factors by which a column in another unit than is stated would be off, and -1 [1].
 
-    They are powers of ten, the ratios of its unit to others of its dimension, and those between units that
-    are confused. The largest and its inverse come first. Ratios that are nearly equal count once.
+    They are ratios between units that are confused, those of the column's unit to others of its dimension,
+    and powers of ten. Of ratios that are nearly equal the first in this order counts. The largest and its
+    inverse come first.
 
     Args:
         column: canonical column.
     """
-    unit, (least, most) = find_unit(schema.quantity_and_unit(column)[1]), INSTRUMENTS.confused_units
-    ratios = [other.factor / unit.factor for other in UNITS.values() if other.dimension == unit.dimension]
-    ratios += [ratio for ratio, _, _ in _pairs(column)]
-    tens = 10.0 ** np.arange(1.0, np.log10(most) + SHARE.alike)
+    unit, most = find_unit(schema.quantity_and_unit(column)[1]), INSTRUMENTS.confused_units[1]
+    ratios = [ratio for ratio, _, _ in confused_pairs(column)]
+    ratios += [other.factor / unit.factor for other in UNITS.values() if other.dimension == unit.dimension]
+    tens = 10.0 ** np.arange(1.0, np.floor(np.log10(most)) + 1.0)
     found: list[float] = []
-    for ratio in (*tens, *(max(r, 1.0 / r) for r in ratios)):
-        apart = [abs(np.log(ratio / known)) > SHARE.alike for known in found]
-        if least <= ratio <= most * (1.0 + SHARE.alike) and all(apart):
+    for ratio in (*(max(r, 1.0 / r) for r in ratios), *tens):
+        if _are_confused(ratio) and not any(_differ_less(ratio, known, SHARE.alike) for known in found):
             found.append(float(ratio))
     found.sort(reverse=True)
     return [*(factor for ratio in found for factor in (ratio, 1.0 / ratio)), -1.0]
@@ -297,10 +334,6 @@ def _with_tables(
         recording, columns=of_columns(recording.columns), noise=of_sizes(recording.noise),
         zero=of_sizes(recording.zero), reduction=reduction, notices=list(recording.notices),
     )  # fmt: skip
-
-
-SPRING = re.compile(r"_([12])(?=_|$)")
-"""Number of a spring in a canonical column."""
 
 
 def _of_springs(recordings: Sequence[Recording]) -> str | None:

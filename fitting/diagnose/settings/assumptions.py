@@ -25,7 +25,8 @@ class Instruments:
     )
     maximum_correlation: float = threshold(0.9, "Maximum correlation of neighbouring errors.")
     confused_units: tuple[float, float] = threshold(
-        (4.0, 1000.0), "Minimum and maximum ratio of confused units."
+        (4.0, 3600.0), "Minimum and maximum ratio of confused units.",
+        basis="with 2 instead, a tube of 2.5 times the stiffness was asked whether its kPa are inHg",
     )
     process_noise_variances: tuple[float, ...] = threshold(
         tuple(10.0**k for k in range(-10, -1)),
